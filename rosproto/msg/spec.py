@@ -1,0 +1,120 @@
+"""Parsed definitions as values: what the parser makes and everything else reads.
+
+Source: wiki.ros.org/msg, wiki.ros.org/srv, wiki.ros.org/actionlib; genmsg decides where they are silent.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["ActionSpec", "Constant", "Field", "FieldType", "MessageSpec", "ServiceSpec"]
+
+BUILTIN_TYPES = frozenset(
+    "bool int8 uint8 int16 uint16 int32 uint32 int64 uint64 float32 float64 string time duration char byte".split()
+)
+
+
+@dataclass(frozen=True, slots=True)
+class FieldType:
+    """Type of one field.
+
+    Attributes:
+        base: Builtin name as written ("float64", "char") or full message name ("geometry_msgs/Point").
+        is_array: True for `T[]` and `T[N]`.
+        array_length: N of `T[N]`; None for a single value or `T[]`.
+    """
+
+    base: str
+    is_array: bool = False
+    array_length: int | None = None
+
+    @property
+    def is_builtin(self) -> bool:
+        """True when `base` is not a message."""
+        return self.base in BUILTIN_TYPES
+
+    def __str__(self) -> str:
+        """The genpy form: "float64", "float64[9]", "geometry_msgs/Point[]"."""
+        if not self.is_array:
+            return self.base
+        return f"{self.base}[{'' if self.array_length is None else self.array_length}]"
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """One field: its name and type."""
+
+    name: str
+    type: FieldType
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """One constant.
+
+    Attributes:
+        type: Builtin type as written.
+        name: Its name.
+        value: Python value (int, float, bool or str).
+        text: The literal as it stands in the definition; part of the md5 text.
+    """
+
+    type: str
+    name: str
+    value: int | float | bool | str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class MessageSpec:
+    """A message definition.
+
+    Attributes:
+        name: "package/Type".
+        fields: In order of definition.
+        constants: In order of definition.
+        text: The definition as written, the source of `_full_text`.
+    """
+
+    name: str
+    fields: tuple[Field, ...]
+    constants: tuple[Constant, ...]
+    text: str
+
+    @property
+    def package(self) -> str:
+        return self.name.partition("/")[0]
+
+    @property
+    def has_header(self) -> bool:
+        """True when the *first* field is `Header header`: only then is seq filled in on publish (genmsg)."""
+        return bool(self.fields) and self.fields[0] == Field("header", FieldType("std_msgs/Header"))
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceSpec:
+    """A service definition: request "package/TypeRequest" and response "package/TypeResponse"."""
+
+    name: str
+    request: MessageSpec
+    response: MessageSpec
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class ActionSpec:
+    """An action definition.
+
+    Attributes:
+        name: "package/Type".
+        goal, result, feedback: "package/TypeGoal" and so on, the three written parts.
+        messages: All seven messages actionlib makes of it, by full name (TypeGoal, TypeResult,
+            TypeFeedback, TypeActionGoal, TypeActionResult, TypeActionFeedback, TypeAction).
+    """
+
+    name: str
+    goal: MessageSpec
+    result: MessageSpec
+    feedback: MessageSpec
+    messages: dict[str, MessageSpec]
+    text: str

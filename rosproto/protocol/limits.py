@@ -1,0 +1,34 @@
+"""How much a peer may ask of us. Every length from the wire is compared before memory is taken."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["Limits"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Limits:
+    """Bounds for one node, master or server; the defaults fit a robot.
+
+    Attributes:
+        header_bytes: A TCPROS connection header (it carries full definition texts).
+        message_bytes: A TCPROS message; roscpp's own limit.
+        xml_body_bytes: An XML-RPC request or response body.
+        xml_depth: Nesting of arrays and structs in XML-RPC.
+        http_head_bytes: Request or status line and headers of an HTTP message.
+        pending_handshakes: Accepted TCPROS connections whose header has not arrived yet.
+        connections: Open connections of one server (TCPROS and XML-RPC counted apart).
+        handshake_seconds: Time to send a complete connection header or HTTP head.
+        idle_seconds: An idle keep-alive HTTP connection is closed after this.
+    """
+
+    header_bytes: int = 1 << 20
+    message_bytes: int = 1_000_000_000
+    xml_body_bytes: int = 16 << 20
+    xml_depth: int = 64
+    http_head_bytes: int = 16 << 10
+    pending_handshakes: int = 256
+    connections: int = 4096
+    handshake_seconds: float = 10.0
+    idle_seconds: float = 60.0
