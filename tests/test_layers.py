@@ -1,0 +1,140 @@
+"""Imports go one way: each layer may import only what stands below it (DESIGN, "The house")."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+
+LAYERS = [
+    "rosproto.errors",
+    "rosproto.names",
+    "rosproto.time",
+    "rosproto.msg",
+    "rosproto.codec",
+    "rosproto.numeric",
+    "msgdefs",
+    "rosproto.protocol",
+    "rosproto.bag",
+    "rosproto.transport",
+    "rosproto.master",
+    "rosproto.node",
+    "rosproto.action",
+    "rosproto.tf",
+    "rosproto.recording",
+    "rosproto.aio",
+    "rosproto.rospy",
+    "rosproto.cli",
+    "rosproto",
+    "woosh_pure",
+]
+"""From the ground up. `rosproto` alone is its public face: only woosh_pure may import that."""
+
+PURE = ["rosproto.errors", "rosproto.names", "rosproto.time", "rosproto.codec", "rosproto.protocol"]
+IMPURE_MODULES = {
+    "socket",
+    "threading",
+    "selectors",
+    "select",
+    "asyncio",
+    "subprocess",
+    "time",
+    "queue",
+    "signal",
+}
+ALLOWED_IMPURE = {
+    # A lock around the class cache and the paused collector; no waiting happens there.
+    ("rosproto.codec", "threading"),
+}
+
+
+def layer_of(module: str) -> str | None:
+    """The longest layer name that `module` belongs to; None for modules of other projects."""
+    matches = [name for name in LAYERS if module == name or module.startswith(name + ".")]
+    return max(matches, key=len) if matches else None
+
+
+def sources() -> Iterator[tuple[str, Path]]:
+    for package in ("rosproto", "woosh_pure", "msgdefs"):
+        for path in sorted((ROOT / package).rglob("*.py")):
+            parts = path.relative_to(ROOT).with_suffix("").parts
+            yield ".".join(parts[:-1] if parts[-1] == "__init__" else parts), path
+
+
+def type_checking_blocks(tree: ast.AST) -> set[ast.AST]:
+    found: set[ast.AST] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            for statement in node.body:
+                found.update(ast.walk(statement))
+    return found
+
+
+def imports_of(module: str, path: Path) -> Iterator[tuple[str, int]]:
+    """Every module that a file imports at run time, with its line, relative imports resolved."""
+    tree = ast.parse(path.read_text("utf-8"))
+    skipped = type_checking_blocks(tree)
+    package = module if path.name == "__init__.py" else module.rpartition(".")[0]
+    for node in ast.walk(tree):
+        if node in skipped:
+            continue
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield alias.name, node.lineno
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ""
+            if node.level:
+                parents = package.split(".")[: len(package.split(".")) - node.level + 1]
+                base = ".".join([*parents, base]) if base else ".".join(parents)
+            for alias in node.names:
+                joined = f"{base}.{alias.name}"
+                yield (joined if layer_of(joined) != layer_of(base) else base), node.lineno
+
+
+MODULES = list(sources())
+PURE_MODULES = [(name, path) for name, path in MODULES if layer_of(name) in PURE]
+
+
+@pytest.mark.parametrize(("module", "path"), MODULES, ids=[name for name, _ in MODULES])
+def test_a_module_imports_only_what_is_below_it(module: str, path: Path) -> None:
+    """No import points up, and none of the layers imports the public face."""
+    own = layer_of(module)
+    assert own is not None, f"{module} belongs to no layer: add it to LAYERS"
+    if module in {"rosproto", "rosproto.__main__"}:
+        return  # the face gathers everything
+    wrong = []
+    for imported, line in imports_of(module, path):
+        target = layer_of(imported)
+        if target is None:
+            continue
+        if own != "woosh_pure" and target == "woosh_pure" and module == "rosproto.rospy.sim":
+            continue  # `rosproto run --sim` is the one door upwards, and it is imported late
+        if LAYERS.index(target) > LAYERS.index(own) or (target == "rosproto" and own != "woosh_pure"):
+            wrong.append(f"{path.name}:{line} imports {imported}")
+    assert not wrong, wrong
+
+
+@pytest.mark.parametrize(("module", "path"), PURE_MODULES, ids=[name for name, _ in PURE_MODULES])
+def test_pure_layers_know_no_sockets_threads_or_clocks(module: str, path: Path) -> None:
+    """The protocol, the codec and the definitions are values in, values out."""
+    own = layer_of(module)
+    wrong = [
+        f"{path.name}:{line} imports {name}"
+        for name, line in imports_of(module, path)
+        if name.partition(".")[0] in IMPURE_MODULES and (own, name) not in ALLOWED_IMPURE
+    ]
+    assert not wrong, wrong
+
+
+def test_the_watch_itself_sees_a_wrong_import(tmp_path: Path) -> None:
+    """A check that cannot fail checks nothing."""
+    bad = tmp_path / "bad.py"
+    bad.write_text("from rosproto.node import Node\nfrom ..node import publisher\n")
+    found = [name for name, _ in imports_of("rosproto.msg.bad", bad)]
+    assert found[0].startswith("rosproto.node")
+    assert LAYERS.index("rosproto.node") > LAYERS.index("rosproto.msg")
+    assert layer_of(found[1]) == "rosproto.node"
