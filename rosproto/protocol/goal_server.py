@@ -1,0 +1,204 @@
+"""Goals seen from the server: the states of one goal, and the list the status topic shows. No I/O, no clock.
+
+A goal is PENDING when it arrives. The program accepts it (ACTIVE) or rejects it; an accepted goal succeeds,
+is aborted, or is cancelled. A client's cancel is a *request*: the goal becomes RECALLING (not accepted yet)
+or PREEMPTING (active), and it is up to the program to end it, as cancelled (RECALLED, PREEMPTED) or
+otherwise, since work may finish before the request is seen. Accepting a RECALLING goal makes it PREEMPTING.
+
+The table has a row for each state that is not terminal and a column for each command; `-` is a mistake of the
+calling program. A program may cancel an ACTIVE or PENDING goal without being asked: a simple server does so
+when a newer goal arrives.
+
+The list (`GoalList`) holds one entry for each goal id:
+
+* A goal whose id is known already is a repetition and is not started again.
+* A cancel names goals by id, by time ("at or before", stamp not zero), by both (either suffices), or all of
+  them (id
+  "" and stamp zero).
+* A cancel may arrive before its goal, on another connection: an id not known is kept as RECALLING for 5 s,
+  and the goal that follows is RECALLED at once. Likewise a goal not newer than the latest cancel stamp.
+* Terminal entries stay in the status array for 5 s, so that a client that missed one array still learns the
+  end.
+
+Source: wiki.ros.org/actionlib/DetailedDescription ("Server Description"); where it is silent, rospy's
+actionlib/action_server.py (internal_cancel_callback, internal_goal_callback) and roscpp's
+action_server_base.h.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rosproto.errors import LocalProtocolError
+from rosproto.protocol.goal_status import GoalStatus
+
+__all__ = ["CANCELED_BY_TIME", "GoalList", "GoalRecord", "GoalStatus", "next_status"]
+
+KEEP_SECONDS = 5.0
+MOST_EARLY_CANCELS = 1000
+CANCELED_BY_TIME = "canceled: the goal is not newer than the latest cancel request"
+
+_TABLE = """
+            accept      reject    request_cancel  cancel     succeed    abort
+PENDING     ACTIVE      REJECTED  RECALLING       RECALLED   -          -
+RECALLING   PREEMPTING  REJECTED  -               RECALLED   -          -
+ACTIVE      -           -         PREEMPTING      PREEMPTED  SUCCEEDED  ABORTED
+PREEMPTING  -           -         -               PREEMPTED  SUCCEEDED  ABORTED
+"""
+
+
+def _read_table(text: str) -> dict[tuple[GoalStatus, str], GoalStatus]:
+    head, *rows = text.strip().splitlines()
+    table: dict[tuple[GoalStatus, str], GoalStatus] = {}
+    for row in rows:
+        state, *cells = row.split()
+        for command, cell in zip(head.split(), cells, strict=True):
+            if cell != "-":
+                table[GoalStatus[state], command] = GoalStatus[cell]
+    return table
+
+
+_NEXT = _read_table(_TABLE)
+
+
+def next_status(status: GoalStatus, command: str) -> GoalStatus | None:
+    """What `command` makes of a goal with `status`; None where the command is not allowed."""
+    return _NEXT.get((status, command))
+
+
+class GoalRecord:
+    """One goal in the server's list.
+
+    Attributes:
+        goal_id: Unique id, from the client.
+        stamp: The goal id's stamp, nanoseconds; 0 when the client gave none.
+        status: Where it is.
+        text: Words to go with the status.
+        early_cancel: True for an entry made by a cancel whose goal has not arrived.
+        expires: Time at which the entry leaves the list; None while the goal is under way.
+    """
+
+    __slots__ = ("early_cancel", "expires", "goal_id", "stamp", "status", "text")
+
+    def __init__(self, goal_id: str, stamp: int, status: GoalStatus = GoalStatus.PENDING) -> None:
+        self.goal_id = goal_id
+        self.stamp = stamp
+        self.status = status
+        self.text = ""
+        self.early_cancel = False
+        self.expires: float | None = None
+
+    def __repr__(self) -> str:
+        return f"GoalRecord({self.goal_id!r}, {self.status.name})"
+
+
+class GoalList:
+    """All goals a server reports.
+
+    `now` is any steady clock in seconds, given by the caller; the caller also does the locking.
+
+    Args:
+        keep_seconds: How long a terminal entry (or an early cancel) stays.
+    """
+
+    def __init__(self, keep_seconds: float = KEEP_SECONDS) -> None:
+        self._keep = keep_seconds
+        self._records: dict[str, GoalRecord] = {}
+        self._last_cancel = 0
+
+    def __iter__(self) -> Iterator[GoalRecord]:
+        return iter(tuple(self._records.values()))
+
+    def __len__(self) -> int:
+        return len(self._records)
+
+    def goal_received(self, goal_id: str, stamp: int, now: float) -> tuple[GoalRecord, bool]:
+        """A goal message arrived.
+
+        Returns:
+            The entry, and whether the program is to be told of it. When not, it is a repetition (nothing to
+            do) or was cancelled before it came: then its status is RECALLED now, and a result is to be
+            published.
+        """
+        known = self._records.get(goal_id)
+        if known is not None and not known.early_cancel:
+            if known.expires is not None:
+                known.expires = now + self._keep
+            return known, False
+        record = known or GoalRecord(goal_id, stamp)
+        record.stamp = stamp
+        self._records[goal_id] = record
+        if known is not None:
+            record.early_cancel = False
+            self.apply(record, "cancel", now, "canceled before the goal arrived")
+            return record, False
+        if 0 < stamp <= self._last_cancel:
+            self.apply(record, "cancel", now, CANCELED_BY_TIME)
+            return record, False
+        return record, True
+
+    def cancel_received(self, goal_id: str, stamp: int, now: float) -> list[GoalRecord]:
+        """A cancel message arrived.
+
+        Returns:
+            The goals that changed to RECALLING or PREEMPTING by it: the program is to be told.
+        """
+        touched = [r for r in self._records.values() if _is_meant(r, goal_id, stamp)]
+        if goal_id and goal_id not in self._records:
+            self._remember_early_cancel(goal_id, stamp, now)
+        self._last_cancel = max(self._last_cancel, stamp)
+        return [r for r in touched if not r.early_cancel and self._try(r, "request_cancel", now)]
+
+    def apply(self, record: GoalRecord, command: str, now: float, text: str | None = None) -> None:
+        """Do what the program says.
+
+        Args:
+            record: An entry of this list.
+            command: accept, reject, cancel, succeed or abort.
+            now: The clock.
+            text: New words for the status; None keeps those it has.
+
+        Raises:
+            LocalProtocolError: The goal's state does not allow it.
+        """
+        before = record.status
+        if not self._try(record, command, now):
+            raise LocalProtocolError(
+                f"goal {record.goal_id}: cannot {command} a goal that is {before.name}; "
+                f"allowed now: {', '.join(c for s, c in _NEXT if s is before) or 'nothing, it has ended'}"
+            )
+        if text is not None:
+            record.text = text
+
+    def expire(self, now: float) -> None:
+        """Drop entries whose time is over."""
+        for record in self:
+            if record.expires is not None and record.expires <= now:
+                del self._records[record.goal_id]
+
+    def _try(self, record: GoalRecord, command: str, now: float) -> bool:
+        after = next_status(record.status, command)
+        if after is None:
+            return False
+        record.status = after
+        if after.is_terminal:
+            record.expires = now + self._keep
+        return True
+
+    def _remember_early_cancel(self, goal_id: str, stamp: int, now: float) -> None:
+        early = [r for r in self._records.values() if r.early_cancel]
+        if (
+            len(early) >= MOST_EARLY_CANCELS
+        ):  # a flood of cancels must not grow the status array without bound
+            del self._records[early[0].goal_id]
+        record = GoalRecord(goal_id, stamp, GoalStatus.RECALLING)
+        record.early_cancel = True
+        record.expires = now + self._keep
+        self._records[goal_id] = record
+
+
+def _is_meant(record: GoalRecord, goal_id: str, stamp: int) -> bool:
+    """Whether a cancel with this id and stamp covers the goal (see the table in the prose above)."""
+    if not goal_id and not stamp:
+        return True
+    return record.goal_id == goal_id or 0 < stamp >= record.stamp

@@ -1,0 +1,33 @@
+"""The status of one goal, as actionlib_msgs/GoalStatus numbers it.
+
+Source: wiki.ros.org/actionlib/DetailedDescription, actionlib_msgs/msg/GoalStatus.msg.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+__all__ = ["GoalStatus"]
+
+
+class GoalStatus(IntEnum):
+    """What the server says of a goal; LOST is a client's own conclusion and never on the wire."""
+
+    PENDING = 0
+    ACTIVE = 1
+    PREEMPTED = 2
+    SUCCEEDED = 3
+    ABORTED = 4
+    REJECTED = 5
+    PREEMPTING = 6
+    RECALLING = 7
+    RECALLED = 8
+    LOST = 9
+
+    @property
+    def is_terminal(self) -> bool:
+        """True when nothing follows: the goal has ended, well or not."""
+        return self not in _UNDER_WAY
+
+
+_UNDER_WAY = frozenset((GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING, GoalStatus.RECALLING))
