@@ -1,0 +1,155 @@
+"""What a node has registered at the master: one table, so that all of it can be registered again.
+
+A publisher, a subscriber, a service and a parameter subscription each put one `Registration` here. The
+watchdog (`watchdog.py`) runs the whole table again when the master came back without us, or when our own
+address changed.
+
+Source: wiki.ros.org/ROS/Master_API.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from typing import TYPE_CHECKING, Protocol
+
+from rosproto.errors import ConnectionLost, RosError, RosTimeout
+
+if TYPE_CHECKING:
+    from rosproto.node.master_client import MasterClient
+    from rosproto.transport.deadline import Deadline
+
+__all__ = ["Registration", "Registrations"]
+
+_log = logging.getLogger("rosproto.node")
+
+
+class Registration(Protocol):
+    """One thing the master knows about us.
+
+    Both calls must be repeatable: they read the node's present URIs each time, because after a change of
+    address the same registration is made again under another one.
+
+    Attributes:
+        kind: "publisher", "subscriber", "service" or "parameter".
+        name: Resolved name of the topic, service or parameter.
+    """
+
+    @property
+    def kind(self) -> str: ...
+
+    @property
+    def name(self) -> str: ...
+
+    def register(self, master: MasterClient) -> None:
+        """Tell the master; raise what the call raises."""
+
+    def unregister(self, master: MasterClient) -> None:
+        """Take it back; raise what the call raises."""
+
+
+class Registrations:
+    """The table of one node, safe from any thread.
+
+    `add` registers at once in the calling thread and raises what the master answered. What was added stays in
+    the table until `remove`, whatever happens to the master meanwhile.
+    """
+
+    def __init__(self, master: MasterClient) -> None:
+        self._master = master
+        self._table: dict[tuple[str, str], Registration] = {}
+        self._lock = threading.Lock()
+        self._pending: set[tuple[str, str]] = set()
+
+    def add(self, registration: Registration) -> None:
+        """Register now and remember.
+
+        Raises:
+            MasterError: The master refused; nothing is remembered.
+            ConnectionLost, RosTimeout: The master is away; nothing is remembered.
+        """
+        key = (registration.kind, registration.name)
+        with self._lock:
+            # Remembered first: the master may restart between its answer and our note of it.
+            self._table[key] = registration
+        try:
+            registration.register(self._master)
+        except BaseException:
+            with self._lock:
+                self._table.pop(key, None)
+            raise
+
+    def remove(self, registration: Registration) -> None:
+        """Forget and take back; a master that is away has forgotten already, so that is no error."""
+        key = (registration.kind, registration.name)
+        with self._lock:
+            if self._table.get(key) is not registration:
+                return
+            del self._table[key]
+            self._pending.discard(key)
+        self._take_back(registration)
+
+    def _take_back(self, registration: Registration) -> bool:
+        try:
+            registration.unregister(self._master)
+        except (ConnectionLost, RosTimeout) as error:
+            _log.debug("! unregister %s %s: %s", registration.kind, registration.name, error)
+            return False
+        except RosError as error:
+            _log.warning("unregistering the %s %s: %s", registration.kind, registration.name, error)
+        return True
+
+    def register_all(self) -> bool:
+        """Register everything again; True when all of it stands.
+
+        One refusal does not stop the others. A lost master stops the round: the watchdog comes back.
+        """
+        with self._lock:
+            self._pending = set(self._table)
+        return self.register_pending()
+
+    def register_pending(self) -> bool:
+        """Register what the last round left out; True when nothing is left."""
+        for key in sorted(self.pending):
+            with self._lock:
+                registration = self._table.get(key)
+            if registration is not None:
+                try:
+                    registration.register(self._master)
+                except (ConnectionLost, RosTimeout) as error:
+                    _log.debug("! register %s %s: %s", *key, error)
+                    return False
+                except RosError as error:
+                    _log.error("registering the %s %s again: %s", *key, error)
+                    continue
+            self._settle(key)
+        return not self.pending
+
+    def _settle(self, key: tuple[str, str]) -> None:
+        """Note that `key` stands; undo it when it was removed while it was being registered."""
+        with self._lock:
+            self._pending.discard(key)
+
+    def unregister_all(self, deadline: Deadline) -> None:
+        """Take everything back, the newest first; stops at the deadline or when the master is away."""
+        with self._lock:
+            registrations = list(self._table.values())[::-1]
+            self._table.clear()
+            self._pending.clear()
+        for registration in registrations:
+            if deadline.expired or not self._take_back(registration):
+                return
+
+    @property
+    def pending(self) -> frozenset[tuple[str, str]]:
+        """(kind, name) of what is to be registered again."""
+        with self._lock:
+            return frozenset(self._pending)
+
+    def of_kind(self, kind: str) -> list[Registration]:
+        """The present registrations of one kind."""
+        with self._lock:
+            return [registration for (k, _), registration in self._table.items() if k == kind]
+
+    def __len__(self) -> int:
+        return len(self._table)

@@ -1,0 +1,99 @@
+"""The TCPROS server of a node: one listening socket for its publishers and its services.
+
+The connection header says what the other side wants: `topic` a subscriber, `service` a service client. Each
+connection's header is read in the connection's own thread, off the accept loop and on a deadline, so a silent
+peer delays nobody (rospy reads it in the accept loop and hangs: wire_pitfalls 10).
+
+Source: wiki.ros.org/ROS/TCPROS.
+"""
+
+from __future__ import annotations
+
+import logging
+import socket
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
+
+from rosproto.errors import ConnectionLost, RosError, RosTimeout
+from rosproto.protocol.handshake import error_header
+from rosproto.transport.deadline import Deadline
+from rosproto.transport.tcp import tune
+from rosproto.transport.tcp_server import TcpServer
+from rosproto.transport.tcpros_io import read_header, write_header
+
+if TYPE_CHECKING:
+    from rosproto.protocol.limits import Limits
+
+__all__ = ["TcprosServer"]
+
+_log = logging.getLogger("rosproto.node")
+
+OnConnection = Callable[[socket.socket, dict[str, str], tuple[str, int]], None]
+
+
+class TcprosServer:
+    """Reads the header of every incoming connection and hands the socket over.
+
+    Attributes:
+        on_topic: Called with (socket, header fields, peer) for a subscriber. It owns the socket from then on.
+        on_service: The same for a service client; it runs as long as the connection does.
+        refused: Connections refused so far, for whatever reason.
+    """
+
+    def __init__(
+        self,
+        host: str,
+        *,
+        limits: Limits,
+        on_topic: OnConnection,
+        allow: Iterable[str] | None = None,
+        name: str = "tcpros",
+        port: int = 0,
+    ) -> None:
+        self._limits = limits
+        self.on_topic = on_topic
+        self.on_service: OnConnection | None = None
+        self.refused = 0
+        self._server = TcpServer(host, port, self._accept, limits=limits, allow=allow, name=name)
+
+    @property
+    def port(self) -> int:
+        return self._server.port
+
+    def close(self, timeout: float = 2.0) -> None:
+        """Stop listening and end what is still in its handshake or in a service."""
+        self._server.close(timeout)
+
+    def _accept(self, sock: socket.socket, peer: tuple[str, int]) -> None:
+        deadline = Deadline(self._limits.handshake_seconds)
+        try:
+            fields = read_header(sock, self._limits, deadline)
+        except (ConnectionLost, RosTimeout) as error:
+            # Connecting and closing is how tools probe a port (pitfall 8): not worth a warning.
+            _log.debug("! %s:%s sent no connection header: %s", *peer[:2], error)
+            sock.close()
+            return
+        except RosError as error:
+            self._refuse(sock, peer, str(error))
+            return
+        tune(sock)
+        if "service" in fields and self.on_service is not None:
+            self.on_service(sock, fields, peer)
+        elif "topic" in fields:
+            self.on_topic(sock, fields, peer)
+        else:
+            self._refuse(sock, peer, "the connection header names neither a topic nor a service of this node")
+
+    def _refuse(self, sock: socket.socket, peer: tuple[str, int], why: str) -> None:
+        self.refused += 1
+        _log.warning("connection from %s:%s refused: %s", *peer[:2], why[:500])
+        refuse(sock, why)
+
+
+def refuse(sock: socket.socket, why: str) -> None:
+    """Tell the peer why in an error header, then close; never raises."""
+    try:
+        write_header(sock, error_header(why), Deadline(1.0))
+    except (RosError, OSError):
+        pass  # it is gone already: nobody left to tell
+    sock.close()
