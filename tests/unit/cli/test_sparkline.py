@@ -1,0 +1,35 @@
+"""Small pictures of numbers."""
+
+from __future__ import annotations
+
+import math
+
+from rosproto.cli.sparkline import plot, sparkline
+
+
+def test_low_to_high() -> None:
+    """The bars rise with the values."""
+    assert sparkline([0, 1, 2, 3, 4, 5, 6, 7]) == "▁▂▃▄▅▆▇█"
+    assert sparkline([0, 7], ascii_only=True) == "_#"
+
+
+def test_odd_values() -> None:
+    """Equal, missing and no values are drawn without an error."""
+    assert sparkline([2, 2]) == "▁▁"
+    assert sparkline([1, math.nan, 2]) == "▁ █"
+    assert sparkline([]) == ""
+    assert sparkline([math.nan]) == " "
+
+
+def test_width_averages_neighbours() -> None:
+    """Many values fit a narrow line."""
+    assert sparkline([0, 0, 1, 1], width=2) == "▁█"
+
+
+def test_plot_has_the_range_at_its_left() -> None:
+    """The highest value stands at the top, the lowest at the bottom."""
+    lines = plot([0.0, 1.0, 2.0, 3.0], width=4, height=3).splitlines()
+    assert len(lines) == 3
+    assert lines[0].startswith("3 ┤")
+    assert lines[-1].startswith("0 ┤")
+    assert plot([math.nan]) == "(no finite values yet)"
