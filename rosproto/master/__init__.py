@@ -1,0 +1,21 @@
+"""A ROS master: registry and parameter tree (pure), and the server around them."""
+
+from __future__ import annotations
+
+from .api import MasterApi
+from .notifications import Notification, ParamUpdate, PublisherUpdate, Shutdown
+from .notifier import Notifier
+from .parameters import ParameterTree
+from .registry import Answer, Registry
+
+__all__ = [
+    "Answer",
+    "MasterApi",
+    "Notification",
+    "Notifier",
+    "ParamUpdate",
+    "ParameterTree",
+    "PublisherUpdate",
+    "Registry",
+    "Shutdown",
+]

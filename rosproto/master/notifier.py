@@ -1,0 +1,276 @@
+"""Carries the master's notifications to the nodes: a queue per node, and nobody waits for anybody else.
+
+Calls to one node are made one after the other, in order; calls to different nodes run side by side, each
+node on a worker thread of its own while it has something to get. Of several notifications with the same
+`key` only the newest is sent: what matters is the list of publishers now, not the way there. A replaced
+notification goes to the end of the queue, so `/a` and `/a/b` written in turn arrive in an order that ends at
+the right tree.
+
+Two lanes keep the bounds honest. A node is served in the *prompt* lane until a call to it times out or its
+host cannot be reached; then it moves to the *patient* lane, which has few threads, and is tried again with
+growing pauses. So any number of dead nodes costs a few threads and delays only dead nodes. A refused
+connection is final: nobody listens there any more, and a node that comes back registers again, which gives
+it the whole list. Threads end when they have been idle for a moment.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import logging
+import threading
+import time
+from collections.abc import Callable
+from enum import Enum
+from typing import Protocol
+
+from .notifications import Notification
+
+__all__ = ["Delivery", "Notifier", "Sender"]
+
+_log = logging.getLogger("rosproto.master")
+
+PAUSES = (1.0, 2.0, 4.0, 8.0)  # seconds before each further attempt; then the node's queue is given up
+IDLE_SECONDS = 1.0
+SUSPECTS = 1024  # nodes remembered as slow, so that the next call to them goes to the patient lane at once
+
+
+class Delivery(Enum):
+    """What became of one call."""
+
+    DONE = "done"  # answered, whatever the answer: the node knows
+    GONE = "gone"  # nobody listens there
+    SILENT = "silent"  # no answer in time, host unreachable: may be back later
+
+
+class Sender(Protocol):
+    """Makes calls to one node; one is opened per worker and node, so its connection can be kept."""
+
+    def send(self, note: Notification) -> Delivery:
+        """Make one call; returns within the sender's own timeout and does not raise."""
+        ...
+
+    def close(self) -> None:
+        """Release the connection; makes a running `send` return early where the system allows it."""
+        ...
+
+
+class _Queue:
+    """What one node has to get."""
+
+    __slots__ = ("attempts", "pending", "uri")
+
+    def __init__(self, uri: str) -> None:
+        self.uri = uri
+        self.pending: dict[tuple[str, str], Notification] = {}
+        self.attempts = 0
+
+
+class _Lane:
+    """Work that is due, and the threads that do it. All state belongs to the notifier's lock."""
+
+    def __init__(self, name: str, workers: int, lock: threading.Lock) -> None:
+        self.name = name
+        self.most = workers
+        self.ready: list[tuple[float, int, _Queue]] = []  # heap by due time
+        self.threads: set[threading.Thread] = set()
+        self.idle = 0
+        self.changed = threading.Condition(lock)
+
+
+class Notifier:
+    """Delivers notifications in the background.
+
+    Args:
+        connect: Opens a `Sender` for a URI.
+        prompt_workers: Nodes served at the same time.
+        patient_workers: Silent nodes tried at the same time.
+        pending_per_node: Different notifications kept for one node; beyond that the oldest is dropped.
+        monotonic: Clock for the pauses.
+    """
+
+    def __init__(
+        self,
+        connect: Callable[[str], Sender],
+        *,
+        prompt_workers: int = 64,
+        patient_workers: int = 8,
+        pending_per_node: int = 10_000,
+        monotonic: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._connect = connect
+        self._monotonic = monotonic
+        self._pending_per_node = pending_per_node
+        self._lock = threading.Lock()
+        self._prompt = _Lane("prompt", prompt_workers, self._lock)
+        self._patient = _Lane("patient", patient_workers, self._lock)
+        self._quiet = threading.Condition(self._lock)
+        self._queues: dict[str, _Queue] = {}
+        self._suspects: dict[str, None] = {}
+        self._senders: set[Sender] = set()
+        self._order = itertools.count()
+        self._closed = False
+        self._counts = dict.fromkeys(("sent", "replaced", "dropped", "failed"), 0)
+
+    def post(self, note: Notification) -> None:
+        """Queue a notification; never blocks. Nothing happens after `close`."""
+        with self._lock:
+            if self._closed:
+                return
+            queue = self._queues.get(note.uri)
+            if queue is None:
+                queue = self._queues[note.uri] = _Queue(note.uri)
+                lane = self._patient if note.uri in self._suspects else self._prompt
+                self._schedule(lane, queue, 0.0)
+            if queue.pending.pop(note.key, None) is not None:
+                self._counts["replaced"] += 1
+            elif len(queue.pending) >= self._pending_per_node:
+                del queue.pending[next(iter(queue.pending))]
+                self._counts["dropped"] += 1
+            queue.pending[note.key] = note
+
+    def wait_until_quiet(self, timeout: float | None = 5.0) -> bool:
+        """Wait until everything was delivered or given up; False when that took longer."""
+        with self._lock:
+            return self._quiet.wait_for(lambda: not self._queues, timeout)
+
+    def stats(self) -> dict[str, int]:
+        """Counters sent, replaced, dropped, failed (calls given up); and nodes, threads at this moment."""
+        with self._lock:
+            threads = len(self._prompt.threads) + len(self._patient.threads)
+            return {**self._counts, "nodes": len(self._queues), "threads": threads}
+
+    def close(self, timeout: float = 2.0) -> None:
+        """Drop what is queued and end the threads, within `timeout` seconds; idempotent."""
+        with self._lock:
+            self._closed = True
+            self._queues.clear()
+            for lane in (self._prompt, self._patient):
+                lane.ready.clear()
+                lane.changed.notify_all()
+            self._quiet.notify_all()
+            senders = list(self._senders)
+            threads = [*self._prompt.threads, *self._patient.threads]
+        for sender in senders:
+            sender.close()
+        end = time.monotonic() + timeout
+        for thread in threads:
+            if thread is not threading.current_thread():
+                thread.join(max(0.0, end - time.monotonic()))
+
+    # -- inside; all but `_work`, `_serve` and `_send` are called with the lock held ------------------------
+
+    def _schedule(self, lane: _Lane, queue: _Queue, pause: float) -> None:
+        assert self._lock.locked()
+        heapq.heappush(lane.ready, (self._monotonic() + pause, next(self._order), queue))
+        self._grow(lane)
+        lane.changed.notify()
+
+    def _grow(self, lane: _Lane) -> None:
+        """Start a worker when more nodes wait than workers."""
+        if lane.idle >= len(lane.ready) or len(lane.threads) >= lane.most:
+            return
+        name = f"rosproto:master-notify-{lane.name}"
+        thread = threading.Thread(target=self._work, args=(lane,), name=name, daemon=True)
+        lane.threads.add(thread)
+        try:
+            thread.start()
+        except RuntimeError:  # the process has no thread left; a running worker takes it over
+            lane.threads.discard(thread)
+            _log.warning("! no further thread for notifications, %d at work", len(lane.threads))
+
+    def _work(self, lane: _Lane) -> None:
+        """One worker: serve due nodes until there were none for a while."""
+        while True:
+            with self._lock:
+                queue = self._take(lane)
+                if queue is None:
+                    # In the same locked section as the decision, or `_grow` could count on this thread.
+                    lane.threads.discard(threading.current_thread())
+                    return
+            self._serve(queue)
+
+    def _take(self, lane: _Lane) -> _Queue | None:
+        """The next due node; None when this worker shall end."""
+        give_up = self._monotonic() + IDLE_SECONDS
+        lane.idle += 1
+        try:
+            while not self._closed:
+                now = self._monotonic()
+                if lane.ready and lane.ready[0][0] <= now:
+                    queue = heapq.heappop(lane.ready)[2]
+                    lane.idle -= 1
+                    self._grow(lane)  # this worker may be busy for long; what is due next needs another
+                    lane.idle += 1
+                    return queue
+                # Somebody has to stay for work that is due later; any other idle worker may go.
+                needed = bool(lane.ready) and lane.idle == 1
+                if now >= give_up and not needed:
+                    return None
+                due = lane.ready[0][0] if lane.ready else give_up
+                lane.changed.wait(max(0.0, (due if needed else min(due, give_up)) - now))
+            return None
+        finally:
+            lane.idle -= 1
+
+    def _serve(self, queue: _Queue) -> None:
+        """Send what a node has pending, one call after the other."""
+        sender = self._connect(queue.uri)
+        with self._lock:
+            self._senders.add(sender)
+        try:
+            while True:
+                with self._lock:
+                    if self._closed or not queue.pending:
+                        self._forget(queue)
+                        return
+                    note = queue.pending.pop(next(iter(queue.pending)))
+                outcome = self._send(sender, note)
+                with self._lock:
+                    if self._settle(queue, note, outcome):
+                        return
+        finally:
+            with self._lock:
+                self._senders.discard(sender)
+            sender.close()
+
+    def _send(self, sender: Sender, note: Notification) -> Delivery:
+        try:
+            return sender.send(note)
+        except Exception:  # a worker must survive a sender's bug; the node is not to blame
+            _log.exception("! sending %s to %s failed", note.key, note.uri)
+            return Delivery.GONE
+
+    def _settle(self, queue: _Queue, note: Notification, outcome: Delivery) -> bool:
+        """Book one call; True when this worker is done with the node for now."""
+        if outcome is Delivery.DONE:
+            self._counts["sent"] += 1
+            self._suspects.pop(queue.uri, None)
+            queue.attempts = 0
+            return False
+        if self._closed:
+            return True
+        if outcome is Delivery.SILENT and queue.attempts < len(PAUSES):
+            # Unless something newer replaced it meanwhile, the same call is made again, first of all.
+            if note.key not in queue.pending:
+                queue.pending = {note.key: note, **queue.pending}
+            self._suspect(queue.uri)
+            pause = PAUSES[queue.attempts]
+            queue.attempts += 1
+            self._schedule(self._patient, queue, pause)
+            return True
+        self._counts["failed"] += 1 + len(queue.pending)
+        _log.warning("! %s is %s: gave up %s and what followed", queue.uri, outcome.value, note.key)
+        self._forget(queue)
+        return True
+
+    def _suspect(self, uri: str) -> None:
+        self._suspects.pop(uri, None)
+        self._suspects[uri] = None
+        if len(self._suspects) > SUSPECTS:
+            del self._suspects[next(iter(self._suspects))]
+
+    def _forget(self, queue: _Queue) -> None:
+        self._queues.pop(queue.uri, None)
+        if not self._queues:
+            self._quiet.notify_all()

@@ -1,0 +1,254 @@
+"""The parameter server's tree, without sockets or threads (wiki.ros.org/Parameter%20Server).
+
+A key names a place in a tree of dicts: `/a/b` is entry "b" of the dict at `/a`. Reading a namespace gives
+the dict below it; writing a dict replaces everything below. Dict keys that contain "/" are kept as they are,
+as rosmaster does: they come back in the dict and cannot be reached by name.
+
+The tree is copied on write along the written path, so a value that was handed out never changes: it can be
+encoded outside any lock, without a deep copy.
+
+Who is told of a change follows rosmaster's `compute_param_updates` (paramserver.py), keys with a trailing
+slash and `{}` for "deleted" included. One addition: subscribers below a namespace that is replaced by a
+plain value are told of the deletion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from .notifications import ParamUpdate
+
+__all__ = ["ParameterTree", "subscription_key"]
+
+Subscribers = Mapping[str, Mapping[tuple[str, str], None]]
+
+_INT_MIN, _INT_MAX = -(1 << 31), (1 << 31) - 1
+_ENTRY_BYTES = 64  # rough cost of one value or dict entry in this process
+
+
+def subscription_key(key: str) -> str:
+    """The form under which subscriptions of `key` are kept and announced: with a trailing slash."""
+    return "/" + "".join(f"{part}/" for part in key.split("/") if part)
+
+
+class ParameterTree:
+    """Values and who hears of them. Not thread-safe: the caller holds a lock around every method.
+
+    Args:
+        subscribers: Live view: subscription key -> {(node name, node URI): None}.
+        max_bytes: Rough size of all values together.
+        max_depth: Nesting of the tree; deeper values could not be answered within `Limits.xml_depth`.
+    """
+
+    def __init__(
+        self, subscribers: Subscribers | None = None, *, max_bytes: int = 256 << 20, max_depth: int = 60
+    ) -> None:
+        self.max_bytes = max_bytes
+        self.max_depth = max_depth
+        self._subscribers: Subscribers = {} if subscribers is None else subscribers
+        self._root: dict[str, object] = {}
+        self._bytes = _ENTRY_BYTES
+
+    def get(self, key: str) -> object:
+        """Value or subtree at a resolved key.
+
+        Raises:
+            KeyError: Nothing is set there.
+        """
+        value: object = self._root
+        for part in _parts(key):
+            if not isinstance(value, dict):
+                raise KeyError(key)
+            value = value[part]
+        return value
+
+    def has(self, key: str) -> bool:
+        """Whether `get` would answer."""
+        try:
+            self.get(key)
+        except KeyError:
+            return False
+        return True
+
+    def set(self, key: str, value: object, caller_id: str | None = None) -> list[ParamUpdate]:
+        """Store a value; a dict replaces the whole subtree.
+
+        Args:
+            key: Resolved key; "/" replaces the whole tree and needs a dict.
+            value: Anything XML-RPC can carry back; owned by the tree from now on.
+            caller_id: Who sets it: that node is not told about this key and those above.
+
+        Raises:
+            TypeError: The root is set to something else than a dict.
+            ValueError: The value cannot be answered later (nil, int beyond 32 bits), is nested too deep, or
+                the tree is full.
+        """
+        parts = _parts(key)
+        if len(parts) > self.max_depth:
+            raise ValueError("is nested too deep")
+        weight = _weigh(value, self.max_depth - len(parts))
+        former = self._peek(parts)
+        if parts:
+            root, growth = _replaced(self._root, parts, value, weight)
+        elif isinstance(value, dict):
+            root, growth = value, weight - self._bytes
+        else:
+            raise TypeError("cannot set root of parameter tree to non-dictionary")
+        if growth > 0 and self._bytes + growth > self.max_bytes:
+            raise ValueError(f"holds {growth} bytes, but the parameter server is full ({self.max_bytes})")
+        self._root = root
+        self._bytes += growth
+        return self._updates(key, value, caller_id, below=isinstance(former, dict))
+
+    def delete(self, key: str) -> list[ParamUpdate]:
+        """Remove a value or subtree; everybody who subscribed is told, the caller too.
+
+        Raises:
+            KeyError: Nothing is set there, or it is the root.
+        """
+        parts = _parts(key)
+        if not parts or not self.has(key):
+            raise KeyError(key)
+        self._root, growth = _replaced(self._root, parts, _DELETED, 0)
+        self._bytes += growth
+        return self._updates(key, {}, None, below=True)
+
+    def search(self, namespace: str, key: str) -> str | None:
+        """Find `key` upwards from `namespace`, usually a node name.
+
+        Only the first part of `key` has to exist: searching "robot_description/arm" finds the nearest
+        "robot_description" and returns the key below it, set or not.
+
+        Raises:
+            ValueError: `key` is empty or private, or `namespace` is not global.
+        """
+        if not key or key.startswith("~"):
+            raise ValueError("invalid key")
+        if not namespace.startswith("/"):
+            raise ValueError("namespace must be global")
+        if key.startswith("/"):
+            return key if self.has(key) else None
+        first = key.split("/")[0]
+        spaces = _parts(namespace)[: self.max_depth]
+        for depth in range(len(spaces), -1, -1):
+            base = "".join(f"/{part}" for part in spaces[:depth])
+            if self.has(f"{base}/{first}"):
+                return f"{base}/{key}"
+        return None
+
+    def names(self) -> list[str]:
+        """Keys of all values that are not namespaces."""
+        return list(_leaves("/", self._root))
+
+    def _peek(self, parts: list[str]) -> object:
+        try:
+            return self.get("/".join(["", *parts]))
+        except KeyError:
+            return None
+
+    def _updates(self, key: str, value: object, ignore: str | None, *, below: bool) -> list[ParamUpdate]:
+        """Who is told what after `key` became `value` (`{}`: deleted); `below`: also ask below the key."""
+        if not self._subscribers:
+            return []
+        changed = subscription_key(key)
+        updates = [
+            ParamUpdate(uri, changed, value)
+            for above in _upwards(changed)
+            for name, uri in self._subscribers.get(above, ())
+            if name != ignore
+        ]
+        if below or isinstance(value, dict):
+            for subscribed, nodes in self._subscribers.items():
+                if subscribed != changed and subscribed.startswith(changed):
+                    new = _below(value, subscribed[len(changed) :])
+                    updates += [ParamUpdate(uri, subscribed, new) for _, uri in nodes]
+        return updates
+
+
+_DELETED = object()
+
+
+def _parts(key: str) -> list[str]:
+    return [part for part in key.split("/") if part]
+
+
+def _upwards(subscribed: str) -> Iterator[str]:
+    """Subscription keys of a key and all above it: `/a/b/`, `/a/`, `/`."""
+    yield subscribed
+    while subscribed != "/":
+        subscribed = subscribed[: subscribed.rindex("/", 0, -1) + 1]
+        yield subscribed
+
+
+def _below(value: object, path: str) -> object:
+    """What is at a relative path inside a new value; `{}`, which means deleted, when there is nothing."""
+    for part in _parts(path):
+        if not isinstance(value, dict) or part not in value:
+            return {}
+        value = value[part]
+    return value
+
+
+def _leaves(prefix: str, tree: dict[str, object]) -> Iterator[str]:
+    for name, value in tree.items():
+        if isinstance(value, dict):
+            yield from _leaves(f"{prefix}{name}/", value)
+        else:
+            yield prefix + name
+
+
+def _replaced(
+    tree: dict[str, object], parts: list[str], value: object, weight: int
+) -> tuple[dict[str, object], int]:
+    """A copy of `tree` with one place changed or removed, and by how many bytes it grew.
+
+    A plain value on the way becomes a namespace, as in rosmaster. Recursion is bounded by the tree's depth.
+    """
+    head, rest = parts[0], parts[1:]
+    copy = dict(tree)
+    growth = 0 if head in tree else _ENTRY_BYTES + len(head)
+    if rest:
+        child = tree.get(head)
+        if not isinstance(child, dict):
+            growth += _ENTRY_BYTES - (_weigh(child) if head in tree else 0)
+            child = {}
+        copy[head], more = _replaced(child, rest, value, weight)
+        return copy, growth + more
+    former = _weigh(tree[head]) if head in tree else 0
+    if value is _DELETED:
+        del copy[head]
+        return copy, -former - _ENTRY_BYTES - len(head)
+    copy[head] = value
+    return copy, growth + weight - former
+
+
+def _weigh(value: object, depth: int = 1 << 30) -> int:
+    """Rough size in bytes of a value, which is checked on the way.
+
+    Raises:
+        ValueError: It is nested deeper than `depth`, or could not be sent back over XML-RPC.
+    """
+    total = 0
+    todo = [(value, depth)]
+    while todo:
+        item, left = todo.pop()
+        total += _ENTRY_BYTES
+        if isinstance(item, (dict, list, tuple)):
+            if left <= 0:
+                raise ValueError("is nested too deep")
+            if isinstance(item, dict):
+                total += sum(_ENTRY_BYTES + len(name) for name in item)
+                item = item.values()
+            todo += [(inner, left - 1) for inner in item]
+        else:
+            total += _weigh_plain(item)
+    return total
+
+
+def _weigh_plain(item: object) -> int:
+    if item is None:
+        raise ValueError("holds nil, which XML-RPC cannot carry back")
+    # rosmaster stores such a number, and every getParam of it is a Fault from then on.
+    if isinstance(item, int) and not _INT_MIN <= item <= _INT_MAX:
+        raise ValueError(f"holds {item}, but XML-RPC integers have 32 bits; use a string or a double")
+    return len(item) if isinstance(item, (str, bytes, bytearray)) else 0

@@ -1,0 +1,312 @@
+"""Who publishes, subscribes and serves what: the graph of a master, without sockets, threads or clocks.
+
+Every method returns an `Answer`: the status triple of the Master API (wiki.ros.org/ROS/Master_API) and the
+notifications that follow from it. Reply texts and status codes are rosmaster's (rosmaster/registrations.py
+and master_api.py of ros_comm), because tools print and people search for them. Names and URIs are validated
+by the caller (`validation.py`).
+
+Where this differs from rosmaster, on purpose:
+
+- A node that comes back under a new URI loses all registrations of its former life, and the subscribers of
+  what it published are told. rosmaster tells nobody, and their links to the dead publisher linger.
+- A node whose only service was taken over by another node is forgotten. rosmaster keeps it for ever.
+- The number of registrations and of remembered types of vanished topics is bounded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from .notifications import Notification, PublisherUpdate, Shutdown
+
+__all__ = ["Answer", "Registry"]
+
+ANY_TYPE = "*"
+FAILURE, SUCCESS, ERROR = 0, 1, -1
+
+# getTopicTypes goes on telling the types of topics that nobody uses any more, as rosmaster's does
+# (`rostopic type` of a topic that was just closed); only so many of them.
+MAX_RETIRED_TYPES = 10_000
+
+
+class Answer(NamedTuple):
+    """A status triple and what to send because of it.
+
+    Attributes:
+        code: 1 success, 0 failure, -1 caller's error.
+        text: For people.
+        value: Depends on the method; a documented default when `code` is not 1.
+        notifications: To be sent, in this order.
+    """
+
+    code: int
+    text: str
+    value: object
+    notifications: tuple[Notification, ...] = ()
+
+    @property
+    def triple(self) -> list[object]:
+        """The reply as it goes over the wire."""
+        return [self.code, self.text, self.value]
+
+
+class _Node:
+    """One registered name: where it answers and what it is registered for."""
+
+    __slots__ = ("held", "name", "uri")
+
+    def __init__(self, name: str, uri: str) -> None:
+        self.name = name
+        self.uri = uri
+        # (kind, key) pairs; a dict keeps the order of registration.
+        self.held: dict[tuple[Registrations, str], None] = {}
+
+    def keys(self, kind: Registrations) -> frozenset[str]:
+        return frozenset(key for held_kind, key in self.held if held_kind is kind)
+
+
+class Registrations:
+    """Registrations of one kind: key (topic, service or parameter) -> who, in order of arrival.
+
+    Attributes:
+        providers: key -> {(node name, node URI): None}; keys without anybody are absent.
+    """
+
+    __slots__ = ("providers",)
+
+    def __init__(self) -> None:
+        self.providers: dict[str, dict[tuple[str, str], None]] = {}
+
+    def add(self, key: str, name: str, uri: str) -> None:
+        self.providers.setdefault(key, {})[name, uri] = None
+
+    def remove(self, key: str, name: str, uri: str) -> bool:
+        """Remove one registration; True when there was one."""
+        entries = self.providers.get(key)
+        if entries is None or (name, uri) not in entries:
+            return False
+        del entries[name, uri]
+        if not entries:
+            del self.providers[key]
+        return True
+
+    def uris(self, key: str) -> tuple[str, ...]:
+        return tuple(uri for _, uri in self.providers.get(key, ()))
+
+    def state(self) -> list[list[object]]:
+        """Rows of getSystemState: [key, [node name, ...]]."""
+        return [[key, [name for name, _ in entries]] for key, entries in self.providers.items()]
+
+
+class Registry:
+    """The graph. Not thread-safe: the caller holds a lock around every method.
+
+    Args:
+        capacity: Registrations of all kinds together; more are refused with status 0.
+    """
+
+    def __init__(self, *, capacity: int = 200_000) -> None:
+        self.capacity = capacity
+        self.publishers = Registrations()
+        self.subscribers = Registrations()
+        self.services = Registrations()
+        self.param_subscribers = Registrations()
+        self._service_uris: dict[str, tuple[str, str]] = {}  # service -> (node name, rosrpc URI)
+        self._types: dict[str, str] = {}
+        self._retired: dict[str, None] = {}  # topics with a type and nobody on them, oldest first
+        self._nodes: dict[str, _Node] = {}
+        self._count = 0
+
+    # -- topics ------------------------------------------------------------------------------------------
+
+    def register_publisher(self, name: str, topic: str, type_name: str, uri: str) -> Answer:
+        """Add a publisher; the value is the list of subscriber URIs, each of which is told."""
+        if self._full(name, self.publishers, topic, uri):
+            return self._refusal([])
+        notes = self._register(self.publishers, topic, name, uri)
+        # '*' must not squash a known type, but a publisher's concrete type replaces an older one.
+        if type_name != ANY_TYPE or topic not in self._types:
+            self._types[topic] = type_name
+        notes += self._publisher_updates([topic])
+        text = f"Registered [{name}] as publisher of [{topic}]"
+        return Answer(SUCCESS, text, list(self.subscribers.uris(topic)), tuple(notes))
+
+    def unregister_publisher(self, name: str, topic: str, uri: str) -> Answer:
+        """Remove a publisher; the value is 1 when it was one, and its subscribers are told."""
+        answer = self._unregister(self.publishers, topic, name, uri)
+        if not answer.value:
+            return answer
+        self._retire([topic])
+        return answer._replace(notifications=tuple(self._publisher_updates([topic])))
+
+    def register_subscriber(self, name: str, topic: str, type_name: str, uri: str) -> Answer:
+        """Add a subscriber; the value is the list of publisher URIs."""
+        if self._full(name, self.subscribers, topic, uri):
+            return self._refusal([])
+        notes = self._register(self.subscribers, topic, name, uri)
+        if type_name != ANY_TYPE:
+            self._types.setdefault(topic, type_name)
+        return Answer(SUCCESS, f"Subscribed to [{topic}]", list(self.publishers.uris(topic)), tuple(notes))
+
+    def unregister_subscriber(self, name: str, topic: str, uri: str) -> Answer:
+        """Remove a subscriber; the value is 1 when it was one."""
+        answer = self._unregister(self.subscribers, topic, name, uri)
+        self._retire([topic])
+        return answer
+
+    # -- services ----------------------------------------------------------------------------------------
+
+    def register_service(self, name: str, service: str, service_uri: str, uri: str) -> Answer:
+        """Make this node the one provider of a service; a former provider is replaced."""
+        if self._full(name, self.services, service, uri):
+            return self._refusal(0)
+        notes = self._register(self.services, service, name, uri)
+        for former in [entry for entry in self.services.providers[service] if entry != (name, uri)]:
+            self._drop(self.services, service, *former)
+        self._service_uris[service] = (name, service_uri)
+        return Answer(SUCCESS, f"Registered [{name}] as provider of [{service}]", 1, tuple(notes))
+
+    def unregister_service(self, name: str, service: str, service_uri: str) -> Answer:
+        """Remove a service; ignored (value 0) unless `service_uri` is the current one of this node."""
+        node = self._nodes.get(name)
+        if node is None:
+            return Answer(SUCCESS, f"[{name}] is not a registered node", 0)
+        if self._service_uris.get(service) != (name, service_uri):
+            text = f"[{service_uri}] is no longer the current service api handle for [{service}]"
+            return Answer(SUCCESS, text, 0)
+        del self._service_uris[service]
+        self._drop(self.services, service, name, node.uri)
+        return Answer(SUCCESS, f"Unregistered [{name}] as provider of [{service}]", 1)
+
+    def lookup_service(self, service: str) -> Answer:
+        """Where a service is provided: its rosrpc URI, "" (status -1) when nobody does."""
+        found = self._service_uris.get(service)
+        if found is None:
+            return Answer(ERROR, "no provider", "")
+        return Answer(SUCCESS, f"rosrpc URI: [{found[1]}]", found[1])
+
+    # -- parameter subscriptions (values live in `parameters.py`) --------------------------------------------
+
+    def subscribe_param(self, name: str, key: str, uri: str) -> Answer:
+        """Add a subscription of `key` (as `parameters.subscription_key` makes it)."""
+        if self._full(name, self.param_subscribers, key, uri):
+            return self._refusal(0)
+        notes = self._register(self.param_subscribers, key, name, uri)
+        return Answer(SUCCESS, "", 0, tuple(notes))
+
+    def unsubscribe_param(self, name: str, key: str, uri: str) -> Answer:
+        """Remove a subscription; the value is 1 when there was one."""
+        return self._unregister(self.param_subscribers, key, name, uri)
+
+    # -- questions ---------------------------------------------------------------------------------------
+
+    def lookup_node(self, name: str) -> Answer:
+        """XML-RPC URI of a node; "" (status -1) when unknown."""
+        node = self._nodes.get(name)
+        if node is None:
+            return Answer(ERROR, f"unknown node [{name}]", "")
+        return Answer(SUCCESS, "node api", node.uri)
+
+    def published_topics(self, subgraph: str) -> Answer:
+        """[topic, type] of every topic with a publisher, below `subgraph` ("" for all)."""
+        if subgraph and not subgraph.endswith("/"):
+            subgraph += "/"
+        rows = [[t, self._types[t]] for t in self.publishers.providers if t.startswith(subgraph)]
+        return Answer(SUCCESS, "current topics", rows)
+
+    def topic_types(self) -> Answer:
+        """[topic, type] of every topic whose type was ever told, also when nobody publishes it."""
+        return Answer(SUCCESS, "current system state", [list(row) for row in self._types.items()])
+
+    def system_state(self) -> Answer:
+        """[publishers, subscribers, services], each with rows [name, [node, ...]]."""
+        kinds = (self.publishers, self.subscribers, self.services)
+        return Answer(SUCCESS, "current system state", [kind.state() for kind in kinds])
+
+    def names_at(self, uri: str) -> list[str]:
+        """Names of the nodes registered with this URI (compared by host and port, pitfall 28)."""
+        wanted = _endpoint(uri)
+        return [node.name for node in self._nodes.values() if _endpoint(node.uri) == wanted]
+
+    def __len__(self) -> int:
+        """Registrations of all kinds."""
+        return self._count
+
+    # -- inside ------------------------------------------------------------------------------------------
+
+    def _full(self, name: str, kind: Registrations, key: str, uri: str) -> bool:
+        return self._count >= self.capacity and (name, uri) not in kind.providers.get(key, ())
+
+    def _refusal(self, value: object) -> Answer:
+        return Answer(FAILURE, f"the master holds {self._count} registrations and takes no more", value)
+
+    def _register(self, kind: Registrations, key: str, name: str, uri: str) -> list[Notification]:
+        """Enter one registration; returns what follows when the name was somewhere else before."""
+        node = self._nodes.get(name)
+        notes: list[Notification] = []
+        if node is None or node.uri != uri:
+            if node is not None:
+                notes = self._bump(node)
+            node = self._nodes[name] = _Node(name, uri)
+        if (kind, key) not in node.held:
+            node.held[kind, key] = None
+            self._count += 1
+        kind.add(key, name, uri)
+        if kind is self.publishers or kind is self.subscribers:
+            self._retired.pop(key, None)
+        return notes
+
+    def _bump(self, node: _Node) -> list[Notification]:
+        """Forget a node whose name is taken over: shut it down, tell those who listened to it."""
+        published, subscribed = node.keys(self.publishers), node.keys(self.subscribers)
+        reason = f"[{node.name}] Reason: new node registered with same name"
+        notes: list[Notification] = [Shutdown(node.uri, node.name, reason, published, subscribed)]
+        for kind, key in list(node.held):
+            if kind is self.services:
+                self._service_uris.pop(key, None)
+            self._drop(kind, key, node.name, node.uri)
+        self._retire(published | subscribed)
+        return notes + self._publisher_updates(sorted(published))
+
+    def _unregister(self, kind: Registrations, key: str, name: str, uri: str) -> Answer:
+        if name not in self._nodes:
+            return Answer(SUCCESS, f"[{name}] is not a registered node", 0)
+        if not self._drop(kind, key, name, uri):
+            return Answer(SUCCESS, f"[{name}] is not a known provider of [{key}]", 0)
+        return Answer(SUCCESS, f"Unregistered [{name}] as provider of [{key}]", 1)
+
+    def _drop(self, kind: Registrations, key: str, name: str, uri: str) -> bool:
+        """Take out one registration, and the node with its last one."""
+        if not kind.remove(key, name, uri):
+            return False
+        self._count -= 1
+        node = self._nodes[name]
+        del node.held[kind, key]
+        if not node.held:
+            del self._nodes[name]
+        return True
+
+    def _publisher_updates(self, topics: Iterable[str]) -> list[Notification]:
+        notes: list[Notification] = []
+        for topic in topics:
+            publishers = self.publishers.uris(topic)
+            # A process with several node names subscribes once per name; it is told once.
+            for uri in dict.fromkeys(self.subscribers.uris(topic)):
+                notes.append(PublisherUpdate(uri, topic, publishers))
+        return notes
+
+    def _retire(self, topics: Iterable[str]) -> None:
+        """Remember which types belong to deserted topics, and forget the oldest beyond the bound."""
+        for topic in topics:
+            used = topic in self.publishers.providers or topic in self.subscribers.providers
+            if topic in self._types and not used:
+                self._retired[topic] = None
+        while len(self._retired) > MAX_RETIRED_TYPES:
+            oldest = next(iter(self._retired))
+            del self._retired[oldest], self._types[oldest]
+
+
+def _endpoint(uri: str) -> str:
+    """Host and port of a URI for comparing: `http://Robot:1/` and `http://robot:1` are the same."""
+    return uri.partition("://")[2].partition("/")[0].lower()

@@ -1,0 +1,120 @@
+"""Argument checks of the Master API, with rosmaster's texts (rosmaster/validators.py).
+
+A check takes the value and the caller's name and returns what the method gets: names come back resolved.
+rosmaster is lenient about characters in names, and tools rely on that (`rosparam` calls
+itself `/rosparam-1234`, roslaunch writes keys with dots), so only what breaks the graph is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+__all__ = ["Check", "Invalid", "resolve"]
+
+MAX_LENGTH = 4096  # of names, types and URIs, which a master keeps
+
+Check = Callable[[object, str], object]
+
+
+class Invalid(ValueError):
+    """An argument is not acceptable; the text goes back to the caller with status -1."""
+
+
+def resolve(name: str, node_name: str) -> str:
+    """Global canonical form of a name given by a node (rosgraph.names.resolve_name).
+
+    `rosproto.names.resolve` refuses illegal characters; a master must not, see above.
+    """
+    canonical = "/".join(part for part in name.split("/") if part)
+    if name.startswith("/"):
+        return "/" + canonical
+    base = [part for part in node_name.split("/") if part]
+    if canonical.startswith("~"):
+        return "/" + "/".join([*base, *(part for part in canonical[1:].split("/") if part)])
+    return "/" + "/".join([*base[:-1], canonical] if canonical else base[:-1])
+
+
+def limit_length(value: str, what: str) -> str:
+    """Refuse names that are only there to fill the memory."""
+    if len(value) > MAX_LENGTH:
+        raise Invalid(f"ERROR: parameter [{what}] is longer than {MAX_LENGTH} characters")
+    return value
+
+
+def key(value: object, caller_id: str) -> str:
+    """A parameter key as it is: not empty, a string."""
+    if not value:
+        raise Invalid("ERROR: parameter [key] must be specified and non-empty")
+    if not isinstance(value, str):
+        raise Invalid("ERROR: parameter [key] must be a string")
+    return value
+
+
+def resolved_key(value: object, caller_id: str) -> str:
+    """A parameter key, resolved."""
+    return resolve(limit_length(key(value, caller_id), "key"), caller_id)
+
+
+def value(given: object, caller_id: str) -> object:
+    """A parameter value: not nil (nil inside it is refused by the tree)."""
+    if given is None:
+        raise Invalid("ERROR: parameter [value] must be specified")
+    return given
+
+
+def graph_name(what: str) -> Check:
+    """Name of a topic, service or node, resolved; `what` is the parameter's name in the error."""
+
+    def check(value: object, caller_id: str) -> str:
+        if not value or not isinstance(value, str):
+            raise Invalid(f"ERROR: parameter [{what}] must be a non-empty string")
+        if ":" in value or " " in value:  # typically a URI in the wrong place
+            raise Invalid(f"ERROR: parameter [{what}] contains illegal chars")
+        limit_length(value, what)
+        return resolve(value, caller_id)
+
+    return check
+
+
+def resource(what: str) -> Check:
+    """A topic or service name: `graph_name`, but not "/"."""
+    name = graph_name(what)
+
+    def check(value: object, caller_id: str) -> object:
+        resolved = name(value, caller_id)
+        if resolved == "/":
+            raise Invalid(f"ERROR: parameter [{what}] cannot be the global namespace")
+        return resolved
+
+    return check
+
+
+def subgraph(value: object, caller_id: str) -> str:
+    """A namespace, resolved; or "" for everything."""
+    if not isinstance(value, str):
+        raise Invalid("ERROR: parameter [subgraph] must be a string")
+    return resolve(value, caller_id) if value else ""
+
+
+def type_name(value: object, caller_id: str) -> str:
+    """A message type "package/Type", or "*"."""
+    if value == "*":
+        return "*"
+    if not value or not isinstance(value, str):
+        raise Invalid("ERROR: parameter [topic_type] must be a non-empty string")
+    if value.count("/") != 1:
+        raise Invalid("ERROR: parameter [topic_type] is not a valid package resource name")
+    return limit_length(value, "topic_type")
+
+
+def api_uri(what: str) -> Check:
+    """URI of a node's slave API or of a service: http:// or rosrpc://."""
+
+    def check(value: object, caller_id: str) -> str:
+        if not value or not isinstance(value, str):
+            raise Invalid(f"ERROR: parameter [{what}] is not an XMLRPC URI")
+        if not value.startswith(("http://", "rosrpc://")):
+            raise Invalid(f"ERROR: parameter [{what}] is not an RPC URI")
+        return limit_length(value, what)
+
+    return check

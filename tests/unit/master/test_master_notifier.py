@@ -1,0 +1,232 @@
+"""Delivery to nodes: order, coalescing, and that nobody waits for a silent neighbour."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from rosproto.master import notifier as notifier_module
+from rosproto.master.notifications import Notification, ParamUpdate, PublisherUpdate
+from rosproto.master.notifier import Delivery, Notifier
+
+DEADLINE = 10.0
+
+
+class Nodes:
+    """Stands for all nodes of a graph: records calls, and does per URI what a test wants."""
+
+    def __init__(self) -> None:
+        self.calls: list[Notification] = []
+        self.behave: dict[str, Callable[[Notification], Delivery]] = {}
+        self.opened = 0
+        self.closed = 0
+        self.changed = threading.Condition()
+
+    def connect(self, uri: str) -> Nodes._Sender:
+        with self.changed:
+            self.opened += 1
+        return Nodes._Sender(self, uri)
+
+    def wait_for_calls(self, count: int) -> None:
+        with self.changed:
+            assert self.changed.wait_for(lambda: len(self.calls) >= count, DEADLINE), self.calls
+
+    class _Sender:
+        def __init__(self, nodes: Nodes, uri: str) -> None:
+            self.nodes = nodes
+            self.uri = uri
+
+        def send(self, note: Notification) -> Delivery:
+            with self.nodes.changed:
+                self.nodes.calls.append(note)
+                self.nodes.changed.notify_all()
+            return self.nodes.behave.get(self.uri, lambda _: Delivery.DONE)(note)
+
+        def close(self) -> None:
+            with self.nodes.changed:
+                self.nodes.closed += 1
+
+
+@pytest.fixture
+def nodes() -> Nodes:
+    return Nodes()
+
+
+@pytest.fixture
+def notifier(nodes: Nodes, monkeypatch: pytest.MonkeyPatch) -> Iterator[Notifier]:
+    monkeypatch.setattr(notifier_module, "PAUSES", (0.0, 0.0))
+    monkeypatch.setattr(notifier_module, "IDLE_SECONDS", 0.05)
+    made = Notifier(nodes.connect, prompt_workers=3, patient_workers=2)
+    yield made
+    made.close()
+
+
+def update(uri: str, *publishers: str, topic: str = "/t") -> PublisherUpdate:
+    return PublisherUpdate(uri, topic, publishers)
+
+
+def test_notifications_of_one_node_arrive_in_order(nodes: Nodes, notifier: Notifier) -> None:
+    """Over one sender, which is closed when the queue is empty."""
+    release = threading.Event()
+    nodes.behave["a"] = lambda _: Delivery.DONE if release.wait(DEADLINE) else Delivery.GONE
+    sent = [update("a", topic=f"/{i}") for i in range(5)]
+    for note in sent:
+        notifier.post(note)
+    release.set()
+    assert notifier.wait_until_quiet(DEADLINE)
+    assert nodes.calls == sent
+    assert nodes.opened == 1
+
+
+def test_only_the_newest_list_of_a_topic_is_sent(nodes: Nodes, notifier: Notifier) -> None:
+    """While a node is busy, later lists replace earlier ones that wait."""
+    release = threading.Event()
+    nodes.behave["a"] = lambda _: Delivery.DONE if release.wait(DEADLINE) else Delivery.GONE
+    notifier.post(update("a", topic="/first"))
+    nodes.wait_for_calls(1)
+    for count in range(1000):
+        notifier.post(update("a", *["p"] * (count % 7)))
+    release.set()
+    assert notifier.wait_until_quiet(DEADLINE)
+    assert nodes.calls[1:] == [update("a", *["p"] * (999 % 7))]
+    assert notifier.stats()["replaced"] == 999
+
+
+def test_a_replaced_parameter_update_moves_behind_its_parents(nodes: Nodes, notifier: Notifier) -> None:
+    """/a/b=1, /a={}, /a/b=2 ends with /a/b=2, not with the deletion."""
+    release = threading.Event()
+    nodes.behave["a"] = lambda _: Delivery.DONE if release.wait(DEADLINE) else Delivery.GONE
+    notifier.post(update("a"))
+    nodes.wait_for_calls(1)
+    for key, value in (("/a/b/", 1), ("/a/", {}), ("/a/b/", 2)):
+        notifier.post(ParamUpdate("a", key, value))
+    release.set()
+    assert notifier.wait_until_quiet(DEADLINE)
+    assert nodes.calls[1:] == [ParamUpdate("a", "/a/", {}), ParamUpdate("a", "/a/b/", 2)]
+
+
+def test_a_stuck_node_delays_nobody(nodes: Nodes, notifier: Notifier) -> None:
+    """Others get theirs while one call has not returned."""
+    release = threading.Event()
+    nodes.behave["stuck"] = lambda _: Delivery.DONE if release.wait(DEADLINE) else Delivery.GONE
+    notifier.post(update("stuck"))
+    nodes.wait_for_calls(1)
+    for name in "bcdef":
+        notifier.post(update(name))
+    nodes.wait_for_calls(6)
+    release.set()
+    assert notifier.wait_until_quiet(DEADLINE)
+
+
+def test_more_silent_nodes_than_workers_delay_only_each_other(nodes: Nodes, notifier: Notifier) -> None:
+    """Once known as silent they share the patient lane, and the prompt one is free."""
+    release = threading.Event()
+    silent = [f"silent{i}" for i in range(10)]
+    first: set[str] = set()
+
+    def slow(note: Notification) -> Delivery:
+        if note.uri not in first:  # the first attempt fails fast, every later one hangs
+            first.add(note.uri)
+            return Delivery.SILENT
+        release.wait(DEADLINE)
+        return Delivery.SILENT
+
+    for name in silent:
+        nodes.behave[name] = slow
+        notifier.post(update(name))
+    nodes.wait_for_calls(10)
+    notifier.post(update("healthy"))
+    with nodes.changed:
+        assert nodes.changed.wait_for(lambda: update("healthy") in nodes.calls, DEADLINE)
+    assert notifier.stats()["threads"] <= 5
+    release.set()
+    assert notifier.wait_until_quiet(DEADLINE)
+
+
+def test_a_silent_node_is_tried_again_and_then_given_up(nodes: Nodes, notifier: Notifier) -> None:
+    """Once and once more per pause; then its queue is dropped and counted."""
+    nodes.behave["a"] = lambda _: Delivery.SILENT
+    notifier.post(update("a"))
+    assert notifier.wait_until_quiet(DEADLINE)
+    assert len(nodes.calls) == 3
+    assert notifier.stats()["failed"] == 1
+
+
+def test_a_node_that_wakes_up_gets_what_it_missed(nodes: Nodes, notifier: Notifier) -> None:
+    """The same call again, then the rest; afterwards it is served promptly again."""
+    answers = iter([Delivery.SILENT, Delivery.DONE, Delivery.DONE, Delivery.DONE])
+    nodes.behave["a"] = lambda _: next(answers)
+    notifier.post(update("a", "p"))
+    assert notifier.wait_until_quiet(DEADLINE)
+    notifier.post(update("a", "q"))
+    assert notifier.wait_until_quiet(DEADLINE)
+    assert nodes.calls == [update("a", "p"), update("a", "p"), update("a", "q")]
+    assert notifier._suspects == {}
+
+
+def test_nobody_listening_is_final(nodes: Nodes, notifier: Notifier) -> None:
+    """A refused connection is not tried again: the node is gone, and will register when it returns."""
+    nodes.behave["a"] = lambda _: Delivery.GONE
+    notifier.post(update("a"))
+    assert notifier.wait_until_quiet(DEADLINE)
+    assert len(nodes.calls) == 1
+
+
+def test_a_failing_sender_costs_only_its_own_node(nodes: Nodes, notifier: Notifier) -> None:
+    """An exception out of a sender is logged and the worker lives on."""
+
+    def broken(note: Notification) -> Delivery:
+        raise RuntimeError("a bug")
+
+    nodes.behave["a"] = broken
+    notifier.post(update("a"))
+    notifier.post(update("b"))
+    assert notifier.wait_until_quiet(DEADLINE)
+    assert update("b") in nodes.calls
+
+
+def test_a_flooded_node_drops_its_oldest(nodes: Nodes) -> None:
+    """The queue of a node is bounded and drops are counted."""
+    release = threading.Event()
+    nodes.behave["a"] = lambda _: Delivery.DONE if release.wait(DEADLINE) else Delivery.GONE
+    notifier = Notifier(nodes.connect, pending_per_node=3)
+    notifier.post(update("a", topic="/first"))
+    nodes.wait_for_calls(1)
+    for number in range(5):
+        notifier.post(update("a", topic=f"/{number}"))
+    release.set()
+    assert notifier.wait_until_quiet(DEADLINE)
+    assert [note.topic for note in nodes.calls[1:]] == ["/2", "/3", "/4"]  # type: ignore[union-attr]
+    assert notifier.stats()["dropped"] == 2
+    notifier.close()
+
+
+def test_threads_end_when_idle_and_start_again(nodes: Nodes, notifier: Notifier) -> None:
+    """An idle master has no notification thread."""
+    for _ in range(2):
+        notifier.post(update("a"))
+        assert notifier.wait_until_quiet(DEADLINE)
+        for thread in list(notifier._prompt.threads):
+            thread.join(DEADLINE)
+        assert notifier.stats()["threads"] == 0
+    assert len(nodes.calls) == 2
+    assert nodes.opened == nodes.closed == 2
+
+
+def test_close_is_bounded_idempotent_and_final(nodes: Nodes, notifier: Notifier) -> None:
+    """A hanging call is abandoned through its sender; nothing is sent afterwards."""
+    release = threading.Event()
+    nodes.behave["a"] = lambda _: Delivery.DONE if release.wait(DEADLINE) else Delivery.GONE
+    notifier.post(update("a"))
+    nodes.wait_for_calls(1)
+    notifier.post(update("a", topic="/later"))
+    notifier.close(timeout=0.05)
+    assert nodes.closed == 1
+    notifier.close(timeout=0.05)
+    notifier.post(update("b"))
+    release.set()
+    for thread in list(notifier._prompt.threads):
+        thread.join(DEADLINE)
+    assert nodes.calls == [update("a")]
