@@ -1,0 +1,388 @@
+"""The connection headers of the four TCPROS roles: built, and checked (wiki.ros.org/ROS/TCPROS).
+
+The md5sum decides whether two sides fit, as in rospy and roscpp; types only make the error readable.
+Where the wiki is silent: a wildcard `*` for md5sum and type may come from a subscriber or a service client
+(rostopic echo, rosservice call, rosbag record), never from the side that serves. roscpp's subscriber sends
+no message_definition and its service client no type, so neither is asked for.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from rosproto.errors import LocalProtocolError, Md5sumMismatch, RemoteProtocolError
+
+__all__ = [
+    "HandshakeRefused",
+    "PublisherReply",
+    "ServiceReply",
+    "ServiceRequest",
+    "SubscriberRequest",
+    "check_publisher_header",
+    "check_service_client_header",
+    "check_service_server_header",
+    "check_subscriber_header",
+    "error_header",
+    "publisher_header",
+    "service_client_header",
+    "service_server_header",
+    "subscriber_header",
+]
+
+ANY = "*"
+_MD5SUM = re.compile(r"(?<![0-9a-f])[0-9a-f]{32}(?![0-9a-f])")
+_TRUE = ("1", "true")
+
+
+class HandshakeRefused(RemoteProtocolError):
+    """The other side answered the connection header with an error.
+
+    Attributes:
+        name: Topic or service.
+        peer: Address or URI of the other side.
+        text: The other side's own words.
+    """
+
+    def __init__(self, name: str, peer: str, text: str) -> None:
+        super().__init__(f"{name}: {peer or 'the other side'} refused the connection: {text}")
+        self.name = name
+        self.peer = peer
+        self.text = text
+
+
+@dataclass(frozen=True, slots=True)
+class SubscriberRequest:
+    """What a subscriber asks of a publisher. `type_name` and `md5sum` may be "*" (or "" for the type)."""
+
+    callerid: str
+    topic: str
+    type_name: str
+    md5sum: str
+    tcp_nodelay: bool
+    message_definition: str
+
+
+@dataclass(frozen=True, slots=True)
+class PublisherReply:
+    """What a publisher says about itself; type and md5sum are what will be on the wire."""
+
+    callerid: str
+    type_name: str
+    md5sum: str
+    message_definition: str
+    latching: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceRequest:
+    """What a service client asks. A `probe` gets the reply header and no call follows."""
+
+    callerid: str
+    service: str
+    type_name: str
+    md5sum: str
+    persistent: bool
+    probe: bool
+    tcp_nodelay: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceReply:
+    """What a service server says about itself; `type_name` may be "" (roscpp clients do not need it)."""
+
+    callerid: str
+    type_name: str
+    md5sum: str
+    request_type: str
+    response_type: str
+
+
+def subscriber_header(
+    *,
+    topic: str,
+    type_name: str,
+    md5sum: str,
+    callerid: str,
+    message_definition: str = "",
+    tcp_nodelay: bool = False,
+) -> dict[str, str]:
+    """What a subscriber sends first. "*" for type and md5sum takes whatever is published."""
+    fields = {
+        "callerid": callerid,
+        "md5sum": md5sum,
+        "tcp_nodelay": "1" if tcp_nodelay else "0",
+        "topic": topic,
+        "type": type_name,
+    }
+    if message_definition:
+        fields["message_definition"] = message_definition
+    return fields
+
+
+def publisher_header(
+    *,
+    topic: str,
+    type_name: str,
+    md5sum: str,
+    callerid: str,
+    message_definition: str,
+    latching: bool = False,
+) -> dict[str, str]:
+    """What a publisher answers. rosbag and rostopic write and read `message_definition`: the full text.
+
+    Raises:
+        LocalProtocolError: Type or md5sum is the wildcard, which no peer accepts from a publisher.
+    """
+    _refuse_wildcard(f"publisher of {topic}", type_name, md5sum)
+    return {
+        "callerid": callerid,
+        "latching": "1" if latching else "0",
+        "md5sum": md5sum,
+        "message_definition": message_definition,
+        "topic": topic,
+        "type": type_name,
+    }
+
+
+def service_client_header(
+    *,
+    service: str,
+    md5sum: str,
+    callerid: str,
+    type_name: str = "",
+    persistent: bool = False,
+    probe: bool = False,
+) -> dict[str, str]:
+    """What a service client sends first; `probe` asks for the reply header only."""
+    fields = {"callerid": callerid, "md5sum": md5sum, "service": service}
+    if type_name:
+        fields["type"] = type_name
+    if persistent:
+        fields["persistent"] = "1"
+    if probe:
+        fields["probe"] = "1"
+    return fields
+
+
+def service_server_header(
+    *,
+    service: str,
+    type_name: str,
+    md5sum: str,
+    callerid: str,
+    request_type: str = "",
+    response_type: str = "",
+) -> dict[str, str]:
+    """What a service server answers. rospy's client needs `type`; `rosservice type` reads it too.
+
+    Raises:
+        LocalProtocolError: Type or md5sum is the wildcard.
+    """
+    _refuse_wildcard(f"server of {service}", type_name, md5sum)
+    return {
+        "callerid": callerid,
+        "md5sum": md5sum,
+        "request_type": request_type or f"{type_name}Request",
+        "response_type": response_type or f"{type_name}Response",
+        "service": service,
+        "type": type_name,
+    }
+
+
+def error_header(text: str) -> dict[str, str]:
+    """The refusal either side sends before it closes: one field, `error`."""
+    return {"error": text}
+
+
+def check_subscriber_header(
+    fields: Mapping[str, str],
+    *,
+    topic: str,
+    type_name: str,
+    md5sum: str,
+    peer: str = "",
+) -> SubscriberRequest:
+    """On the publisher: does this subscriber fit? `str(error)` is the text for `error_header`.
+
+    Args:
+        fields: The subscriber's header.
+        topic: Our topic.
+        type_name: Our type.
+        md5sum: Our md5sum (of the revision that would be sent).
+        peer: Address of the subscriber, for errors.
+
+    Raises:
+        Md5sumMismatch: Another definition.
+        HandshakeRefused: The header is an error.
+        RemoteProtocolError: A required field is missing, or another topic was meant.
+    """
+    name = _check_required(fields, topic, peer, "subscriber", ("topic", "md5sum", "callerid"))
+    if fields["topic"] != topic:
+        raise RemoteProtocolError(f"{name} wants topic {fields['topic']}, this link is for {topic}")
+    _check_md5sum(fields, topic, type_name, md5sum, peer, "asks for")
+    return SubscriberRequest(
+        callerid=fields["callerid"],
+        topic=fields["topic"],
+        type_name=fields.get("type", ""),
+        md5sum=fields["md5sum"],
+        tcp_nodelay=_flag(fields, "tcp_nodelay"),
+        message_definition=fields.get("message_definition", ""),
+    )
+
+
+def check_publisher_header(
+    fields: Mapping[str, str], *, topic: str, type_name: str, md5sum: str, peer: str = ""
+) -> PublisherReply:
+    """On the subscriber: does this publisher fit? With "*" the reply's own type and md5sum hold.
+
+    Raises:
+        Md5sumMismatch: Another definition; `message_definition` has the publisher's full text. Also when
+            the publisher refused us and its text names another md5sum.
+        HandshakeRefused: The publisher refused us for another reason.
+        RemoteProtocolError: A required field is missing.
+    """
+    _check_refusal(fields, topic, type_name, md5sum, peer)
+    name = _check_required(fields, topic, peer, "publisher", ("md5sum",))
+    _check_md5sum(fields, topic, type_name, md5sum, peer, "offers")
+    real_type, real_md5sum = _real(fields, type_name, md5sum, name)
+    return PublisherReply(
+        callerid=fields.get("callerid", ""),
+        type_name=real_type,
+        md5sum=real_md5sum,
+        message_definition=fields.get("message_definition", ""),
+        latching=_flag(fields, "latching"),
+    )
+
+
+def check_service_client_header(
+    fields: Mapping[str, str], *, service: str, type_name: str, md5sum: str, peer: str = ""
+) -> ServiceRequest:
+    """On the service server: does this client fit? `str(error)` is the text for `error_header`.
+
+    Raises:
+        Md5sumMismatch: Another definition.
+        RemoteProtocolError: A required field is missing, or another service was meant.
+    """
+    name = _check_required(fields, service, peer, "service client", ("service", "md5sum", "callerid"))
+    if fields["service"] != service:
+        raise RemoteProtocolError(f"{name} wants service {fields['service']}, this link is for {service}")
+    _check_md5sum(fields, service, type_name, md5sum, peer, "asks for")
+    return ServiceRequest(
+        callerid=fields["callerid"],
+        service=fields["service"],
+        type_name=fields.get("type", ""),
+        md5sum=fields["md5sum"],
+        persistent=_flag(fields, "persistent"),
+        probe=_flag(fields, "probe"),
+        tcp_nodelay=_flag(fields, "tcp_nodelay"),
+    )
+
+
+def check_service_server_header(
+    fields: Mapping[str, str], *, service: str, type_name: str, md5sum: str, peer: str = ""
+) -> ServiceReply:
+    """On the service client: does this server fit? With "*" the reply's own type and md5sum hold.
+
+    Raises:
+        Md5sumMismatch: Another definition.
+        HandshakeRefused: The server refused us.
+        RemoteProtocolError: A required field is missing.
+    """
+    _check_refusal(fields, service, type_name, md5sum, peer)
+    _check_required(fields, service, peer, "service server", ("md5sum",))
+    _check_md5sum(fields, service, type_name, md5sum, peer, "offers")
+    return ServiceReply(
+        callerid=fields.get("callerid", ""),
+        type_name=fields.get("type", ""),
+        md5sum=fields["md5sum"],
+        request_type=fields.get("request_type", ""),
+        response_type=fields.get("response_type", ""),
+    )
+
+
+def _refuse_wildcard(what: str, type_name: str, md5sum: str) -> None:
+    if ANY in (type_name, md5sum) or not type_name or not md5sum:
+        raise LocalProtocolError(
+            f"{what}: type {type_name!r} and md5sum {md5sum!r} must be real, not '*' or empty"
+        )
+
+
+def _flag(fields: Mapping[str, str], key: str) -> bool:
+    return fields.get(key, "").strip().lower() in _TRUE
+
+
+def _check_required(
+    fields: Mapping[str, str], name: str, peer: str, role: str, required: tuple[str, ...]
+) -> str:
+    """Raises unless all fields are there; returns how errors call the peer."""
+    who = f"{name}: {role} {fields.get('callerid', '')} at {peer or 'unknown address'}"
+    if "error" in fields:
+        raise HandshakeRefused(name, peer, fields["error"])
+    missing = [key for key in required if not fields.get(key)]
+    if missing:
+        raise RemoteProtocolError(
+            f"{who}: connection header without {', '.join(missing)}; "
+            f"it has {', '.join(fields) or 'no fields'}"
+        )
+    return who
+
+
+def _check_refusal(fields: Mapping[str, str], name: str, type_name: str, md5sum: str, peer: str) -> None:
+    """An `error` answer; when its text names another md5sum, that is what went wrong (rospy, roscpp)."""
+    text = fields.get("error")
+    if text is None:
+        return
+    others = [found for found in _MD5SUM.findall(text) if found != md5sum]
+    if not others:
+        raise HandshakeRefused(name, peer, text)
+    raise Md5sumMismatch(
+        f"{name}: {peer or 'the other side'} refused {type_name} with md5sum {md5sum}: {text}; "
+        "use the definition the other side has",
+        name=name,
+        peer=peer,
+        type_name=type_name,
+        md5sum=md5sum,
+        remote_md5sum=others[0],
+    )
+
+
+def _check_md5sum(
+    fields: Mapping[str, str],
+    name: str,
+    type_name: str,
+    md5sum: str,
+    peer: str,
+    verb: str,
+) -> None:
+    theirs = fields["md5sum"]
+    if md5sum == theirs or ANY in (md5sum, theirs):
+        return
+    remote_type = fields.get("type", "")
+    who = " ".join(part for part in (fields.get("callerid", ""), f"({peer})" if peer else "") if part)
+    raise Md5sumMismatch(
+        f"{name}: {who or 'the other side'} {verb} {remote_type or 'an unnamed type'} with md5sum {theirs}, "
+        f"expected {type_name} with md5sum {md5sum}; compare the two definitions "
+        "(error.message_definition has the other side's, when it sent one)",
+        name=name,
+        peer=peer,
+        type_name=type_name,
+        md5sum=md5sum,
+        remote_type=remote_type,
+        remote_md5sum=theirs,
+        message_definition=fields.get("message_definition", ""),
+    )
+
+
+def _real(fields: Mapping[str, str], type_name: str, md5sum: str, name: str) -> tuple[str, str]:
+    """Type and md5sum on the wire: the publisher's own; ours where an old peer left its type out."""
+    real_md5sum = fields["md5sum"] if fields["md5sum"] != ANY else md5sum
+    real_type = fields.get("type", "")
+    if real_type in ("", ANY):
+        real_type = type_name
+    if ANY in (real_md5sum, real_type) or not real_type:
+        raise RemoteProtocolError(
+            f"{name} did not say which type it sends, and this side did not ask for one"
+        )
+    return real_type, real_md5sum

@@ -1,0 +1,421 @@
+"""The part of HTTP/1.1 that XML-RPC needs, for both sides of a connection: bytes in, messages out.
+
+What is sent is what roscpp's client accepts (XmlRpcClient.cpp): the status line exactly `HTTP/1.1 200 OK`,
+`Content-length: ` followed by one space, never chunked. What is received may be more: HTTP/1.0, chunked
+bodies, `Expect: 100-continue`, lines that end in a bare newline, pipelined requests.
+
+`receive(b"")` says that the peer closed its side.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from rosproto.errors import LocalProtocolError, RemoteProtocolError, TooLarge
+from rosproto.protocol.limits import Limits
+
+__all__ = [
+    "CONTINUE",
+    "ContinueWanted",
+    "HttpClientConnection",
+    "HttpServerConnection",
+    "HttpStatusError",
+    "PeerClosed",
+    "Request",
+    "Response",
+    "error_status",
+]
+
+CONTINUE = b"HTTP/1.1 100 Continue\r\n\r\n"
+_REASONS = {
+    200: "OK",
+    400: "Bad Request",
+    404: "Not Found",
+    405: "Method Not Allowed",
+    408: "Request Timeout",
+    411: "Length Required",
+    413: "Content Too Large",
+    417: "Expectation Failed",
+    431: "Request Header Fields Too Large",
+    500: "Internal Server Error",
+    501: "Not Implemented",
+    503: "Service Unavailable",
+    505: "HTTP Version Not Supported",
+}
+_CHUNK_LINE_BYTES = 256  # a chunk size and extensions nobody uses
+_TOKEN = frozenset("!#$%&'*+-.^_`|~0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ")
+
+
+class HttpStatusError(RemoteProtocolError):
+    """The peer's HTTP message is refused.
+
+    Attributes:
+        status: Status code a server answers with before it closes.
+    """
+
+    def __init__(self, status: int, message: str) -> None:
+        super().__init__(f"HTTP: {message}")
+        self.status = status
+
+
+def error_status(error: RemoteProtocolError) -> int:
+    """The status code with which a server answers a request that raised this error."""
+    if isinstance(error, TooLarge):
+        return 431 if error.what == "http_head_bytes" else 413
+    return error.status if isinstance(error, HttpStatusError) else 400
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """A complete request. `headers` has lower-case names; `keep_alive` says what the peer wants."""
+
+    method: str
+    target: str
+    headers: dict[str, str] = field(repr=False)
+    body: bytes = field(repr=False)
+    keep_alive: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Response:
+    """A complete response. `keep_alive` says whether the connection can be used again."""
+
+    status: int
+    reason: str
+    headers: dict[str, str] = field(repr=False)
+    body: bytes = field(repr=False)
+    keep_alive: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class ContinueWanted:
+    """The client waits before it sends the body: send `CONTINUE`."""
+
+
+@dataclass(frozen=True, slots=True)
+class PeerClosed:
+    """The peer closed between two messages."""
+
+
+Event = Request | Response | ContinueWanted | PeerClosed
+
+
+@dataclass(slots=True)
+class _Head:
+    """A parsed head and what it says about the body: a length, chunks, or everything until the end."""
+
+    start: list[str]
+    headers: dict[str, str]
+    version: str = ""
+    length: int | None = 0
+    chunked: bool = False
+
+
+class _Connection:
+    """What both sides share: cutting the stream into heads and bodies."""
+
+    def __init__(self, limits: Limits) -> None:
+        self._limits = limits
+        self._buffer = bytearray()
+        self._searched = 0  # no end of a head before this; keeps byte-by-byte input linear
+        self._head: _Head | None = None
+        self._body = bytearray()
+        self._chunk_left: int | None = None
+        self._trailer_bytes = 0
+        self._in_trailers = False
+        self._ended = False
+
+    def receive(self, data: bytes | bytearray | memoryview) -> None:
+        """Add bytes from the peer; empty bytes mean that it closed its side."""
+        if len(data) == 0:
+            self._ended = True
+        elif self._ended:
+            raise LocalProtocolError("HTTP: bytes after the end of the stream")
+        self._buffer += data
+
+    @property
+    def mid_message(self) -> bool:
+        """Part of a message has arrived."""
+        return self._head is not None or bool(self._buffer)
+
+    def _read_head(self) -> _Head | None:
+        if self._head is None:
+            text = self._cut_head()
+            if text is not None:
+                self._head = self._parse_head(text)
+        return self._head
+
+    def _cut_head(self) -> bytes | None:
+        """The lines up to the first empty one; None while that has not arrived."""
+        buffer = self._buffer
+        while buffer.startswith((b"\r\n", b"\n")):  # empty lines before a message are to be ignored
+            del buffer[: buffer.index(b"\n") + 1]
+        start = max(0, self._searched - 3)
+        ends = [
+            (at, at + len(mark))
+            for mark in (b"\r\n\r\n", b"\n\n", b"\n\r\n")
+            if (at := buffer.find(mark, start)) >= 0
+        ]
+        size = min(ends)[0] if ends else len(buffer)
+        if size > self._limits.http_head_bytes:
+            raise TooLarge("http_head_bytes", size, self._limits.http_head_bytes)
+        if not ends:
+            self._searched = len(buffer)
+            return None
+        at, end = min(ends)
+        head = bytes(buffer[:at])
+        del buffer[:end]
+        self._searched = 0
+        return head
+
+    def _parse_head(self, text: bytes) -> _Head:
+        lines = [line.removesuffix("\r") for line in text.decode("latin-1").split("\n")]
+        head = _Head(lines[0].split(None, 2), _parse_fields(lines[1:]))
+        self._parse_start(head)
+        self._parse_body_length(head)
+        return head
+
+    def _parse_start(self, head: _Head) -> None:
+        raise NotImplementedError
+
+    def _no_length(self, head: _Head) -> int | None:
+        """Body length when the head gives none; None means until the end of the stream."""
+        raise NotImplementedError
+
+    def _parse_body_length(self, head: _Head) -> None:
+        coding, length = head.headers.get("transfer-encoding"), head.headers.get("content-length")
+        if coding is not None:
+            if coding.strip().lower() != "chunked":
+                raise HttpStatusError(501, f"Transfer-Encoding {coding[:40]!r}, only chunked is known")
+            if length is not None:
+                raise HttpStatusError(400, "both Transfer-Encoding and Content-Length")
+            head.chunked = True
+        elif length is None:
+            head.length = self._no_length(head)
+        elif not (length.isascii() and length.isdigit() and len(length) <= 20):
+            raise HttpStatusError(400, f"Content-Length {length[:40]!r} is no number")
+        else:
+            head.length = int(length)
+            self._check_body(head.length)
+
+    def _check_body(self, size: int) -> None:
+        if size > self._limits.xml_body_bytes:
+            raise TooLarge("xml_body_bytes", size, self._limits.xml_body_bytes)
+
+    def _read_body(self, head: _Head) -> bytes | None:
+        """The whole body, taken out; None while it is incomplete."""
+        if head.chunked:
+            complete = self._read_chunks()
+        elif head.length is None:
+            self._check_body(len(self._buffer))
+            complete = self._ended
+            if complete:
+                self._move_to_body(len(self._buffer))
+        else:
+            complete = len(self._buffer) >= head.length
+            if complete:
+                self._move_to_body(head.length)
+        if not complete:
+            return None
+        body = bytes(self._body)
+        self._body.clear()
+        self._head = None
+        return body
+
+    def _move_to_body(self, size: int) -> None:
+        with memoryview(self._buffer) as view:
+            self._body += view[:size]
+        del self._buffer[:size]
+
+    def _read_chunks(self) -> bool:
+        while True:
+            if self._in_trailers:
+                return self._read_trailers()
+            if self._chunk_left is None and not self._read_chunk_size():
+                return False
+            assert self._chunk_left is not None
+            if self._chunk_left == 0:  # the last chunk
+                self._in_trailers, self._chunk_left, self._trailer_bytes = True, None, 0
+            elif not self._read_chunk():
+                return False
+
+    def _read_chunk_size(self) -> bool:
+        line = self._cut_line(_CHUNK_LINE_BYTES)
+        if line is None:
+            return False
+        digits = line.partition(b";")[0].strip()
+        if not digits or len(digits) > 16 or digits.strip(b"0123456789abcdefABCDEF"):
+            raise HttpStatusError(400, f"chunk size {digits[:40]!r} is no hexadecimal number")
+        self._chunk_left = int(digits, 16)
+        self._check_body(len(self._body) + self._chunk_left)
+        return True
+
+    def _read_chunk(self) -> bool:
+        assert self._chunk_left is not None
+        if len(self._buffer) < self._chunk_left + 2:
+            return False
+        self._move_to_body(self._chunk_left)
+        if self._cut_line(2) != b"":
+            raise HttpStatusError(400, "a chunk is longer than its size says")
+        self._chunk_left = None
+        return True
+
+    def _read_trailers(self) -> bool:
+        while (line := self._cut_line(self._limits.http_head_bytes)) is not None:
+            self._trailer_bytes += len(line)
+            if self._trailer_bytes > self._limits.http_head_bytes:
+                raise TooLarge("http_head_bytes", self._trailer_bytes, self._limits.http_head_bytes)
+            if not line:
+                self._in_trailers = False
+                return True
+        return False
+
+    def _cut_line(self, limit: int) -> bytes | None:
+        end = self._buffer.find(b"\n", 0, limit + 2)
+        if end < 0:
+            if len(self._buffer) >= limit + 2:
+                raise HttpStatusError(400, f"a line of more than {limit} bytes")
+            return None
+        line = bytes(self._buffer[:end]).removesuffix(b"\r")
+        del self._buffer[: end + 1]
+        return line
+
+    def _check_end(self) -> PeerClosed | None:
+        """At the end of the stream: closed between messages, or cut off inside one."""
+        if not self._ended:
+            return None
+        if self.mid_message:
+            raise RemoteProtocolError("HTTP: the peer closed in the middle of a message")
+        return PeerClosed()
+
+
+def _parse_fields(lines: list[str]) -> dict[str, str]:
+    headers: dict[str, str] = {}
+    for line in lines:
+        name, colon, value = line.partition(":")
+        if not colon or not name or not _TOKEN.issuperset(name):
+            raise HttpStatusError(400, f"header line {line[:60]!r}, expected 'Name: value'")
+        name, value = name.lower(), value.strip(" \t\r")
+        if name in headers and headers[name] != value:
+            if name == "content-length":
+                raise HttpStatusError(400, "two different Content-Length")
+            value = f"{headers[name]}, {value}"
+        headers[name] = value
+    return headers
+
+
+def _keeps_alive(headers: dict[str, str], version: str) -> bool:
+    options = [option.strip().lower() for option in headers.get("connection", "").split(",")]
+    return "keep-alive" in options if version == "HTTP/1.0" else "close" not in options
+
+
+def _encode(start: str, headers: dict[str, str], body: bytes) -> bytes:
+    lines = [start, *(f"{name}: {value}" for name, value in headers.items())]
+    for line in lines:
+        if "\r" in line or "\n" in line:
+            raise LocalProtocolError(f"HTTP: line break in {line[:60]!r}")
+    return "\r\n".join([*lines, "", ""]).encode("latin-1", "replace") + body
+
+
+class HttpServerConnection(_Connection):
+    """The server's side: requests come out of `next_event`, `encode_response` writes the answers."""
+
+    def __init__(self, limits: Limits) -> None:
+        super().__init__(limits)
+        self._continue_answered = False
+
+    def next_event(self) -> Event | None:
+        """The next thing that happened, or None until more bytes are received.
+
+        Raises:
+            RemoteProtocolError: The request is refused: answer with `error_status(error)`, then close.
+                (A client that closes in the middle of a request gets no answer.)
+        """
+        head = self._read_head()
+        if head is None:
+            return self._check_end()
+        body = self._read_body(head)
+        if body is None:
+            return self._check_expectation(head) or self._check_end()
+        self._continue_answered = False
+        method, target, _ = head.start
+        return Request(method, target, head.headers, body, _keeps_alive(head.headers, head.version))
+
+    def encode_response(
+        self, status: int, body: bytes = b"", *, keep_alive: bool = True, allow: str = ""
+    ) -> bytes:
+        """A response with its head. `allow` names the methods a 405 answer must list."""
+        # roscpp looks for this spelling of Content-length, and for "200 OK"
+        headers = {"Server": "rosproto", "Content-Type": "text/xml", "Content-length": str(len(body))}
+        if allow:
+            headers["Allow"] = allow
+        headers["Connection"] = "keep-alive" if keep_alive else "close"
+        return _encode(f"HTTP/1.1 {status} {_REASONS.get(status, 'Error')}", headers, body)
+
+    def _parse_start(self, head: _Head) -> None:
+        if len(head.start) != 3 or not _TOKEN.issuperset(head.start[0]):
+            raise HttpStatusError(400, f"request line {' '.join(head.start)[:60]!r}")
+        head.version = head.start[2].strip()
+        if head.version not in ("HTTP/1.1", "HTTP/1.0"):
+            raise HttpStatusError(505, f"version {head.version[:20]!r}, expected HTTP/1.1")
+
+    def _no_length(self, head: _Head) -> int | None:
+        if head.start[0] in ("POST", "PUT", "PATCH"):
+            raise HttpStatusError(411, f"{head.start[0]} without Content-Length")
+        return 0
+
+    def _check_expectation(self, head: _Head) -> ContinueWanted | None:
+        expectation = head.headers.get("expect")
+        if expectation is None or self._continue_answered or self._ended:
+            return None
+        if expectation.lower() != "100-continue":
+            raise HttpStatusError(417, f"Expect {expectation[:40]!r}")
+        self._continue_answered = True
+        return ContinueWanted()
+
+
+class HttpClientConnection(_Connection):
+    """The client's side: `encode_request` writes a request, its response comes out of `next_event`."""
+
+    def encode_request(self, host: str, path: str, body: bytes) -> bytes:
+        """A POST request with its head."""
+        headers = {
+            "Host": host,
+            "User-Agent": "rosproto",
+            "Content-Type": "text/xml",
+            "Content-length": str(len(body)),
+        }
+        return _encode(f"POST {path} HTTP/1.1", headers, body)
+
+    def next_event(self) -> Event | None:
+        """The next thing that happened, or None until more bytes are received.
+
+        Raises:
+            RemoteProtocolError: This is no HTTP response, or it was cut off.
+        """
+        while True:
+            head = self._read_head()
+            if head is None:
+                return self._check_end()
+            until_end = head.length is None and not head.chunked
+            body = self._read_body(head)
+            if body is None:
+                return self._check_end()
+            status = int(head.start[1])
+            if status >= 200:  # 1xx are notes on the way
+                break
+        reason = head.start[2] if len(head.start) > 2 else ""
+        keep = not until_end and not self._ended and _keeps_alive(head.headers, head.version)
+        return Response(status, reason, head.headers, body, keep)
+
+    def _parse_start(self, head: _Head) -> None:
+        start = head.start
+        if len(start) < 2 or start[0] not in ("HTTP/1.1", "HTTP/1.0") or len(start[1]) != 3:
+            raise HttpStatusError(400, f"status line {' '.join(start)[:60]!r}, expected HTTP/1.1 200 OK")
+        if not (start[1].isascii() and start[1].isdigit()):
+            raise HttpStatusError(400, f"status {start[1]!r} is no number")
+        head.version = start[0]
+
+    def _no_length(self, head: _Head) -> int | None:
+        status = int(head.start[1])
+        return 0 if status < 200 or status in (204, 304) else None

@@ -1,0 +1,244 @@
+"""Reads XML-RPC documents with expat, in one pass, without recursion.
+
+A table says which element may stand in which; everything else is refused with its name. Text between
+elements must be white space; text in a `<value>` without a type is a string, white space included
+(roscpp writes strings so).
+"""
+
+from __future__ import annotations
+
+from binascii import Error as Base64Error
+from binascii import a2b_base64
+from collections.abc import Callable
+from xml.parsers import expat
+
+from rosproto.errors import RemoteProtocolError, TooLarge
+from rosproto.protocol.limits import Limits
+from rosproto.protocol.xmlrpc import DateTime
+
+__all__ = ["Document", "read_document"]
+
+_INTEGERS = ("int", "i4", "i8", "i2", "i1")
+_SCALARS = frozenset(
+    [*_INTEGERS, "boolean", "string", "double", "float", "base64", "dateTime.iso8601", "nil"]
+)
+_CHILDREN: dict[str, frozenset[str]] = {
+    "": frozenset(["methodCall", "methodResponse"]),
+    "methodCall": frozenset(["methodName", "params"]),
+    "methodResponse": frozenset(["params", "fault"]),
+    "params": frozenset(["param"]),
+    "param": frozenset(["value"]),
+    "fault": frozenset(["value"]),
+    "value": _SCALARS | {"array", "struct"},
+    "array": frozenset(["data"]),
+    "data": frozenset(["value"]),
+    "struct": frozenset(["member"]),
+    "member": frozenset(["name", "value"]),
+}
+_LEAVES = _SCALARS | {"methodName", "name"}
+_ONE_CHILD = frozenset(["param", "fault", "value", "array"])
+_NONE: frozenset[str] = frozenset()
+_NUMBER_CHARACTERS = 4096  # the longest double printed with %f has 1 100; more only costs us time
+_WHITE = " \t\r\n"
+
+
+class Document:
+    """What a document said.
+
+    Attributes:
+        kind: "methodCall" or "methodResponse".
+        method: Method name of a call.
+        is_fault: The response is a fault; its struct is the one value.
+        values: Arguments of a call, or the response's value.
+    """
+
+    __slots__ = ("is_fault", "kind", "method", "values")
+
+    def __init__(self) -> None:
+        self.kind = ""
+        self.method = ""
+        self.is_fault = False
+        self.values: list[object] = []
+
+
+class _Missing:
+    """A `<value>` that has no typed child (yet)."""
+
+
+_MISSING = _Missing()
+
+
+class _Reader:
+    """expat's handlers. `_path` holds the open elements, `_results` one partial result for each."""
+
+    def __init__(self, limits: Limits) -> None:
+        self.document = Document()
+        self._limits = limits
+        self._path: list[str] = [""]
+        self._results: list[object] = [None]
+        self._text: list[str] = []
+        self._depth = 0
+
+    def doctype(self, *_: object) -> None:
+        raise RemoteProtocolError("XML-RPC: the document has a DOCTYPE or declares entities; refused")
+
+    def start(self, tag: str, _attributes: object) -> None:
+        tag = tag[3:] if tag.startswith("ex:") else tag  # Apache's extensions: ex:nil, ex:i8
+        parent = self._path[-1]
+        if tag not in _CHILDREN.get(parent, _NONE):
+            raise RemoteProtocolError(f"XML-RPC: <{tag[:40]}> inside <{parent or 'document'}>")
+        self._end_text(parent, has_child=True)
+        if parent in _ONE_CHILD and self._results[-1] is not _MISSING:
+            raise RemoteProtocolError(f"XML-RPC: a second <{tag}> inside one <{parent}>")
+        self._path.append(tag)
+        self._results.append(self._fresh(tag))
+
+    def _fresh(self, tag: str) -> object:
+        if tag in ("array", "struct"):
+            self._depth += 1
+            if self._depth > self._limits.xml_depth:
+                raise TooLarge("xml_depth", self._depth, self._limits.xml_depth)
+        if tag in _ONE_CHILD:
+            return _MISSING
+        if tag in ("params", "data"):
+            return []
+        if tag == "struct":
+            return {}
+        if tag == "member":
+            return [None, None]
+        return None
+
+    def text(self, data: str) -> None:
+        self._text.append(data)
+
+    def _end_text(self, tag: str, *, has_child: bool) -> str:
+        """The text since the last tag; only leaves and untyped values may have any."""
+        text = "".join(self._text)
+        self._text.clear()
+        if (has_child or (tag not in _LEAVES and tag != "value")) and text.strip(_WHITE):
+            raise RemoteProtocolError(f"XML-RPC: text {text.strip(_WHITE)[:40]!r} inside <{tag}>")
+        return text
+
+    def end(self, _tag: str) -> None:
+        tag = self._path.pop()
+        result = self._results.pop()
+        text = self._end_text(tag, has_child=tag == "value" and result is not _MISSING)
+        if tag in ("array", "struct"):
+            self._depth -= 1
+        if tag in _LEAVES:
+            result = _leaf(tag, text)
+        elif tag == "value":
+            result = text if result is _MISSING else result
+        elif tag == "array" and result is _MISSING:
+            raise RemoteProtocolError("XML-RPC: an <array> without <data>")
+        elif tag in ("param", "fault") and result is _MISSING:
+            result = None  # roscpp leaves out values it has not set
+        self._give(tag, result)
+
+    def _give(self, tag: str, result: object) -> None:
+        """Hand a finished element to the one around it."""
+        around, outer = self._path[-1], self._results[-1]
+        if tag == "params":
+            self.document.values = result  # type: ignore[assignment]
+        elif tag == "methodName":
+            self.document.method = str(result).strip()
+        elif tag == "fault":
+            self.document.is_fault = True
+            self.document.values = [result]
+        elif tag in ("methodCall", "methodResponse"):
+            self.document.kind = tag
+        elif around in _ONE_CHILD:
+            self._results[-1] = result
+        elif around == "member":
+            outer[0 if tag == "name" else 1] = result  # type: ignore[index]
+        elif around == "struct":
+            self._add_member(result)
+        else:
+            outer.append(result)  # type: ignore[attr-defined]
+
+    def _add_member(self, member: object) -> None:
+        name = member[0]  # type: ignore[index]
+        if name is None:
+            raise RemoteProtocolError("XML-RPC: a <member> without <name>")
+        self._results[-1][name] = member[1]  # type: ignore[index]
+
+
+def _leaf(tag: str, text: str) -> object:
+    if tag in ("string", "name", "methodName"):
+        return text
+    try:
+        return _SCALAR_READERS[tag](text)
+    except (ValueError, Base64Error, KeyError) as error:
+        raise RemoteProtocolError(f"XML-RPC: <{tag}> holds {text[:40]!r}, which is no {tag}") from error
+
+
+def _read_int(text: str) -> int:
+    text = _number(text)
+    if not text.lstrip("+-").isdigit() or len(text) > 64:
+        raise ValueError(text[:64])
+    return int(text)
+
+
+def _read_double(text: str) -> float:
+    return float(_number(text))  # reads exponents, nan and inf too: roscpp writes them
+
+
+def _number(text: str) -> str:
+    """White space stripped; int() and float() would also take underscores and other scripts' digits."""
+    text = text.strip(_WHITE)
+    if not text.isascii() or "_" in text or len(text) > _NUMBER_CHARACTERS:
+        raise ValueError(text[:40])
+    return text
+
+
+_BOOLEANS = {"1": True, "0": False, "true": True, "false": False}
+_SCALAR_READERS: dict[str, Callable[[str], object]] = {
+    **dict.fromkeys(_INTEGERS, _read_int),
+    "boolean": lambda text: _BOOLEANS[text.strip(_WHITE).lower()],
+    "double": _read_double,
+    "float": _read_double,
+    "base64": lambda text: a2b_base64(text),
+    "dateTime.iso8601": lambda text: DateTime(text.strip(_WHITE)),
+    "nil": lambda _text: None,
+}
+
+
+def read_document(body: bytes, limits: Limits) -> Document:
+    """Read one document.
+
+    The body is taken as UTF-8, or as ISO-8859-1 when it declares that. No other encoding is looked up:
+    Python would import a codec by a name that the peer chose.
+
+    Raises:
+        TooLarge: `xml_body_bytes` or `xml_depth`.
+        RemoteProtocolError: Malformed, not XML-RPC, not UTF-8, or with a DOCTYPE.
+    """
+    if len(body) > limits.xml_body_bytes:
+        raise TooLarge("xml_body_bytes", len(body), limits.xml_body_bytes)
+    reader = _Reader(limits)
+    parser = expat.ParserCreate(_encoding(body))
+    parser.StartDoctypeDeclHandler = reader.doctype
+    parser.EntityDeclHandler = reader.doctype
+    parser.StartElementHandler = reader.start
+    parser.EndElementHandler = reader.end
+    parser.CharacterDataHandler = reader.text
+    parser.buffer_text = True
+    try:
+        parser.Parse(body, True)
+    except expat.ExpatError as error:
+        raise RemoteProtocolError(f"XML-RPC: {_explain(body, error)}") from error
+    return reader.document
+
+
+def _encoding(body: bytes) -> str:
+    head = body[:200]
+    declaration = head[: head.find(b"?>") + 1].lower()
+    return "iso-8859-1" if b"iso-8859-1" in declaration else "utf-8"
+
+
+def _explain(body: bytes, error: expat.ExpatError) -> str:
+    try:
+        body.decode("utf-8")
+    except UnicodeDecodeError as bad:
+        return f"the document is not UTF-8 (byte {bad.start} is 0x{body[bad.start]:02X})"
+    return f"the document is malformed: {error}"
