@@ -1,0 +1,48 @@
+"""How long to wait before trying again: longer each time, up to a bound, a little at random."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+
+__all__ = ["Backoff"]
+
+
+class Backoff:
+    """Growing delays. The random part keeps many nodes from knocking together at a restarted master.
+
+    Attributes:
+        first: First delay, seconds.
+        factor: Each delay is this many times the one before.
+        most: Longest delay, seconds, before the random part.
+        jitter: A delay is stretched or shrunk by up to this share of itself.
+    """
+
+    __slots__ = ("_delay", "_uniform", "factor", "first", "jitter", "most")
+
+    def __init__(
+        self,
+        first: float = 0.1,
+        factor: float = 2.0,
+        most: float = 5.0,
+        jitter: float = 0.2,
+        uniform: Callable[[float, float], float] = random.uniform,
+    ) -> None:
+        if not (0 < first <= most and factor >= 1 and 0 <= jitter < 1):
+            raise ValueError(
+                f"Backoff(first={first}, factor={factor}, most={most}, jitter={jitter}): "
+                "need 0 < first <= most, factor >= 1, 0 <= jitter < 1"
+            )
+        self.first, self.factor, self.most, self.jitter = first, factor, most, jitter
+        self._uniform = uniform
+        self._delay = first
+
+    def next(self) -> float:
+        """The delay before the coming attempt, seconds."""
+        delay = self._delay
+        self._delay = min(self.most, delay * self.factor)
+        return delay * (1.0 + self._uniform(-self.jitter, self.jitter)) if self.jitter else delay
+
+    def reset(self) -> None:
+        """An attempt succeeded: begin with `first` again."""
+        self._delay = self.first

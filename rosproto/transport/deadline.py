@@ -1,0 +1,56 @@
+"""One moment by which all steps of an operation must be done."""
+
+from __future__ import annotations
+
+from rosproto.errors import RosTimeout
+from rosproto.transport.clock import SYSTEM, Clock
+
+__all__ = ["Deadline"]
+
+
+class Deadline:
+    """A moment on the monotonic clock, `timeout` seconds from now; None never comes.
+
+    Made once at the start of a call and handed down, so that several steps share one budget.
+
+    Attributes:
+        seconds: The whole budget, as given.
+    """
+
+    __slots__ = ("_at", "_clock", "seconds")
+
+    def __init__(self, timeout: float | None, clock: Clock = SYSTEM) -> None:
+        self.seconds = timeout
+        self._clock = clock
+        self._at = None if timeout is None else clock.monotonic() + timeout
+
+    def __repr__(self) -> str:
+        left = self.remaining()
+        return "Deadline(None)" if left is None else f"Deadline({self.seconds} s, {left:.3f} s left)"
+
+    def remaining(self) -> float | None:
+        """Seconds left, not below 0; None when there is no limit."""
+        return None if self._at is None else max(0.0, self._at - self._clock.monotonic())
+
+    @property
+    def expired(self) -> bool:
+        """No time is left."""
+        return self._at is not None and self._clock.monotonic() >= self._at
+
+    def check(self, what: str) -> None:
+        """Raise when no time is left.
+
+        Raises:
+            RosTimeout: `what` is what was waited for.
+        """
+        if self.expired:
+            raise self.error(what)
+
+    def error(self, what: str) -> RosTimeout:
+        """The error for `what` not being done in time, to be raised by the caller."""
+        return RosTimeout(f"{what}: not within {self.seconds} s", what=what, seconds=self.seconds)
+
+    def at_most(self, seconds: float) -> Deadline:
+        """The earlier of this deadline and `seconds` from now."""
+        left = self.remaining()
+        return Deadline(seconds if left is None else min(seconds, left), self._clock)

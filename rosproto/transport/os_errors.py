@@ -1,0 +1,58 @@
+"""The seam where the operating system's errors become ours, with what to check next."""
+
+from __future__ import annotations
+
+import errno
+
+from rosproto.errors import ConnectionLost, RosError, RosTimeout
+from rosproto.transport.deadline import Deadline
+
+__all__ = ["closed_by_peer", "translate"]
+
+_REFUSED = {errno.ECONNREFUSED, 10061}  # 100xx: Windows' own numbers
+_UNREACHABLE = {errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENETDOWN, 10051, 10065, 10050}
+_RESET = {errno.ECONNRESET, errno.EPIPE, errno.ECONNABORTED, errno.ENOTCONN, errno.EBADF, 10053, 10054, 10057}
+_IN_USE = {errno.EADDRINUSE, errno.EACCES, 10048, 10013}
+_NOT_OURS = {errno.EADDRNOTAVAIL, 10049}
+
+
+def translate(error: OSError, doing: str, peer: str, deadline: Deadline | None = None) -> RosError:
+    """Our error for one of the system's; raise it `from error`.
+
+    Args:
+        error: What the system said.
+        doing: "connect to 10.0.0.7:11311", for the text.
+        peer: The other side.
+        deadline: The budget that a time-out used up.
+    """
+    if isinstance(error, TimeoutError):
+        seconds = None if deadline is None else deadline.seconds
+        within = "" if seconds is None else f" within {seconds} s"
+        return RosTimeout(
+            f"{doing}: no answer{within}; check the address, the cable or Wi-Fi, and firewalls",
+            what=doing,
+            seconds=seconds,
+        )
+    return ConnectionLost(f"{doing}: {_reason(error)}", peer=peer)
+
+
+def _reason(error: OSError) -> str:
+    code = getattr(error, "winerror", None) or error.errno
+    if code in _REFUSED:
+        return (
+            "connection refused, nothing listens there; is the master (or node) running, is the port right?"
+        )
+    if code in _UNREACHABLE:
+        return "no route there; check this computer's network address, the cable or Wi-Fi, and any VPN"
+    if code in _RESET:
+        return "the connection was closed by the other side"
+    if code in _IN_USE:
+        return "the port is taken (or not allowed); another master or node holds it, use another port or 0"
+    if code in _NOT_OURS:
+        return "this computer has no such address; check ROS_HOSTNAME, ROS_IP or host="
+    return error.strerror or str(error) or type(error).__name__
+
+
+def closed_by_peer(doing: str, peer: str) -> ConnectionLost:
+    """The error for an orderly end of the stream where more was expected."""
+    return ConnectionLost(f"{doing}: the connection was closed by the other side", peer=peer)

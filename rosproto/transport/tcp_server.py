@@ -1,0 +1,270 @@
+"""Accepts TCP connections and gives each its own thread, within bounds.
+
+The accept loop never reads: one silent peer cannot keep the others waiting (it does in rospy).
+
+A connection is in one of three states. *Pending*: accepted, its handshake not over. *Established*: the
+handler said so. *Idle*: the handler said it is kept open for a next request only. When too many are pending,
+the oldest pending one is dropped: an honest handshake takes milliseconds, so the oldest is the one that
+holds back. When all connections are taken, the longest idle one is dropped, and without an idle one the new
+one is refused.
+"""
+
+from __future__ import annotations
+
+import logging
+import selectors
+import socket
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+
+from rosproto.errors import RosError
+from rosproto.protocol.limits import Limits
+from rosproto.transport.address import format_address
+from rosproto.transport.clock import SYSTEM, Clock
+from rosproto.transport.deadline import Deadline
+from rosproto.transport.tcp import listen, tune
+
+__all__ = ["Allow", "OnConnection", "ServerStats", "TcpServer"]
+
+log = logging.getLogger("rosproto.transport")
+
+Allow = Callable[[str], bool] | Collection[str] | None
+OnConnection = Callable[[socket.socket, tuple[str, int]], object]
+_ACCEPT_PAUSE = 0.1  # after accept() failed (out of file descriptors): do not spin
+
+
+@dataclass(slots=True)
+class ServerStats:
+    """Counters since the start."""
+
+    accepted: int = 0
+    not_allowed: int = 0
+    refused_full: int = 0
+    dropped_pending: int = 0
+    dropped_idle: int = 0
+    failed: int = 0
+
+
+class TcpServer:
+    """Listens on exactly one address and calls `on_connection(sock, (host, port))` in a thread per peer.
+
+    The socket is blocking and tuned. It is closed when `on_connection` returns, so a handler stays in it
+    (as the reader of its link) as long as the connection lives; errors it raises cost that connection only.
+    After its handshake it calls `established(sock)`; a connection that never does counts as established when
+    `limits.handshake_seconds` are over.
+
+    Args:
+        host: Address to listen on; nothing else is listened on.
+        port: Port, 0 for a free one.
+        on_connection: The handler.
+        limits: `connections`, `pending_handshakes` and `handshake_seconds` are used.
+        allow: Who may connect: addresses, or a function of the address; None for everybody.
+        name: For thread names and log lines.
+        clock: Ages of connections are measured by it.
+
+    Attributes:
+        host: As given.
+        port: The real port.
+        stats: Counters.
+    """
+
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        on_connection: OnConnection,
+        *,
+        limits: Limits | None = None,
+        allow: Allow = None,
+        name: str = "tcp",
+        clock: Clock = SYSTEM,
+    ) -> None:
+        self.host = host
+        self.stats = ServerStats()
+        self._on_connection = on_connection
+        self._limits = limits or Limits()
+        self._allow = allow
+        self._name = name
+        self._clock = clock
+        self._lock = threading.Lock()  # guards the tables below; never held during I/O that can block
+        self._threads: dict[socket.socket, threading.Thread] = {}
+        self._pending: OrderedDict[socket.socket, float] = OrderedDict()
+        self._idle: OrderedDict[socket.socket, None] = OrderedDict()
+        self._closing = threading.Event()
+        self._listener = listen(host, port)
+        self.port = int(self._listener.getsockname()[1])
+        self._listener.setblocking(False)
+        # closing a socket does not wake its accept() everywhere; a byte through this pair does
+        self._wake_receiver, self._wake_sender = socket.socketpair()
+        self._acceptor = threading.Thread(
+            target=self._accept_loop, name=f"rosproto:{name} accept", daemon=True
+        )
+        self._acceptor.start()
+
+    def __enter__(self) -> TcpServer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        state = "closed" if self.closed else f"{self.connections} connections"
+        return f"<TcpServer {self._name} {format_address(self.host, self.port)} {state}>"
+
+    @property
+    def closed(self) -> bool:
+        """`close()` was called."""
+        return self._closing.is_set()
+
+    @property
+    def connections(self) -> int:
+        """Open connections, in whatever state."""
+        with self._lock:
+            return len(self._threads)
+
+    @property
+    def pending(self) -> int:
+        """Connections whose handshake is not over."""
+        with self._lock:
+            self._age_pending()
+            return len(self._pending)
+
+    def established(self, sock: socket.socket) -> None:
+        """The handshake is over (or an idle connection is busy again)."""
+        with self._lock:
+            self._pending.pop(sock, None)
+            self._idle.pop(sock, None)
+
+    def idle(self, sock: socket.socket) -> None:
+        """The connection is open for a next request only; it may be dropped to make room."""
+        with self._lock:
+            self._pending.pop(sock, None)
+            if sock in self._threads:
+                self._idle[sock] = None
+
+    def close(self, timeout: float = 5.0) -> None:
+        """Stop listening, drop all connections, wait for their threads up to `timeout` seconds."""
+        deadline = Deadline(timeout, self._clock)
+        with self._lock:
+            first = not self._closing.is_set()
+            self._closing.set()
+            threads = dict(self._threads)
+        if first:
+            self._wake_sender.send(b"x")
+        for sock in threads:
+            _shut(sock)
+        for thread in (self._acceptor, *threads.values()):
+            if thread is not threading.current_thread():
+                thread.join(deadline.remaining())
+
+    def _accept_loop(self) -> None:
+        with selectors.DefaultSelector() as selector:
+            selector.register(self._listener, selectors.EVENT_READ)
+            selector.register(self._wake_receiver, selectors.EVENT_READ)
+            while not self._closing.is_set():
+                selector.select()
+                if not self._closing.is_set():
+                    self._accept_one()
+        for sock in (self._listener, self._wake_receiver, self._wake_sender):
+            sock.close()
+
+    def _accept_one(self) -> None:
+        try:
+            sock, address = self._listener.accept()
+        except (BlockingIOError, InterruptedError, ConnectionAbortedError):
+            return  # the peer was gone before we came
+        except OSError as error:
+            log.warning("! %s: accept failed: %s; trying again", self._name, error)
+            self.stats.failed += 1
+            self._closing.wait(_ACCEPT_PAUSE)
+            return
+        self.stats.accepted += 1
+        peer = (str(address[0]).removeprefix("::ffff:"), int(address[1]))
+        try:
+            if not self._admit(sock, peer):
+                sock.close()
+        except Exception:
+            sock.close()
+            self.stats.failed += 1
+            log.exception("! %s: connection from %s could not be taken", self._name, format_address(*peer))
+
+    def _admit(self, sock: socket.socket, peer: tuple[str, int]) -> bool:
+        if not self._allowed(peer[0]):
+            self.stats.not_allowed += 1
+            log.warning("! %s: %s may not connect (allow=)", self._name, peer[0])
+            return False
+        sock.setblocking(True)
+        tune(sock)
+        thread = threading.Thread(
+            target=self._serve,
+            args=(sock, peer),
+            name=f"rosproto:{self._name} {format_address(*peer)}",
+            daemon=True,
+        )
+        with self._lock:
+            if self._closing.is_set() or not self._make_room():
+                return False
+            self._threads[sock] = thread
+            self._pending[sock] = self._clock.monotonic()
+        try:
+            thread.start()
+        except RuntimeError:  # the system gives no more threads
+            self._forget(sock)
+            raise
+        return True
+
+    def _allowed(self, host: str) -> bool:
+        if self._allow is None:
+            return True
+        return self._allow(host) if callable(self._allow) else host in self._allow
+
+    def _make_room(self) -> bool:
+        assert self._lock.locked()
+        self._age_pending()
+        if len(self._pending) >= self._limits.pending_handshakes:
+            oldest, _ = self._pending.popitem(last=False)
+            self.stats.dropped_pending += 1
+            _shut(oldest)  # its thread wakes up, closes it and ends
+        if len(self._threads) < self._limits.connections:
+            return True
+        if not self._idle:
+            self.stats.refused_full += 1
+            log.warning("! %s: %d connections are open, no more", self._name, len(self._threads))
+            return False
+        longest, _ = self._idle.popitem(last=False)
+        self.stats.dropped_idle += 1
+        _shut(longest)
+        return True
+
+    def _age_pending(self) -> None:
+        limit = self._clock.monotonic() - self._limits.handshake_seconds
+        while self._pending and next(iter(self._pending.values())) <= limit:
+            self._pending.popitem(last=False)
+
+    def _serve(self, sock: socket.socket, peer: tuple[str, int]) -> None:
+        try:
+            self._on_connection(sock, peer)
+        except RosError as error:
+            log.debug("! %s: %s: %s", self._name, format_address(*peer), error)
+        except Exception:
+            log.exception("! %s: handler for %s failed", self._name, format_address(*peer))
+        finally:
+            self._forget(sock)
+            _shut(sock)
+            sock.close()
+
+    def _forget(self, sock: socket.socket) -> None:
+        with self._lock:
+            self._threads.pop(sock, None)
+            self._pending.pop(sock, None)
+            self._idle.pop(sock, None)
+
+
+def _shut(sock: socket.socket) -> None:
+    """End both directions. Wakes a thread that reads; closing would let another socket take its number."""
+    try:
+        sock.shutdown(socket.SHUT_RDWR)
+    except OSError:
+        pass  # the peer was faster

@@ -1,0 +1,276 @@
+"""Calls XML-RPC methods of masters and nodes: keep-alive, one deadline per call, errors that say where."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from selectors import EVENT_READ, DefaultSelector
+
+from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError, RosError, RosTimeout
+from rosproto.protocol import xmlrpc
+from rosproto.protocol.http import HttpClientConnection, Response
+from rosproto.protocol.limits import Limits
+from rosproto.transport.address import DEFAULT_MASTER_URI, format_address, make_uri, parse_uri, uri_path
+from rosproto.transport.clock import SYSTEM, Clock
+from rosproto.transport.deadline import Deadline
+from rosproto.transport.os_errors import translate
+from rosproto.transport.tcp import connect
+
+__all__ = ["XmlRpcClient", "unpack"]
+
+_RECV_BYTES = 1 << 16
+_MAX_IDLE = 4
+_IDLE_SECONDS = 20.0  # roscpp and rosmaster close idle connections later than this
+
+
+class XmlRpcClient:
+    """A client of one server. Thread-safe: calls from several threads run side by side.
+
+    Connections are kept for the next call. One that the server closed meanwhile is noticed before it is
+    used; when it closes in the very moment of the call, before a byte of the answer, the call is sent once
+    more on a new connection, as roscpp does: the calls of the master and slave API may safely arrive twice.
+
+    Args:
+        uri: "http://host:port/"; see `parse_uri` for the forms.
+        limits: `xml_body_bytes`, `xml_depth` and `http_head_bytes` bound the answers.
+        timeout: Seconds for a call that names no own; None waits for ever.
+
+    Raises:
+        ValueError: The URI is none.
+    """
+
+    def __init__(
+        self,
+        uri: str,
+        *,
+        limits: Limits | None = None,
+        timeout: float | None = 10.0,
+        clock: Clock = SYSTEM,
+    ) -> None:
+        self.host, self.port = parse_uri(uri)
+        self.uri = make_uri(self.host, self.port)
+        self.timeout = timeout
+        self._path = uri_path(uri or DEFAULT_MASTER_URI)
+        self._limits = limits or Limits()
+        self._clock = clock
+        self._lock = threading.Lock()
+        self._idle: list[_Link] = []
+        self._busy: set[_Link] = set()
+        self._closed = False
+
+    def __enter__(self) -> XmlRpcClient:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<XmlRpcClient {self.uri}{' closed' if self._closed else ''}>"
+
+    def call(self, method: str, *params: object, timeout: float | None = None, retry: bool = True) -> object:
+        """Call a method and return its value.
+
+        Args:
+            method: XML-RPC method name.
+            params: Its arguments.
+            timeout: Seconds for connecting, sending and receiving together; None takes the client's.
+            retry: Send once more when a kept connection turned out to be closed; False for a method that
+                must not run twice.
+
+        Raises:
+            MasterError: The server answered a fault.
+            ConnectionLost: It is not there, or the connection broke.
+            RosTimeout: The time was over.
+            RemoteProtocolError: The answer is no XML-RPC response.
+            LocalProtocolError: An argument cannot be sent.
+        """
+        deadline = Deadline(self.timeout if timeout is None else timeout, self._clock)
+        body = xmlrpc.encode_call(method, params)
+        response = self._exchange(method, body, deadline, retry)
+        if response.status != 200:
+            raise RemoteProtocolError(
+                f"{method} at {self.uri}: HTTP {response.status} {response.reason}, expected 200 OK; "
+                "is this a ROS master or node?"
+            )
+        try:
+            return xmlrpc.decode_response(response.body, self._limits)
+        except xmlrpc.Fault as fault:
+            raise MasterError(method, fault.code, fault.text, uri=self.uri) from fault
+
+    def close(self) -> None:
+        """Close all connections; calls that are under way end with ConnectionLost."""
+        with self._lock:
+            self._closed = True
+            idle, self._idle = self._idle, []
+            busy = list(self._busy)
+        for link in idle:
+            link.close()
+        for link in busy:
+            link.abort()
+
+    def _exchange(self, method: str, body: bytes, deadline: Deadline, retry: bool) -> Response:
+        while True:
+            link = self._take(method, deadline)
+            kept = False
+            try:
+                response = link.exchange(method, body, deadline)
+                kept = response.keep_alive
+                return response
+            except ConnectionLost:
+                if not (retry and link.used and not link.answered) or self._closed:
+                    raise
+                self._drop_idle()  # the others of its age are gone too; a new connection is not `used`
+            finally:
+                self._give_back(link, kept)
+
+    def _take(self, method: str, deadline: Deadline) -> _Link:
+        """A kept connection that is still open, or a new one."""
+        while True:
+            with self._lock:
+                if self._closed:
+                    raise ConnectionLost(f"{method}: this client of {self.uri} is closed", peer=self.uri)
+                link = self._idle.pop() if self._idle else None
+                if link is not None:
+                    self._busy.add(link)
+            if link is None:
+                return self._open(method, deadline)
+            if link.fresh(self._clock.monotonic()):
+                return link
+            self._give_back(link, False)
+
+    def _open(self, method: str, deadline: Deadline) -> _Link:
+        try:
+            sock = connect(self.host, self.port, deadline)
+        except RosError as error:
+            text = f"{method} at {self.uri}: {error}"
+            if isinstance(error, RosTimeout):
+                raise RosTimeout(text, what=method, seconds=error.seconds) from error
+            raise ConnectionLost(text, peer=self.uri) from error
+        link = _Link(sock, self, self._path)
+        with self._lock:
+            self._busy.add(link)
+            closed = self._closed
+        if closed:
+            link.abort()  # closed while we connected: the exchange then fails at once
+        return link
+
+    def _give_back(self, link: _Link, keep: bool) -> None:
+        with self._lock:
+            self._busy.discard(link)
+            keep = keep and not self._closed and len(self._idle) < _MAX_IDLE
+            if keep:
+                link.idle_since = self._clock.monotonic()
+                self._idle.append(link)
+        if not keep:
+            link.close()
+
+    def _drop_idle(self) -> None:
+        with self._lock:
+            idle, self._idle = self._idle, []
+        for link in idle:
+            link.close()
+
+
+class _Link:
+    """One connection of a client.
+
+    Attributes:
+        used: An exchange succeeded on it before: the server may have closed it since.
+        answered: Part of an answer to the current call has arrived.
+        idle_since: When it was last given back.
+    """
+
+    __slots__ = ("_client", "_http", "_path", "_sock", "answered", "idle_since", "used")
+
+    def __init__(self, sock: socket.socket, client: XmlRpcClient, path: str) -> None:
+        self._sock = sock
+        self._client = client
+        self._path = path
+        self._http = HttpClientConnection(client._limits)
+        self.used = False
+        self.answered = False
+        self.idle_since = 0.0
+
+    def fresh(self, now: float) -> bool:
+        """Not idle for long, and nothing to read: readable would mean closed (or garbage)."""
+        if now - self.idle_since > _IDLE_SECONDS or self._http.mid_message:
+            return False
+        with DefaultSelector() as selector:
+            selector.register(self._sock, EVENT_READ)
+            return not selector.select(0)
+
+    def exchange(self, method: str, body: bytes, deadline: Deadline) -> Response:
+        """Send a request and read its response."""
+        self.answered = False
+        doing = f"{method} at {self._client.uri}"
+        host = format_address(self._client.host, self._client.port)
+        request = self._http.encode_request(host, self._path, body)
+        try:
+            self._sock.settimeout(_time_left(deadline))
+            self._sock.sendall(request)
+            response = self._read(deadline)
+        except RemoteProtocolError as error:
+            if self.answered:
+                raise RemoteProtocolError(f"{doing}: {error}") from error
+            raise
+        except OSError as error:
+            if isinstance(error, ConnectionLost):
+                raise
+            raise translate(error, doing, self._client.uri, deadline) from error
+        if response is None:
+            raise ConnectionLost(
+                f"{doing}: the server closed the connection without an answer", peer=self._client.uri
+            )
+        self.used = True
+        return response
+
+    def _read(self, deadline: Deadline) -> Response | None:
+        """The response; None when the server closed without one."""
+        while True:
+            event = self._http.next_event()
+            if isinstance(event, Response):
+                return event
+            if event is not None:
+                return None
+            self._sock.settimeout(_time_left(deadline))
+            data = self._sock.recv(_RECV_BYTES)
+            self.answered = self.answered or bool(data)
+            self._http.receive(data)
+
+    def abort(self) -> None:
+        """Wake the thread that uses this connection; it then closes it."""
+        try:
+            self._sock.shutdown(socket.SHUT_RDWR)
+        except OSError:
+            pass  # already gone
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._sock.close()
+
+
+def _time_left(deadline: Deadline) -> float | None:
+    left = deadline.remaining()
+    if left is not None and left <= 0:
+        raise TimeoutError
+    return left
+
+
+def unpack(method: str, reply: object, uri: str = "") -> object:
+    """The value of a ROS reply `[code, statusMessage, value]`.
+
+    Peers are not exact: a missing value is None, a code may be a bool.
+
+    Raises:
+        MasterError: The code is not 1 (-1: the caller's error, 0: the other side failed).
+        RemoteProtocolError: The reply has no code.
+    """
+    if not isinstance(reply, list) or not reply or not isinstance(reply[0], int):
+        raise RemoteProtocolError(
+            f"{method}{' at ' + uri if uri else ''}: reply {reply!r:.80}, "
+            "expected [code, statusMessage, value]"
+        )
+    text = reply[1] if len(reply) > 1 else ""
+    if reply[0] != 1:
+        raise MasterError(method, int(reply[0]), str(text), uri=uri)
+    return reply[2] if len(reply) > 2 else None

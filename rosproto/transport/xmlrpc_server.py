@@ -1,0 +1,293 @@
+"""The XML-RPC server of masters and nodes (wiki.ros.org/ROS/Master_API, Slave_API).
+
+A thread per connection, keep-alive. Every peer has a bounded time for each request, and a broken or hostile
+request costs its own connection only.
+"""
+
+from __future__ import annotations
+
+import logging
+import socket
+from collections.abc import Callable
+
+from rosproto.errors import RemoteProtocolError, RosError
+from rosproto.protocol import xmlrpc
+from rosproto.protocol.http import (
+    CONTINUE,
+    ContinueWanted,
+    Event,
+    HttpServerConnection,
+    Request,
+    error_status,
+)
+from rosproto.protocol.limits import Limits
+from rosproto.transport.address import format_address, make_uri
+from rosproto.transport.clock import SYSTEM, Clock
+from rosproto.transport.deadline import Deadline
+from rosproto.transport.tcp_server import Allow, ServerStats, TcpServer
+from rosproto.transport.tcpros_io import write_all
+
+__all__ = ["Dispatch", "Peer", "XmlRpcServer"]
+
+log = logging.getLogger("rosproto.transport")
+
+_PATHS = ("/", "/RPC2")
+_RECV_BYTES = 1 << 16
+_SLOWEST = 16 << 10  # bytes per second that a peer must manage, beyond handshake_seconds
+_LINGER_SECONDS = 1.0
+_LINGER_BYTES = 1 << 20
+PARSE_ERROR, INTERNAL_ERROR, MULTICALL_ERROR = -32700, 1, -32600
+
+
+class Peer(str):
+    """Who called, as "host:port".
+
+    Attributes:
+        host: The caller's address.
+        port: The caller's port.
+        local_host: Our own address that the caller used: what it can reach us at.
+    """
+
+    __slots__ = ("host", "local_host", "port")
+    host: str
+    port: int
+    local_host: str
+
+    @classmethod
+    def of(cls, sock: socket.socket, address: tuple[str, int]) -> Peer:
+        """The peer of an accepted socket."""
+        peer = cls(format_address(*address))
+        peer.host, peer.port = address
+        try:
+            peer.local_host = str(sock.getsockname()[0]).removeprefix("::ffff:")
+        except OSError:
+            peer.local_host = ""
+        return peer
+
+
+Dispatch = Callable[[str, list[object], Peer], object]
+
+
+class XmlRpcServer:
+    """Answers XML-RPC calls with `dispatch(method, params, peer)`, called in the connection's own thread.
+
+    What `dispatch` returns is the answer; `xmlrpc.Fault` becomes a fault; any other exception is logged and
+    becomes fault 1 with its text. `system.multicall` is answered here (rospy unregisters through it).
+
+    Args:
+        host: Address to listen on, and nothing else.
+        port: Port, 0 for a free one.
+        dispatch: The method table.
+        limits: Bounds of sizes, times and connections.
+        allow: Who may connect: addresses, or a function of the address; None for everybody.
+        name: For thread names and log lines.
+        advertise: Host in `uri` when it is not `host` (which may be 0.0.0.0).
+
+    Attributes:
+        host: As given.
+        port: The real port.
+        uri: "http://host:port/".
+    """
+
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        dispatch: Dispatch,
+        *,
+        limits: Limits | None = None,
+        allow: Allow = None,
+        name: str = "xmlrpc",
+        advertise: str | None = None,
+        clock: Clock = SYSTEM,
+    ) -> None:
+        self._dispatch = dispatch
+        self._limits = limits or Limits()
+        self._clock = clock
+        self._name = name
+        self._server = TcpServer(
+            host, port, self._serve, limits=self._limits, allow=allow, name=name, clock=clock
+        )
+        self.host = host
+        self.port = self._server.port
+        self.uri = make_uri(advertise or host, self.port)
+
+    def __enter__(self) -> XmlRpcServer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<XmlRpcServer {self._name} {self.uri}{' closed' if self._server.closed else ''}>"
+
+    @property
+    def stats(self) -> ServerStats:
+        """Counters of the connections."""
+        return self._server.stats
+
+    @property
+    def connections(self) -> int:
+        """Open connections."""
+        return self._server.connections
+
+    def close(self, timeout: float = 5.0) -> None:
+        """Stop listening, drop all connections, wait for running calls up to `timeout` seconds."""
+        self._server.close(timeout)
+
+    def _serve(self, sock: socket.socket, address: tuple[str, int]) -> None:
+        _Conversation(self, sock, Peer.of(sock, address)).run()
+
+    # The rest is called by _Conversation.
+
+    def answer(self, body: bytes, peer: Peer) -> bytes:
+        """The response document for a call document; never raises for what a peer or handler did."""
+        try:
+            method, params = xmlrpc.decode_call(body, self._limits)
+        except RemoteProtocolError as error:
+            log.debug("! %s: call from %s: %s", self._name, peer, error)
+            return xmlrpc.encode_fault(PARSE_ERROR, str(error))
+        log.debug("< %s: %s from %s", self._name, method, peer)
+        try:
+            result = (
+                self._multicall(params, peer)
+                if method == "system.multicall"
+                else self._call(method, params, peer)
+            )
+            return xmlrpc.encode_response(result)
+        except xmlrpc.Fault as fault:
+            return xmlrpc.encode_fault(fault.code, fault.text)
+        except RosError as error:  # a result that XML-RPC cannot carry
+            log.warning("! %s: %s: the result cannot be sent: %s", self._name, method, error)
+            return xmlrpc.encode_fault(INTERNAL_ERROR, f"{method}: {error}")
+
+    def _call(self, method: str, params: list[object], peer: Peer) -> object:
+        try:
+            return self._dispatch(method, params, peer)
+        except xmlrpc.Fault:
+            raise
+        except Exception as error:
+            log.exception("! %s: %s from %s failed", self._name, method, peer)
+            raise xmlrpc.Fault(INTERNAL_ERROR, f"{method}: {type(error).__name__}: {error}") from error
+
+    def _multicall(self, params: list[object], peer: Peer) -> list[object]:
+        calls = params[0] if len(params) == 1 else None
+        if not isinstance(calls, list):
+            raise xmlrpc.Fault(MULTICALL_ERROR, "system.multicall: expected one array of calls")
+        return [self._one_of_many(call, peer) for call in calls]
+
+    def _one_of_many(self, call: object, peer: Peer) -> object:
+        """One result in its own list, or a fault's struct: xmlrpc.client's MultiCall expects these."""
+        try:
+            method = call.get("methodName") if isinstance(call, dict) else None
+            params = call.get("params", []) if isinstance(call, dict) else None
+            if not isinstance(method, str) or not isinstance(params, list) or method == "system.multicall":
+                raise xmlrpc.Fault(
+                    MULTICALL_ERROR, "system.multicall: expected {methodName, params}, not nested"
+                )
+            result = self._call(method, params, peer)
+            xmlrpc.encode_response(result)  # a bad result must not cost the others theirs
+            return [result]
+        except xmlrpc.Fault as fault:
+            return {"faultCode": fault.code, "faultString": fault.text}
+        except RosError as error:
+            return {"faultCode": INTERNAL_ERROR, "faultString": str(error)}
+
+
+class _Conversation:
+    """One connection: requests in, responses out, until either side has enough."""
+
+    def __init__(self, server: XmlRpcServer, sock: socket.socket, peer: Peer) -> None:
+        self._server = server
+        self._tcp = server._server
+        self._limits = server._limits
+        self._clock = server._clock
+        self._sock = sock
+        self._peer = peer
+        self._http = HttpServerConnection(server._limits)
+
+    def run(self) -> None:
+        """Serve until the connection ends."""
+        first = True
+        while not self._tcp.closed:
+            try:
+                request = self._read_request(first)
+            except RemoteProtocolError as error:
+                self._refuse(error_status(error), error)
+                return
+            if request is None or not self._respond(request):
+                return
+            first = False
+
+    def _read_request(self, first: bool) -> Request | None:
+        """The next request; None when the peer closed, or was idle or slow for too long."""
+        received, begun = 0, self._clock.monotonic()
+        while True:
+            event: Event | None = self._http.next_event()
+            if isinstance(event, Request):
+                self._tcp.established(self._sock)
+                return event
+            if isinstance(event, ContinueWanted):
+                self._send(CONTINUE)
+                continue
+            if event is not None:
+                return None
+            waiting = not first and not self._http.mid_message
+            if waiting:
+                self._tcp.idle(self._sock)
+                budget, begun = self._limits.idle_seconds, self._clock.monotonic()
+            else:
+                budget = self._limits.handshake_seconds + received / _SLOWEST
+            data = self._receive(begun + budget - self._clock.monotonic())
+            if data is None:
+                return None
+            if waiting:
+                self._tcp.established(self._sock)
+                received, begun = 0, self._clock.monotonic()
+            received += len(data)
+            self._http.receive(data)
+
+    def _receive(self, seconds: float) -> bytes | None:
+        """Bytes, b"" at the end of the stream, None when there was no time or the peer reset."""
+        if seconds <= 0:
+            return None
+        try:
+            self._sock.settimeout(seconds)
+            return self._sock.recv(_RECV_BYTES)
+        except OSError:
+            return None
+
+    def _respond(self, request: Request) -> bool:
+        """Answer one request; says whether the connection goes on."""
+        if request.method != "POST":
+            status, allow = (405, "POST") if request.method in ("GET", "HEAD", "PUT", "DELETE") else (501, "")
+            self._send(self._http.encode_response(status, keep_alive=False, allow=allow))
+            return False
+        if request.target.partition("?")[0] not in _PATHS:
+            self._send(self._http.encode_response(404, keep_alive=request.keep_alive))
+            return request.keep_alive
+        body = self._server.answer(request.body, self._peer)
+        self._send(self._http.encode_response(200, body, keep_alive=request.keep_alive))
+        return request.keep_alive
+
+    def _send(self, data: bytes) -> None:
+        seconds = self._limits.handshake_seconds + len(data) / _SLOWEST
+        write_all(self._sock, data, Deadline(seconds, self._clock))
+
+    def _refuse(self, status: int, error: RemoteProtocolError) -> None:
+        log.debug("! %s: request from %s refused: %s", self._server._name, self._peer, error)
+        try:
+            self._send(self._http.encode_response(status, str(error).encode(), keep_alive=False))
+            self._linger()
+        except (OSError, RosError):
+            pass  # the peer is gone, and the connection ends here anyway
+
+    def _linger(self) -> None:
+        """Read on for a moment: closing with unread bytes resets the connection, and the answer is lost."""
+        self._sock.shutdown(socket.SHUT_WR)
+        deadline, left = Deadline(_LINGER_SECONDS, self._clock), _LINGER_BYTES
+        while left > 0:
+            data = self._receive(deadline.remaining() or 0.0)
+            if not data:
+                return
+            left -= len(data)
