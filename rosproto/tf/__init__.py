@@ -1,0 +1,24 @@
+"""Transforms between frames over time (tf2): the tree, and what feeds it from a node.
+
+    buffer = tf.TransformBuffer()
+    with tf.TransformListener(node, buffer):
+        map_T_base = buffer.lookup("map", "base_link", timeout=2.0)
+
+Source: wiki.ros.org/tf2, REP 105.
+"""
+
+from rosproto.tf.buffer import TransformBuffer
+from rosproto.tf.errors import ExtrapolationError, NotConnected, TransformError, UnknownFrame
+from rosproto.tf.history import History, Sample
+from rosproto.tf.transform import Transform
+
+__all__ = [
+    "ExtrapolationError",
+    "History",
+    "NotConnected",
+    "Sample",
+    "Transform",
+    "TransformBuffer",
+    "TransformError",
+    "UnknownFrame",
+]

@@ -1,0 +1,302 @@
+"""The transform tree: what is known of every frame for the last seconds, and lookups over it.
+
+Source: tf2 buffer_core.cpp; REP 105 (frame names), wiki.ros.org/tf2.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import threading
+from typing import Any, NoReturn
+
+from rosproto.errors import RosTimeout
+from rosproto.tf import quaternion
+from rosproto.tf.errors import ExtrapolationError, NotConnected, TransformError, UnknownFrame
+from rosproto.tf.history import History, Sample
+from rosproto.tf.quaternion import Quaternion, Vector
+from rosproto.tf.transform import IDENTITY, Stamped, Transform, nanoseconds
+from rosproto.transport.clock import SYSTEM
+
+__all__ = ["TransformBuffer"]
+
+DEEPEST = 1000  # as in tf2: a longer way to the root is a loop
+UNIT_TOLERANCE = 1e-2  # as in tf2: the squared length of a rotation may differ by this from 1
+
+
+def frame_name(name: str) -> str:
+    """tf2 has no leading slashes; old programs still send them.
+
+    Raises:
+        ValueError: The name is empty.
+    """
+    stripped = name.lstrip("/")
+    if not stripped:
+        raise ValueError("a frame name is empty")
+    return stripped
+
+
+class _Walk:
+    """The way from one frame towards the root at one time, as frame -> pose of the start in that frame."""
+
+    def __init__(self) -> None:
+        self.poses: dict[str, tuple[Vector, Quaternion]] = {}
+        self.last = ""
+        self.gap: History | None = None  # the edge whose time does not fit, when that ended the way
+
+
+class TransformBuffer:
+    """Transforms of a whole robot; every method may be called from any thread.
+
+    Attributes:
+        cache_time: Seconds that are remembered of each frame.
+    """
+
+    def __init__(
+        self, cache_time: float = 10.0, *, max_frames: int = 10_000, max_samples: int = 50_000
+    ) -> None:
+        self.cache_time = cache_time
+        self._cache_ns = round(cache_time * 1e9)
+        self._max_frames = max_frames
+        self._max_samples = max_samples
+        self._edges: dict[str, History] = {}
+        self._names: set[str] = set()  # every frame, parents too
+        self._changed = threading.Condition()
+
+    def set_transform(self, transform: Any, *, authority: str = "", static: bool = False) -> bool:
+        """Take one pose of a frame in its parent.
+
+        Args:
+            transform: A `Transform` or a geometry_msgs/TransformStamped.
+            authority: Who says so, for `frames()`.
+            static: True when it holds at all times.
+
+        Returns:
+            False when it is older than the cache or its stamp is known already.
+
+        Raises:
+            ValueError: It is no transform: names, numbers, or a frame that is its own parent.
+        """
+        if not isinstance(transform, Transform):
+            transform = Transform.from_message(transform)
+        child, sample = frame_name(transform.source), _checked(transform)
+        with self._changed:
+            edge = self._edges.get(child)
+            if edge is None:
+                if len(self._edges) >= self._max_frames:
+                    raise ValueError(f"{child}: {self._max_frames} frames are known, no more are taken")
+                edge = self._edges[child] = History(self._cache_ns, self._max_samples)
+            edge.authority = authority
+            taken = edge.add(sample, static=static)
+            self._names.update((child, sample.parent))
+            if len(self._names) > 2 * self._max_frames:  # a sender that makes up new parents
+                self._names = {*self._edges, *(edge.newest.parent for edge in self._edges.values())}
+            self._changed.notify_all()
+        return taken
+
+    def lookup(
+        self,
+        target: str,
+        source: str,
+        time: Stamped | float | None = None,
+        timeout: float | None = 0.0,
+    ) -> Transform:
+        """The transform that takes coordinates in `source` to coordinates in `target`.
+
+        Args:
+            target: Frame of the result ("map").
+            source: Frame of the data ("base_link"); the result is the pose of `source` in `target`.
+            time: Moment, a Time or seconds; None (or zero) for the latest that all frames on the way share.
+            timeout: Seconds to wait until it can be had; None waits for ever.
+
+        Raises:
+            UnknownFrame, NotConnected, ExtrapolationError: It cannot be had (within `timeout`).
+        """
+        target, source, moment = frame_name(target), frame_name(source), nanoseconds(time)
+        end = None if timeout is None else SYSTEM.monotonic() + timeout
+        with self._changed:
+            while True:
+                try:
+                    return self._lookup(target, source, moment)
+                except TransformError:
+                    remaining = None if end is None else end - SYSTEM.monotonic()
+                    if remaining is not None and remaining <= 0:
+                        raise
+                    self._changed.wait(remaining)
+
+    def lookup_full(
+        self,
+        target: str,
+        target_time: Stamped | float | None,
+        source: str,
+        source_time: Stamped | float | None,
+        fixed: str,
+        timeout: float | None = 0.0,
+    ) -> Transform:
+        """From `source` at one time to `target` at another, by way of a frame that did not move meanwhile."""
+        there = self.lookup(fixed, source, source_time, timeout)
+        back = self.lookup(target, fixed, target_time, timeout)
+        whole = back @ there
+        return Transform(whole.target, whole.source, whole.translation, whole.rotation, back.stamp_ns)
+
+    def can_lookup(self, target: str, source: str, time: Stamped | float | None = None) -> bool:
+        """True when `lookup` would give an answer now."""
+        try:
+            self.lookup(target, source, time)
+        except TransformError:
+            return False
+        return True
+
+    def wait(self, target: str, source: str, timeout: float | None = 5.0) -> None:
+        """Wait until any transform between two frames is known.
+
+        Raises:
+            RosTimeout: It is not, in time; the text tells what was missing.
+        """
+        try:
+            self.lookup(target, source, None, timeout)
+        except TransformError as error:
+            raise RosTimeout(
+                f"no transform within {timeout} s: {error}", what=f"{target} <- {source}", seconds=timeout
+            ) from error
+
+    def frames(self) -> dict[str, dict[str, Any]]:
+        """Every known child frame: its parent, authority, static, earliest and latest (s), samples."""
+        with self._changed:
+            return {
+                child: {
+                    "parent": edge.newest.parent,
+                    "authority": edge.authority,
+                    "static": edge.static,
+                    "earliest": edge.earliest / 1e9,
+                    "latest": edge.newest.stamp / 1e9,
+                    "samples": len(edge),
+                }
+                for child, edge in self._edges.items()
+            }
+
+    def clear(self) -> None:
+        """Forget what moves, as after a jump back of the clock; what is static stays."""
+        with self._changed:
+            self._edges = {child: edge for child, edge in self._edges.items() if edge.static}
+            self._names = {*self._edges, *(edge.newest.parent for edge in self._edges.values())}
+
+    def _lookup(self, target: str, source: str, moment: int) -> Transform:
+        if target == source:  # no frame need be known for that, as in tf2
+            edge = self._edges.get(source)
+            newest = 0 if edge is None or edge.static else edge.newest.stamp
+            return Transform(target, source, stamp_ns=moment or newest)
+        self._require(target, source)
+        if not moment:
+            moment = self._latest_common(target, source)
+        up, down = self._walk(source, moment), self._walk(target, moment)
+        common = next((frame for frame in up.poses if frame in down.poses), None)
+        if common is None:
+            self._refuse(target, source, moment, up, down)
+        (p, q), (tp, tq) = up.poses[common], down.poses[common]
+        back = Transform(common, target, tp, tq).inverse
+        return Transform(target, source, back.point(p), quaternion.multiply(back.rotation, q), moment)
+
+    def _walk(self, start: str, moment: int) -> _Walk:
+        walk, frame, p, q = _Walk(), start, (0.0, 0.0, 0.0), IDENTITY
+        for _ in range(DEEPEST):
+            if frame in walk.poses:
+                break  # a loop
+            walk.poses[frame] = (p, q)
+            walk.last = frame
+            edge = self._edges.get(frame)
+            if edge is None:
+                break
+            sample = edge.at(moment)
+            if sample is None:
+                walk.gap = edge
+                break
+            x, y, z = quaternion.rotate(sample.rotation, p)
+            dx, dy, dz = sample.translation
+            p, q = (x + dx, y + dy, z + dz), quaternion.multiply(sample.rotation, q)
+            frame = sample.parent
+        return walk
+
+    def _latest_common(self, target: str, source: str) -> int:
+        """The newest time at which every moving edge between two frames is known; 0 when all are static."""
+        up, down = self._newest_times(source), self._newest_times(target)
+        common = next((frame for frame in up if frame in down), None)
+        if common is None:
+            self._not_connected(target, source, [*up][-1], [*down][-1])
+        times = [time for time in (up[common], down[common]) if time is not None]
+        return min(times, default=0)
+
+    def _newest_times(self, start: str) -> dict[str, int | None]:
+        """Frame -> newest time common to all edges from `start` up to it; None while all are static."""
+        times: dict[str, int | None] = {}
+        frame, newest = start, None
+        while frame not in times and len(times) < DEEPEST:
+            times[frame] = newest
+            edge = self._edges.get(frame)
+            if edge is None:
+                break
+            if not edge.static:
+                newest = edge.newest.stamp if newest is None else min(newest, edge.newest.stamp)
+            frame = edge.newest.parent
+        return times
+
+    def _require(self, target: str, source: str) -> None:
+        for frame in (target, source):
+            if frame in self._names:
+                continue
+            near = difflib.get_close_matches(frame, self._names, 3) or sorted(self._names)[:10]
+            hint = f"; known are {', '.join(near)}" if near else "; no frame has been published yet"
+            raise UnknownFrame(f"frame {frame!r} is unknown{hint}", frame=frame, target=target, source=source)
+
+    def _refuse(self, target: str, source: str, moment: int, up: _Walk, down: _Walk) -> NoReturn:
+        for walk in (up, down):
+            if walk.gap is not None:
+                self._out_of_time(target, source, moment, walk.last, walk.gap)
+        self._not_connected(target, source, up.last, down.last)
+
+    @staticmethod
+    def _out_of_time(target: str, source: str, moment: int, child: str, edge: History) -> NoReturn:
+        asked, first, last = moment / 1e9, edge.earliest / 1e9, edge.newest.stamp / 1e9
+        if asked > last:
+            how = f"{asked - last:.6g} s in the future; wait with timeout=, or take the latest (time=None)"
+        elif asked < first:
+            how = f"{first - asked:.6g} s in the past; it is forgotten or was never sent"
+        else:
+            how = "between two parents"
+        known = f"known from {first:.6f} to {last:.6f} s" if len(edge) > 1 else f"known at {last:.6f} s only"
+        raise ExtrapolationError(
+            f"at {asked:.6f} s: {edge.newest.parent} -> {child} is {known}, and this is {how}",
+            target=target,
+            source=source,
+            parent=edge.newest.parent,
+            child=child,
+            requested=asked,
+            earliest=first,
+            latest=last,
+        )
+
+    @staticmethod
+    def _not_connected(target: str, source: str, source_root: str, target_root: str) -> NoReturn:
+        raise NotConnected(
+            f"not connected: {target} hangs below {target_root}, {source} below {source_root};"
+            " nobody publishes a transform between these two",
+            target=target,
+            source=source,
+            target_root=target_root,
+            source_root=source_root,
+        )
+
+
+def _checked(transform: Transform) -> Sample:
+    parent, child = frame_name(transform.target), frame_name(transform.source)
+    if parent == child:
+        raise ValueError(f"frame {child} is said to be its own parent")
+    numbers = (*transform.translation, *transform.rotation)
+    if not all(map(math.isfinite, numbers)):
+        raise ValueError(f"{parent} -> {child}: {numbers} are not all finite")
+    square = sum(part * part for part in transform.rotation)
+    if abs(square - 1) > UNIT_TOLERANCE:
+        raise ValueError(f"{parent} -> {child}: the rotation has length {math.sqrt(square):.6g}, expected 1")
+    return Sample(
+        transform.stamp_ns, parent, transform.translation, quaternion.normalized(transform.rotation)
+    )

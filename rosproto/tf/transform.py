@@ -1,0 +1,170 @@
+"""A rigid transform between two frames, as a value.
+
+Source: REP 103 (units, axes), geometry_msgs/TransformStamped.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+from rosproto.tf import quaternion
+from rosproto.tf.quaternion import Quaternion, Vector
+from rosproto.time import Time
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["Transform"]
+
+IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
+
+
+class Stamped(Protocol):
+    """A Time."""
+
+    def to_nsec(self) -> int: ...
+
+
+def nanoseconds(time: Stamped | float | None) -> int:
+    """A Time, or seconds, in ns; None is 0."""
+    if time is None:
+        return 0
+    return round(time * 1e9) if isinstance(time, (int, float)) else time.to_nsec()
+
+
+@dataclass(frozen=True, slots=True)
+class Transform:
+    """`target_T_source`: takes coordinates in `source` to coordinates in `target`.
+
+    It is as well the pose of `source` in `target`; in a TransformStamped, `target` is header.frame_id (the
+    parent) and `source` is child_frame_id.
+
+    Attributes:
+        target: Frame of the result.
+        source: Frame of the data.
+        translation: (x, y, z) of the source's origin in target, m.
+        rotation: Unit quaternion (x, y, z, w).
+        stamp_ns: Time it holds at, ns, exact as on the wire; 0 for one that holds always.
+    """
+
+    target: str
+    source: str
+    translation: Vector = (0.0, 0.0, 0.0)
+    rotation: Quaternion = IDENTITY
+    stamp_ns: int = 0
+
+    @classmethod
+    def planar(
+        cls, target: str, source: str, x: float, y: float, yaw: float, *, stamp: Stamped | float = 0
+    ) -> Transform:
+        """A pose in the plane: x and y in m, yaw in rad counter-clockwise."""
+        return cls(
+            target, source, (x, y, 0.0), (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)), nanoseconds(stamp)
+        )
+
+    @classmethod
+    def from_matrix(
+        cls, target: str, source: str, matrix: ArrayLike, *, stamp: Stamped | float = 0
+    ) -> Transform:
+        """From a homogeneous (4, 4) matrix with an orthonormal rotation part.
+
+        Raises:
+            ValueError: It is no rigid transform.
+        """
+        import numpy as np
+
+        values = np.asarray(matrix, dtype=np.float64)
+        if values.shape != (4, 4) or not np.allclose(values[3], (0, 0, 0, 1)):
+            raise ValueError(f"expected a (4, 4) matrix with last row 0 0 0 1, got shape {values.shape}")
+        turn = values[:3, :3]
+        if not np.allclose(turn @ turn.T, np.eye(3), atol=1e-6) or np.linalg.det(turn) < 0:
+            raise ValueError("the upper left (3, 3) part is no rotation")
+        x, y, z = values[:3, 3].tolist()
+        return cls(target, source, (x, y, z), quaternion.from_matrix(turn.tolist()), nanoseconds(stamp))
+
+    @classmethod
+    def from_message(cls, message: Any) -> Transform:
+        """From a geometry_msgs/TransformStamped; leading slashes of frame names go (tf2 has none)."""
+        t, r = message.transform.translation, message.transform.rotation
+        return cls(
+            message.header.frame_id.lstrip("/"),
+            message.child_frame_id.lstrip("/"),
+            (float(t.x), float(t.y), float(t.z)),
+            (float(r.x), float(r.y), float(r.z), float(r.w)),
+            message.header.stamp.to_nsec(),
+        )
+
+    def to_message(self) -> Any:
+        """As a geometry_msgs/TransformStamped."""
+        from rosproto.codec import message_class
+
+        message = message_class("geometry_msgs/TransformStamped")()
+        message.header.frame_id, message.child_frame_id = self.target, self.source
+        message.header.stamp = self.stamp
+        t, r = message.transform.translation, message.transform.rotation
+        t.x, t.y, t.z = self.translation
+        r.x, r.y, r.z, r.w = self.rotation
+        return message
+
+    @property
+    def stamp(self) -> Time:
+        """Time it holds at."""
+        return Time(*divmod(self.stamp_ns, 1_000_000_000))
+
+    @property
+    def inverse(self) -> Transform:
+        """`source_T_target`."""
+        back = quaternion.conjugate(self.rotation)
+        x, y, z = quaternion.rotate(back, self.translation)
+        return Transform(self.source, self.target, (-x, -y, -z), back, self.stamp_ns)
+
+    def __matmul__(self, other: Transform) -> Transform:
+        """`a_T_b @ b_T_c` is `a_T_c`; the stamp is the later one that counts.
+
+        Raises:
+            ValueError: The inner frames differ.
+        """
+        if self.source != other.target:
+            raise ValueError(
+                f"{self.target}_T_{self.source} @ {other.target}_T_{other.source}: the inner frames differ"
+            )
+        return Transform(
+            self.target,
+            other.source,
+            self.point(other.translation),
+            quaternion.multiply(self.rotation, other.rotation),
+            max(self.stamp_ns, other.stamp_ns),
+        )
+
+    def point(self, point: Vector) -> Vector:
+        """One point given in `source`, in `target`."""
+        x, y, z = quaternion.rotate(self.rotation, point)
+        dx, dy, dz = self.translation
+        return (x + dx, y + dy, z + dz)
+
+    def points(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Points in `source`, (N, 3), to points in `target`, (N, 3) float64, a copy."""
+        import numpy as np
+
+        matrix = self.matrix
+        moved: NDArray[np.float64] = np.asarray(points, dtype=np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+        return moved
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """Homogeneous (4, 4) float64: `matrix @ (x, y, z, 1)` takes source to target."""
+        import numpy as np
+
+        values = np.eye(4)
+        values[:3, :3] = quaternion.to_matrix(self.rotation)
+        values[:3, 3] = self.translation
+        return values
+
+    @property
+    def yaw(self) -> float:
+        """Rotation about z of the roll-pitch-yaw form, rad in [-pi, pi], counter-clockwise."""
+        x, y, z, w = self.rotation
+        return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))

@@ -1,0 +1,221 @@
+"""The transform tree: lookups over edges and time, and why one cannot be had."""
+
+from __future__ import annotations
+
+import math
+import threading
+
+import pytest
+
+from rosproto.errors import RosTimeout
+from rosproto.tf import (
+    ExtrapolationError,
+    NotConnected,
+    Transform,
+    TransformBuffer,
+    TransformError,
+    UnknownFrame,
+)
+
+
+def edge(parent: str, child: str, x: float, stamp: float = 0.0, yaw: float = 0.0) -> Transform:
+    return Transform.planar(parent, child, x, 0.0, yaw, stamp=stamp)
+
+
+def robot() -> TransformBuffer:
+    """map -> odom at 1, 2, 3 s; odom -> base at 1, 2 s; base -> laser static."""
+    buffer = TransformBuffer()
+    for stamp in (1.0, 2.0, 3.0):
+        buffer.set_transform(edge("map", "odom", 10 * stamp, stamp))
+    for stamp in (1.0, 2.0):
+        buffer.set_transform(edge("odom", "base", stamp, stamp))
+    buffer.set_transform(edge("base", "laser", 0.1), static=True)
+    return buffer
+
+
+def test_a_chain_is_composed_at_one_time():
+    assert robot().lookup("map", "laser", 2.0).translation == pytest.approx((22.1, 0, 0))
+
+
+def test_the_latest_time_is_the_newest_that_all_moving_edges_share():
+    found = robot().lookup("map", "laser")
+    assert found.stamp_ns == 2_000_000_000
+    assert found.translation == pytest.approx((22.1, 0, 0))
+
+
+def test_between_two_samples_it_is_interpolated():
+    assert robot().lookup("map", "base", 1.5).translation == pytest.approx((16.5, 0, 0))
+
+
+def test_rotation_is_interpolated_on_the_shorter_arc():
+    buffer = TransformBuffer()
+    buffer.set_transform(edge("a", "b", 0, 1.0, yaw=math.radians(170)))
+    buffer.set_transform(edge("a", "b", 0, 2.0, yaw=math.radians(-170)))
+    assert abs(buffer.lookup("a", "b", 1.5).yaw) == pytest.approx(math.pi)
+
+
+def test_the_way_down_is_the_inverse_of_the_way_up():
+    buffer = robot()
+    up, down = buffer.lookup("map", "laser", 1.5), buffer.lookup("laser", "map", 1.5)
+    assert (up @ down).translation == pytest.approx((0, 0, 0))
+
+
+def test_siblings_meet_at_their_common_ancestor_only():
+    buffer = robot()
+    buffer.set_transform(edge("base", "camera", 0.4), static=True)
+    found = buffer.lookup("camera", "laser", 9999.0)  # what moves above does not matter
+    assert found.translation == pytest.approx((-0.3, 0, 0))
+
+
+def test_only_static_edges_hold_at_any_time_and_their_latest_time_is_zero():
+    buffer = robot()
+    assert buffer.lookup("base", "laser").stamp_ns == 0
+    assert buffer.lookup("base", "laser", 12345.0).translation == pytest.approx((0.1, 0, 0))
+
+
+def test_a_frame_to_itself_is_the_identity():
+    assert robot().lookup("base", "base", 1.0).translation == (0, 0, 0)
+
+
+def test_a_leading_slash_is_nothing():
+    assert robot().lookup("/map", "/laser", 2.0).target == "map"
+
+
+def test_an_unknown_frame_is_named_with_its_neighbours():
+    with pytest.raises(UnknownFrame, match=r"'base_lin' is unknown; known are base") as caught:
+        robot().lookup("map", "base_lin")
+    assert caught.value.frame == "base_lin"
+
+
+def test_two_trees_are_told_with_their_roots():
+    buffer = robot()
+    buffer.set_transform(edge("island", "palm", 1.0, 1.0))
+    for time in (None, 1.0):
+        with pytest.raises(NotConnected) as caught:
+            buffer.lookup("map", "palm", time)
+        assert (caught.value.target_root, caught.value.source_root) == ("map", "island")
+
+
+def test_the_future_is_refused_naming_the_edge_and_the_times():
+    with pytest.raises(
+        ExtrapolationError, match=r"odom -> base is known from 1\.0.* to 2\.0.*0\.5 s in the future"
+    ) as caught:
+        robot().lookup("map", "laser", 2.5)
+    error = caught.value
+    assert (error.parent, error.child) == ("odom", "base")
+    assert (error.requested, error.earliest, error.latest) == (2.5, 1.0, 2.0)
+
+
+def test_the_past_is_refused():
+    with pytest.raises(ExtrapolationError, match="in the past"):
+        robot().lookup("map", "base", 0.5)
+
+
+def test_every_refusal_is_a_transform_error():
+    with pytest.raises(TransformError):
+        robot().lookup("map", "nowhere")
+
+
+def test_what_is_older_than_the_cache_is_forgotten():
+    buffer = TransformBuffer(cache_time=10.0)
+    for stamp in range(1, 31):
+        buffer.set_transform(edge("a", "b", stamp, float(stamp)))
+    assert buffer.frames()["b"]["earliest"] == 20.0
+    assert not buffer.set_transform(edge("a", "b", 0, 5.0))
+    with pytest.raises(ExtrapolationError):
+        buffer.lookup("a", "b", 19.0)
+
+
+def test_samples_may_come_out_of_order_but_a_stamp_once_only():
+    buffer = TransformBuffer()
+    for stamp, x in ((1.0, 1), (3.0, 3), (2.0, 7)):
+        assert buffer.set_transform(edge("a", "b", x, stamp))
+    assert not buffer.set_transform(edge("a", "b", 99, 2.0))
+    assert buffer.lookup("a", "b", 2.0).translation[0] == 7
+
+
+def test_a_frame_that_changes_its_parent_keeps_the_old_pose_until_then():
+    buffer = TransformBuffer()
+    buffer.set_transform(edge("map", "table", 5, 1.0))
+    buffer.set_transform(edge("map", "hand", 1, 1.0))
+    buffer.set_transform(edge("map", "hand", 1, 2.0))
+    buffer.set_transform(edge("table", "cup", 1, 1.0))
+    buffer.set_transform(edge("hand", "cup", 0, 2.0))
+    buffer.set_transform(edge("map", "table", 5, 2.0))
+    assert buffer.lookup("map", "cup", 1.5).translation[0] == pytest.approx(6)
+    assert buffer.lookup("map", "cup", 2.0).translation[0] == pytest.approx(1)
+
+
+def test_different_times_meet_in_a_fixed_frame():
+    buffer = robot()
+    # base was at 11 (t=1) and is at 22 (t=2) in map
+    moved = buffer.lookup_full("base", 2.0, "base", 1.0, "map")
+    assert moved.translation == pytest.approx((-11, 0, 0))
+    assert moved.stamp_ns == 2_000_000_000
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        Transform("a", "a"),
+        Transform("", "b"),
+        Transform("/", "b"),
+        Transform("a", "b", (math.nan, 0, 0)),
+        Transform("a", "b", (0, 0, 0), (0, 0, 0, 0)),
+        Transform("a", "b", (0, 0, 0), (0, 0, 0, 1.1)),
+    ],
+)
+def test_nonsense_is_refused(wrong):
+    buffer = TransformBuffer()
+    with pytest.raises(ValueError):
+        buffer.set_transform(wrong)
+    assert buffer.frames() == {}
+
+
+def test_a_loop_of_frames_ends_in_an_error():
+    buffer = TransformBuffer()
+    buffer.set_transform(edge("a", "b", 1, 1.0))
+    buffer.set_transform(edge("b", "a", 1, 1.0))
+    buffer.set_transform(edge("x", "y", 1, 1.0))
+    for time in (None, 1.0):
+        with pytest.raises(NotConnected):
+            buffer.lookup("a", "y", time)
+
+
+def test_the_number_of_frames_and_samples_is_bounded():
+    buffer = TransformBuffer(max_frames=3, max_samples=5)
+    for i in range(20):
+        buffer.set_transform(edge(f"parent{i}", "c", 1, 1 + i / 100))
+    assert buffer.frames()["c"]["samples"] == 5
+    buffer.set_transform(edge("a", "d", 1, 1.0))
+    buffer.set_transform(edge("a", "e", 1, 1.0))
+    with pytest.raises(ValueError, match="no more"):
+        buffer.set_transform(edge("a", "f", 1, 1.0))
+    assert len(buffer._names) <= 6
+
+
+def test_waiting_ends_as_soon_as_the_transform_comes():
+    buffer = TransformBuffer()
+    asked = threading.Event()
+
+    def later():
+        asked.wait(5)
+        buffer.set_transform(edge("a", "b", 4, 1.0))
+
+    thread = threading.Thread(target=later)
+    thread.start()
+    asked.set()
+    assert buffer.lookup("a", "b", timeout=5.0).translation[0] == 4
+    thread.join()
+
+
+def test_waiting_in_vain_says_what_is_missing():
+    with pytest.raises(RosTimeout, match="frame 'a' is unknown"):
+        TransformBuffer().wait("a", "b", timeout=0.01)
+
+
+def test_clearing_forgets_what_moves():
+    buffer = robot()
+    buffer.clear()
+    assert list(buffer.frames()) == ["laser"]
+    assert not buffer.can_lookup("map", "laser")
