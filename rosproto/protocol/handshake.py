@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from rosproto.errors import LocalProtocolError, Md5sumMismatch, RemoteProtocolError
 
@@ -52,8 +52,7 @@ class HandshakeRefused(RemoteProtocolError):
         self.text = text
 
 
-@dataclass(frozen=True, slots=True)
-class SubscriberRequest:
+class SubscriberRequest(NamedTuple):
     """What a subscriber asks of a publisher. `type_name` and `md5sum` may be "*" (or "" for the type)."""
 
     callerid: str
@@ -64,8 +63,7 @@ class SubscriberRequest:
     message_definition: str
 
 
-@dataclass(frozen=True, slots=True)
-class PublisherReply:
+class PublisherReply(NamedTuple):
     """What a publisher says about itself; type and md5sum are what will be on the wire."""
 
     callerid: str
@@ -75,8 +73,7 @@ class PublisherReply:
     latching: bool
 
 
-@dataclass(frozen=True, slots=True)
-class ServiceRequest:
+class ServiceRequest(NamedTuple):
     """What a service client asks. A `probe` gets the reply header and no call follows."""
 
     callerid: str
@@ -88,8 +85,7 @@ class ServiceRequest:
     tcp_nodelay: bool
 
 
-@dataclass(frozen=True, slots=True)
-class ServiceReply:
+class ServiceReply(NamedTuple):
     """What a service server says about itself; `type_name` may be "" (roscpp clients do not need it)."""
 
     callerid: str

@@ -9,7 +9,7 @@ bodies, `Expect: 100-continue`, lines that end in a bare newline, pipelined requ
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from rosproto.errors import LocalProtocolError, RemoteProtocolError, TooLarge
 from rosproto.protocol.limits import Limits
@@ -65,50 +65,52 @@ def error_status(error: RemoteProtocolError) -> int:
     return error.status if isinstance(error, HttpStatusError) else 400
 
 
-@dataclass(frozen=True, slots=True)
-class Request:
+class Request(NamedTuple):
     """A complete request. `headers` has lower-case names; `keep_alive` says what the peer wants."""
 
     method: str
     target: str
-    headers: dict[str, str] = field(repr=False)
-    body: bytes = field(repr=False)
+    headers: dict[str, str]
+    body: bytes
     keep_alive: bool = True
 
 
-@dataclass(frozen=True, slots=True)
-class Response:
+class Response(NamedTuple):
     """A complete response. `keep_alive` says whether the connection can be used again."""
 
     status: int
     reason: str
-    headers: dict[str, str] = field(repr=False)
-    body: bytes = field(repr=False)
+    headers: dict[str, str]
+    body: bytes
     keep_alive: bool = True
 
 
-@dataclass(frozen=True, slots=True)
 class ContinueWanted:
     """The client waits before it sends the body: send `CONTINUE`."""
 
+    __slots__ = ()
 
-@dataclass(frozen=True, slots=True)
+
 class PeerClosed:
     """The peer closed between two messages."""
+
+    __slots__ = ()
 
 
 Event = Request | Response | ContinueWanted | PeerClosed
 
 
-@dataclass(slots=True)
 class _Head:
-    """A parsed head and what it says about the body: a length, chunks, or everything until the end."""
+    """A parsed head and what it says about the body: a length, chunks, or (None) all until the end."""
 
-    start: list[str]
-    headers: dict[str, str]
-    version: str = ""
-    length: int | None = 0
-    chunked: bool = False
+    __slots__ = ("chunked", "headers", "length", "start", "version")
+
+    def __init__(self, start: list[str], headers: dict[str, str]) -> None:
+        self.start = start
+        self.headers = headers
+        self.version = ""
+        self.length: int | None = 0
+        self.chunked = False
 
 
 class _Connection:
