@@ -7,9 +7,12 @@ from .notifications import Notification, ParamUpdate, PublisherUpdate, Shutdown
 from .notifier import Notifier
 from .parameters import ParameterTree
 from .registry import Answer, Registry
+from .server import DEFAULT_PORT, Master
 
 __all__ = [
+    "DEFAULT_PORT",
     "Answer",
+    "Master",
     "MasterApi",
     "Notification",
     "Notifier",

@@ -1,0 +1,107 @@
+"""One node's end of the notifier: the calls of the slave API that a master makes."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+
+from rosproto.errors import ConnectionLost, RosError, RosTimeout
+from rosproto.protocol.limits import Limits
+from rosproto.transport import Deadline, XmlRpcClient
+
+from .identity import CALLER_ID, Verdict, identify
+from .notifications import Notification, ParamUpdate, PublisherUpdate, Shutdown
+from .notifier import Delivery
+
+__all__ = ["NodeSender"]
+
+_log = logging.getLogger("rosproto.master")
+
+
+class NodeSender:
+    """Calls one node (a `Sender` of the notifier).
+
+    What the node answers does not matter: roscpp and rospy disagree on the status of an update they do not
+    expect. In particular -1 from paramUpdate does not end the subscription, as rosmaster intends (and, by an
+    error in its reverse_lookup, never does): rospy answers -1 for every key below a subscribed namespace, and
+    for an update that overtakes the answer of its own subscribeParam.
+
+    Args:
+        uri: The node's XML-RPC URI.
+        names_at: Names registered with a URI at this moment.
+        timeout: Seconds for one call; for finding out who somebody is, all calls together.
+        limits: Bounds for the node's answers.
+    """
+
+    def __init__(
+        self, uri: str, names_at: Callable[[str], list[str]], *, timeout: float, limits: Limits
+    ) -> None:
+        self.uri = uri
+        self._names_at = names_at
+        self._timeout = timeout
+        self._limits = limits
+        try:
+            self._client: XmlRpcClient | None = XmlRpcClient(uri, limits=limits, timeout=timeout)
+        except ValueError:  # registered with something that only looks like a URI
+            self._client = None
+
+    def send(self, note: Notification) -> Delivery:
+        """Make one call; says what became of it."""
+        if self._client is None:
+            return Delivery.GONE
+        try:
+            self._make(self._client, note)
+        except RosTimeout as error:
+            _log.debug("! %s to %s: %s", note.key, self.uri, error)
+            return Delivery.SILENT
+        except ConnectionLost as error:
+            _log.debug("! %s to %s: %s", note.key, self.uri, error)
+            return Delivery.SILENT if _may_come_back(error) else Delivery.GONE
+        except RosError as error:  # it answered, if with nonsense or a fault
+            _log.debug("! %s to %s: %s", note.key, self.uri, error)
+        return Delivery.DONE
+
+    def close(self) -> None:
+        """Close the connection; a running call ends."""
+        if self._client is not None:
+            self._client.close()
+
+    def _make(self, client: XmlRpcClient, note: Notification) -> None:
+        if isinstance(note, PublisherUpdate):
+            client.call("publisherUpdate", CALLER_ID, note.topic, list(note.publishers))
+        elif isinstance(note, ParamUpdate):
+            client.call("paramUpdate", CALLER_ID, note.parameter, note.value)
+        else:
+            self._shut_down(client, note)
+
+    def _shut_down(self, client: XmlRpcClient, note: Shutdown) -> None:
+        """Tell the old holder of a name to end, if it is really that one (see `identity.py`)."""
+        others = [name for name in self._names_at(note.uri) if name != note.name]
+        if others:
+            _log.info("= %s moved; its old address %s is %s now, left alone", note.name, note.uri, others[0])
+            return
+        if note.name in self._names_at(note.uri):
+            return  # it moved back to this address meanwhile: the process there is the rightful one
+        verdict = identify(client, note, self._limits, Deadline(self._timeout))
+        if verdict is not Verdict.SAME:
+            _log.warning(
+                "! %s was registered twice; who listens at its old address %s is %s, so it is not shut down",
+                note.name,
+                note.uri,
+                "another node" if verdict is Verdict.OTHER else "not known",
+            )
+            return
+        _log.info("> shutdown of %s at %s: %s", note.name, note.uri, note.reason)
+        client.call("shutdown", CALLER_ID, note.reason)
+
+
+def _may_come_back(error: ConnectionLost) -> bool:
+    """No route and unknown names heal (Wi-Fi, name server); a refused or broken connection is an answer."""
+    cause: BaseException | None = error
+    while cause is not None:
+        if isinstance(cause, (ConnectionRefusedError, ConnectionResetError, BrokenPipeError)):
+            return False
+        if isinstance(cause, OSError) and not isinstance(cause, ConnectionLost):
+            return True
+        cause = cause.__cause__
+    return False

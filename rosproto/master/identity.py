@@ -1,0 +1,118 @@
+"""Who is it that listens at a node's old address? Asked before that process is told to end.
+
+When a name is registered from a new URI, the old holder is to be shut down (wiki.ros.org/ROS/Master_API). But
+ports are used again: the process that listens there now may be an innocent node which got a dead node's port
+(ros_comm#2241, #2018). rosmaster shuts it down all the same. Here the process is asked who it is:
+
+1. Another name is registered with that URI: somebody else's home now. (The master knows; no call.)
+2. `getName` answers (rospy, this library): the name decides.
+3. roscpp has no such call. But every roscpp and rospy node publishes /rosout, and a publisher gives its name
+   as `callerid` when somebody connects to a topic: connect to one of its publications as a raw subscriber,
+   read the reply's header, hang up. That is the node's own word and decides as well.
+4. Nothing it publishes can be reached: it must still publish and subscribe everything the old node was
+   registered for, and at least one thing besides /rosout and /clock, which everybody has in common.
+5. Otherwise nobody knows, and nothing is sent. Two nodes of one name are a nuisance that the user sees; the
+   end of a robot's innocent node is a riddle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from contextlib import closing
+from enum import Enum
+
+from rosproto.errors import MasterError, RemoteProtocolError, RosError
+from rosproto.protocol import subscriber_header
+from rosproto.protocol.limits import Limits
+from rosproto.transport import Deadline, XmlRpcClient, connect, read_header, unpack, write_header
+
+from .notifications import Shutdown
+
+__all__ = ["Verdict", "identify"]
+
+CALLER_ID = "/master"
+COMMON_TOPICS = frozenset({"/rosout", "/clock"})
+MAX_ASKED = 3  # publications asked for the callerid
+
+
+class Verdict(Enum):
+    """Whether the process at an old URI is the node that was registered there."""
+
+    SAME = "same"
+    OTHER = "other"
+    UNKNOWN = "unknown"
+
+
+def identify(client: XmlRpcClient, note: Shutdown, limits: Limits, deadline: Deadline) -> Verdict:
+    """Ask the process at `client.uri` whether it is the node of `note`.
+
+    Raises:
+        ConnectionLost: Nobody listens there.
+        RosTimeout: It does not answer before the deadline.
+    """
+    told = _name_by_call(client, deadline)
+    if told is not None:
+        return same_name(note.name, told)
+    publications = _topics(client, "getPublications", deadline)
+    for topic in _worth_asking(publications, note.publications):
+        told = _name_by_topic(client, topic, limits, deadline)
+        if told is not None:
+            return same_name(note.name, told)
+    subscriptions = _topics(client, "getSubscriptions", deadline)
+    return still_the_same(note.publications | note.subscriptions, publications | subscriptions)
+
+
+def same_name(expected: str, told: str) -> Verdict:
+    """Compare the old node's name with the one the process told."""
+    return Verdict.SAME if told.strip("/") == expected.strip("/") else Verdict.OTHER
+
+
+def still_the_same(registered: Collection[str], told: Collection[str]) -> Verdict:
+    """Compare the topics a node was registered for with those the process says it has."""
+    known, now = set(registered), set(told)
+    if not known <= now:
+        return Verdict.OTHER
+    return Verdict.SAME if known - COMMON_TOPICS else Verdict.UNKNOWN
+
+
+def _name_by_call(client: XmlRpcClient, deadline: Deadline) -> str | None:
+    try:
+        value = unpack("getName", client.call("getName", CALLER_ID, timeout=deadline.remaining()))
+    except (MasterError, RemoteProtocolError):
+        return None  # roscpp: no such method
+    return value if isinstance(value, str) and value else None
+
+
+def _topics(client: XmlRpcClient, method: str, deadline: Deadline) -> frozenset[str]:
+    try:
+        rows = unpack(method, client.call(method, CALLER_ID, timeout=deadline.remaining()))
+    except (MasterError, RemoteProtocolError):
+        return frozenset()
+    if not isinstance(rows, list):
+        return frozenset()
+    return frozenset(row[0] for row in rows if isinstance(row, list) and row and isinstance(row[0], str))
+
+
+def _worth_asking(publications: frozenset[str], registered: frozenset[str]) -> list[str]:
+    """/rosout first: connecting to it has no side effect on a robot; then what the old node published."""
+    order = sorted(publications, key=lambda topic: (topic != "/rosout", topic not in registered, topic))
+    return order[:MAX_ASKED]
+
+
+def _name_by_topic(client: XmlRpcClient, topic: str, limits: Limits, deadline: Deadline) -> str | None:
+    """`callerid` of the publisher's connection header; None when it does not come to one."""
+    # One silent publication must not use up the time for the others.
+    step = Deadline((deadline.remaining() or 0.0) / 2)
+    try:
+        where = unpack(
+            "requestTopic",
+            client.call("requestTopic", CALLER_ID, topic, [["TCPROS"]], timeout=step.remaining()),
+        )
+        if not isinstance(where, list) or len(where) < 3 or where[0] != "TCPROS":
+            return None
+        with closing(connect(str(where[1]), int(where[2]), step)) as sock:
+            header = subscriber_header(topic=topic, type_name="*", md5sum="*", callerid=CALLER_ID)
+            write_header(sock, header, step)
+            return read_header(sock, limits, step).get("callerid")
+    except (RosError, ValueError, TypeError):
+        return None
