@@ -5,12 +5,13 @@ Source: wiki.ros.org/msg, wiki.ros.org/srv, wiki.ros.org/actionlib; genmsg decid
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-__all__ = ["ActionSpec", "Constant", "Field", "FieldType", "MessageSpec", "ServiceSpec"]
+__all__ = ["BUILTIN_TYPES", "ActionSpec", "Constant", "Field", "FieldType", "MessageSpec", "ServiceSpec"]
 
 BUILTIN_TYPES = frozenset(
-    "bool int8 uint8 int16 uint16 int32 uint32 int64 uint64 float32 float64 string time duration char byte".split()
+    "bool int8 uint8 int16 uint16 int32 uint32 int64 uint64 float32 float64 "
+    "string time duration char byte".split()
 )
 
 
@@ -22,11 +23,14 @@ class FieldType:
         base: Builtin name as written ("float64", "char") or full message name ("geometry_msgs/Point").
         is_array: True for `T[]` and `T[N]`.
         array_length: N of `T[N]`; None for a single value or `T[]`.
+        length_text: N as written when that is not the plain number, as in `T[007]`. The text of a
+            builtin array goes into the md5sum as it stands, so it has to survive. Does not compare.
     """
 
     base: str
     is_array: bool = False
     array_length: int | None = None
+    length_text: str | None = field(default=None, compare=False, repr=False)
 
     @property
     def is_builtin(self) -> bool:
@@ -37,7 +41,7 @@ class FieldType:
         """The genpy form: "float64", "float64[9]", "geometry_msgs/Point[]"."""
         if not self.is_array:
             return self.base
-        return f"{self.base}[{'' if self.array_length is None else self.array_length}]"
+        return f"{self.base}[{self.length_text or ('' if self.array_length is None else self.array_length)}]"
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,41 @@
+"""Definitions: .msg, .srv and .action texts as values, their md5sums, and libraries of them.
+
+Start with `bundled()`, the definitions that ship with this package.
+"""
+
+from __future__ import annotations
+
+from rosproto.msg.full_text import join_full_text, split_full_text
+from rosproto.msg.library import DefinitionLibrary, bundled, library_from_full_text
+from rosproto.msg.limits import DefinitionLimits
+from rosproto.msg.parser import parse_action, parse_message, parse_service
+from rosproto.msg.revisions import Revision
+from rosproto.msg.spec import (
+    BUILTIN_TYPES,
+    ActionSpec,
+    Constant,
+    Field,
+    FieldType,
+    MessageSpec,
+    ServiceSpec,
+)
+
+__all__ = [
+    "BUILTIN_TYPES",
+    "ActionSpec",
+    "Constant",
+    "DefinitionLibrary",
+    "DefinitionLimits",
+    "Field",
+    "FieldType",
+    "MessageSpec",
+    "Revision",
+    "ServiceSpec",
+    "bundled",
+    "join_full_text",
+    "library_from_full_text",
+    "parse_action",
+    "parse_message",
+    "parse_service",
+    "split_full_text",
+]

@@ -1,0 +1,411 @@
+"""Definitions by name: looked up when first asked for, from files, full texts or other libraries."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from functools import cache
+
+from rosproto.errors import DefinitionError
+from rosproto.msg.full_text import join_full_text, split_full_text
+from rosproto.msg.limits import DefinitionLimits, check_limits
+from rosproto.msg.md5 import md5_text, md5sum_of_texts
+from rosproto.msg.parser import (
+    ACTION_SUFFIXES,
+    is_legal_type_name,
+    parse_action,
+    parse_message,
+    parse_service,
+)
+from rosproto.msg.revisions import Revision, read_table, revision_source
+from rosproto.msg.sources import Source, bundled_source, folder_source
+from rosproto.msg.spec import ActionSpec, MessageSpec, ServiceSpec
+
+__all__ = ["DefinitionLibrary", "bundled", "library_from_full_text"]
+
+Spec = MessageSpec | ServiceSpec | ActionSpec
+
+
+class DefinitionLibrary:
+    """Definitions, found by "package/Type"; "Header" is std_msgs/Header.
+
+    Looks in what was added, then in its folders in order, then in its base. What a type *means* is decided by
+    the library that is asked: a fork that redefines std_msgs/Header gives other md5sums for all that use it.
+
+    Reading is safe from several threads. `add` what you need before you share the library.
+
+    Args:
+        paths: Folders: a package, a folder of packages, or a workspace with packages below.
+        base: Where to look next; none by default, so `bundled().fork(paths)` is what programs usually want.
+
+    Raises:
+        DefinitionError: A path is not a folder or holds no definition.
+    """
+
+    def __init__(
+        self, paths: Iterable[str | os.PathLike[str]] = (), *, base: DefinitionLibrary | None = None
+    ) -> None:
+        self._sources: list[Source] = [folder_source(path) for path in paths]
+        self._base = base
+        self._frozen = False
+        self._added: dict[tuple[str, str], Spec] = {}
+        self._parsed: dict[tuple[str, str], Spec] = {}
+        self._found: dict[tuple[str, str], Spec | None] = {}
+        self._sums: dict[tuple[str, str], str] = {}
+        self._revisions: dict[tuple[str, str], list[Revision]] = {}
+
+    # One definition
+
+    def message(self, name: str) -> MessageSpec:
+        """A message: a .msg file, one of an action's seven, or a service's Request or Response.
+
+        Raises:
+            DefinitionError: There is none of this name (near matches are listed), or its text is wrong.
+        """
+        name = "std_msgs/Header" if name == "Header" else name
+        found = self._look_up("msg", name)
+        if found is None:
+            raise self._missing("message", name)
+        assert isinstance(found, MessageSpec)
+        return found
+
+    def service(self, name: str) -> ServiceSpec:
+        """A service. Raises DefinitionError as `message` does."""
+        found = self._look_up("srv", name)
+        if found is None:
+            raise self._missing("service", name)
+        assert isinstance(found, ServiceSpec)
+        return found
+
+    def action(self, name: str) -> ActionSpec:
+        """An action, "package/MoveBase" or as actionlib says it, "package/MoveBaseAction".
+
+        Raises:
+            DefinitionError: As `message`.
+        """
+        found = self._look_up("action", name)
+        if found is None and name.endswith("Action"):
+            found = self._look_up("action", name.removesuffix("Action"))
+        if found is None:
+            raise self._missing("action", name)
+        assert isinstance(found, ActionSpec)
+        return found
+
+    def md5sum(self, name: str, *, kind: str | None = None) -> str:
+        """The md5sum that peers compare.
+
+        Args:
+            name: A message (an action's included) or a service.
+            kind: "msg" or "srv", for a name that is both; the message by default.
+
+        Raises:
+            DefinitionError: The type or one it uses is missing, or a type contains itself.
+        """
+        name = "std_msgs/Header" if name == "Header" else name
+        kind = kind or self._kind(name)
+        return self._message_sum(name, ()) if kind == "msg" else self._service_sum(name)
+
+    def dependencies(self, name: str, *, kind: str | None = None) -> list[str]:
+        """Names of all types that a message or service uses, each once, in the order of the full text."""
+        seen: dict[str, None] = {}
+        for spec in self._specs(name, kind):
+            self._visit(spec, seen, (spec.name,))
+        return list(seen)
+
+    def full_text(self, name: str, *, kind: str | None = None) -> str:
+        """The text with that of all types it uses, as genpy has it in `_full_text`."""
+        kind = kind or self._kind(name)
+        text = self.message(name).text if kind == "msg" else self.service(name).text
+        return join_full_text(
+            text, [(used, self.message(used).text) for used in self.dependencies(name, kind=kind)]
+        )
+
+    def revisions(self, name: str, *, kind: str | None = None) -> list[Revision]:
+        """Other known definitions of a type, each md5sum once, this library's own left out.
+
+        A type also has revisions when only something it uses has: woosh_msgs/Information differs with its
+        woosh_msgs/Parameter, and an action's messages with its goal.
+        """
+        name = "std_msgs/Header" if name == "Header" else name
+        kind = kind or self._kind(name)
+        known = self._revisions.get((kind, name))
+        if known is None:
+            known = self._revisions[kind, name] = self._collect_revisions(name, kind)
+        return list(known)
+
+    # What is there
+
+    def packages(self) -> list[str]:
+        """Names of all packages, sorted."""
+        found = {name.partition("/")[0] for _, name in self._added}
+        for source in self._sources:
+            found.update(source.folders)
+        return sorted(found.union(self._base.packages() if self._base else ()))
+
+    def messages(self, package: str) -> list[str]:
+        """Full names of a package's messages, sorted, those of its actions included."""
+        derived = {name + suffix for name in self.actions(package) for suffix in ACTION_SUFFIXES}
+        return sorted(derived.union(self._names("msg", package)))
+
+    def services(self, package: str) -> list[str]:
+        """Full names of a package's services, sorted."""
+        return sorted(self._names("srv", package))
+
+    def actions(self, package: str) -> list[str]:
+        """Full names of a package's actions, sorted."""
+        return sorted(self._names("action", package))
+
+    # Making libraries
+
+    def add(self, spec: Spec) -> None:
+        """Add a definition; it goes before all others of that name.
+
+        Raises:
+            DefinitionError: This library is shared (`bundled()`): add to a `fork()` of it.
+        """
+        if self._frozen:
+            raise DefinitionError(f"{spec.name}: the bundled definitions are shared; add to bundled().fork()")
+        if isinstance(spec, ActionSpec):
+            self._added["action", spec.name] = spec
+        elif isinstance(spec, ServiceSpec):
+            self._added["srv", spec.name] = spec
+        else:
+            self._added["msg", spec.name] = spec
+        for cached in (self._found, self._sums, self._revisions):
+            cached.clear()
+
+    def fork(self, paths: Iterable[str | os.PathLike[str]] = ()) -> DefinitionLibrary:
+        """A library that starts as this one and may differ: `paths` and what is added to it come first."""
+        return DefinitionLibrary(paths, base=self)
+
+    # Inside
+
+    def _look_up(self, kind: str, name: str) -> Spec | None:
+        key = (kind, name)
+        try:
+            return self._found[key]
+        except KeyError:
+            pass
+        spec: Spec | None = None
+        if is_legal_type_name(name):
+            spec = self._own(kind, name)
+            if spec is None and self._base is not None:
+                spec = self._base._look_up(kind, name)
+        # Names come from peers too: what is not there is not remembered, so that they cannot fill the memory.
+        if spec is not None:
+            self._found[key] = spec
+        return spec
+
+    def _own(self, kind: str, name: str) -> Spec | None:
+        known = self._added.get((kind, name)) or self._parsed.get((kind, name))
+        if known is not None:
+            return known
+        package, _, base = name.partition("/")
+        for source in self._sources:
+            found = source.read(package, kind, base)
+            if found is not None:
+                spec = self._parsed[kind, name] = _parse(kind, found[0], name, found[1])
+                return spec
+        return self._derived(name) if kind == "msg" else None
+
+    def _derived(self, name: str) -> MessageSpec | None:
+        """A message that no file defines but an action or a service does."""
+        for suffix in ACTION_SUFFIXES:
+            if name.endswith(suffix) and not name.endswith("/" + suffix):
+                action = self._own("action", name.removesuffix(suffix))
+                if isinstance(action, ActionSpec):
+                    return action.messages[name]
+        for suffix in ("Request", "Response"):
+            if name.endswith(suffix) and not name.endswith("/" + suffix):
+                service = self._own("srv", name.removesuffix(suffix))
+                if isinstance(service, ServiceSpec):
+                    return service.request if suffix == "Request" else service.response
+        return None
+
+    def _kind(self, name: str) -> str:
+        name = "std_msgs/Header" if name == "Header" else name
+        if self._look_up("msg", name) is not None:
+            return "msg"
+        if self._look_up("srv", name) is not None:
+            return "srv"
+        raise self._missing("message or service", name)
+
+    def _specs(self, name: str, kind: str | None) -> tuple[MessageSpec, ...]:
+        if (kind or self._kind(name)) == "msg":
+            return (self.message(name),)
+        service = self.service(name)
+        return (service.request, service.response)
+
+    def _message_sum(self, name: str, trail: tuple[str, ...]) -> str:
+        known = self._sums.get(("msg", name))
+        if known is None:
+            known = self._sums["msg", name] = md5sum_of_texts(self._text_to_hash(self.message(name), trail))
+        return known
+
+    def _service_sum(self, name: str) -> str:
+        known = self._sums.get(("srv", name))
+        if known is None:
+            spec = self.service(name)
+            known = md5sum_of_texts(
+                self._text_to_hash(spec.request, ()), self._text_to_hash(spec.response, ())
+            )
+            self._sums["srv", name] = known
+        return known
+
+    def _text_to_hash(self, spec: MessageSpec, trail: tuple[str, ...]) -> str:
+        trail = (*trail, spec.name)
+
+        def sum_of(used: str) -> str:
+            self._check_use(spec, used, trail)
+            return self._message_sum(used, trail)
+
+        return md5_text(spec, sum_of)
+
+    def _check_use(self, spec: MessageSpec, used: str, trail: tuple[str, ...]) -> None:
+        if used in trail:
+            loop = " -> ".join([*trail[trail.index(used) :], used])
+            raise DefinitionError(f"{used} contains itself: {loop}; no value of it could ever end")
+        if self._look_up("msg", used) is None:
+            field = next(field.name for field in spec.fields if field.type.base == used)
+            raise self._missing("message", used, f"{spec.name}.{field}: ")
+
+    def _visit(self, spec: MessageSpec, seen: dict[str, None], trail: tuple[str, ...]) -> None:
+        for field in spec.fields:
+            used = field.type.base
+            if field.type.is_builtin:
+                continue
+            self._check_use(spec, used, trail)
+            # One that was seen had all it uses visited right behind it, so the order is genmsg's.
+            if used not in seen:
+                seen[used] = None
+                self._visit(self.message(used), seen, (*trail, used))
+
+    def _names(self, kind: str, package: str) -> Iterator[str]:
+        prefix = package + "/"
+        for added_kind, name in self._added:
+            if added_kind == kind and name.startswith(prefix):
+                yield name
+        for source in self._sources:
+            yield from (prefix + base for base in source.names(package, kind))
+        if self._base is not None:
+            yield from self._base._names(kind, package)
+
+    def _missing(self, what: str, name: str, prefix: str = "") -> DefinitionError:
+        from difflib import get_close_matches
+
+        package, _, base = name[:300].partition("/")
+        packages = self.packages()
+        known = [*self.messages(package), *self.services(package)] if package in packages else []
+        near = get_close_matches(base, [other.partition("/")[2] for other in known], 3)
+        if near:
+            hint = "did you mean " + ", ".join(f"{package}/{other}" for other in near) + "?"
+        elif known:
+            hint = f"the package is known, with {len(known)} other types"
+        elif package in packages:
+            hint = "the package is known, but empty"
+        else:
+            hint = "the package is not known" + "".join(
+                f"; did you mean {other}?" for other in get_close_matches(package, packages, 1)
+            )
+        looked = ", ".join(self._places()) or "nothing: the library is empty"
+        return DefinitionError(f"{prefix}no {what} {name[:300]!r}: {hint} (looked in {looked})")
+
+    def _places(self) -> Iterator[str]:
+        if self._added:
+            yield f"{len(self._added)} added definitions"
+        for source in self._sources:
+            yield source.where
+        if self._base is not None:
+            yield from self._base._places()
+
+    def _collect_revisions(self, name: str, kind: str) -> list[Revision]:
+        own = self.md5sum(name, kind=kind)
+        found: dict[str, Revision] = {}
+        for label, library, note in self._revision_libraries(name, kind):
+            try:
+                md5sum = library.md5sum(name, kind=kind)
+            except DefinitionError:
+                continue  # the type is younger than that revision
+            if md5sum != own:
+                found.setdefault(md5sum, Revision(name, label, md5sum, library, note))
+        if self._base is not None:
+            for revision in self._base.revisions(name, kind=kind) if self._base._has(kind, name) else ():
+                if revision.md5sum != own:
+                    found.setdefault(revision.md5sum, revision)
+        return list(found.values())
+
+    def _has(self, kind: str, name: str) -> bool:
+        return self._look_up(kind, name) is not None
+
+    def _revision_libraries(self, name: str, kind: str) -> Iterator[tuple[str, DefinitionLibrary, str]]:
+        used = {name, *self.dependencies(name, kind=kind)}
+        for package in sorted({other.partition("/")[0] for other in used}):
+            for source in self._sources:
+                for folder in source.folders.get(package, ()):
+                    libraries: dict[str, DefinitionLibrary] = {"": self}
+                    for row in read_table(folder):
+                        library = DefinitionLibrary(base=libraries[row.after])
+                        library._sources = [revision_source(folder, package, row.label)]
+                        libraries[row.label] = library
+                        yield row.label, library, row.note_for(package, used)
+
+
+def _parse(kind: str, text: str, name: str, file: str) -> Spec:
+    if kind == "msg":
+        return parse_message(text, name, file=file)
+    return parse_service(text, name, file=file) if kind == "srv" else parse_action(text, name, file=file)
+
+
+@cache
+def bundled() -> DefinitionLibrary:
+    """The definitions that ship with this package: ROS's common ones and the chassis's.
+
+    One for the whole process, and shared: `fork()` it to add to it.
+    """
+    library = DefinitionLibrary()
+    library._sources = [bundled_source()]
+    library._frozen = True
+    return library
+
+
+def library_from_full_text(
+    name: str,
+    text: str,
+    *,
+    base: DefinitionLibrary | None = None,
+    limits: DefinitionLimits | None = None,
+) -> DefinitionLibrary:
+    """Definitions from a full text, as a connection header or a bag carries it.
+
+    The text may come from anybody: it is bounded by `limits`, its names are legal identifiers, and no type
+    contains itself, so code may be generated from what this returns.
+
+    Args:
+        name: "package/Type" that the text begins with.
+        text: Its definition and that of each type it uses, separated by "=" * 80 and "MSG: package/Type".
+        base: Where types are taken from that the text does not define; nowhere by default.
+        limits: How much is allowed.
+
+    Raises:
+        DefinitionError: The text is not legal, not complete or exceeds a limit.
+    """
+    limits = limits or DefinitionLimits()
+    if len(text) > limits.text_bytes:
+        raise DefinitionError(
+            f"{name[:300]}: the full text has {len(text)} characters, at most {limits.text_bytes} allowed; "
+            f"the sender is broken or hostile, or raise DefinitionLimits.text_bytes"
+        )
+    parts = split_full_text(text, name)
+    if len(parts) > limits.types:
+        raise DefinitionError(
+            f"{name}: the full text defines {len(parts)} types, at most {limits.types} allowed; "
+            f"the sender is broken or hostile, or raise DefinitionLimits.types"
+        )
+    library = DefinitionLibrary(base=base)
+    for part, body in parts.items():
+        library.add(parse_message(body, part, lenient=True))
+    if "roslib/Header" in parts and not library._has("msg", "std_msgs/Header"):
+        # Texts from before REP 100 (in old bags) call it so; `Header` has meant std_msgs/Header since.
+        library.add(parse_message(parts["roslib/Header"], "std_msgs/Header", lenient=True))
+    check_limits(list(parts), library.message, limits)
+    return library

@@ -1,0 +1,39 @@
+"""The md5sum of a definition: what two peers compare before they exchange a single message.
+
+Source: wiki.ros.org/ROS/Technical%20Overview (section "msg MD5 sums"); gentools.py in genmsg.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from hashlib import md5
+
+from rosproto.msg.spec import MessageSpec
+
+__all__ = ["md5_text", "md5sum_of_texts"]
+
+
+def md5_text(spec: MessageSpec, md5sum_of: Callable[[str], str]) -> str:
+    """The text that is hashed: constants first, then fields, without comments.
+
+    A field of a message type stands as that message's md5sum, **without** its array suffix: `U u`, `U[] u`
+    and `U[3] u` hash alike. Builtin arrays keep theirs, aliases keep their name (`byte b` is not `int8 b`),
+    and constants keep their literal as written (`True` is not `1`).
+
+    Args:
+        spec: The message.
+        md5sum_of: Gives the md5sum of a message type by its full name.
+    """
+    lines = [f"{constant.type} {constant.name}={constant.text}" for constant in spec.constants]
+    for field in spec.fields:
+        kind = str(field.type) if field.type.is_builtin else md5sum_of(field.type.base)
+        lines.append(f"{kind} {field.name}")
+    return "\n".join(lines)
+
+
+def md5sum_of_texts(*texts: str) -> str:
+    """The md5sum of one text, or of a service's two with nothing between them."""
+    digest = md5(usedforsecurity=False)  # an identity, not a protection: also where FIPS forbids md5
+    for text in texts:
+        digest.update(text.encode("utf-8", "surrogateescape"))
+    return digest.hexdigest()

@@ -1,0 +1,100 @@
+"""Older and differing definitions of a type, kept beside the current one and known by their md5sum.
+
+`<package>/revisions/revisions.txt` says what there is:
+
+    # label < label of the revision it is a change of; nothing means the package as it is
+    1.1.1 <
+      NavigationMode: the goal has no nav_dir
+    1.1.0 < 1.1.1
+      StepControl: no angle
+
+`<package>/revisions/<label>/{msg,srv,action}/` holds the definitions that differ, nothing else. So a revision
+is a whole library: what differs, over what it is a change of.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from rosproto.errors import DefinitionError
+from rosproto.msg.sources import Folder, Source
+
+if TYPE_CHECKING:
+    from rosproto.msg.library import DefinitionLibrary
+
+__all__ = ["Revision", "Row", "read_table", "revision_source"]
+
+TABLE = "revisions.txt"
+
+
+@dataclass(frozen=True, slots=True)
+class Revision:
+    """Another definition of a type.
+
+    Attributes:
+        name: The message or service.
+        label: Which revision: a version of the package, or "page" for the vendor's interface page.
+        md5sum: Its md5sum.
+        library: All definitions as of that revision; `library.message(name)` is this one.
+        note: What differs and how that is known, for a person.
+    """
+
+    name: str
+    label: str
+    md5sum: str
+    library: DefinitionLibrary = field(repr=False)
+    note: str
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One revision of a package, as the table has it; `notes` by the base name of what differs."""
+
+    label: str
+    after: str
+    notes: dict[str, str]
+
+    def note_for(self, package: str, used: set[str]) -> str:
+        """The notes about the types in `used`, an action's messages belonging to their action."""
+        return " ".join(
+            f"{package}/{base}: {note}"
+            for base, note in self.notes.items()
+            if any(name.startswith(f"{package}/{base}") for name in used)
+        )
+
+
+def read_table(folder: Folder) -> list[Row]:
+    """The revisions of a package, in the order of the table; empty when it has none."""
+    if "revisions" not in folder.tree.names(*folder.parts):
+        return []
+    parts = (*folder.parts, "revisions", TABLE)
+    if TABLE not in folder.tree.names(*parts[:-1]):
+        return []
+    file = folder.tree.describe(*parts)
+    rows: dict[str, Row] = {"": Row("", "", {})}
+    label = ""
+    for number, line in enumerate(folder.tree.read(*parts).split("\n"), 1):
+        words = line.partition("#")[0]
+        if not words.strip():
+            continue
+        left, sign, right = (part.strip() for part in words.partition(":" if words[0].isspace() else "<"))
+        if not sign or (words[0].isspace() and not label) or (not words[0].isspace() and right not in rows):
+            raise DefinitionError(
+                "expected `label < earlier label`, or below it an indented `Type: what differs`",
+                file=file,
+                line=number,
+            )
+        if words[0].isspace():
+            rows[label].notes[left] = right
+        else:
+            label = left
+            rows[label] = Row(label, right, {})
+    del rows[""]
+    return list(rows.values())
+
+
+def revision_source(folder: Folder, package: str, label: str) -> Source:
+    """The definitions that differ in one revision."""
+    place = Folder(folder.tree, *folder.parts, "revisions", label)
+    return Source(folder.tree.describe(*place.parts), {package: [place]})
