@@ -1,0 +1,186 @@
+"""One TCPROS connection of a service client: handshake, then requests and answers in turn.
+
+Source: wiki.ros.org/ROS/TCPROS; rospy impl/tcpros_service.py and roscpp service_server_link.cpp where it is
+silent. The caller's own thread sends and receives (a reader thread would cost one more wake-up per call), so
+one link serves one call at a time; `ServiceClient` sees to that.
+"""
+
+from __future__ import annotations
+
+import select
+import socket
+import struct
+from collections.abc import Mapping
+
+from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout, ServiceError, TooLarge
+from rosproto.protocol.handshake import HandshakeRefused
+from rosproto.protocol.limits import Limits
+from rosproto.transport.address import format_address
+from rosproto.transport.deadline import Deadline
+from rosproto.transport.tcp import connect, tune
+from rosproto.transport.tcpros_io import read_header, write_header
+
+__all__ = ["ServiceLink"]
+
+CHUNK = 64 << 10
+BIG_CHUNK = 1 << 20
+
+
+class ServiceLink:
+    """A connection whose handshake is done.
+
+    Attributes:
+        header: The provider's connection header.
+        peer: "host:port".
+        calls: Answers received.
+    """
+
+    __slots__ = ("_limits", "_poll", "_service", "_sock", "calls", "header", "peer")
+
+    def __init__(
+        self, sock: socket.socket, header: dict[str, str], *, service: str, peer: str, limits: Limits
+    ) -> None:
+        self._sock = sock
+        self._service = service
+        self._limits = limits
+        self._poll: select.poll | None = None
+        self.header = header
+        self.peer = peer
+        self.calls = 0
+
+    @classmethod
+    def open(
+        cls,
+        address: tuple[str, int],
+        fields: Mapping[str, str],
+        *,
+        service: str,
+        limits: Limits,
+        deadline: Deadline,
+    ) -> ServiceLink:
+        """Connect and exchange headers.
+
+        The request is not sent along with the header, although that would save a round trip: a rospy
+        provider loses what arrives together with the header (measured).
+
+        Raises:
+            HandshakeRefused: The provider answered with an error header.
+            ConnectionLost: Nobody listens there, or the provider closed the connection.
+            RosTimeout: The deadline passed.
+            RemoteProtocolError: The answer is no connection header.
+        """
+        peer = format_address(*address)
+        sock = connect(address[0], address[1], deadline)
+        try:
+            tune(sock)
+            write_header(sock, fields, deadline)
+            header = read_header(sock, limits, deadline)
+            if "error" in header:
+                raise HandshakeRefused(service, peer, header["error"])
+        except BaseException:
+            sock.close()
+            raise
+        return cls(sock, header, service=service, peer=peer, limits=limits)
+
+    @property
+    def usable(self) -> bool:
+        """False when the provider has closed an idle link, or talks out of turn: do not send a request."""
+        return self._sock.fileno() >= 0 and not self._readable()
+
+    def _readable(self) -> bool:
+        if not hasattr(select, "poll"):  # Windows
+            return bool(select.select([self._sock], [], [], 0)[0])
+        if self._poll is None:
+            self._poll = select.poll()
+            self._poll.register(self._sock, select.POLLIN)
+        return bool(self._poll.poll(0))
+
+    def call(self, request: bytes, deadline: Deadline) -> bytes:
+        """Send one encoded request, return the encoded response.
+
+        After any error but ServiceError the link is out of step: close it.
+
+        Raises:
+            ServiceError: The provider answered "no"; its text. The link stays in step.
+            ConnectionLost: The link ended; the request may or may not have been carried out.
+            RosTimeout: No complete answer in time; the request may or may not have been carried out.
+            TooLarge: The response is longer than `Limits.message_bytes`.
+            RemoteProtocolError: More than one answer came.
+        """
+        try:
+            self._sock.settimeout(self._remaining(deadline))
+            self._sock.sendall(struct.pack("<I", len(request)) + request)
+            ok, body = self._read_answer(deadline)
+        except TimeoutError as error:
+            if isinstance(error, RosTimeout):
+                raise
+            raise self._late(deadline) from error
+        except OSError as error:
+            if isinstance(error, ConnectionLost):
+                raise
+            raise self._lost(error) from error
+        self.calls += 1
+        if not ok:
+            raise ServiceError(self._service, body.decode("utf-8", "backslashreplace"))
+        return body
+
+    def _read_answer(self, deadline: Deadline) -> tuple[bool, bytes]:
+        recv = self._sock.recv
+        data = recv(CHUNK)
+        while len(data) < 5:
+            more = recv(CHUNK) if data else b""
+            if not more:
+                raise self._lost(None)
+            data += more
+        (size,) = struct.unpack_from("<I", data, 1)
+        ok = data[0] != 0
+        if len(data) < size + 5:
+            return ok, self._read_rest(data[5:], size, deadline)
+        if len(data) > size + 5:
+            raise RemoteProtocolError(
+                f"service {self._service}: {self.peer} sent {len(data) - size - 5} bytes more than one answer"
+            )
+        return ok, data[5:]
+
+    def _read_rest(self, first: bytes, size: int, deadline: Deadline) -> bytes:
+        """Memory follows what arrives, not what the prefix announces."""
+        if size > self._limits.message_bytes:
+            raise TooLarge("message_bytes", size, self._limits.message_bytes)
+        parts, missing = [first], size - len(first)
+        while missing:
+            self._sock.settimeout(self._remaining(deadline))
+            part = self._sock.recv(min(missing, BIG_CHUNK))
+            if not part:
+                raise self._lost(None)
+            parts.append(part)
+            missing -= len(part)
+        return b"".join(parts)
+
+    def _remaining(self, deadline: Deadline) -> float | None:
+        remaining = deadline.remaining()
+        if remaining is not None and remaining <= 0:
+            raise self._late(deadline)
+        return remaining
+
+    def _late(self, deadline: Deadline) -> RosTimeout:
+        return RosTimeout(
+            f"service {self._service}: {self.peer} gave no answer in time;"
+            " the request may yet be carried out",
+            what=f"answer of service {self._service}",
+        )
+
+    def _lost(self, cause: OSError | None) -> ConnectionLost:
+        why = f" ({cause})" if cause is not None and str(cause) else ""
+        return ConnectionLost(
+            f"service {self._service}: {self.peer} closed the connection before it answered{why}; the request"
+            " may or may not have been carried out",
+            peer=self.peer,
+        )
+
+    def close(self) -> None:
+        """End the connection; a call waiting in another thread gets ConnectionLost at once."""
+        try:
+            self._sock.shutdown(socket.SHUT_RDWR)
+        except OSError:
+            pass  # the other side was faster
+        self._sock.close()

@@ -1,0 +1,158 @@
+"""One client's connection at a service provider: read a request, have it answered, in order.
+
+Source: wiki.ros.org/ROS/TCPROS; rospy impl/tcpros_service.py and roscpp service_client_link.cpp.
+"""
+
+from __future__ import annotations
+
+import logging
+import socket
+import struct
+import threading
+from collections.abc import Callable
+
+from rosproto.errors import RemoteProtocolError, TooLarge
+from rosproto.protocol.limits import Limits
+
+__all__ = ["ServiceSession"]
+
+logger = logging.getLogger("rosproto.node")
+
+CHUNK = 64 << 10
+BIG_CHUNK = 1 << 20
+
+
+class ServiceSession:
+    """Serves one connection whose headers are exchanged; `run` returns when it is over.
+
+    Requests may be pipelined: they are answered one after the other. An idle connection may stay as long as
+    it likes, but once a request has begun to arrive, or an answer to leave, `stall_seconds` without
+    progress end it.
+
+    Attributes:
+        peer: "host:port" of the client.
+        callerid: Its node name, "" when it did not say.
+    """
+
+    def __init__(
+        self,
+        sock: socket.socket,
+        answer: Callable[[bytes], bytes],
+        *,
+        peer: str,
+        callerid: str = "",
+        persistent: bool,
+        limits: Limits,
+        stall_seconds: float = 30.0,
+    ) -> None:
+        self._sock = sock
+        self._answer = answer
+        self._persistent = persistent
+        self._limits = limits
+        self._stall_seconds = stall_seconds
+        self._pending = b""
+        self._state = threading.Condition()
+        self._busy = False
+        self._ending = False
+        self._thread = threading.current_thread()
+        self.peer = peer
+        self.callerid = callerid
+
+    def run(self) -> None:
+        """Serve until the client leaves, breaks the protocol, or `finish`; then the socket is closed.
+
+        A client that leaves is no event: one-shot clients, probes and port scans do it all the time.
+        """
+        self._thread = threading.current_thread()
+        try:
+            # One time-out for both directions: changing it costs a system call per request.
+            self._sock.settimeout(self._stall_seconds)
+            while (request := self._read_request()) is not None and self._begin():
+                self._sock.sendall(self._answer(request))
+                if not self._end() or not self._persistent:
+                    break
+        except RemoteProtocolError as error:
+            logger.warning("! service client %s %s: %s", self.callerid, self.peer, error)
+        except OSError as error:
+            logger.debug("! service client %s %s: %s", self.callerid, self.peer, error)
+        finally:
+            self._sock.close()
+            with self._state:
+                self._busy, self._ending = False, True
+                self._state.notify_all()
+
+    def _read_request(self) -> bytes | None:
+        """The next request; None when the client closed the connection."""
+        while len(self._pending) < 4:
+            if not self._receive():
+                return None
+        (size,) = struct.unpack_from("<I", self._pending)
+        if size > self._limits.message_bytes:
+            raise TooLarge("message_bytes", size, self._limits.message_bytes)
+        if len(self._pending) == size + 4:
+            request, self._pending = self._pending[4:], b""
+        elif len(self._pending) > size + 4:
+            request, self._pending = self._pending[4 : size + 4], self._pending[size + 4 :]
+        else:
+            request = self._read_rest(self._pending[4:], size)
+            self._pending = b""
+        return request if len(request) == size else None
+
+    def _receive(self) -> bool:
+        try:
+            data = self._sock.recv(CHUNK)
+        except TimeoutError:
+            if self._pending:
+                raise
+            return True  # idle, not stalled
+        self._pending += data
+        return bool(data)
+
+    def _read_rest(self, first: bytes, size: int) -> bytes:
+        """Memory follows what arrives, not what the prefix announces."""
+        parts, missing = [first], size - len(first)
+        while missing:
+            part = self._sock.recv(min(missing, BIG_CHUNK))
+            if not part:
+                break
+            parts.append(part)
+            missing -= len(part)
+        return b"".join(parts)
+
+    def _begin(self) -> bool:
+        with self._state:
+            self._busy = not self._ending
+            return self._busy
+
+    def _end(self) -> bool:
+        with self._state:
+            self._busy = False
+            self._state.notify_all()
+            return not self._ending
+
+    def finish(self) -> None:
+        """Ask the session to end: at once when idle, after the answer when a request is being served."""
+        with self._state:
+            self._ending = True
+            if not self._busy:
+                self._shutdown()
+
+    def join(self, timeout: float) -> bool:
+        """Wait until the request in progress is answered; then, or when `timeout` is over, cut the line.
+
+        Returns:
+            False when the handler was still running; its thread is left behind (Python cannot end it) and
+            its answer will go nowhere.
+        """
+        done = self._thread is threading.current_thread()  # closed by its own handler
+        if not done:
+            with self._state:
+                done = self._state.wait_for(lambda: not self._busy, timeout)
+                self._shutdown()
+        return done
+
+    def _shutdown(self) -> None:
+        try:
+            self._sock.shutdown(socket.SHUT_RDWR)
+        except OSError:
+            pass  # already gone
