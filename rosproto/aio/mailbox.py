@@ -1,0 +1,101 @@
+"""From a thread's callback to an awaiting task, with a bound.
+
+One wake-up of the loop takes everything that has arrived: a call_soon_threadsafe per message (a system call
+and a pass of the loop each) would be the limit for a fast topic.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections import deque
+from typing import Generic, TypeVar
+
+from rosproto.aio.pool import notify
+
+__all__ = ["Closed", "Mailbox"]
+
+T = TypeVar("T")
+
+
+class Closed(Exception):
+    """Nothing will come any more; ends an `async for`."""
+
+
+class Mailbox(Generic[T]):
+    """A queue filled from any thread and emptied in the loop it was made in.
+
+    Attributes:
+        size: How many may wait; then the oldest is dropped. 0 is no bound.
+        dropped: How many were.
+    """
+
+    def __init__(self, size: int) -> None:
+        self.size = size
+        self.dropped = 0
+        self._loop = asyncio.get_running_loop()
+        self._lock = threading.Lock()
+        self._items: deque[T] = deque()
+        self._waiters: deque[asyncio.Future[None]] = deque()
+        self._told = False
+        self._closed = False
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def put(self, item: T) -> None:
+        """Add an item, from any thread; never blocks."""
+        with self._lock:
+            if self._closed:
+                return
+            if self.size and len(self._items) >= self.size:
+                self._items.popleft()
+                self.dropped += 1
+            self._items.append(item)
+            told, self._told = self._told, True
+        if not told:
+            notify(self._loop, self._wake)
+
+    def close(self) -> None:
+        """No more items, from any thread; what has arrived can still be taken."""
+        with self._lock:
+            self._closed = True
+        notify(self._loop, self._wake)
+
+    def _wake(self) -> None:
+        with self._lock:
+            self._told = False
+            count = len(self._waiters) if self._closed else len(self._items)
+        for waiter in self._waiters:
+            if count <= 0:
+                break
+            if not waiter.done():
+                waiter.set_result(None)
+                count -= 1
+
+    async def get(self, timeout: float | None = None) -> T:
+        """The next item.
+
+        Raises:
+            Closed: There is none and none will come.
+            TimeoutError: None came within `timeout` seconds.
+        """
+        if timeout is None:
+            return await self._next()
+        return await asyncio.wait_for(self._next(), timeout)
+
+    async def _next(self) -> T:
+        while True:
+            with self._lock:
+                if self._items:
+                    return self._items.popleft()
+                if self._closed:
+                    raise Closed
+            waiter: asyncio.Future[None] = self._loop.create_future()
+            self._waiters.append(waiter)
+            try:
+                await waiter
+            finally:
+                self._waiters.remove(waiter)
+                if waiter.done() and not waiter.cancelled() and self._items:
+                    self._wake()  # cancelled after it was woken, or more than one item came: pass it on

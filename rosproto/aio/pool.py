@@ -1,0 +1,102 @@
+"""Threads for calls that block, shared by all calls of one asyncio node.
+
+`asyncio.to_thread` would do but for two things: its threads are no daemons, so a call that hangs keeps the
+process from ending, and it cannot tell the call that its awaiter was cancelled.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+__all__ = ["Pool"]
+
+T = TypeVar("T")
+
+
+class Pool:
+    """At most `most` daemon threads; further calls wait for one of them. Idle ones end by themselves.
+
+    Attributes:
+        most: Most threads at a time.
+        idle_seconds: A thread without work ends after this.
+    """
+
+    def __init__(self, most: int = 64, *, idle_seconds: float = 10.0, name: str = "aio") -> None:
+        self.most = most
+        self.idle_seconds = idle_seconds
+        self._name = name
+        self._work: deque[Callable[[], None]] = deque()
+        self._changed = threading.Condition()
+        self._threads = self._idle = 0
+
+    async def run(self, function: Callable[[], T], *, cancel: Callable[[], None] | None = None) -> T:
+        """Await `function()` called in a thread.
+
+        Args:
+            function: Called without arguments.
+            cancel: Called when the awaiting task is cancelled, to make `function` end early; what it
+                returns or raises after that is dropped.
+        """
+        loop = asyncio.get_running_loop()
+        future: asyncio.Future[T] = loop.create_future()
+        self._put(lambda: _call(function, future, loop))
+        try:
+            return await future
+        except asyncio.CancelledError:
+            if cancel is not None:
+                cancel()
+            raise
+
+    def _put(self, work: Callable[[], None]) -> None:
+        with self._changed:
+            self._work.append(work)
+            if self._idle >= len(self._work):
+                self._changed.notify()
+            elif self._threads < self.most:
+                self._threads += 1
+                threading.Thread(target=self._serve, name=f"rosproto:{self._name}", daemon=True).start()
+
+    def _serve(self) -> None:
+        while True:
+            with self._changed:
+                if not self._work:
+                    self._idle += 1
+                    self._changed.wait_for(lambda: bool(self._work), self.idle_seconds)
+                    self._idle -= 1
+                if not self._work:
+                    self._threads -= 1
+                    return
+                work = self._work.popleft()
+            work()
+
+
+def _call(function: Callable[[], T], future: asyncio.Future[T], loop: asyncio.AbstractEventLoop) -> None:
+    if future.cancelled():
+        return
+    try:
+        result, error = function(), None
+    except BaseException as problem:
+        result, error = None, problem
+
+    def settle() -> None:
+        if future.done():
+            return  # cancelled
+        if error is not None:
+            future.set_exception(error)
+        else:
+            future.set_result(result)  # type: ignore[arg-type]
+
+    notify(loop, settle)
+
+
+def notify(loop: asyncio.AbstractEventLoop, function: Callable[..., Any], *arguments: Any) -> None:
+    """Call a function in the loop from any thread; a loop that is closed has nobody left to be told."""
+    try:
+        loop.call_soon_threadsafe(function, *arguments)
+    except RuntimeError:
+        if not loop.is_closed():
+            raise
