@@ -1,0 +1,211 @@
+"""The connection headers of the four roles."""
+
+from __future__ import annotations
+
+import pytest
+
+from rosproto.errors import LocalProtocolError, Md5sumMismatch, RemoteProtocolError
+from rosproto.protocol import handshake as hs
+from rosproto.protocol.header import decode_header, encode_header
+
+STRING = "992ce8a1687cec8c8bd883ec73ca41d1"
+TWIST = "9f195f881246fdfa2798d1d3eebca84a"
+
+
+def over_the_wire(fields: dict[str, str]) -> dict[str, str]:
+    return decode_header(encode_header(fields)[4:])
+
+
+def subscriber(**changes: str) -> dict[str, str]:
+    fields = hs.subscriber_header(topic="/t", type_name="std_msgs/String", md5sum=STRING, callerid="/sub")
+    fields.update(changes)
+    return over_the_wire({key: value for key, value in fields.items() if value != "-"})
+
+
+def publisher(**changes: str) -> dict[str, str]:
+    fields = hs.publisher_header(
+        topic="/t",
+        type_name="std_msgs/String",
+        md5sum=STRING,
+        callerid="/pub",
+        message_definition="string data\n",
+    )
+    fields.update(changes)
+    return over_the_wire({key: value for key, value in fields.items() if value != "-"})
+
+
+def check_sub(fields: dict[str, str]) -> hs.SubscriberRequest:
+    return hs.check_subscriber_header(
+        fields, topic="/t", type_name="std_msgs/String", md5sum=STRING, peer="1.2.3.4:5"
+    )
+
+
+def check_pub(
+    fields: dict[str, str], md5sum: str = STRING, type_name: str = "std_msgs/String"
+) -> hs.PublisherReply:
+    return hs.check_publisher_header(fields, topic="/t", type_name=type_name, md5sum=md5sum, peer="1.2.3.4:5")
+
+
+def test_subscriber_and_publisher_agree() -> None:
+    assert check_sub(subscriber()) == hs.SubscriberRequest("/sub", "/t", "std_msgs/String", STRING, False, "")
+    assert check_pub(publisher()) == hs.PublisherReply(
+        "/pub", "std_msgs/String", STRING, "string data\n", False
+    )
+
+
+def test_each_role_sends_the_fields_peers_require() -> None:
+    assert sorted(publisher()) == ["callerid", "latching", "md5sum", "message_definition", "topic", "type"]
+    assert sorted(subscriber()) == ["callerid", "md5sum", "tcp_nodelay", "topic", "type"]
+    server = hs.service_server_header(service="/s", type_name="p/S", md5sum=STRING, callerid="/n")
+    assert (server["request_type"], server["response_type"], server["type"]) == (
+        "p/SRequest",
+        "p/SResponse",
+        "p/S",
+    )
+
+
+def test_roscpps_subscriber_without_definition_is_welcome() -> None:
+    assert check_sub(subscriber(message_definition="-")).message_definition == ""
+    assert check_sub(subscriber(type="-")).type_name == ""
+
+
+@pytest.mark.parametrize("md5sum", ["*", STRING])
+def test_a_subscribers_wildcards_are_welcome(md5sum: str) -> None:
+    assert check_sub(subscriber(md5sum=md5sum, type="*")).type_name == "*"
+
+
+def test_a_wildcard_subscriber_takes_over_the_publishers_type() -> None:
+    reply = check_pub(publisher(), "*", "*")
+    assert (reply.type_name, reply.md5sum) == ("std_msgs/String", STRING)
+
+
+def test_a_publisher_may_not_use_wildcards() -> None:
+    with pytest.raises(LocalProtocolError, match="real"):
+        hs.publisher_header(topic="/t", type_name="*", md5sum="*", callerid="/p", message_definition="")
+    with pytest.raises(RemoteProtocolError, match="which type"):
+        check_pub(publisher(md5sum="*", type="*"), "*", "*")
+
+
+@pytest.mark.parametrize("missing", ["topic", "md5sum", "callerid"])
+def test_a_publisher_requires_topic_md5sum_and_callerid(missing: str) -> None:
+    with pytest.raises(RemoteProtocolError, match=f"without {missing}"):
+        check_sub(subscriber(**{missing: "-"}))
+
+
+def test_a_subscriber_requires_the_md5sum_and_fills_in_a_missing_type() -> None:
+    with pytest.raises(RemoteProtocolError, match="without md5sum"):
+        check_pub(publisher(md5sum="-"))
+    assert check_pub(publisher(type="-")).type_name == "std_msgs/String"
+    with pytest.raises(RemoteProtocolError, match="which type"):
+        check_pub(publisher(type="-"), "*", "*")
+
+
+def test_another_definition_is_told_on_the_publisher_with_both_sums_and_types() -> None:
+    with pytest.raises(Md5sumMismatch) as caught:
+        check_sub(subscriber(md5sum=TWIST, type="geometry_msgs/Twist", message_definition="Vector3 linear"))
+    for word in ("/t", "/sub", "1.2.3.4:5", STRING, TWIST, "std_msgs/String", "geometry_msgs/Twist"):
+        assert word in str(caught.value)
+    error = caught.value
+    assert (error.name, error.peer, error.type_name, error.md5sum) == (
+        "/t",
+        "1.2.3.4:5",
+        "std_msgs/String",
+        STRING,
+    )
+    assert (error.remote_type, error.remote_md5sum) == ("geometry_msgs/Twist", TWIST)
+    assert error.message_definition == "Vector3 linear"
+
+
+def test_another_definition_is_told_on_the_subscriber_with_the_publishers_text() -> None:
+    with pytest.raises(Md5sumMismatch) as caught:
+        check_pub(publisher(md5sum=TWIST, type="geometry_msgs/Twist", message_definition="Vector3 linear"))
+    for word in ("/t", "/pub", STRING, TWIST, "std_msgs/String", "geometry_msgs/Twist"):
+        assert word in str(caught.value)
+    assert caught.value.message_definition == "Vector3 linear"
+
+
+def test_equal_sums_fit_under_different_type_names() -> None:
+    assert check_sub(subscriber(type="other_msgs/Text")).type_name == "other_msgs/Text"
+
+
+ROSCPP_REFUSAL = (
+    f"Client [/sub] wants topic /t to have datatype/md5sum [std_msgs/String/{STRING}], but our version has "
+    f"[geometry_msgs/Twist/{TWIST}]. Dropping connection."
+)
+
+
+def test_a_refusal_that_names_another_sum_is_a_mismatch() -> None:
+    with pytest.raises(Md5sumMismatch) as caught:
+        check_pub(hs.error_header(ROSCPP_REFUSAL))
+    assert caught.value.remote_md5sum == TWIST
+    assert ROSCPP_REFUSAL in str(caught.value)
+
+
+def test_any_other_refusal_shows_the_peers_words() -> None:
+    with pytest.raises(hs.HandshakeRefused, match="topic types do not match") as caught:
+        check_pub(hs.error_header("topic types do not match"))
+    assert (caught.value.name, caught.value.peer, caught.value.text) == (
+        "/t",
+        "1.2.3.4:5",
+        "topic types do not match",
+    )
+    with pytest.raises(hs.HandshakeRefused):
+        check_sub(hs.error_header("no"))
+
+
+def test_another_topic_is_refused() -> None:
+    with pytest.raises(RemoteProtocolError, match="/other"):
+        check_sub(subscriber(topic="/other"))
+
+
+@pytest.mark.parametrize(
+    ("value", "meaning"),
+    [("1", True), ("true", True), ("True", True), ("0", False), ("", False), ("yes", False)],
+)
+def test_flags_are_1_or_true(value: str, meaning: bool) -> None:
+    assert check_sub(subscriber(tcp_nodelay=value)).tcp_nodelay is meaning
+    assert check_pub(publisher(latching=value)).latching is meaning
+    fields = {"service": "/s", "md5sum": "*", "callerid": "/c", "persistent": value, "probe": value}
+    request = hs.check_service_client_header(fields, service="/s", type_name="p/S", md5sum=STRING)
+    assert (request.persistent, request.probe) == (meaning, meaning)
+
+
+def test_service_client_and_server_agree() -> None:
+    fields = hs.service_client_header(service="/s", md5sum=STRING, callerid="/c", persistent=True)
+    request = hs.check_service_client_header(
+        over_the_wire(fields), service="/s", type_name="p/S", md5sum=STRING
+    )
+    assert request == hs.ServiceRequest("/c", "/s", "", STRING, True, False, False)
+    fields = hs.service_server_header(service="/s", type_name="p/S", md5sum=STRING, callerid="/n")
+    reply = hs.check_service_server_header(over_the_wire(fields), service="/s", type_name="*", md5sum="*")
+    assert reply == hs.ServiceReply("/n", "p/S", STRING, "p/SRequest", "p/SResponse")
+
+
+def test_rospys_probe_is_understood() -> None:
+    fields = {"probe": "1", "md5sum": "*", "callerid": "/rosservice", "service": "/s"}
+    assert hs.check_service_client_header(fields, service="/s", type_name="p/S", md5sum=STRING).probe
+
+
+def test_a_roscpp_server_without_type_is_understood() -> None:
+    reply = hs.check_service_server_header({"md5sum": STRING}, service="/s", type_name="p/S", md5sum=STRING)
+    assert reply.type_name == ""
+
+
+def test_service_definitions_that_differ_are_told_on_both_sides() -> None:
+    fields = hs.service_client_header(service="/s", md5sum=TWIST, callerid="/c", type_name="q/T")
+    with pytest.raises(Md5sumMismatch, match=f"q/T.*{TWIST}.*p/S.*{STRING}"):
+        hs.check_service_client_header(fields, service="/s", type_name="p/S", md5sum=STRING)
+    fields = hs.service_server_header(service="/s", type_name="q/T", md5sum=TWIST, callerid="/n")
+    with pytest.raises(Md5sumMismatch, match=f"q/T.*{TWIST}.*p/S.*{STRING}"):
+        hs.check_service_server_header(fields, service="/s", type_name="p/S", md5sum=STRING)
+    refusal = f"request from [/c]: md5sums do not match: [{STRING}] vs. [{TWIST}]"  # rospy's words
+    with pytest.raises(Md5sumMismatch, match="md5sums do not match"):
+        hs.check_service_server_header({"error": refusal}, service="/s", type_name="p/S", md5sum=STRING)
+
+
+@pytest.mark.parametrize("missing", ["service", "md5sum", "callerid"])
+def test_a_service_server_requires_service_md5sum_and_callerid(missing: str) -> None:
+    fields = hs.service_client_header(service="/s", md5sum=STRING, callerid="/c")
+    del fields[missing]
+    with pytest.raises(RemoteProtocolError, match=f"without {missing}"):
+        hs.check_service_client_header(fields, service="/s", type_name="p/S", md5sum=STRING)
