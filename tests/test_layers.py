@@ -12,6 +12,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 LAYERS = [
     "rosproto.errors",
+    "rosproto.values",
     "rosproto.names",
     "rosproto.time",
     "rosproto.msg",
@@ -34,7 +35,14 @@ LAYERS = [
 ]
 """From the ground up. `rosproto` alone is its public face: only woosh_pure may import that."""
 
-PURE = ["rosproto.errors", "rosproto.names", "rosproto.time", "rosproto.codec", "rosproto.protocol"]
+PURE = [
+    "rosproto.errors",
+    "rosproto.values",
+    "rosproto.names",
+    "rosproto.time",
+    "rosproto.codec",
+    "rosproto.protocol",
+]
 IMPURE_MODULES = {
     "socket",
     "threading",

@@ -6,7 +6,6 @@ A peer's full text becomes classes and generated code, so it is measured before 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from rosproto.errors import DefinitionError
@@ -26,8 +25,7 @@ BOXED = frozenset({"string", "time", "duration"})
 """Builtin types whose values are Python objects of their own, also inside an array."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DefinitionLimits:
+class DefinitionLimits(NamedTuple):
     """Bounds for an untrusted definition; the largest real ones stay a factor of ten below.
 
     Attributes:

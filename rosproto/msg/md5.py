@@ -6,9 +6,14 @@ Source: wiki.ros.org/ROS/Technical%20Overview (section "msg MD5 sums"); gentools
 from __future__ import annotations
 
 from collections.abc import Callable
-from hashlib import md5
 
 from rosproto.msg.spec import MessageSpec
+
+try:
+    # What hashlib itself falls back on; hashlib loads all of OpenSSL first.
+    from _md5 import md5  # type: ignore[import-not-found]
+except ImportError:
+    from hashlib import md5
 
 __all__ = ["md5_text", "md5sum_of_texts"]
 
@@ -36,4 +41,5 @@ def md5sum_of_texts(*texts: str) -> str:
     digest = md5(usedforsecurity=False)  # an identity, not a protection: also where FIPS forbids md5
     for text in texts:
         digest.update(text.encode("utf-8", "surrogateescape"))
-    return digest.hexdigest()
+    result: str = digest.hexdigest()
+    return result

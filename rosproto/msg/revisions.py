@@ -14,8 +14,7 @@ is a whole library: what differs, over what it is a change of.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.errors import DefinitionError
 from rosproto.msg.sources import Folder, Source
@@ -28,8 +27,7 @@ __all__ = ["Revision", "Row", "read_table", "revision_source"]
 TABLE = "revisions.txt"
 
 
-@dataclass(frozen=True, slots=True)
-class Revision:
+class Revision(NamedTuple):
     """Another definition of a type.
 
     Attributes:
@@ -43,12 +41,11 @@ class Revision:
     name: str
     label: str
     md5sum: str
-    library: DefinitionLibrary = field(repr=False)
+    library: DefinitionLibrary
     note: str
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
+class Row(NamedTuple):
     """One revision of a package, as the table has it; `notes` by the base name of what differs."""
 
     label: str

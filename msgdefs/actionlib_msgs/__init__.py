@@ -1,0 +1,1 @@
+"""Definitions of actionlib_msgs."""

@@ -1,0 +1,1 @@
+"""Definitions of move_base_msgs."""

@@ -1,0 +1,1 @@
+"""Definitions of nav_msgs."""

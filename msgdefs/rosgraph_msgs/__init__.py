@@ -1,0 +1,1 @@
+"""Definitions of rosgraph_msgs."""

@@ -1,0 +1,1 @@
+"""Definitions of sensor_msgs."""

@@ -1,0 +1,1 @@
+"""Definitions of std_msgs."""

@@ -1,0 +1,1 @@
+"""Definitions of stereo_msgs."""

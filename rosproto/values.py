@@ -1,0 +1,195 @@
+"""Values written on a command line: `0.5`, `true`, `[1, 2]`, `{a: 1, b: two words}`.
+
+The part of YAML that people type into `_param:=value` and `param set`: scalars and flow collections. Every
+JSON text means here what it means in JSON. Block YAML, anchors and tags are for a YAML library.
+"""
+
+from __future__ import annotations
+
+__all__ = ["parse_value"]
+
+DEPTH = 64
+"""Nesting of collections; XML-RPC, which carries the value, is bounded the same."""
+
+CONSTANTS: dict[str, object] = {
+    **dict.fromkeys(("", "~", "null", "Null", "NULL"), None),
+    **{form: True for word in ("true", "yes", "on") for form in (word, word.title(), word.upper())},
+    **{form: False for word in ("false", "no", "off") for form in (word, word.title(), word.upper())},
+    **dict.fromkeys((".inf", ".Inf", ".INF", "+.inf", "+.Inf", "+.INF"), float("inf")),
+    **dict.fromkeys(("-.inf", "-.Inf", "-.INF"), float("-inf")),
+    **dict.fromkeys((".nan", ".NaN", ".NAN"), float("nan")),
+}
+"""YAML 1.1's words, as PyYAML (and so rospy and rosparam) reads them."""
+
+ESCAPES = {
+    "0": "\0", "a": "\a", "b": "\b", "t": "\t", "n": "\n", "v": "\v", "f": "\f", "r": "\r",
+    "e": "\x1b", '"': '"', "/": "/", "\\": "\\", " ": " ", "_": "\xa0", "N": "\x85",
+    "L": "\u2028", "P": "\u2029",
+}  # fmt: skip
+HEX_ESCAPES = {"x": 2, "u": 4, "U": 8}
+
+
+def parse_value(text: str) -> object:
+    """The value that a text stands for.
+
+    Returns:
+        None, bool, int, float, str, list or dict (with str keys).
+
+    Raises:
+        ValueError: A quote or bracket is not closed, or something follows the value.
+    """
+    reader = _Reader(text.strip())
+    first = reader.text[:1]
+    if first not in ("[", "{", '"', "'"):
+        return _scalar(reader.text)
+    value = reader.value("", 0)
+    if reader.position < len(reader.text):
+        raise reader.wrong("nothing more")
+    return value
+
+
+def _scalar(text: str) -> object:
+    if text in CONSTANTS:
+        return CONSTANTS[text]
+    if text[0] not in "+-.0123456789":
+        return text
+    for read in (_integer, _float):
+        try:
+            return read(text)
+        except ValueError:
+            pass
+    return text
+
+
+def _integer(text: str) -> int:
+    """YAML 1.1: 10, 0x1F, 0b11, 1_000, and octal 017."""
+    digits = text.lstrip("+-").replace("_", "")
+    if len(text) - len(text.lstrip("+-")) > 1 or not digits.isascii() or digits != digits.strip():
+        raise ValueError(text)
+    sign = -1 if text[0] == "-" else 1
+    if digits[:2] in ("0x", "0b", "0o"):
+        return sign * int(digits, 0)
+    if digits[:1] == "0" and len(digits) > 1:
+        return sign * int(digits, 8)
+    return sign * int(digits)
+
+
+def _float(text: str) -> float:
+    """With or without a dot: JSON's 1e3 is a number, which PyYAML would call a string."""
+    if not text.isascii() or not any(mark in text for mark in ".eE") or "n" in text.lower():
+        raise ValueError(text)  # Python would also take nan, inf, infinity and 08
+    return float(text)
+
+
+class _Reader:
+    """Recursive descent over one text."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.position = 0
+
+    def wrong(self, expected: str) -> ValueError:
+        return ValueError(
+            f"{self.text[:80]!r}: expected {expected} at character {self.position + 1}; "
+            f"quote a text that begins with a bracket or a quote"
+        )
+
+    def value(self, stops: str, depth: int) -> object:
+        """One value; a plain scalar ends before one of `stops`. Blanks around it are skipped."""
+        if depth > DEPTH:
+            raise self.wrong(f"at most {DEPTH} brackets inside each other")
+        self._blanks()
+        first = self.text[self.position : self.position + 1]
+        if first == "[":
+            found: object = self._list(depth)
+        elif first == "{":
+            found = self._dict(depth)
+        elif first and first in "\"'":
+            found = self._quoted(first)
+        else:
+            found = _scalar(self._plain(stops))
+        self._blanks()
+        return found
+
+    def _blanks(self) -> None:
+        while self.text[self.position : self.position + 1].isspace():
+            self.position += 1
+
+    def _take(self, character: str) -> bool:
+        if self.text[self.position : self.position + 1] != character:
+            return False
+        self.position += 1
+        return True
+
+    def _list(self, depth: int) -> list[object]:
+        self.position += 1
+        found: list[object] = []
+        self._blanks()
+        while not self._take("]"):
+            found.append(self.value(",]", depth + 1))
+            if not self._take(",") and self.text[self.position : self.position + 1] != "]":
+                raise self.wrong("`,` or `]`")
+            self._blanks()
+        return found
+
+    def _dict(self, depth: int) -> dict[str, object]:
+        self.position += 1
+        found: dict[str, object] = {}
+        self._blanks()
+        while not self._take("}"):
+            key = self._key()
+            self._blanks()
+            if not self._take(":"):
+                raise self.wrong("`:` after a key")
+            found[key] = self.value(",}", depth + 1)
+            if not self._take(",") and self.text[self.position : self.position + 1] != "}":
+                raise self.wrong("`,` or `}`")
+            self._blanks()
+        return found
+
+    def _key(self) -> str:
+        first = self.text[self.position : self.position + 1]
+        if first and first in "\"'":
+            return self._quoted(first)
+        key = self._plain(":,}")
+        if not key:
+            raise self.wrong("a key")
+        return key
+
+    def _plain(self, stops: str) -> str:
+        start = self.position
+        while self.position < len(self.text) and self.text[self.position] not in stops:
+            self.position += 1
+        return self.text[start : self.position].strip()
+
+    def _quoted(self, quote: str) -> str:
+        self.position += 1
+        parts: list[str] = []
+        while self.position < len(self.text):
+            character = self.text[self.position]
+            self.position += 1
+            if character == "\\" and quote == '"':
+                parts.append(self._escape())
+            elif character != quote:
+                parts.append(character)
+            elif quote == "'" and self._take("'"):  # YAML writes a quote inside as two
+                parts.append("'")
+            else:
+                # JSON spells a character beyond 16 bits as two surrogates.
+                return "".join(parts).encode("utf-16", "surrogatepass").decode("utf-16", "replace")
+        raise self.wrong(f"a closing {quote}")
+
+    def _escape(self) -> str:
+        character = self.text[self.position : self.position + 1]
+        self.position += 1
+        if character in HEX_ESCAPES:
+            digits = self.text[self.position : self.position + HEX_ESCAPES[character]]
+            self.position += len(digits)
+            if len(digits) == HEX_ESCAPES[character] and digits.isalnum():
+                try:
+                    return chr(int(digits, 16))
+                except (ValueError, OverflowError):
+                    pass
+        elif character in ESCAPES:
+            return ESCAPES[character]
+        raise self.wrong("a known escape after `\\`")
