@@ -1,0 +1,82 @@
+"""Deadlines and back-off, on a clock that only moves when told."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from rosproto.errors import RosTimeout
+from rosproto.transport.backoff import Backoff
+from rosproto.transport.clock import SYSTEM
+from rosproto.transport.deadline import Deadline
+from tests.support.clock import FakeClock
+
+
+def test_a_deadline_counts_down_and_stays_at_zero() -> None:
+    clock = FakeClock()
+    deadline = Deadline(2.0, clock)
+    assert deadline.remaining() == 2.0
+    clock.advance(1.5)
+    assert deadline.remaining() == 0.5
+    assert not deadline.expired
+    deadline.check("x")
+    clock.advance(5)
+    assert deadline.remaining() == 0.0
+    assert deadline.expired
+    with pytest.raises(RosTimeout, match=r"the answer: not within 2\.0 s") as caught:
+        deadline.check("the answer")
+    assert (caught.value.what, caught.value.seconds) == ("the answer", 2.0)
+
+
+def test_none_never_comes() -> None:
+    deadline = Deadline(None, FakeClock())
+    assert deadline.remaining() is None
+    assert not deadline.expired
+    deadline.check("x")
+    assert deadline.at_most(3).remaining() == 3
+
+
+def test_zero_is_over_at_once() -> None:
+    assert Deadline(0, FakeClock()).expired
+
+
+def test_at_most_takes_the_earlier() -> None:
+    clock = FakeClock()
+    assert Deadline(5, clock).at_most(2).remaining() == 2
+    assert Deadline(1, clock).at_most(2).remaining() == 1
+
+
+def test_the_system_clock_waits_for_events() -> None:
+    event = threading.Event()
+    assert not SYSTEM.wait(event, 0)
+    event.set()
+    assert SYSTEM.wait(event, None)
+    assert SYSTEM.monotonic() <= SYSTEM.monotonic()
+
+
+def test_delays_double_up_to_the_most_and_start_again() -> None:
+    backoff = Backoff(first=1, factor=2, most=5, jitter=0)
+    assert [backoff.next() for _ in range(5)] == [1, 2, 4, 5, 5]
+    backoff.reset()
+    assert backoff.next() == 1
+
+
+def test_jitter_stays_within_its_share() -> None:
+    asked = []
+
+    def uniform(low: float, high: float) -> float:
+        asked.append((low, high))
+        return high
+
+    backoff = Backoff(first=1, factor=1, most=1, jitter=0.25, uniform=uniform)
+    assert backoff.next() == 1.25
+    assert asked == [(-0.25, 0.25)]
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"first": 0}, {"first": 9, "most": 1}, {"factor": 0.5}, {"jitter": 1}, {"jitter": -1}]
+)
+def test_settings_without_sense_are_refused(wrong: dict[str, float]) -> None:
+    with pytest.raises(ValueError, match="Backoff"):
+        Backoff(**wrong)  # type: ignore[arg-type]

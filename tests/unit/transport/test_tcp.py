@@ -1,0 +1,279 @@
+"""Connecting, listening, tuning; and the connection header on a socket."""
+
+from __future__ import annotations
+
+import errno
+import socket
+import struct
+import sys
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from rosproto.errors import ConnectionLost, LocalProtocolError, RemoteProtocolError, RosTimeout, TooLarge
+from rosproto.protocol.header import encode_header
+from rosproto.protocol.limits import Limits
+from rosproto.transport import tcp
+from rosproto.transport.deadline import Deadline
+from rosproto.transport.os_errors import translate
+from rosproto.transport.tcpros_io import (
+    ClosedBeforeHeader,
+    peer_name,
+    read_exactly,
+    read_header,
+    write_all,
+    write_header,
+)
+from tests.support.clock import FakeClock
+
+SOON = 5.0
+
+
+@pytest.fixture
+def pair() -> Iterator[tuple[socket.socket, socket.socket]]:
+    one, other = socket.socketpair()
+    with one, other:
+        yield one, other
+
+
+def test_connect_gives_a_blocking_tuned_socket() -> None:
+    with tcp.listen("127.0.0.1") as listener:
+        with tcp.connect("127.0.0.1", listener.getsockname()[1], Deadline(SOON)) as sock:
+            assert sock.gettimeout() is None
+            assert sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+            assert sock.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="option names of Linux")
+def test_a_vanished_peer_is_noticed_after_thirty_seconds() -> None:
+    with socket.socket() as sock:
+        tcp.tune(sock)
+        options = [socket.TCP_KEEPIDLE, socket.TCP_KEEPINTVL, socket.TCP_KEEPCNT, socket.TCP_USER_TIMEOUT]
+        idle, interval, count, user = (sock.getsockopt(socket.IPPROTO_TCP, option) for option in options)
+        assert idle + interval * count == 30
+        assert user == 30_000
+
+
+def test_nagle_stays_on_when_asked() -> None:
+    with socket.socket() as sock:
+        tcp.tune(sock, nodelay=False)
+        assert not sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+
+
+def test_tuning_something_without_tcp_options_is_no_error(pair: tuple[socket.socket, socket.socket]) -> None:
+    tcp.tune(pair[0])
+
+
+def test_windows_keep_alive_is_set_through_ioctl(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls: list[tuple[object, object]] = []
+
+    class Windows:
+        def setsockopt(self, *_: object) -> None: ...
+
+        def ioctl(self, control: object, value: object) -> None:
+            calls.append((control, value))
+
+    monkeypatch.setattr(sys, "platform", "win32")
+    monkeypatch.setattr(socket, "SIO_KEEPALIVE_VALS", 0x98000004, raising=False)
+    tcp.tune(Windows())  # type: ignore[arg-type]
+    assert calls == [(0x98000004, (1, 10_000, 5_000))]
+
+
+def test_windows_listens_with_exclusive_address_use(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = []
+
+    class Windows:
+        def setsockopt(self, *arguments: object) -> None:
+            calls.append(arguments)
+
+    monkeypatch.setattr(sys, "platform", "win32")
+    monkeypatch.setattr(socket, "SO_EXCLUSIVEADDRUSE", -5, raising=False)
+    tcp._set_reuse(Windows())  # type: ignore[arg-type]
+    assert calls == [(socket.SOL_SOCKET, -5, 1)]
+
+
+def test_refused_names_the_address_and_asks_for_the_master() -> None:
+    with tcp.listen("127.0.0.1") as listener:
+        port = listener.getsockname()[1]
+    with pytest.raises(ConnectionLost, match=rf"127\.0\.0\.1:{port}.*refused.*running") as caught:
+        tcp.connect("127.0.0.1", port, Deadline(SOON))
+    assert caught.value.peer == f"127.0.0.1:{port}"
+    assert isinstance(caught.value.__cause__, ConnectionRefusedError)
+
+
+def test_localhost_is_127_0_0_1_first_and_named_in_the_error() -> None:
+    with tcp.listen("localhost") as listener:
+        host, port = listener.getsockname()
+        assert host == "127.0.0.1"
+        tcp.connect("localhost", port, Deadline(SOON)).close()
+    with pytest.raises(ConnectionLost, match=rf"127\.0\.0\.1:{port} \(localhost\)"):
+        tcp.connect("localhost", port, Deadline(SOON))
+
+
+def test_an_expired_deadline_connects_nowhere() -> None:
+    with pytest.raises(RosTimeout, match="check the address, the cable"):
+        tcp.connect("127.0.0.1", 11311, Deadline(0))
+
+
+def test_the_deadline_is_shared_among_addresses(monkeypatch: pytest.MonkeyPatch) -> None:
+    tried = []
+
+    def dead(address: str, port: int, seconds: float | None) -> socket.socket:
+        tried.append((address, seconds))
+        raise TimeoutError
+
+    monkeypatch.setattr(tcp, "_connect", dead)
+    with pytest.raises(RosTimeout, match=r"127\.0\.0\.1:9"):
+        tcp.connect("localhost", 9, Deadline(4.0, FakeClock()))
+    assert tried == [("127.0.0.1", 2.0), ("::1", 4.0)]
+
+
+def test_a_connection_to_itself_counts_as_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(socket.socket, "getpeername", socket.socket.getsockname)
+    with tcp.listen("127.0.0.1") as listener, pytest.raises(ConnectionLost, match="refused"):
+        tcp.connect("127.0.0.1", listener.getsockname()[1], Deadline(SOON))
+
+
+@pytest.mark.parametrize("port", [0, -1, 65536])
+def test_ports_that_are_none_are_told(port: int) -> None:
+    with pytest.raises(ConnectionLost, match="port"):
+        tcp.connect("127.0.0.1", port, Deadline(SOON))
+
+
+def test_a_taken_port_is_told() -> None:
+    with tcp.listen("127.0.0.1") as listener:
+        port = listener.getsockname()[1]
+        with pytest.raises(ConnectionLost, match=rf"127\.0\.0\.1:{port}.*taken"):
+            tcp.listen("127.0.0.1", port)
+
+
+def test_a_port_is_free_again_at_once_after_its_server_closed() -> None:
+    with tcp.listen("127.0.0.1") as listener:
+        port = listener.getsockname()[1]
+        client = tcp.connect("127.0.0.1", port, Deadline(SOON))
+        server, _ = listener.accept()
+    server.close()  # first, so this side keeps the port in TIME_WAIT
+    client.close()
+    tcp.listen("127.0.0.1", port).close()
+
+
+@pytest.mark.parametrize(
+    ("host", "port", "error"), [("192.0.2.1", 0, ConnectionLost), ("127.0.0.1", 70000, ConnectionLost)]
+)
+def test_what_cannot_be_listened_on_is_told(host: str, port: int, error: type[Exception]) -> None:
+    with pytest.raises(error, match=r"listen on"):
+        tcp.listen(host, port)
+
+
+def test_an_empty_host_is_not_taken_for_all_interfaces() -> None:
+    with pytest.raises(ValueError, match=r"0\.0\.0\.0"):
+        tcp.listen("")
+
+
+def test_system_errors_say_what_to_check() -> None:
+    for number, words in (
+        (errno.ECONNREFUSED, "running"),
+        (errno.EHOSTUNREACH, "cable"),
+        (errno.ECONNRESET, "closed by the other side"),
+        (errno.EADDRINUSE, "another"),
+        (errno.EADDRNOTAVAIL, "ROS_HOSTNAME"),
+        (errno.EMFILE, "open files"),
+    ):
+        error = translate(OSError(number, "Too many open files"), "doing", "peer")
+        assert isinstance(error, ConnectionLost)
+        assert words in str(error)
+    assert isinstance(translate(TimeoutError(), "doing", "peer"), RosTimeout)
+
+
+# -- header and exact reads
+
+
+def test_a_header_goes_over_and_nothing_behind_it_is_read(pair: tuple[socket.socket, socket.socket]) -> None:
+    one, other = pair
+    write_header(one, {"topic": "/t"}, Deadline(SOON))
+    one.sendall(b"message")
+    assert read_header(other, Limits(), Deadline(SOON)) == {"topic": "/t"}
+    assert other.recv(100) == b"message"
+    assert one.gettimeout() is other.gettimeout() is None
+
+
+def test_a_header_may_come_byte_by_byte(pair: tuple[socket.socket, socket.socket]) -> None:
+    one, other = pair
+    data = encode_header({"topic": "/t", "md5sum": "*"})
+
+    def send() -> None:
+        for byte in data:
+            one.send(bytes([byte]))
+
+    sender = threading.Thread(target=send)
+    sender.start()
+    assert read_header(other, Limits(), Deadline(SOON)) == {"topic": "/t", "md5sum": "*"}
+    sender.join()
+
+
+def test_a_silent_peer_costs_the_deadline_only(pair: tuple[socket.socket, socket.socket]) -> None:
+    pair[0].sendall(b"\x10\0\0\0abc")
+    with pytest.raises(RosTimeout, match="read a connection header"):
+        read_header(pair[1], Limits(), Deadline(0.02))
+
+
+def test_a_probe_that_closes_without_a_byte_is_told_apart(pair: tuple[socket.socket, socket.socket]) -> None:
+    pair[0].close()
+    with pytest.raises(ClosedBeforeHeader):
+        read_header(pair[1], Limits(), Deadline(SOON))
+
+
+@pytest.mark.parametrize("data", [b"\x10", b"\x10\0\0\0", b"\x10\0\0\0abc"])
+def test_a_peer_that_closes_inside_its_header_is_lost(
+    pair: tuple[socket.socket, socket.socket], data: bytes
+) -> None:
+    pair[0].sendall(data)
+    pair[0].close()
+    with pytest.raises(ConnectionLost) as caught:
+        read_header(pair[1], Limits(), Deadline(SOON))
+    assert type(caught.value) is ConnectionLost
+
+
+def test_header_bytes_bounds_the_header(pair: tuple[socket.socket, socket.socket]) -> None:
+    pair[0].sendall(struct.pack("<I", 101))
+    with pytest.raises(TooLarge, match="header_bytes"):
+        read_header(pair[1], Limits(header_bytes=100), Deadline(SOON))
+
+
+def test_nonsense_is_the_peers_error(pair: tuple[socket.socket, socket.socket]) -> None:
+    pair[0].sendall(b"\x04\0\0\0abcd")
+    with pytest.raises(RemoteProtocolError):
+        read_header(pair[1], Limits(), Deadline(SOON))
+
+
+def test_what_cannot_be_encoded_is_not_sent(pair: tuple[socket.socket, socket.socket]) -> None:
+    with pytest.raises(LocalProtocolError):
+        write_header(pair[0], {"a=b": "c"}, Deadline(SOON))
+
+
+def test_writing_to_a_peer_that_does_not_read_times_out(pair: tuple[socket.socket, socket.socket]) -> None:
+    with pytest.raises(RosTimeout, match="write to"):
+        write_all(pair[0], bytes(10_000_000), Deadline(0.02))
+
+
+def test_writing_to_a_peer_that_is_gone_is_a_lost_connection(
+    pair: tuple[socket.socket, socket.socket],
+) -> None:
+    pair[1].close()
+    with pytest.raises(ConnectionLost, match="closed by the other side"):
+        write_all(pair[0], bytes(1_000_000), Deadline(SOON))
+
+
+def test_exact_reads_span_many_pieces(pair: tuple[socket.socket, socket.socket]) -> None:
+    data = bytes(range(256)) * 2000
+    sender = threading.Thread(target=pair[0].sendall, args=(data,))
+    sender.start()
+    assert read_exactly(pair[1], len(data), Deadline(SOON)) == data
+    assert read_exactly(pair[1], 0, Deadline(SOON)) == b""
+    sender.join()
+
+
+def test_a_socket_that_is_gone_is_called_peer(pair: tuple[socket.socket, socket.socket]) -> None:
+    pair[0].close()
+    assert peer_name(pair[0]) == "peer"
