@@ -1,0 +1,29 @@
+"""The codec: definitions become message classes, messages become bytes and back.
+
+Start with `message_class`, `encode` and `decode`. Nothing here knows about connections; numpy is imported
+with the first array.
+"""
+
+from __future__ import annotations
+
+from rosproto.codec.classes import define, message_class, service_class
+from rosproto.codec.flavour import Flavour
+from rosproto.codec.functions import decode, decoder, encode, encode_parts, encoder
+from rosproto.codec.message import AnyMsg, Message, ServiceType
+from rosproto.codec.text import strify_message
+
+__all__ = [
+    "AnyMsg",
+    "Flavour",
+    "Message",
+    "ServiceType",
+    "decode",
+    "decoder",
+    "define",
+    "encode",
+    "encode_parts",
+    "encoder",
+    "message_class",
+    "service_class",
+    "strify_message",
+]

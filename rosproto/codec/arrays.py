@@ -1,0 +1,122 @@
+"""Arrays of numbers: what may be assigned to such a field, and how it becomes bytes.
+
+The generated code handles the common cases itself (an ndarray of the right dtype, bytes for uint8[]);
+everything else comes here: lists, tuples, other dtypes, strided views, ranges, `array.array`.
+numpy is imported with the first thing that needs it.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["bool_view", "fixed_part", "number_part", "plain_bools", "read_only"]
+
+
+def number_part(value: Any, code: str, dtype: str) -> tuple[Any, int]:
+    """Turn a field's value into something `bytes.join` takes, and the number of elements.
+
+    Args:
+        value: Whatever the user assigned.
+        code: struct code of one element.
+        dtype: numpy's name of the same.
+
+    Raises:
+        TypeError, ValueError, OverflowError, struct.error: It does not fit; the caller finds the words.
+    """
+    kind = type(value)
+    if kind is list or kind is tuple:
+        # Fastest for lists by far: np.array(list) takes eight times as long.
+        return struct.pack(f"<{len(value)}{_pack_code(code)}", *value), len(value)
+    if isinstance(value, (bytes, bytearray)) or (isinstance(value, memoryview) and value.itemsize == 1):
+        if code != "B":
+            raise TypeError("bytes are only allowed for uint8[] and char[]")
+        if isinstance(value, memoryview):
+            return value.tobytes(), value.nbytes
+        return value, len(value)
+    if isinstance(value, (str, dict, set, frozenset)) or value is None:
+        raise TypeError(f"a sequence of numbers is expected, not {kind.__name__}")
+    try:
+        memoryview(value)
+    except (TypeError, ValueError, BufferError):
+        if not hasattr(value, "__array_interface__"):
+            items = tuple(value)
+            return struct.pack(f"<{len(items)}{_pack_code(code)}", *items), len(items)
+    return _from_array(value, dtype)
+
+
+def fixed_part(value: Any, code: str, dtype: str, length: int) -> Any:
+    """`number_part` for `T[N]`; refuses any other number of elements."""
+    part, count = number_part(value, code, dtype)
+    if count != length:
+        raise ValueError(f"{length} elements expected, not {count}")
+    return part
+
+
+def _pack_code(code: str) -> str:
+    # "?" would take any object's truth: "false" would become True.
+    return "B" if code == "?" else code
+
+
+def _from_array(value: Any, dtype: str) -> tuple[Any, int]:
+    import numpy as np
+
+    source = np.asarray(value)
+    if source.ndim == 0:
+        raise TypeError("a sequence of numbers is expected, not one number")
+    wanted = np.dtype(dtype)
+    if source.dtype != wanted:
+        source = _converted(source, wanted)
+    source = np.ascontiguousarray(source)
+    return source, int(source.size)
+
+
+def _converted(source: NDArray[Any], wanted: Any) -> NDArray[Any]:
+    """Change the dtype where every value fits; wrap-around and cut-off fractions are errors."""
+    import numpy as np
+
+    if source.dtype.kind not in "biuf" or source.size == 0:
+        if source.size == 0:
+            return source.astype(wanted) if source.dtype.kind in "biuf" else np.empty(source.shape, wanted)
+        raise TypeError(f"numbers are expected, not dtype {source.dtype}")
+    if wanted.kind == "b":
+        if source.dtype.kind == "f":
+            raise TypeError(f"booleans are expected, not dtype {source.dtype}")
+        truth: NDArray[Any] = source != 0
+        return truth
+    if wanted.kind == "f":
+        with np.errstate(over="ignore"):
+            result = source.astype(wanted)
+        if not np.array_equal(np.isinf(result), np.isinf(source)):
+            raise OverflowError(f"a value is beyond {wanted}")
+        return result
+    if source.dtype.kind == "f":
+        raise TypeError(f"integers are expected, not dtype {source.dtype}; use .astype({wanted.name!r})")
+    low, high = np.iinfo(wanted).min, np.iinfo(wanted).max
+    if int(source.min()) < low or int(source.max()) > high:
+        raise OverflowError(f"values must be in {low}..{high}")
+    return source.astype(wanted)
+
+
+def bool_view(buffer: Any, count: int, offset: int) -> NDArray[Any]:
+    """Decode bool[]: any non-zero byte is true, so this one is a copy, read-only like the views."""
+    import numpy as np
+
+    result: NDArray[Any] = np.frombuffer(buffer, "u1", count, offset) != 0
+    result.flags.writeable = False
+    return result
+
+
+def plain_bools(values: Sequence[int]) -> list[bool]:
+    """genpy's form of bool[]."""
+    return [value != 0 for value in values]
+
+
+def read_only(buffer: Any) -> memoryview:
+    """A flat view of any buffer through which nothing can be changed."""
+    view = memoryview(buffer).toreadonly()
+    return view if view.format == "B" and view.ndim == 1 else view.cast("B")

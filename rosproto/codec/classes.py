@@ -1,0 +1,220 @@
+"""Classes by name: made once per library and flavour, cached there."""
+
+from __future__ import annotations
+
+from threading import RLock
+from typing import TYPE_CHECKING, Any
+
+from rosproto.codec.binding import Binding
+from rosproto.codec.flavour import Flavour, flavour_named
+from rosproto.codec.layout import attribute_name, check_field_name
+from rosproto.codec.message import Message, MessageMeta, ServiceType
+from rosproto.errors import DefinitionError
+from rosproto.msg import bundled, library_from_full_text
+from rosproto.msg.spec import MessageSpec
+
+if TYPE_CHECKING:
+    from rosproto.msg import DefinitionLibrary
+
+__all__ = ["define", "message_class", "pickled", "restore", "service_class"]
+
+_lock = RLock()
+_DEFINED_KEPT = 256
+_defined: dict[tuple[str, str, Flavour], type[Message]] = {}
+
+
+def message_class(
+    type: str | MessageSpec,
+    library: DefinitionLibrary | None = None,
+    *,
+    flavour: str | Flavour = "numpy",
+) -> type[Message]:
+    """The class of a message type; the same object every time.
+
+    Args:
+        type: "package/Type" (an action's messages and a service's request and response too), or a parsed
+            definition, which then need not be in the library.
+        library: Where definitions come from; `rosproto.msg.bundled()` by default.
+        flavour: "numpy", "rospy", or a `Flavour`.
+
+    Raises:
+        DefinitionError: There is no such type, or its definition is wrong. (Types it uses are looked up when
+            the class is first used.)
+    """
+    return _message_class(type, bundled() if library is None else library, flavour_named(flavour), "msg")
+
+
+def _message_class(
+    type_: str | MessageSpec, library: DefinitionLibrary, flavour: Flavour, kind: str
+) -> type[Message]:
+    classes = _cache(library)
+    name = type_ if isinstance(type_, str) else type_.name
+    key = ("msg", "std_msgs/Header" if name == "Header" else name, flavour)
+    cls = classes.get(key)
+    if cls is not None and (isinstance(type_, str) or cls._spec == type_):
+        return cls  # type: ignore[no-any-return]
+    with _lock:
+        cls = classes.get(key)
+        if cls is not None and (isinstance(type_, str) or cls._spec == type_):
+            return cls  # type: ignore[no-any-return]
+        if isinstance(type_, str):
+            spec = library.message(type_)
+        else:
+            spec = type_
+            try:
+                known = library.message(name) == spec
+            except DefinitionError:
+                known = False
+            if not known:
+                library = library.fork()
+                library.add(spec)
+                return _message_class(name, library, flavour, kind)
+        cls = classes[key] = _make_class(spec, library, flavour, kind)
+    return cls
+
+
+def _cache(library: DefinitionLibrary) -> dict[Any, Any]:
+    """The library's own cache: it and the classes live and go together."""
+    cache: dict[Any, Any] = vars(library).setdefault("_classes", {})
+    return cache
+
+
+def _make_class(spec: MessageSpec, library: DefinitionLibrary, flavour: Flavour, kind: str) -> type[Message]:
+    def class_for(name: str) -> type[Message]:
+        return cls if name == spec.name else _message_class(name, library, flavour, "msg")
+
+    binding = Binding(spec, library, flavour, class_for)
+    names = [field.name for field in spec.fields]
+    for name in names:
+        check_field_name(name, spec.name)
+    package, _, base_name = spec.name.partition("/")
+    namespace: dict[str, Any] = {constant.name: constant.value for constant in spec.constants}
+    for name in names:
+        namespace.pop(name, None)
+    namespace.update(
+        __slots__=names,
+        __module__=flavour.module.format(package=package, kind=kind),
+        __qualname__=base_name,
+        __doc__=spec.text,
+        _type=spec.name,
+        _spec=spec,
+        _has_header=spec.has_header,
+        _names=frozenset(names),
+        _binding=binding,
+        _fill=staticmethod(binding.stub("fill")),
+        _encode=staticmethod(binding.stub("encode")),
+        _decode=staticmethod(binding.stub("decode")),
+    )
+    cls: Any = MessageMeta(base_name, (flavour.base or Message,), namespace)
+    for name in names:
+        if attribute_name(name) != name:
+            type.__setattr__(cls, attribute_name(name), cls.__dict__[name])
+    binding.cls = cls
+    return cls  # type: ignore[no-any-return]
+
+
+def service_class(
+    name: str, library: DefinitionLibrary | None = None, *, flavour: str | Flavour = "numpy"
+) -> type[ServiceType]:
+    """The class of a service type, with `Request` and `Response`.
+
+    Raises:
+        DefinitionError: There is no such service, or its definition is wrong.
+    """
+    library = bundled() if library is None else library
+    kind = flavour_named(flavour)
+    classes = _cache(library)
+    key = ("srv", name, kind)
+    with _lock:
+        cls = classes.get(key)
+        if cls is None:
+            cls = classes[key] = _make_service(name, library, kind)
+    return cls
+
+
+def _make_service(name: str, library: DefinitionLibrary, flavour: Flavour) -> type[ServiceType]:
+    spec = library.service(name)
+    request = _message_class(spec.request.name, library, flavour, "srv")
+    response = _message_class(spec.response.name, library, flavour, "srv")
+    package, _, base_name = name.partition("/")
+    return type(
+        base_name,
+        (ServiceType,),
+        {
+            "__module__": flavour.module.format(package=package, kind="srv"),
+            "__doc__": spec.text,
+            "_type": name,
+            "_md5sum": library.md5sum(name, kind="srv"),
+            "Request": request,
+            "Response": response,
+            "_request_class": request,
+            "_response_class": response,
+        },
+    )
+
+
+def define(
+    name: str,
+    full_text: str,
+    *,
+    base: DefinitionLibrary | None = None,
+    flavour: str | Flavour = "numpy",
+) -> type[Message]:
+    """A class from a full definition text, as connection headers and bags carry it.
+
+    The text may come from anybody: it is bounded (`rosproto.msg.DefinitionLimits`), and only checked
+    identifiers of it reach generated code. The same text gives the same class while it is among the last 256.
+
+    Args:
+        name: "package/Type" that the text begins with.
+        full_text: Its definition, then "=" * 80, "MSG: package/Type" and the text for each type it uses.
+        base: Where types are taken from that the text does not define; nowhere by default.
+        flavour: As for `message_class`.
+
+    Raises:
+        DefinitionError: The text is wrong, incomplete or too large.
+    """
+    kind = flavour_named(flavour)
+    key = (name, full_text, kind)
+    with _lock:
+        cls = _defined.get(key) if base is None else None
+        if cls is None:
+            library = library_from_full_text(name, full_text, base=base)
+            cls = _message_class(name, library, kind, "msg")
+            assert cls._binding is not None
+            _ = cls._binding.layout  # everything it uses is there, or it is refused now
+            if base is None:
+                if len(_defined) >= _DEFINED_KEPT:
+                    _defined.pop(next(iter(_defined)))
+                _defined[key] = cls
+    return cls
+
+
+def pickled(message: Message) -> tuple[Any, ...]:
+    """What `pickle` needs: how to find the class in another process, and the values."""
+    binding = message._binding
+    assert binding is not None
+    known = binding.library is bundled()
+    text = None if known else message._full_text
+    found = (binding.spec.name, message._md5sum, text, binding.flavour.name)
+    return restore, found, message.__getstate__()
+
+
+def restore(name: str, md5sum: str, full_text: str | None, flavour: str) -> Message:
+    """An empty message for `pickle` to fill.
+
+    Raises:
+        DefinitionError: The bundled definition is not the one that was pickled.
+    """
+    cls = (
+        message_class(name, flavour=flavour)
+        if full_text is None
+        else define(name, full_text, flavour=flavour)
+    )
+    if cls._md5sum != md5sum:
+        raise DefinitionError(
+            f"{name} was pickled with md5sum {md5sum}, the definition here has {cls._md5sum}; "
+            "unpickle with the version that pickled it"
+        )
+    message: Message = cls.__new__(cls)
+    return message

@@ -1,0 +1,364 @@
+"""Writes the encode function of one type.
+
+The shape of what comes out, for sensor_msgs/LaserScan:
+
+    def encode(m):
+        try:
+            v1 = m.header; t2 = v1.stamp
+            s3 = v1.frame_id.encode(); n4 = len(s3)
+            a5 = m.ranges
+            if type(a5) is ND and a5.dtype is F4: n6 = a5.size
+            else: a5, n6 = PART(a5, 'f', '<f4')            # lists, other dtypes
+            ...
+            k9 = J1.get(n4) or MISS(n4)                    # a struct for these string lengths
+            return JOIN((k9(v1.seq, t2.secs, t2.nsecs, n4, s3, m.angle_min, ..., n6), a5, ...))
+        except ERRORS as x:
+            return fail(m, x)
+
+All fixed-size fields and strings between two arrays are packed by one struct; arrays are handed to
+`bytes.join`, which copies each once, straight from the caller's memory.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from rosproto.codec import arrays
+from rosproto.codec.decode_source import ERRORS, MAX_LOOP_DEPTH, MAX_STATEMENTS, _dtype
+from rosproto.codec.layout import DTYPES, FieldLayout, Layout
+from rosproto.codec.source import Source, merge_codes
+
+if TYPE_CHECKING:
+    from rosproto.codec.flavour import Flavour
+
+__all__ = ["encode_function"]
+
+MAX_STRINGS = 6
+"""More strings in one run than this are packed one by one: their lengths never repeat together."""
+CACHED_STRUCTS = 256
+CACHED_LENGTH = 512
+
+
+def encode_function(
+    layout: Layout,
+    flavour: Flavour,
+    *,
+    general: bool = False,
+    parts: bool = False,
+    nested: bool = False,
+    fail: Callable[..., Any] | None = None,
+) -> Callable[..., Any]:
+    """Generate `encode(message) -> bytes`.
+
+    Args:
+        layout: The type.
+        flavour: Which values to expect first; others are accepted, slower.
+        general: Also bytes as strings, lone surrogates, strided arrays, any iterable.
+        parts: Return the list of parts that, joined, are the bytes.
+        nested: Take (message, add) and give the parts to `add`; catch nothing.
+        fail: Called with (message, exception) when anything is wrong.
+    """
+    writer = _EncodeWriter(layout, flavour, general=general, parts=parts, nested=nested)
+    writer.write(fail)
+    return writer.src.compile("encode", layout.spec.name)
+
+
+class _EncodeWriter:
+    def __init__(self, layout: Layout, flavour: Flavour, *, general: bool, parts: bool, nested: bool) -> None:
+        self.layout = layout
+        self.flavour = flavour
+        self.general = general
+        self.parts = parts
+        self.nested = nested
+        self.src = Source("def encode(m, add):" if nested else "def encode(m):")
+        for item in (len, type, list, tuple, TypeError, ValueError):
+            self.src.globals[item.__name__] = item
+        self.codes: list[str] = []
+        self.values: list[str] = []
+        self.lengths: list[str] = []
+        self.joined: list[str] = []
+        self.pack = ""
+        self.single_pack = False
+        self.loops = 0
+        self.statements = 0
+        self.listed = nested or _has_lists(layout)
+
+    # -- the frame ---------------------------------------------------------------------------
+
+    def write(self, fail: Callable[..., Any] | None) -> None:
+        src = self.src
+        if not self.nested:
+            src.indent("try:")
+            if self.listed:
+                src.line("parts = []")
+                src.line("add = parts.append")
+        self.fields(self.layout, "m")
+        self.flush()
+        if self.nested:
+            src.line("return None")
+            return
+        if self.parts:
+            src.line("return parts" if self.listed else f"return [{', '.join(self.joined)}]")
+        else:
+            src.line(f"return {self.result()}")
+        src.dedent()
+        src.indent(f"except {src.constant(ERRORS)} as x:")
+        src.line(f"return {src.constant(fail)}(m, x)")
+        src.dedent()
+
+    def result(self) -> str:
+        if self.listed:
+            return f"{self.src.constant(b''.join, 'j')}(parts)"
+        if len(self.joined) == 1 and self.single_pack:
+            return self.joined[0]
+        return f"{self.src.constant(b''.join, 'j')}(({', '.join(self.joined)},))" if self.joined else "b''"
+
+    def put(self, part: str) -> None:
+        """One more part of the message."""
+        if self.listed:
+            self.src.line(f"add({part})")
+        else:
+            self.joined.append(part)
+
+    # -- runs of fixed-size fields and strings -----------------------------------------------
+
+    def flush(self) -> None:
+        """Pack the collected run with one struct."""
+        if not self.codes:
+            return
+        pack = self.chosen_struct() if self.lengths else self.src.struct(self.codes, "pack")
+        self.single_pack = not self.joined
+        self.put(f"{pack}({', '.join(self.values)})")
+        self.codes, self.values, self.lengths = [], [], []
+
+    def chosen_struct(self) -> str:
+        """The local that holds `pack` for the lengths of this run's strings."""
+        src = self.src
+        known: dict[Any, Any] = {}
+        key = self.lengths[0] if len(self.lengths) == 1 else f"({', '.join(self.lengths)})"
+        cache = src.constant(known.get, "g")
+        miss = src.constant(_struct_maker(merge_codes(self.codes), known), "x")
+        pack = self.pack
+        unchanged = f"if {pack} is None: " if self.loops else ""
+        src.line(f"{unchanged}{pack} = {cache}({key}) or {miss}({key})")
+        return pack
+
+    # -- fields ------------------------------------------------------------------------------
+
+    def fields(self, layout: Layout, var: str) -> None:
+        for field in layout.fields:
+            self.statements += 1
+            value = f"{var}.{field.attr}"
+            if field.is_array:
+                self.array(field, value)
+            elif field.kind == "number":
+                self.codes.append("B" if field.code == "?" else field.code)
+                self.values.append(value)
+            elif field.kind == "string":
+                self.string(value)
+            elif field.kind == "time":
+                stamp = self.src.fresh("t")
+                self.src.line(f"{stamp} = {value}")
+                self.codes.extend(field.code)
+                self.values.extend((f"{stamp}.secs", f"{stamp}.nsecs"))
+            else:
+                self.message(field, value)
+
+    def message(self, field: FieldLayout, value: str) -> None:
+        assert field.layout is not None
+        if self.statements > MAX_STATEMENTS and self.listed:
+            self.call(field.layout, value)
+            return
+        inner = self.src.fresh("v")
+        self.src.line(f"{inner} = {value}")
+        self.fields(field.layout, inner)
+
+    def call(self, layout: Layout, value: str) -> None:
+        """Leave a nested message to a function of its own."""
+        self.flush()
+        function = encode_function(layout, self.flavour, general=self.general, nested=True)
+        self.src.line(f"{self.src.constant(function, 'e')}({value}, add)")
+
+    def string(self, value: str) -> None:
+        if len(self.lengths) == MAX_STRINGS:
+            self.flush()
+        if not self.lengths:
+            self.pack = self.src.fresh("k")
+            if self.loops:
+                self.src.first(f"{self.pack} = None")
+        text, n = self.src.fresh("s"), self.src.fresh("n")
+        if self.loops:
+            self.repeated_string(value, text, n)
+        else:
+            self.src.line(f"{text} = {self.encoded(value)}")
+            self.src.line(f"{n} = len({text})")
+        self.codes.append("I")
+        self.values.append(n)
+        if self.layout.objects == 2:
+            self.flush()  # std_msgs/String: two parts, so that a long text is copied once
+            self.put(text)
+            return
+        self.codes.append("%ds")
+        self.values.append(text)
+        self.lengths.append(n)
+
+    def repeated_string(self, value: str, text: str, n: str) -> None:
+        """In an array neighbours share their frame_id: encode it again only when it is another object."""
+        src = self.src
+        now, last = src.fresh("y"), src.fresh("r")
+        src.first(f"{last} = {text} = {n} = None")
+        src.line(f"{now} = {value}")
+        src.indent(f"if {now} is not {last}:")
+        src.line(f"{last} = {now}")
+        src.line(f"{text} = {self.encoded(now)}")
+        src.line(f"{n} = len({text})")
+        src.line(f"{self.pack} = None")
+        src.dedent()
+
+    def encoded(self, value: str) -> str:
+        if self.general:
+            return f"{self.src.constant(text_bytes)}({value})"
+        return f"{value}.encode()"
+
+    # -- arrays ------------------------------------------------------------------------------
+
+    def array(self, field: FieldLayout, value: str) -> None:
+        if field.kind == "number":
+            self.numbers(field, value)
+            return
+        src = self.src
+        items = src.fresh("l")
+        src.line(f"{items} = {value}")
+        checker = src.constant(_any_items if self.general else _items)
+        src.line(f"if type({items}) is not list: {items} = {checker}({items})")
+        if field.length is None:
+            self.codes.append("I")
+            self.values.append(f"len({items})")
+        else:
+            src.line(f"if len({items}) != {field.length}: raise ValueError")
+        self.flush()
+        if field.kind == "string":
+            self.strings(items)
+        elif field.kind == "time":
+            var = src.fresh("t")
+            src.indent(f"for {var} in {items}:")
+            src.line(f"add({src.struct([field.code], 'pack')}({var}.secs, {var}.nsecs))")
+            src.dedent()
+        else:
+            self.messages(field, items)
+
+    def strings(self, items: str) -> None:
+        src = self.src
+        text = src.fresh("s")
+        src.indent(f"for {text} in {items}:")
+        src.line(f"{text} = {self.encoded(text)}")
+        src.line(f"add({src.struct(['I'], 'pack')}(len({text})))")
+        src.line(f"add({text})")
+        src.dedent()
+
+    def numbers(self, field: FieldLayout, value: str) -> None:
+        src = self.src
+        array, n = src.fresh("a"), src.fresh("n")
+        name = DTYPES[field.base]
+        src.line(f"{array} = {value}")
+        condition, count = self.expected(field, array, name)
+        if field.length is None:
+            part = src.constant(arrays.number_part)
+            src.line(f"if {condition}: {n} = {count}")
+            src.line(f"else: {array}, {n} = {part}({array}, '{field.code}', '{name}')")
+            self.codes.append("I")
+            self.values.append(n)
+        else:
+            part = src.constant(arrays.fixed_part)
+            src.indent(f"if not ({condition} and {count} == {field.length}):")
+            src.line(f"{array} = {part}({array}, '{field.code}', '{name}', {field.length})")
+            src.dedent()
+        self.flush()
+        self.put(array)
+
+    def expected(self, field: FieldLayout, array: str, name: str) -> tuple[str, str]:
+        """Condition under which the value can be joined as it is, and how its elements are counted."""
+        src = self.src
+        if self.general:
+            return "0", "0"
+        if not self.flavour.views:
+            src.globals["bytes"] = bytes
+            return (f"type({array}) is bytes", f"len({array})") if field.code == "B" else ("0", "0")
+        import numpy as np
+
+        dtype = src.constant(_dtype(np, name), "t")
+        return (
+            f"type({array}) is {src.constant(np.ndarray, 'n')} and {array}.dtype is {dtype}",
+            f"{array}.size",
+        )
+
+    # -- arrays of messages ------------------------------------------------------------------
+
+    def messages(self, field: FieldLayout, items: str) -> None:
+        assert field.layout is not None
+        src, element = self.src, field.layout
+        var = src.fresh("v")
+        flat = [f for f in element.fields if f.kind != "number" or f.is_array]
+        if not flat and element.fields:
+            codes = ["B" if f.code == "?" else f.code for f in element.fields]
+            values = ", ".join(f"{var}.{f.attr}" for f in element.fields)
+            src.line(
+                f"parts += [{src.struct(codes, 'pack')}({values}) for {var} in {items}]"
+                if not self.nested
+                else f"for {var} in {items}: add({src.struct(codes, 'pack')}({values}))"
+            )
+            return
+        self.loops += 1
+        src.indent(f"for {var} in {items}:")
+        if self.loops > MAX_LOOP_DEPTH or self.statements > MAX_STATEMENTS:
+            self.call(element, var)
+        else:
+            self.fields(element, var)
+            self.flush()
+        src.line("pass")
+        src.dedent()
+        self.loops -= 1
+
+
+def text_bytes(value: Any) -> bytes:
+    """A string field's bytes: str (with surrogates for bytes that were not UTF-8), or bytes as they are."""
+    if isinstance(value, str):
+        return value.encode("utf-8", "surrogateescape")
+    if isinstance(value, (bytes, bytearray)):
+        return bytes(value)
+    raise TypeError(f"str expected, not {type(value).__name__}")
+
+
+def _items(value: Any) -> Any:
+    if type(value) is tuple:
+        return value
+    raise TypeError(f"a list is expected, not {type(value).__name__}")
+
+
+def _any_items(value: Any) -> list[Any]:
+    if isinstance(value, (str, bytes, bytearray, dict)):
+        raise TypeError(f"a list is expected, not {type(value).__name__}")
+    return list(value)
+
+
+def _has_lists(layout: Layout) -> bool:
+    """Whether arrays of messages, strings or times are inside: parts are then collected in a list."""
+    return any(
+        (f.is_array and f.kind != "number") or (f.layout is not None and _has_lists(f.layout))
+        for f in layout.fields
+    )
+
+
+def _struct_maker(form: str, known: dict[Any, Any]) -> Callable[[Any], Any]:
+    """Makes the `pack` for given string lengths; remembers it while there is room."""
+
+    def make(lengths: Any) -> Any:
+        pack = struct.Struct(form % lengths).pack
+        longest = lengths if type(lengths) is int else max(lengths)
+        if longest <= CACHED_LENGTH and len(known) < CACHED_STRUCTS:
+            known[lengths] = pack
+        return pack
+
+    return make

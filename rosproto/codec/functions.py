@@ -1,0 +1,91 @@
+"""encode and decode: the codec's front door."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from rosproto.codec.message import AnyMsg, Message
+
+__all__ = ["decode", "decoder", "encode", "encode_parts", "encoder"]
+
+M = TypeVar("M", bound=Message)
+
+LARGE_PART = 4096
+"""Smaller arrays are copied together with their neighbours: a system call's overhead per part is larger."""
+
+
+def encode(msg: Message) -> bytes:
+    """Encode a message to its wire form (without the length that precedes it on a connection).
+
+    Raises:
+        CodecError: A value does not fit its field; names the field and the range.
+        TypeError: `msg` is not a message.
+    """
+    try:
+        function = msg._encode
+    except AttributeError:
+        raise TypeError(f"a message is expected, not {type(msg).__name__} {str(msg)[:60]!r}") from None
+    return function(msg)
+
+
+def decode(cls: type[M], data: bytes | bytearray | memoryview) -> M:
+    """Decode a whole message.
+
+    Arrays of numbers are read-only numpy views of `data`, which is copied first if it is not bytes. Call
+    `array.copy()` for one that can be written to and does not keep the whole message alive.
+
+    Raises:
+        CodecError: Bytes and definition disagree, bytes are missing or left over; names field and offset.
+    """
+    if type(data) is not bytes:
+        data = bytes(data)
+    message: M = cls._decode(data, 0, len(data))
+    return message
+
+
+def encoder(cls: type[M]) -> Callable[[M], bytes]:
+    """The function behind `encode` for one class, for those who call it often."""
+    binding = cls._binding
+    return cls._encode if binding is None else binding.function("encode")
+
+
+def decoder(cls: type[M]) -> Callable[[Any, int, int], M]:
+    """The function behind `decode` for one class: (buffer, start, end) -> message, nothing copied first.
+
+    If `cls._has_views`, the message refers to the buffer and keeps it alive: hand over bytes, or a
+    bytearray, memoryview or uint8 array that nobody writes to any more. Otherwise nothing of it is kept, and
+    a shared receive buffer will do (bytes and bytearray are fastest).
+    """
+    binding = cls._binding
+    return cls._decode if binding is None else binding.function("decode")
+
+
+def encode_parts(msg: Message) -> list[bytes | memoryview]:
+    """Encode to parts that, joined, are `encode(msg)`: large arrays are not copied.
+
+    The memoryviews refer to the message's own arrays. Send them before the message changes, for example with
+    one `socket.sendmsg`.
+
+    Raises:
+        CodecError: As `encode`.
+    """
+    if isinstance(msg, AnyMsg) or msg._binding is None:
+        return [encode(msg)]
+    gathered: list[bytes | memoryview] = []
+    small: list[Any] = []
+    for part in msg._binding.function("parts")(msg):
+        if type(part) is bytes and len(part) < LARGE_PART:
+            small.append(part)
+            continue
+        view = memoryview(part)
+        if view.nbytes < LARGE_PART:
+            small.append(part)
+            continue
+        if small:
+            gathered.append(b"".join(small))
+            small = []
+        gathered.append(part if type(part) is bytes else view.cast("B"))
+    if small or not gathered:
+        gathered.append(b"".join(small))
+    return gathered

@@ -1,0 +1,240 @@
+"""What a definition looks like on the wire: kinds, sizes, bounds. Resolved once, before code is made.
+
+Definitions may come from a peer (connection header, bag), so nothing here trusts them: names that end up
+in generated source are checked again, recursion is refused, and the size of one message is bounded.
+"""
+
+from __future__ import annotations
+
+import keyword
+import re
+from typing import TYPE_CHECKING, Protocol
+
+from rosproto.errors import DefinitionError
+
+if TYPE_CHECKING:
+    from rosproto.msg.spec import Field, MessageSpec
+
+__all__ = [
+    "DTYPES",
+    "FORMATS",
+    "FieldLayout",
+    "Layout",
+    "SpecSource",
+    "attribute_name",
+    "check_field_name",
+    "resolve",
+]
+
+FORMATS = {
+    "bool": "?",
+    "int8": "b",
+    "byte": "b",
+    "uint8": "B",
+    "char": "B",
+    "int16": "h",
+    "uint16": "H",
+    "int32": "i",
+    "uint32": "I",
+    "int64": "q",
+    "uint64": "Q",
+    "float32": "f",
+    "float64": "d",
+}
+"""struct codes; byte is a signed and char an unsigned octet (genmsg)."""
+
+SIZES = {"?": 1, "b": 1, "B": 1, "h": 2, "H": 2, "i": 4, "I": 4, "q": 8, "Q": 8, "f": 4, "d": 8}
+
+DTYPES = {
+    "bool": "?",
+    "int8": "i1",
+    "byte": "i1",
+    "uint8": "u1",
+    "char": "u1",
+    "int16": "<i2",
+    "uint16": "<u2",
+    "int32": "<i4",
+    "uint32": "<u4",
+    "int64": "<i8",
+    "uint64": "<u8",
+    "float32": "<f4",
+    "float64": "<f8",
+}
+
+MAX_DEPTH = 64
+MAX_OBJECTS = 1 << 16
+"""Values that one message holds before any array of variable length has an element."""
+MAX_FIXED_BYTES = 1 << 26
+"""Bytes of one message with all variable parts empty: 64 MiB."""
+
+_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
+
+
+class SpecSource(Protocol):
+    """Where definitions of nested messages are found; `rosproto.msg.DefinitionLibrary` is one."""
+
+    def message(self, name: str) -> MessageSpec: ...
+
+
+def attribute_name(field_name: str) -> str:
+    """The name by which generated code reaches a field.
+
+    A Python keyword (`woosh_msgs/NavMode` has a field `in`) cannot be written after a dot; the class
+    carries a second name for the same slot. ROS names cannot begin with an underscore: no clash.
+    """
+    return f"_kw_{field_name}" if keyword.iskeyword(field_name) else field_name
+
+
+class FieldLayout:
+    """One field, resolved.
+
+    Attributes:
+        name: As in the definition.
+        attr: As written in generated code.
+        base: Builtin type, or full name of a message.
+        kind: "number", "string", "time" (time and duration) or "message".
+        code: struct codes of one element ("II" for a time); "" for string and message.
+        size: Bytes of one element; the least possible for strings and messages.
+        is_array, length: `T[]` is (True, None), `T[N]` is (True, N).
+        layout: The nested message's layout; None for builtins.
+    """
+
+    __slots__ = ("attr", "base", "code", "is_array", "kind", "layout", "length", "name", "size", "type_text")
+
+    def __init__(self, field: Field, layout: Layout | None) -> None:
+        self.name = field.name
+        self.attr = attribute_name(field.name)
+        self.base = field.type.base
+        self.type_text = str(field.type)
+        self.is_array = field.type.is_array
+        self.length = field.type.array_length
+        self.layout = layout
+        if layout is not None:
+            self.kind, self.code, self.size = "message", "", layout.min_size
+        elif self.base == "string":
+            self.kind, self.code, self.size = "string", "", 4
+        elif self.base in ("time", "duration"):
+            self.kind, self.code, self.size = "time", "II" if self.base == "time" else "ii", 8
+        else:
+            self.kind, self.code = "number", FORMATS[self.base]
+            self.size = SIZES[self.code]
+
+    @property
+    def count(self) -> int:
+        """Elements that are always there: 1, N of `T[N]`, 0 of `T[]`."""
+        return (self.length or 0) if self.is_array else 1
+
+    @property
+    def min_size(self) -> int:
+        """The fewest bytes this field can take."""
+        return 4 if self.is_array and self.length is None else self.count * self.size
+
+    @property
+    def objects(self) -> int:
+        """Python values made for this field when every variable array is empty."""
+        if self.kind == "number" and self.is_array:
+            return 1
+        return 1 + self.count * (self.layout.objects if self.layout else 1)
+
+
+class Layout:
+    """A message, resolved with everything inside it.
+
+    Attributes:
+        spec: The definition.
+        fields: In wire order.
+        min_size: The fewest bytes a message can take; every count from the wire is checked against it.
+        fixed_size: Its size when that never varies, else None.
+        objects: Python values in the smallest message.
+        has_numbers: An array of numbers is somewhere inside (decoded as a view of the buffer).
+        sparse: Some array's elements cost far more memory than bytes (`std_msgs/Empty[]`): decoded by the
+            reference codec, which keeps a budget.
+    """
+
+    __slots__ = ("fields", "fixed_size", "has_numbers", "min_size", "objects", "sparse", "spec")
+
+    def __init__(self, spec: MessageSpec, fields: list[FieldLayout]) -> None:
+        self.spec = spec
+        self.fields = fields
+        self.min_size = sum(f.min_size for f in fields)
+        self.objects = 1 + sum(f.objects for f in fields)
+        fixed = all(
+            not (f.is_array and f.length is None)
+            and f.kind != "string"
+            and (f.layout is None or f.layout.fixed_size is not None)
+            for f in fields
+        )
+        self.fixed_size: int | None = self.min_size if fixed else None
+        self.has_numbers: bool = any(
+            (f.kind == "number" and f.is_array) or (f.layout is not None and f.layout.has_numbers)
+            for f in fields
+        )
+        self.sparse: bool = any(
+            f.layout is not None
+            and (f.layout.sparse or (f.is_array and f.layout.objects > 16 * f.layout.min_size))
+            for f in fields
+        )
+
+
+def resolve(spec: MessageSpec, library: SpecSource) -> Layout:
+    """Resolve `spec` and all it uses.
+
+    Raises:
+        DefinitionError: A nested definition is missing, recursive or too large; a name is no identifier.
+    """
+    return _resolve(spec, library, (), {})
+
+
+def _resolve(
+    spec: MessageSpec, library: SpecSource, outer: tuple[str, ...], done: dict[str, Layout]
+) -> Layout:
+    known = done.get(spec.name)
+    if known is not None:
+        return known
+    path = (*outer, spec.name)
+    if spec.name in outer:
+        raise DefinitionError(
+            f"{' contains '.join(path)}: a message cannot contain itself; use an array index or id"
+        )
+    if len(path) > MAX_DEPTH:
+        raise DefinitionError(f"{path[0]}: more than {MAX_DEPTH} messages inside one another")
+    fields: list[FieldLayout] = []
+    seen: set[str] = set()
+    for field in spec.fields:
+        check_field_name(field.name, spec.name)
+        if field.name in seen:
+            raise DefinitionError(f"{spec.name}: field {field.name} is defined twice")
+        seen.add(field.name)
+        nested = None
+        if not field.type.is_builtin:
+            nested = _resolve(library.message(field.type.base), library, path, done)
+        fields.append(FieldLayout(field, nested))
+    layout = Layout(spec, fields)
+    _check_size(layout)
+    done[spec.name] = layout
+    return layout
+
+
+def check_field_name(name: str, message: str) -> None:
+    """Refuse what is not an identifier; the name becomes part of generated source.
+
+    Raises:
+        DefinitionError: It is none.
+    """
+    if not _IDENTIFIER.fullmatch(name) or len(name) > 1024:
+        raise DefinitionError(
+            f"{message}: field name {name[:80]!r} is not a letter followed by letters, digits, _"
+        )
+
+
+def _check_size(layout: Layout) -> None:
+    name = layout.spec.name
+    if layout.objects > MAX_OBJECTS:
+        raise DefinitionError(
+            f"{name}: one message would hold {layout.objects} values, at most {MAX_OBJECTS} allowed"
+        )
+    if layout.min_size > MAX_FIXED_BYTES:
+        raise DefinitionError(
+            f"{name}: fixed parts take {layout.min_size} bytes, at most {MAX_FIXED_BYTES} allowed; "
+            "use an array of variable length"
+        )

@@ -1,0 +1,282 @@
+"""Message: the base of all message classes, with the face that genpy's have.
+
+Source: genpy/message.py; tools written for rospy messages rely on these names.
+"""
+
+from __future__ import annotations
+
+import copy
+from typing import TYPE_CHECKING, Any, ClassVar
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rosproto.codec.binding import Binding
+    from rosproto.msg import MessageSpec
+
+__all__ = ["AnyMsg", "Message", "MessageMeta", "ServiceType"]
+
+
+class _Lazy:
+    """A class attribute that is worked out when first asked for, then kept on that class."""
+
+    def __init__(self, work: Callable[[Binding], Any]) -> None:
+        self._work = work
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __get__(self, instance: object, owner: Any) -> Any:
+        binding = owner._binding
+        if binding is None:
+            raise AttributeError(f"{owner.__name__} has no {self._name}: take a class of message_class()")
+        value = self._work(binding)
+        type.__setattr__(binding.cls, self._name, value)
+        return value
+
+
+class MessageMeta(type):
+    """Makes `Twist(linear=..., angular=...)` work without an `__init__` on the class.
+
+    Decoding makes instances through `type.__call__` directly, which is nearly twice as fast when there is
+    no `__init__`. A subclass may have one; it starts from default values.
+    """
+
+    _fill: Callable[[Any], None]
+    _names: frozenset[str]
+
+    def __call__(cls, *args: Any, **kwargs: Any) -> Any:
+        self: Any = object.__new__(cls)  # type: ignore[arg-type]
+        if cls.__init__ is not object.__init__:  # type: ignore[misc]
+            cls._fill(self)
+            cls.__init__(self, *args, **kwargs)  # type: ignore[misc]
+            return self
+        if args:
+            cls._set_all(self, args, kwargs)
+            return self
+        cls._fill(self)
+        for name, value in kwargs.items():
+            if name not in cls._names:
+                raise AttributeError(f"{name!r} is not a field of {cls._describe()}")
+            if value is not None:  # as in genpy, None asks for the default
+                setattr(self, name, value)
+        return self
+
+    def _set_all(cls, self: Any, args: tuple[Any, ...], kwargs: dict[str, Any]) -> None:
+        slots = cls.__slots__  # type: ignore[attr-defined]
+        if kwargs:
+            raise TypeError(f"{cls.__name__} takes positional or keyword arguments, not both")
+        if len(args) != len(slots):
+            raise TypeError(f"{len(args)} arguments given, expected all of {cls._describe()}")
+        if any(arg is None for arg in args):
+            cls._fill(self)
+        else:
+            self._connection_header = None
+        for name, value in zip(slots, args, strict=True):
+            if value is not None:
+                setattr(self, name, value)
+
+    def _describe(cls) -> str:
+        return f"{cls._type}, which has {', '.join(cls.__slots__) or 'no fields'}"  # type: ignore[attr-defined]
+
+
+class Message(metaclass=MessageMeta):
+    """Base of all messages. Classes come from `message_class`, `define` and msgdefs, not from here.
+
+    Construct with all fields by position, or any by keyword; the others get defaults. Fields are plain
+    attributes. A field named like a Python keyword is reached with getattr and setattr.
+
+    Comparing treats lists, tuples and arrays with equal elements as equal; NaN differs from itself, as in
+    Python. Messages are mutable and not hashable.
+
+    Attributes:
+        _type: "package/Type".
+        _md5sum: What peers compare.
+        _full_text: Definition with those of all types used.
+        _slot_types: Field types, in the order of `__slots__`.
+        _has_header: Its first field is `Header header`.
+        _spec: The parsed definition.
+        _has_views: Arrays of a decoded message refer to the bytes it came from.
+        _connection_header: Fields of the connection it came by; None when made here.
+    """
+
+    __slots__ = ("_connection_header",)
+
+    _type: ClassVar[str] = ""
+    _spec: ClassVar[MessageSpec]
+    _has_header: ClassVar[bool] = False
+    _binding: ClassVar[Binding | None] = None
+    _names: ClassVar[frozenset[str]] = frozenset()
+    _md5sum: ClassVar[Any] = _Lazy(lambda b: b.library.md5sum(b.spec.name, kind="msg"))
+    _full_text: ClassVar[Any] = _Lazy(lambda b: b.library.full_text(b.spec.name, kind="msg"))
+    _slot_types: ClassVar[Any] = _Lazy(lambda b: [str(field.type) for field in b.spec.fields])
+    _has_views: ClassVar[Any] = _Lazy(lambda b: b.has_views)
+
+    _connection_header: dict[str, str] | None
+
+    @staticmethod
+    def _fill(message: Any) -> None:
+        raise TypeError("Message is only a base: take a class of message_class() or msgdefs")
+
+    @staticmethod
+    def _encode(message: Any) -> bytes:
+        raise TypeError("Message is only a base: take a class of message_class() or msgdefs")
+
+    @staticmethod
+    def _decode(data: Any, start: int, end: int) -> Any:
+        raise TypeError("Message is only a base: take a class of message_class() or msgdefs")
+
+    def _get_types(self) -> list[str]:
+        return list(self._slot_types)
+
+    def serialize(self, buff: Any) -> None:
+        """Write the encoded message to `buff`, an object with `write(bytes)`.
+
+        Raises:
+            CodecError: A value does not fit its field.
+        """
+        buff.write(self._encode(self))
+
+    def deserialize(self, str: Any) -> Any:
+        """Take all values from encoded bytes, and return this message. The argument's name is genpy's.
+
+        Raises:
+            CodecError: Bytes and definition disagree; this message is unchanged.
+        """
+        data = bytes(str)
+        new = self._decode(data, 0, len(data))
+        for name in self.__slots__:
+            setattr(self, name, getattr(new, name))
+        return self
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Message):
+            return NotImplemented
+        if self._type != other._type or list(self.__slots__) != list(other.__slots__):
+            return False
+        missing = object()
+        return all(
+            _equal(getattr(self, name, missing), getattr(other, name, missing)) for name in self.__slots__
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        return self.__str__()
+
+    def __str__(self) -> str:
+        from rosproto.codec.text import strify_message
+
+        return strify_message(self)
+
+    def __getstate__(self) -> list[Any]:
+        return [getattr(self, name) for name in self.__slots__]
+
+    def __setstate__(self, state: list[Any]) -> None:
+        for name, value in zip(self.__slots__, state, strict=True):
+            setattr(self, name, value)
+        self._connection_header = None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        from rosproto.codec.classes import pickled
+
+        return pickled(self)
+
+    def __copy__(self) -> Any:
+        new = object.__new__(type(self))
+        for name in (*self.__slots__, "_connection_header"):
+            if hasattr(self, name):
+                setattr(new, name, getattr(self, name))
+        return new
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Any:
+        """A copy that shares nothing; its arrays are writable."""
+        new = memo[id(self)] = object.__new__(type(self))
+        for name in (*self.__slots__, "_connection_header"):
+            if hasattr(self, name):
+                setattr(new, name, copy.deepcopy(getattr(self, name), memo))
+        return new
+
+
+def _equal(ours: Any, theirs: Any) -> bool:
+    """Equality of field values; arrays, lists, tuples and bytes compare by element."""
+    if ours is theirs and not hasattr(ours, "dtype"):
+        return ours == theirs if isinstance(ours, (float, list, tuple, Message)) else True
+    if hasattr(ours, "dtype") or hasattr(theirs, "dtype"):
+        return _equal_arrays(ours, theirs)
+    if isinstance(ours, (list, tuple)) and isinstance(theirs, (list, tuple)):
+        return len(ours) == len(theirs) and all(map(_equal, ours, theirs))
+    return bool(ours == theirs)
+
+
+def _equal_arrays(ours: Any, theirs: Any) -> bool:
+    import numpy as np
+
+    def flat(value: Any) -> Any:
+        if isinstance(value, (bytes, bytearray, memoryview)):
+            return np.frombuffer(bytes(value), "u1")
+        return np.asarray(value).reshape(-1) if np.ndim(value) != 1 else np.asarray(value)
+
+    try:
+        return bool(np.array_equal(flat(ours), flat(theirs)))
+    except (ValueError, TypeError):
+        return False
+
+
+class AnyMsg(Message):
+    """Any type at all: the bytes as they are, for relays, recorders and statistics.
+
+    Attributes:
+        _buff: The encoded message.
+    """
+
+    __slots__ = ("_buff",)
+    _slot_types = ()
+    _type = "*"
+    _md5sum = "*"
+    _full_text = ""
+    _has_views = True  # the bytes given are kept
+
+    _buff: bytes
+
+    @staticmethod
+    def _fill(message: Any) -> None:
+        message._buff = b""
+        message._connection_header = None
+
+    @staticmethod
+    def _encode(message: Any) -> bytes:
+        return bytes(message._buff)
+
+    @staticmethod
+    def _decode(data: Any, start: int, end: int) -> Any:
+        message = object.__new__(AnyMsg)
+        message._buff = bytes(data[start:end])
+        message._connection_header = None
+        return message
+
+    _names = frozenset({"_buff"})
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return AnyMsg, (self._buff,)
+
+    def __str__(self) -> str:
+        return f"<{len(self._buff)} bytes of an unknown type>"
+
+
+class ServiceType:
+    """Base of all service classes: a namespace for the request and response classes.
+
+    Attributes:
+        _type: "package/Type".
+        _md5sum: What peers compare; over request and response.
+        Request, _request_class: Class of the request, "package/TypeRequest".
+        Response, _response_class: Class of the response.
+    """
+
+    _type: ClassVar[str] = ""
+    _md5sum: ClassVar[str] = ""
+    Request: ClassVar[type[Message]]
+    Response: ClassVar[type[Message]]
+    _request_class: ClassVar[type[Message]]
+    _response_class: ClassVar[type[Message]]

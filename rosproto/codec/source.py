@@ -1,0 +1,99 @@
+"""Python source under construction, with the objects it refers to.
+
+Only two kinds of text reach the source: words written in this package, and field names that
+`layout.resolve` has checked to be identifiers. Everything else (classes, structs, sizes) is an object
+or an integer. Values never become text.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from struct import Struct
+from typing import Any
+
+__all__ = ["Source"]
+
+
+class Source:
+    """Lines of one function and the globals it runs with."""
+
+    def __init__(self, head: str) -> None:
+        self._head = [head]
+        self._lines: list[str] = []
+        self._indent = 1
+        self._names: dict[int, str] = {}
+        self._counter = 0
+        self.globals: dict[str, Any] = {"__builtins__": {}}
+
+    def line(self, text: str) -> None:
+        """Add one line at the present depth."""
+        self._lines.append("    " * self._indent + text)
+
+    def first(self, text: str) -> None:
+        """Add a line before all others."""
+        self._head.append("    " + text)
+
+    def indent(self, text: str) -> None:
+        """Add a line that opens a block."""
+        self.line(text)
+        self._indent += 1
+
+    def dedent(self) -> None:
+        """Close the innermost block."""
+        self._indent -= 1
+
+    def fresh(self, prefix: str) -> str:
+        """A local name that is not taken; a digit and no underscore: it never meets a field name."""
+        self._counter += 1
+        return f"{prefix}{self._counter}"
+
+    def constant(self, value: Any, prefix: str = "k") -> str:
+        """The global name under which the function finds `value`."""
+        name = self._names.get(id(value))
+        if name is None:
+            name = f"{prefix.upper()}{len(self.globals)}"
+            self._names[id(value)] = name
+            self.globals[name] = value
+        return name
+
+    def struct(self, codes: list[str], method: str) -> str:
+        """The global name of a method of a precompiled little-endian struct."""
+        return self.constant(_shared_method(merge_codes(codes), method), method[0])
+
+    @property
+    def text(self) -> str:
+        return "\n".join([*self._head, *self._lines]) + "\n"
+
+    def compile(self, name: str, type_name: str) -> Callable[..., Any]:
+        """Run the definition and hand out the function."""
+        exec(compile(self.text, f"<rosproto {name} {type_name}>", "exec"), self.globals)
+        function: Callable[..., Any] = self.globals.pop(name)
+        function.__doc__ = f"Generated {name} function of {type_name}."
+        return function
+
+
+def merge_codes(codes: list[str]) -> str:
+    """Join struct codes, equal neighbours counted: ["d", "d", "288x"] -> "<2d288x"."""
+    merged: list[str] = []
+    last, count = "", 0
+    for code in [*codes, ""]:
+        if code == last and len(code) == 1:
+            count += 1
+            continue
+        if last:
+            merged.append(f"{count}{last}" if count > 1 else last)
+        last, count = code, 1
+    return "<" + "".join(merged)
+
+
+_methods: dict[tuple[str, str], Any] = {}
+
+
+def _shared_method(form: str, method: str) -> Any:
+    """One bound method per format: types share them (bounded, as definitions may be hostile)."""
+    found = _methods.get((form, method))
+    if found is None:
+        if len(_methods) > 4096:
+            _methods.clear()
+        found = _methods[(form, method)] = getattr(Struct(form), method)
+    return found
