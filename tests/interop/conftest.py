@@ -1,0 +1,96 @@
+"""Fixtures for tests against real ROS 1; what they do is in tests/support/ros.py.
+
+Everything in this directory is marked `interop`. A fixture whose peer is absent skips the test with the reason;
+with REQUIRE_INTEROP=1 in the environment it fails instead.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from rosproto.master import Master
+from tests.support import ros
+
+HERE = Path(__file__).resolve().parent
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark what is in this directory."""
+    for item in items:
+        if HERE in item.path.parents:
+            item.add_marker(pytest.mark.interop)
+
+
+@pytest.fixture(scope="session")
+def ros_installed() -> None:
+    """Real ROS 1 is there; otherwise the test is skipped."""
+    ros.require_ros()
+
+
+@pytest.fixture
+def our_master() -> Iterator[Master]:
+    """A fresh master of ours on 127.0.0.1; `.uri`."""
+    with Master() as master:
+        yield master
+
+
+@pytest.fixture
+def real_roscore(ros_installed: None) -> Iterator[str]:
+    """URI of a fresh rosmaster of Debian's on 127.0.0.1."""
+    with ros.start_real_master() as uri:
+        yield uri
+
+
+@pytest.fixture(params=["ours", "debian"])
+def any_master(request: pytest.FixtureRequest) -> str:
+    """URI of a fresh master; the test runs against ours and against Debian's."""
+    if request.param == "ours":
+        return str(request.getfixturevalue("our_master").uri)
+    return str(request.getfixturevalue("real_roscore"))
+
+
+@pytest.fixture(scope="session")
+def shared_directory(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One directory per test session, the same for all pytest-xdist workers."""
+    base = tmp_path_factory.getbasetemp()
+    if os.environ.get("PYTEST_XDIST_WORKER"):
+        base = base.parent  # each worker's own directory lies in the session's
+    directory = base / "ros-shared"
+    directory.mkdir(exist_ok=True)
+    return directory
+
+
+def _made_once(directory: Path, make: Callable[[Path], Path]) -> Path:
+    """`make(directory)` by whichever worker comes first; the others wait for it."""
+    done = directory.with_suffix(".done")
+    with ros.exclusive(directory.with_suffix(".lock")):
+        if not done.exists():
+            make(directory)
+            done.touch()
+    return directory
+
+
+@pytest.fixture(scope="session")
+def genpy_packages(ros_installed: None, shared_directory: Path) -> Path:
+    """Python message packages of our msgdefs (woosh_msgs and so on) made by genpy; for `packages=`."""
+    return _made_once(shared_directory / "python-packages", ros.generate_python_packages)
+
+
+@pytest.fixture(scope="session")
+def gencpp_headers(ros_installed: None, shared_directory: Path) -> Path:
+    """roscpp headers of our msgdefs made by gencpp."""
+    return _made_once(shared_directory / "cpp-headers", ros.generate_cpp_headers)
+
+
+@pytest.fixture(scope="session")
+def build_roscpp(gencpp_headers: Path, shared_directory: Path) -> Callable[[str, str], Path]:
+    """`build_roscpp(name, source) -> executable`: a C++ node, compiled once per session."""
+
+    def build(name: str, source: str) -> Path:
+        return ros.build_cpp_node(name, source, shared_directory, gencpp_headers)
+
+    return build

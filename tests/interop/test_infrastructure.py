@@ -1,0 +1,56 @@
+"""The helpers for real ROS work themselves: generators, compiler, processes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.support import ros
+
+
+def test_generated_python_packages_import_beside_debians(genpy_packages: Path, real_roscore: str) -> None:
+    """woosh_msgs comes from our definitions; packages Debian has are Debian's, with their code."""
+    code = (
+        "import woosh_msgs.msg, woosh_msgs.srv, std_srvs.srv, nav_msgs.msg, sensor_msgs.msg, actionlib, std_msgs\n"
+        "print(std_msgs.__file__, len([n for n in dir(woosh_msgs.msg) if n[0] != '_']), actionlib.SimpleActionClient)"
+    )
+    done = ros.run_rospy(code, real_roscore, packages=genpy_packages)
+    assert done.stdout.startswith("/usr/lib/python3/dist-packages/std_msgs")
+
+
+def test_generated_cpp_headers_compile(build_roscpp: Callable[[str, str], Path], real_roscore: str) -> None:
+    """A C++ node with one of our own types builds and runs."""
+    source = """
+        #include <ros/ros.h>
+        #include <woosh_msgs/RobotStatus.h>
+        int main() { puts(ros::message_traits::md5sum<woosh_msgs::RobotStatus>()); }
+    """
+    headers = sorted(path.stem for path in (ros.MSGDEFS / "woosh_msgs" / "msg").glob("*.msg"))
+    program = build_roscpp("md5", source.replace("RobotStatus", headers[0]))
+    with ros.start_program(program, real_roscore) as running:
+        running.wait_for("^[0-9a-f]{32}$")
+    assert build_roscpp("md5", source.replace("RobotStatus", headers[0])) == program
+
+
+def test_a_hanging_program_is_ended_with_its_children(real_roscore: str) -> None:
+    """Time limits hold, and waiting for output tells what came instead."""
+    code = "import subprocess, sys; print('up', flush=True); subprocess.run(['sleep', '100'])"
+    with pytest.raises(AssertionError, match="did not end within"):
+        ros.run_rospy(code, real_roscore, timeout=1.0)
+    with ros.start_rospy(code, real_roscore) as running:
+        running.wait_for("up")
+        with pytest.raises(AssertionError, match="without writing 'never'"):
+            running.wait_for("never", timeout=0.05)
+
+
+def test_absence_is_a_skip_or_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """REQUIRE_INTEROP=1 turns the one into the other."""
+    monkeypatch.delenv("REQUIRE_INTEROP", raising=False)
+    with pytest.raises(pytest.skip.Exception, match="no peer"):
+        ros.require(False, "no peer")
+    monkeypatch.setenv("REQUIRE_INTEROP", "1")
+    with pytest.raises(pytest.fail.Exception, match="no peer"):
+        ros.require(False, "no peer")
+    ros.require(True, "no peer")
