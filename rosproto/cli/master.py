@@ -1,0 +1,59 @@
+"""`rosproto master`: a ROS master until Ctrl-C, SIGTERM, or a `shutdown` call."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+from types import FrameType
+
+__all__ = ["add_arguments", "run"]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Host, port, and who may connect."""
+    parser.add_argument(
+        "--host",
+        default="127.0.0.1",
+        help="address to listen on; only this computer by default, 0.0.0.0 for every network",
+    )
+    parser.add_argument("--port", type=_port, default=11311, help="port, 0 for a free one (default: 11311)")
+    parser.add_argument(
+        "--advertise", metavar="HOST", help="host name or address that others should use, if not --host"
+    )
+    parser.add_argument(
+        "--allow",
+        metavar="ADDRESS",
+        action="append",
+        help="only this address may connect (repeat for more); default: everybody who can reach --host",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Serve; the master's URI is the only thing on stdout."""
+    from rosproto.master import Master
+
+    signal.signal(signal.SIGINT, _interrupt)  # a shell starts background jobs with SIGINT ignored
+    signal.signal(signal.SIGTERM, _interrupt)
+    if hasattr(signal, "SIGBREAK"):  # Windows: Ctrl-Break, the one that can be sent to a process group
+        signal.signal(signal.SIGBREAK, _interrupt)
+    try:
+        with Master(
+            arguments.host, arguments.port, advertise=arguments.advertise, allow=arguments.allow
+        ) as master:
+            print(master.uri, flush=True)
+            # In steps, because Windows delivers no Ctrl-C to a thread in an endless wait.
+            while not master.wait(0.5):
+                pass
+    except KeyboardInterrupt:
+        pass  # the orderly end of this command
+    return 0
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
+
+
+def _port(text: str) -> int:
+    if text.isascii() and text.isdigit() and int(text) <= 65535:
+        return int(text)
+    raise argparse.ArgumentTypeError(f"{text!r} is no port (0 to 65535)")

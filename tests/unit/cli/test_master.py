@@ -1,0 +1,105 @@
+"""`rosproto master` in a process of its own, and the command's frame."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from rosproto.cli import main
+from rosproto.cli.commands import COMMANDS
+from rosproto.node.master_client import MasterClient
+
+ROOT = Path(__file__).resolve().parents[3]
+TIMEOUT = 30.0
+
+
+@contextmanager
+def command(*arguments: str) -> Iterator[subprocess.Popen[str]]:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "rosproto", *arguments],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    )
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate(timeout=TIMEOUT)
+
+
+def first_line(process: subprocess.Popen[str]) -> str:
+    assert process.stdout is not None
+    return process.stdout.readline().strip()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of Windows are sent another way")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_it_serves_until_a_signal_and_ends_with_zero(number: signal.Signals) -> None:
+    """The URI is the one line of output; Ctrl-C and SIGTERM are its orderly end."""
+    with command("master", "--port", "0") as process:
+        uri = first_line(process)
+        with MasterClient(uri, "/test") as client:
+            assert client.get_pid() == process.pid
+            assert client.get_param("/rosdistro") == "noetic\n"
+        process.send_signal(number)
+        out, err = process.communicate(timeout=TIMEOUT)
+        assert (process.returncode, out, err) == (0, "", "")
+
+
+def test_a_shutdown_call_from_this_computer_ends_it() -> None:
+    """As rosmaster's API has it; the caller gets its reply first."""
+    with command("master", "--port", "0") as process:
+        with MasterClient(first_line(process), "/test") as client:
+            client.shutdown("enough")
+        assert process.wait(TIMEOUT) == 0
+
+
+def test_a_taken_port_is_one_sentence_and_exit_code_one() -> None:
+    """The sentence names the address; no traceback."""
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        with command("master", "--port", str(port)) as process:
+            out, err = process.communicate(timeout=TIMEOUT)
+    assert process.returncode == 1
+    assert out == ""
+    assert err.count("\n") == 1
+    assert f"127.0.0.1:{port}" in err
+    assert "taken" in err
+
+
+@pytest.mark.parametrize("port", ["x", "65536", "1.5", ""])
+def test_a_port_that_is_none_is_wrong_usage(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """argparse's exit code 2, and the text says what was expected."""
+    with pytest.raises(SystemExit) as ended:
+        main(["master", "--port", port])
+    assert ended.value.code == 2
+    assert "0 to 65535" in capsys.readouterr().err
+
+
+def test_without_a_command_the_commands_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    """On stderr, with the exit code of wrong usage."""
+    assert main([]) == 2
+    shown = capsys.readouterr().err
+    assert all(name in shown for name in COMMANDS)
+
+
+@pytest.mark.parametrize("name", sorted(COMMANDS))
+def test_every_command_has_help(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Each module in the table can be imported and describes itself."""
+    with pytest.raises(SystemExit) as ended:
+        main([name, "--help"])
+    assert ended.value.code == 0
+    assert COMMANDS[name].help[:20] in " ".join(capsys.readouterr().out.split())
