@@ -206,13 +206,11 @@ class TcpServer:
         with self._lock:
             if self._closing.is_set() or not self._make_room():
                 return False
+            # started under the lock, so that close() never meets a thread which cannot be joined yet; raises
+            # RuntimeError when the system gives no more threads
+            thread.start()
             self._threads[sock] = thread
             self._pending[sock] = self._clock.monotonic()
-        try:
-            thread.start()
-        except RuntimeError:  # the system gives no more threads
-            self._forget(sock)
-            raise
         return True
 
     def _allowed(self, host: str) -> bool:
@@ -245,6 +243,8 @@ class TcpServer:
 
     def _serve(self, sock: socket.socket, peer: tuple[str, int]) -> None:
         try:
+            with self._lock:
+                pass  # _admit has entered us into the tables
             self._on_connection(sock, peer)
         except RosError as error:
             log.debug("! %s: %s: %s", self._name, format_address(*peer), error)

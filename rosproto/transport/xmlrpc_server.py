@@ -33,6 +33,7 @@ log = logging.getLogger("rosproto.transport")
 
 _PATHS = ("/", "/RPC2")
 _RECV_BYTES = 1 << 16
+_SEND_BYTES = 1 << 16
 _SLOWEST = 16 << 10  # bytes per second that a peer must manage, beyond handshake_seconds
 _LINGER_SECONDS = 1.0
 _LINGER_BYTES = 1 << 20
@@ -271,8 +272,11 @@ class _Conversation:
         return request.keep_alive
 
     def _send(self, data: bytes) -> None:
-        seconds = self._limits.handshake_seconds + len(data) / _SLOWEST
-        write_all(self._sock, data, Deadline(seconds, self._clock))
+        """Write it all; a peer that does not take the next piece within handshake_seconds is dropped."""
+        view = memoryview(data)
+        for start in range(0, len(data), _SEND_BYTES):
+            deadline = Deadline(self._limits.handshake_seconds, self._clock)
+            write_all(self._sock, view[start : start + _SEND_BYTES], deadline)
 
     def _refuse(self, status: int, error: RemoteProtocolError) -> None:
         log.debug("! %s: request from %s refused: %s", self._server._name, self._peer, error)

@@ -39,10 +39,11 @@ def pair() -> Iterator[tuple[socket.socket, socket.socket]]:
 
 def test_connect_gives_a_blocking_tuned_socket() -> None:
     with tcp.listen("127.0.0.1") as listener:
-        with tcp.connect("127.0.0.1", listener.getsockname()[1], Deadline(SOON)) as sock:
-            assert sock.gettimeout() is None
-            assert sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
-            assert sock.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
+        sock = tcp.connect("127.0.0.1", listener.getsockname()[1], Deadline(SOON))
+    with sock:
+        assert sock.gettimeout() is None
+        assert sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+        assert sock.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="option names of Linux")

@@ -1,0 +1,251 @@
+"""The accepting server: bounds, states, closing."""
+
+from __future__ import annotations
+
+import logging
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from rosproto.protocol.limits import Limits
+from rosproto.transport.tcp_server import TcpServer
+from tests.support.clock import FakeClock
+
+SOON = 5.0
+
+
+def wait_until(condition: Callable[[], bool]) -> None:
+    """Poll with a deadline: counters have no event to wait for."""
+    end = time.monotonic() + SOON
+    while not condition():
+        assert time.monotonic() < end, "did not become true"
+        time.sleep(0.002)
+
+
+class Holder:
+    """A handler that keeps each connection until its peer closes; `seen` lists (sock, peer)."""
+
+    def __init__(self) -> None:
+        self.seen: list[tuple[socket.socket, tuple[str, int]]] = []
+        self.arrived = threading.Semaphore(0)
+
+    def __call__(self, sock: socket.socket, peer: tuple[str, int]) -> None:
+        self.seen.append((sock, peer))
+        self.arrived.release()
+        while sock.recv(100):
+            pass
+
+    def wait(self) -> None:
+        assert self.arrived.acquire(timeout=SOON)
+
+
+@pytest.fixture
+def clients() -> Iterator[list[socket.socket]]:
+    opened: list[socket.socket] = []
+    yield opened
+    for sock in opened:
+        sock.close()
+
+
+def connect(server: TcpServer, clients: list[socket.socket]) -> socket.socket:
+    sock = socket.create_connection(("127.0.0.1", server.port), SOON)
+    clients.append(sock)
+    return sock
+
+
+def is_closed(sock: socket.socket) -> bool:
+    """The server ended this connection: end of stream or reset, within SOON."""
+    try:
+        return sock.recv(1) == b""
+    except ConnectionError:
+        return True
+
+
+def test_each_peer_has_its_own_blocking_socket_and_thread(clients: list[socket.socket]) -> None:
+    holder = Holder()
+    with TcpServer("127.0.0.1", 0, holder) as server:
+        ours = [connect(server, clients) for _ in range(3)]
+        for _ in ours:
+            holder.wait()
+        assert sorted(peer for _, peer in holder.seen) == sorted(sock.getsockname() for sock in ours)
+        assert all(sock.gettimeout() is None for sock, _ in holder.seen)
+        assert server.connections == server.pending == server.stats.accepted == 3
+
+
+def test_the_socket_is_closed_when_the_handler_returns(clients: list[socket.socket]) -> None:
+    with TcpServer("127.0.0.1", 0, lambda sock, _peer: sock.sendall(b"x")) as server:
+        sock = connect(server, clients)
+        assert sock.recv(1) == b"x"
+        assert is_closed(sock)
+        wait_until(lambda: server.connections == 0)
+        assert server.pending == 0
+
+
+def test_a_failing_handler_costs_its_own_connection(
+    clients: list[socket.socket], caplog: pytest.LogCaptureFixture
+) -> None:
+    def handler(sock: socket.socket, _peer: tuple[str, int]) -> None:
+        if sock.recv(1) == b"!":
+            raise KeyError("bug")
+        sock.sendall(b"fine")
+
+    with TcpServer("127.0.0.1", 0, handler, name="test") as server, caplog.at_level(logging.ERROR):
+        bad, good = connect(server, clients), connect(server, clients)
+        bad.sendall(b"!")
+        assert is_closed(bad)
+        good.sendall(b"x")
+        assert good.recv(4) == b"fine"
+    assert "test: handler for 127.0.0.1" in caplog.text
+
+
+def test_a_peer_that_is_not_allowed_is_closed_at_once(clients: list[socket.socket]) -> None:
+    holder = Holder()
+    for allow in ([], {"10.0.0.7"}, lambda host: host != "127.0.0.1"):
+        with TcpServer("127.0.0.1", 0, holder, allow=allow) as server:
+            assert is_closed(connect(server, clients))
+            assert server.stats.not_allowed == 1
+    for allow in (["127.0.0.1"], lambda host: host == "127.0.0.1"):
+        with TcpServer("127.0.0.1", 0, holder, allow=allow) as server:
+            connect(server, clients)
+            holder.wait()
+
+
+def test_a_failing_allow_function_lets_nobody_in(clients: list[socket.socket]) -> None:
+    holder = Holder()
+
+    def allow(_host: str) -> bool:
+        raise KeyError("bug")
+
+    with TcpServer("127.0.0.1", 0, holder, allow=allow) as server:
+        assert is_closed(connect(server, clients))
+        assert is_closed(connect(server, clients))
+        assert not holder.seen
+
+
+def test_pending_handshakes_bounds_the_unready_and_drops_the_oldest(clients: list[socket.socket]) -> None:
+    holder = Holder()
+    with TcpServer("127.0.0.1", 0, holder, limits=Limits(pending_handshakes=2)) as server:
+        socks = []
+        for _ in range(3):
+            socks.append(connect(server, clients))
+            holder.wait()
+        assert is_closed(socks[0])
+        assert server.stats.dropped_pending == 1
+        server.established(holder.seen[1][0])
+        socks.append(connect(server, clients))
+        holder.wait()
+        assert server.stats.dropped_pending == 1
+        assert server.pending == 2
+
+
+def test_a_handler_that_never_says_established_is_not_pending_for_ever(clients: list[socket.socket]) -> None:
+    holder, clock = Holder(), FakeClock()
+    limits = Limits(pending_handshakes=1, handshake_seconds=10)
+    with TcpServer("127.0.0.1", 0, holder, limits=limits, clock=clock) as server:
+        connect(server, clients)
+        holder.wait()
+        clock.advance(10)
+        assert server.pending == 0
+        connect(server, clients)
+        holder.wait()
+        assert server.stats.dropped_pending == 0
+        assert server.connections == 2
+
+
+def test_connections_bounds_the_open_and_refuses_the_newest(clients: list[socket.socket]) -> None:
+    holder = Holder()
+    with TcpServer("127.0.0.1", 0, holder, limits=Limits(connections=2)) as server:
+        first, _ = connect(server, clients), connect(server, clients)
+        holder.wait()
+        holder.wait()
+        assert is_closed(connect(server, clients))
+        assert server.stats.refused_full == 1
+        first.close()
+        wait_until(lambda: server.connections == 1)
+        connect(server, clients)
+        holder.wait()
+
+
+def test_the_longest_idle_connection_makes_room(clients: list[socket.socket]) -> None:
+    holder = Holder()
+    with TcpServer("127.0.0.1", 0, holder, limits=Limits(connections=2)) as server:
+        socks = [connect(server, clients)]
+        holder.wait()
+        socks.append(connect(server, clients))
+        holder.wait()
+        server.idle(holder.seen[1][0])
+        server.idle(holder.seen[0][0])
+        connect(server, clients)
+        holder.wait()
+        assert is_closed(socks[1])
+        assert server.stats.dropped_idle == 1
+        server.established(holder.seen[0][0])  # busy again: not to be dropped
+        wait_until(lambda: server.connections == 2)
+        assert is_closed(connect(server, clients))
+
+
+def test_a_silent_peer_keeps_nobody_waiting(clients: list[socket.socket]) -> None:
+    def echo(sock: socket.socket, _peer: tuple[str, int]) -> None:
+        while data := sock.recv(100):
+            sock.sendall(data)
+
+    with TcpServer("127.0.0.1", 0, echo) as server:
+        for _ in range(20):
+            connect(server, clients)
+        sock = connect(server, clients)
+        sock.sendall(b"x")
+        assert sock.recv(1) == b"x"
+
+
+def test_close_ends_connections_and_threads_promptly_and_frees_the_port(clients: list[socket.socket]) -> None:
+    holder = Holder()
+    server = TcpServer("127.0.0.1", 0, holder, name="closing")
+    socks = [connect(server, clients) for _ in range(5)]
+    for _ in socks:
+        holder.wait()
+    start = time.monotonic()
+    server.close()
+    server.close()  # again: nothing happens
+    assert time.monotonic() - start < 2
+    assert all(is_closed(sock) for sock in socks)
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("rosproto:closing")]
+    assert server.connections == 0
+    TcpServer("127.0.0.1", server.port, holder).close()
+    assert "closed" in repr(server)
+
+
+def test_close_waits_for_a_stubborn_handler_only_so_long(clients: list[socket.socket]) -> None:
+    release, entered = threading.Event(), threading.Event()
+
+    def stubborn(_sock: socket.socket, _peer: tuple[str, int]) -> None:
+        entered.set()
+        release.wait(SOON)
+
+    server = TcpServer("127.0.0.1", 0, stubborn)
+    connect(server, clients)
+    assert entered.wait(SOON)
+    start = time.monotonic()
+    server.close(timeout=0.05)
+    assert time.monotonic() - start < 2
+    release.set()
+
+
+def test_a_handler_may_close_its_server(clients: list[socket.socket]) -> None:
+    done = threading.Event()
+
+    def handler(_sock: socket.socket, _peer: tuple[str, int]) -> None:
+        server.close()
+        done.set()
+
+    server = TcpServer("127.0.0.1", 0, handler)
+    connect(server, clients)
+    assert done.wait(SOON)
+    server.close()
+
+
+def test_it_listens_on_the_given_address_only() -> None:
+    with TcpServer("127.0.0.1", 0, Holder()) as server, pytest.raises(OSError):
+        socket.create_connection(("127.0.0.2", server.port), SOON)

@@ -1,0 +1,360 @@
+"""The XML-RPC server against raw sockets: what hostile and unusual peers get."""
+
+from __future__ import annotations
+
+import logging
+import socket
+import threading
+import time
+from collections.abc import Iterator
+
+import pytest
+
+from rosproto.protocol import xmlrpc
+from rosproto.protocol.http import HttpClientConnection, Response
+from rosproto.protocol.limits import Limits
+from rosproto.transport.deadline import Deadline
+from rosproto.transport.tcp import connect
+from rosproto.transport.xmlrpc_server import Peer, XmlRpcServer
+
+SOON = 5.0
+
+
+def dispatch(method: str, params: list[object], peer: Peer) -> object:
+    if method == "echo":
+        return params
+    if method == "peer":
+        return [str(peer), peer.host, peer.port, peer.local_host]
+    if method == "fault":
+        raise xmlrpc.Fault(42, "asked for")
+    if method == "bug":
+        raise KeyError("a bug")
+    if method == "unsendable":
+        return 2**40
+    raise xmlrpc.Fault(-32601, f"no method {method}")
+
+
+@pytest.fixture
+def server() -> Iterator[XmlRpcServer]:
+    with XmlRpcServer("127.0.0.1", 0, dispatch, name="test") as running:
+        yield running
+
+
+class RawClient:
+    """A socket and the client's side of HTTP, nothing more."""
+
+    def __init__(self, server: XmlRpcServer) -> None:
+        self.sock = connect("127.0.0.1", server.port, Deadline(SOON))
+        self.sock.settimeout(SOON)
+        self.http = HttpClientConnection(Limits())
+
+    def __enter__(self) -> RawClient:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.sock.close()
+
+    def receive(self) -> Response | None:
+        """The next response; None when the server closed without one."""
+        while True:
+            event = self.http.next_event()
+            if event is not None:
+                return event if isinstance(event, Response) else None
+            try:
+                self.http.receive(self.sock.recv(65536))
+            except ConnectionResetError:
+                return None
+
+    def ask(self, data: bytes) -> Response:
+        self.sock.sendall(data)
+        response = self.receive()
+        assert response is not None
+        return response
+
+    def call(self, method: str, *params: object) -> object:
+        response = self.ask(self.http.encode_request("h", "/", xmlrpc.encode_call(method, params)))
+        assert response.status == 200
+        return xmlrpc.decode_response(response.body)
+
+
+def post(body: bytes, path: str = "/") -> bytes:
+    return HttpClientConnection(Limits()).encode_request("h", path, body)
+
+
+ECHO = xmlrpc.encode_call("echo", [1])
+
+
+def test_a_call_is_answered_and_the_connection_kept(server: XmlRpcServer) -> None:
+    with RawClient(server) as client:
+        for value in (1, "two", [3.0]):
+            assert client.call("echo", value) == [value]
+    assert server.stats.accepted == 1
+
+
+def test_the_uri_has_the_real_port_and_the_advertised_host() -> None:
+    with XmlRpcServer("127.0.0.1", 0, dispatch, advertise="robot") as server:
+        assert server.uri == f"http://robot:{server.port}/"
+        assert server.port
+
+
+def test_dispatch_learns_who_calls_and_at_which_address_of_ours(server: XmlRpcServer) -> None:
+    with RawClient(server) as client:
+        host, port = client.sock.getsockname()
+        assert client.call("peer") == [f"{host}:{port}", host, port, "127.0.0.1"]
+
+
+@pytest.mark.parametrize("path", ["/", "/RPC2", "/RPC2?x"])
+def test_both_paths_are_served(server: XmlRpcServer, path: str) -> None:
+    with RawClient(server) as client:
+        assert client.ask(post(ECHO, path)).status == 200
+
+
+def test_another_path_is_404_and_the_connection_goes_on(server: XmlRpcServer) -> None:
+    with RawClient(server) as client:
+        assert client.ask(post(ECHO, "/foo")).status == 404
+        assert client.call("echo", 1) == [1]
+
+
+@pytest.mark.parametrize(("method", "status"), [("GET", 405), ("HEAD", 405), ("BREW", 501)])
+def test_other_methods_are_refused(server: XmlRpcServer, method: str, status: int) -> None:
+    with RawClient(server) as client:
+        assert client.ask(f"{method} / HTTP/1.1\r\n\r\n".encode()).status == status
+        assert client.receive() is None
+
+
+def test_faults_cross_and_a_bug_in_the_handler_is_fault_1_and_logged(
+    server: XmlRpcServer, caplog: pytest.LogCaptureFixture
+) -> None:
+    with RawClient(server) as client, caplog.at_level(logging.ERROR):
+        for method, code, text in (
+            ("fault", 42, "asked for"),
+            ("bug", 1, "KeyError"),
+            ("nothing", -32601, "nothing"),
+        ):
+            with pytest.raises(xmlrpc.Fault, match=text) as caught:
+                client.call(method)
+            assert caught.value.code == code
+        assert client.call("echo") == []
+    assert "bug from 127.0.0.1" in caplog.text
+
+
+def test_a_result_that_cannot_be_sent_is_a_fault(server: XmlRpcServer) -> None:
+    with RawClient(server) as client, pytest.raises(xmlrpc.Fault, match="32 bits"):
+        client.call("unsendable")
+
+
+def test_nonsense_in_the_body_is_a_fault_and_the_connection_goes_on(server: XmlRpcServer) -> None:
+    with RawClient(server) as client:
+        for body in (b"nonsense", b"<!DOCTYPE x><methodCall/>", b"<value>" * 1000, b"\xff"):
+            response = client.ask(post(body))
+            with pytest.raises(xmlrpc.Fault) as caught:
+                xmlrpc.decode_response(response.body)
+            assert caught.value.code == -32700
+        assert client.call("echo", 1) == [1]
+
+
+def test_multicall_gives_each_result_in_a_list_or_a_faults_struct(server: XmlRpcServer) -> None:
+    calls = [
+        {"methodName": "echo", "params": [1, 2]},
+        {"methodName": "fault", "params": []},
+        {"methodName": "unsendable"},
+        {"methodName": "system.multicall", "params": [[]]},
+        {"params": []},
+        "nonsense",
+        {"methodName": "echo", "params": "nonsense"},
+        {"methodName": "echo"},
+    ]
+    with RawClient(server) as client:
+        results = client.call("system.multicall", calls)
+        assert isinstance(results, list)
+        assert [result if isinstance(result, list) else result["faultCode"] for result in results] == [
+            [[1, 2]],
+            42,
+            1,
+            -32600,
+            -32600,
+            -32600,
+            -32600,
+            [[]],
+        ]
+        for wrong in ((), (1,), ([], [])):
+            with pytest.raises(xmlrpc.Fault, match="array of calls"):
+                client.call("system.multicall", *wrong)
+
+
+def test_a_request_byte_by_byte_and_pipelined_requests_are_answered(server: XmlRpcServer) -> None:
+    with RawClient(server) as client:
+        for byte in post(ECHO):
+            client.sock.send(bytes([byte]))
+        response = client.receive()
+        assert response is not None
+        assert response.status == 200
+        client.sock.sendall(post(ECHO) * 3)
+        for _ in range(3):
+            response = client.receive()
+            assert response is not None
+            assert xmlrpc.decode_response(response.body) == [1]
+
+
+def test_expect_100_continue_gets_its_go_ahead(server: XmlRpcServer) -> None:
+    head, body = post(ECHO).replace(b"Host", b"Expect: 100-continue\r\nHost").split(b"\r\n\r\n")
+    with RawClient(server) as client:
+        client.sock.sendall(head + b"\r\n\r\n")
+        assert client.sock.recv(100) == b"HTTP/1.1 100 Continue\r\n\r\n"
+        assert client.ask(body).status == 200
+
+
+def test_a_chunked_request_is_answered(server: XmlRpcServer) -> None:
+    with RawClient(server) as client:
+        head = b"POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n"
+        assert client.ask(head + b"%x\r\n%b\r\n0\r\n\r\n" % (len(ECHO), ECHO)).status == 200
+
+
+@pytest.mark.parametrize(
+    ("data", "status"),
+    [
+        (b"nonsense\r\n\r\n", 400),
+        (b"POST / HTTP/1.1\r\n\r\n", 411),
+        (b"POST / HTTP/1.1\r\nContent-Length: 999999999\r\n\r\n" + b"x" * 200_000, 413),
+        (b"POST / HTTP/1.1\r\nX: " + b"x" * 20_000, 431),
+        (b"POST / HTTP/9.9\r\n\r\n", 505),
+    ],
+)
+def test_a_refused_request_gets_its_status_and_the_end(
+    server: XmlRpcServer, data: bytes, status: int
+) -> None:
+    with RawClient(server) as client:
+        response = client.ask(data)
+        assert (response.status, response.keep_alive) == (status, False)
+        assert client.receive() is None
+
+
+def test_http_1_0_without_keep_alive_is_closed_after_one_answer(server: XmlRpcServer) -> None:
+    with RawClient(server) as client:
+        response = client.ask(post(ECHO).replace(b"HTTP/1.1", b"HTTP/1.0"))
+        assert not response.keep_alive
+        assert client.receive() is None
+
+
+@pytest.mark.parametrize("data", [b"", b"POST", post(ECHO)[:-1]])
+def test_a_slow_request_ends_after_handshake_seconds(data: bytes) -> None:
+    with (
+        XmlRpcServer("127.0.0.1", 0, dispatch, limits=Limits(handshake_seconds=0.05)) as server,
+        RawClient(server) as client,
+    ):
+        client.sock.sendall(data)
+        start = time.monotonic()
+        assert client.sock.recv(100) == b""
+        assert time.monotonic() - start < SOON
+
+
+def test_dripping_bytes_do_not_buy_time() -> None:
+    with (
+        XmlRpcServer("127.0.0.1", 0, dispatch, limits=Limits(handshake_seconds=0.2)) as server,
+        RawClient(server) as client,
+    ):
+        client.sock.settimeout(0.01)
+        start = time.monotonic()
+        while time.monotonic() - start < SOON:
+            try:
+                client.sock.send(b"P")
+                if client.sock.recv(100) == b"":
+                    break
+            except TimeoutError:
+                continue
+            except OSError:
+                break
+        assert time.monotonic() - start < 2
+
+
+def test_idle_seconds_bounds_the_wait_for_a_next_request() -> None:
+    with (
+        XmlRpcServer("127.0.0.1", 0, dispatch, limits=Limits(idle_seconds=0.05)) as server,
+        RawClient(server) as client,
+    ):
+        assert client.call("echo") == []
+        assert client.sock.recv(100) == b""
+
+
+def test_an_idle_connection_makes_room_for_a_new_one() -> None:
+    with (
+        XmlRpcServer("127.0.0.1", 0, dispatch, limits=Limits(connections=2)) as server,
+        RawClient(server) as first,
+        RawClient(server) as second,
+    ):
+        assert first.call("echo") == second.call("echo") == []
+        end = time.monotonic() + SOON
+        while len(server._server._idle) < 2:  # they are idle once the server waits again
+            assert time.monotonic() < end
+            time.sleep(0.001)
+        with RawClient(server) as third:
+            assert third.call("echo") == []
+            assert first.receive() is None
+            assert second.call("echo") == []
+
+
+def test_slow_calls_do_not_hold_up_others_and_close_is_prompt() -> None:
+    entered, release = threading.Event(), threading.Event()
+
+    def slow(method: str, _params: list[object], _peer: str) -> object:
+        if method == "slow":
+            entered.set()
+            release.wait(SOON)
+        return 1
+
+    with (
+        XmlRpcServer("127.0.0.1", 0, slow, name="slowly") as server,
+        RawClient(server) as one,
+        RawClient(server) as other,
+    ):
+        one.sock.sendall(post(xmlrpc.encode_call("slow")))
+        assert entered.wait(SOON)
+        assert other.call("fast") == 1
+        start = time.monotonic()
+        server.close(timeout=0.05)
+        assert time.monotonic() - start < 2
+        release.set()
+    end = time.monotonic() + SOON
+    while any(thread.name.startswith("rosproto:slowly") for thread in threading.enumerate()):
+        assert time.monotonic() < end
+        time.sleep(0.001)
+
+
+def test_a_peer_that_does_not_read_its_answer_costs_its_own_connection_only() -> None:
+    answer = "x" * 8_000_000
+    limits = Limits(handshake_seconds=0.05, xml_body_bytes=1 << 25)
+    with (
+        XmlRpcServer(
+            "127.0.0.1", 0, lambda m, _p, _peer: answer if m == "big" else 1, limits=limits
+        ) as server,
+        RawClient(server) as deaf,
+        RawClient(server) as other,
+    ):
+        deaf.sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        deaf.sock.sendall(post(xmlrpc.encode_call("big")))
+        assert other.call("small") == 1
+        end = time.monotonic() + SOON
+        while server.connections > 1:
+            assert time.monotonic() < end
+            time.sleep(0.002)
+
+
+def test_a_reset_in_the_middle_is_silent(server: XmlRpcServer, caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.INFO):
+        for data in (b"", b"POST / HT", post(ECHO)):
+            client = RawClient(server)
+            client.sock.sendall(data)
+            client.sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")
+            client.sock.close()
+        with RawClient(server) as client:
+            assert client.call("echo") == []
+    assert not caplog.records
+
+
+def test_peers_that_are_not_allowed_get_nothing() -> None:
+    with XmlRpcServer("127.0.0.1", 0, dispatch, allow=["10.0.0.7"]) as server, RawClient(server) as client:
+        try:
+            client.sock.sendall(post(ECHO))
+        except OSError:
+            return  # closed before we could even ask
+        assert client.receive() is None
