@@ -133,6 +133,8 @@ class ServiceLink:
                 raise self._lost(None)
             data += more
         (size,) = struct.unpack_from("<I", data, 1)
+        if size > self._limits.message_bytes:
+            raise TooLarge("message_bytes", size, self._limits.message_bytes)
         ok = data[0] != 0
         if len(data) < size + 5:
             return ok, self._read_rest(data[5:], size, deadline)
@@ -144,8 +146,6 @@ class ServiceLink:
 
     def _read_rest(self, first: bytes, size: int, deadline: Deadline) -> bytes:
         """Memory follows what arrives, not what the prefix announces."""
-        if size > self._limits.message_bytes:
-            raise TooLarge("message_bytes", size, self._limits.message_bytes)
         parts, missing = [first], size - len(first)
         while missing:
             self._sock.settimeout(self._remaining(deadline))

@@ -137,7 +137,7 @@ class ServiceSession:
             if not self._busy:
                 self._shutdown()
 
-    def join(self, timeout: float) -> bool:
+    def join(self, timeout: float | None) -> bool:
         """Wait until the request in progress is answered; then, or when `timeout` is over, cut the line.
 
         Returns:

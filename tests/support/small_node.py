@@ -1,0 +1,139 @@
+"""The smallest thing services and parameters can live in: a real TCPROS server, a master in memory, no topics."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rosproto.errors import MasterError
+from rosproto.names import resolve
+from rosproto.node.parameters import Parameters
+from rosproto.node.registrations import Registrations
+from rosproto.node.services import Services
+from rosproto.node.tcpros_server import TcprosServer
+from rosproto.protocol.limits import Limits
+
+
+class MemoryMaster:
+    """The calls of a master that services and parameters make, without a network.
+
+    Attributes:
+        calls: (method, first argument) of every call.
+        services: Service name -> URI.
+        params: Flat parameters, key -> value.
+    """
+
+    uri = "http://memory/"
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[str, str]] = []
+        self.services: dict[str, str] = {}
+        self.params: dict[str, Any] = {}
+
+    def _called(self, method: str, argument: str) -> None:
+        self.calls.append((method, argument))
+
+    def count(self, method: str) -> int:
+        return sum(1 for called, _ in self.calls if called == method)
+
+    def lookup_service(self, name: str, *, timeout: float | None = None) -> str:
+        self._called("lookupService", name)
+        if name not in self.services:
+            raise MasterError("lookupService", -1, "no provider", uri=self.uri)
+        return self.services[name]
+
+    def register_service(self, name: str, service_api: str, caller_api: str) -> None:
+        self._called("registerService", name)
+        self.services[name] = service_api
+
+    def unregister_service(self, name: str, service_api: str) -> int:
+        self._called("unregisterService", name)
+        if self.services.get(name) != service_api:
+            return 0
+        del self.services[name]
+        return 1
+
+    def get_param(self, key: str) -> Any:
+        self._called("getParam", key)
+        if key not in self.params:
+            raise MasterError("getParam", -1, f"Parameter [{key}] is not set", uri=self.uri)
+        return self.params[key]
+
+    def set_param(self, key: str, value: Any) -> None:
+        self._called("setParam", key)
+        self.params[key] = value
+
+    def delete_param(self, key: str) -> None:
+        self._called("deleteParam", key)
+        if key not in self.params:
+            raise MasterError("deleteParam", -1, f"parameter [{key}] is not set", uri=self.uri)
+        del self.params[key]
+
+    def has_param(self, key: str) -> bool:
+        return key in self.params
+
+    def get_param_names(self) -> list[str]:
+        return list(self.params)
+
+    def search_param(self, key: str) -> str:
+        self._called("searchParam", key)
+        for found in self.params:
+            if found.endswith(f"/{key}"):
+                return found
+        raise MasterError("searchParam", -1, "Cannot find parameter", uri=self.uri)
+
+    def subscribe_param(self, key: str, caller_api: str) -> Any:
+        self._called("subscribeParam", key)
+        return self.params.get(key, {})
+
+    def unsubscribe_param(self, key: str, caller_api: str) -> None:
+        self._called("unsubscribeParam", key)
+
+
+class _Slave:
+    on_parameter_update: Any = None
+
+
+class SmallNode:
+    """Has what `Services` and `Parameters` use of a node; several may share one `MemoryMaster`."""
+
+    uri = "http://127.0.0.1:1/"
+
+    def __init__(
+        self, name: str = "/small", master: MemoryMaster | None = None, limits: Limits | None = None
+    ) -> None:
+        self.name = name
+        self.master = master or MemoryMaster()
+        self.master_uri = self.master.uri
+        self.limits = limits or Limits()
+        self._closers: list[Any] = []
+        self._slave = _Slave()
+        self._registrations = Registrations(self.master)  # type: ignore[arg-type]
+        self._tcpros = TcprosServer(
+            "127.0.0.1", limits=self.limits, on_topic=lambda sock, fields, peer: sock.close()
+        )
+        self._services = Services(self)  # type: ignore[arg-type]
+        self.params = Parameters(self)  # type: ignore[arg-type]
+
+    @property
+    def _rosrpc_uri(self) -> str:
+        return f"rosrpc://127.0.0.1:{self._tcpros.port}"
+
+    def resolve_name(self, name: str) -> str:
+        return resolve(name, self.name)
+
+    def service_client(self, name: str, type: Any, *, persistent: bool = False) -> Any:
+        return self._services.client(self.resolve_name(name), type, persistent=persistent)
+
+    def service_server(self, name: str, type: Any, handler: Any) -> Any:
+        return self._services.server(self.resolve_name(name), type, handler)
+
+    def __enter__(self) -> SmallNode:
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        for closer in reversed(self._closers):
+            closer()
+        self._tcpros.close(2.0)
