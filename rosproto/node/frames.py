@@ -51,26 +51,22 @@ class LargeFrame:
             views[:1] = [memoryview(_prefix_and_seq(size, seq)), views[0][4:]]
         self.views = [view for view in views if view.nbytes]
         self.size = size + 4
-        self._owned: memoryview | None = None
+        self._owned: bytes | None = None
 
-    def owned(self) -> memoryview:
+    def owned(self) -> bytes:
         """The whole frame in memory of its own (copied once)."""
         if self._owned is None:
-            self._owned = memoryview(b"".join(self.views))
+            self._owned = b"".join(self.views)
         return self._owned
 
     def rest(self, sent: int) -> list[memoryview]:
         """What follows the first `sent` bytes, in memory that nobody changes."""
         if self._owned is not None:
-            return [self._owned[sent:]]
+            return [memoryview(self._owned)[sent:]]
         rest = remaining(self.views, sent)
         if all(_is_immutable(view) for view in rest):
             return rest
         return [memoryview(b"".join(rest))]
-
-    def body(self) -> memoryview:
-        """The message without its length, in memory that nobody changes."""
-        return self.owned()[4:]
 
 
 def remaining(views: Sequence[memoryview], sent: int) -> list[memoryview]:

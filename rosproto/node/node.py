@@ -2,18 +2,581 @@
 
 How the parts hang together (the seam for services, parameters and whatever comes later):
 
-* `_master`: the typed client of the master (`MasterClient`), made with this node's name as caller id.
-* `_registrations`: the table of what the master knows about us. A part that is registered gives it an object
-  with `kind`, `name`, `register(master)`, `unregister(master)`; the watchdog registers all of it again when the
-  master restarted or our address changed.
-* `_slave`: the slave API. `_slave.on_parameter_update(key, value, trusted) -> bool` is the parameter cache's
-  hook: True when subscribed; `trusted` False means the call did not come from the master's address, so ask
-  the master for the value instead of believing it.
-* `_tcpros`: the one TCPROS server. It reads the connection header of every incoming connection and gives a
-  header with `topic` to the publications, one with `service` to `_tcpros.on_service(sock, fields, peer)`, which
-  runs in the connection's own thread and owns the socket until it returns. `_rosrpc_uri` is what services
+* `master` (`_master`): the typed client of the master (`MasterClient`), this node's name as caller id.
+* `_registrations`: the table of what the master knows about us. A part that is registered gives it an
+  object with `kind`, `name`, `register(master)`, `unregister(master)`; the watchdog registers all of it
+  again when the master restarted or our address changed.
+* `_slave`: the slave API. `_slave.on_parameter_update(key, value, trusted) -> bool` is the parameter
+  cache's hook: True when subscribed; `trusted` False means the call did not come from the master's address,
+  so ask the master for the value instead of believing it.
+* `_tcpros`: the TCPROS server. It reads the connection header of every incoming connection and gives one
+  with `topic` to the publications, one with `service` to `_tcpros.on_service(sock, fields, peer)`, which runs
+  in the connection's own thread and owns the socket until it returns. `_rosrpc_uri` is what services
   register.
-* `_closers`: called by `close()`, newest first, before the servers go away; each must be bounded and idempotent.
+* `_closers`: called by `close()`, newest first, before the servers go; each is bounded and idempotent.
 * `_closing`: set when `close()` begins; every long wait of a part watches it.
 * `clock`: the node's time, wall or simulated.
 """
+
+from __future__ import annotations
+
+import itertools
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from rosproto import names
+from rosproto.errors import ConnectionLost, LocalProtocolError, RosError, RosTimeout
+from rosproto.node import intraprocess
+from rosproto.node.clock import NodeClock
+from rosproto.node.endpoints import Endpoints, listening_address, open_endpoints
+from rosproto.node.events import Event, EventKind
+from rosproto.node.link_monitor import LinkMonitor
+from rosproto.node.master_client import MasterClient
+from rosproto.node.publisher import Publisher
+from rosproto.node.registrations import Registrations
+from rosproto.node.slave import SlaveApi
+from rosproto.node.subscriber import Subscriber
+from rosproto.node.tcpros_link import TcprosLink
+from rosproto.node.topic_types import TypeGiven, resolve_type
+from rosproto.node.topics import TopicTable
+from rosproto.node.watchdog import Watchdog
+from rosproto.protocol.limits import Limits
+from rosproto.transport.address import host_from_environment, parse_uri, resolve
+from rosproto.transport.deadline import Deadline
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from rosproto.node.parameters import Parameters
+    from rosproto.node.publisher_link import PublisherLink
+    from rosproto.node.rosout import Rosout
+    from rosproto.node.service_client import ServiceClient
+    from rosproto.node.service_server import ServiceServer
+    from rosproto.node.services import Services
+    from rosproto.node.stats import NodeStats
+    from rosproto.node.subscription import Subscription
+    from rosproto.node.tcpros_server import TcprosServer
+
+__all__ = ["Node"]
+
+_log = logging.getLogger("rosproto.node")
+
+CLOSE_SECONDS = 1.0  # for each step of closing that waits for somebody else
+MASTER_CALL_SECONDS = 10.0
+
+
+class Node:
+    """A node: publishes, subscribes, calls and provides services, under one name at one master.
+
+    Close it, or use it in a `with` block. Any number of nodes may live in one process, also of different
+    masters. When the master restarts, or this computer's address changes, everything is registered again by
+    itself.
+
+    Args:
+        name: "/laptop", or "laptop" in `namespace`. Must be unique at the master: a second node of the same
+            name shuts the first one down.
+        master_uri: "http://10.0.0.7:11311/". None is only allowed with `use_environment`.
+        host: Address or name under which others reach this computer, and which is listened on. None: the
+            address that routes to the master, followed when it changes.
+        port: Port of the slave API, 0 for a free one.
+        tcpros_port: Port of the TCPROS server, 0 for a free one.
+        namespace: For relative names.
+        anonymous: Make the name unique by appending host, process and a random number.
+        remappings: Name -> other name, as on a ROS command line (`names.parse_arguments`).
+        limits: Bounds for what peers may ask.
+        rosout: Publish /rosout.
+        use_environment: Take what is not given from ROS_MASTER_URI, ROS_HOSTNAME, ROS_IP, ROS_NAMESPACE.
+        timeout: Seconds to find the master.
+        allow: Addresses that may connect to this node; None for all.
+        allow_shutdown: Obey `rosnode kill`.
+        intraprocess: Exchange messages with nodes of this process without sockets.
+        on_event: Called with each `Event`, in a thread of the library.
+
+    Raises:
+        ConnectionLost, RosTimeout: No master answers; the text says where, and what to check.
+        ValueError: A name or URI is not legal.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        master_uri: str | None = None,
+        host: str | None = None,
+        port: int = 0,
+        tcpros_port: int = 0,
+        namespace: str = "/",
+        anonymous: bool = False,
+        remappings: Mapping[str, str] | None = None,
+        limits: Limits | None = None,
+        rosout: bool = True,
+        use_environment: bool = False,
+        timeout: float = 5.0,
+        allow: Iterable[str] | None = None,
+        allow_shutdown: bool = True,
+        intraprocess: bool = True,
+        on_event: Callable[[Event], object] | None = None,
+    ) -> None:
+        if use_environment:
+            master_uri, host, namespace = _from_environment(master_uri, host, namespace)
+        if not master_uri:
+            raise ValueError(
+                'which master? Give master_uri="http://host:11311", or use_environment and ROS_MASTER_URI'
+            )
+        self.name = _node_name(name, namespace, anonymous)
+        self.limits = limits or Limits()
+        self._remappings = names.resolve_remappings(remappings or {}, self.name)
+        self._host_given = host
+        self._intraprocess = intraprocess
+        self._on_event = on_event
+        self._events: deque[Event] = deque(maxlen=64)
+        self._closing = threading.Event()
+        self._closed = threading.Event()
+        self._close_lock = threading.Lock()
+        self._close_reason = ""
+        self._closers: list[Callable[[], None]] = []
+        self._shutdown_callbacks: list[Callable[[str], object]] = []
+        self._link_ids = itertools.count(1)
+        self._lazy = threading.RLock()
+        self._services_made: Services | None = None
+        self._params_made: Parameters | None = None
+        self._master = MasterClient(master_uri, self.name, timeout=MASTER_CALL_SECONDS, limits=self.limits)
+        self.master_uri = self._master.uri
+        self._master_address = parse_uri(self._master.uri)
+        self._master_hosts: frozenset[str] = frozenset()
+        self._endpoint_options = {
+            "port": port,
+            "tcpros_port": tcpros_port,
+            "limits": self.limits,
+            "allow": None if allow is None else frozenset(allow),
+            "name": self.name,
+            "dispatch": self._dispatch,
+            "on_topic": self._accept,
+        }
+        self._monitor = LinkMonitor(self.name)
+        self._registrations = Registrations(self._master)
+        self._topics = TopicTable(self)
+        self._watchdog = Watchdog(self)
+        self._slave = SlaveApi(
+            name=self.name,
+            master=self._master,
+            topics=self._topics,
+            own_uri=lambda: self.uri,
+            tcpros_address=lambda: (self._endpoints.host, self._endpoints.tcpros.port),
+            is_master_address=self._is_master_address,
+            shut_down=self._shut_down_later,
+            allow_shutdown=allow_shutdown,
+        )
+        self._endpoints = self._open(Deadline(timeout))
+        self.clock = NodeClock()
+        self._rosout: Rosout | None = None
+        try:
+            self._start(rosout)
+        except BaseException:
+            self.close()
+            raise
+
+    # -- opening --------------------------------------------------------------------------------------------
+
+    def _open(self, deadline: Deadline) -> Endpoints:
+        """Find the master, then listen: a node that cannot register need not open a port."""
+        try:
+            self._master.get_pid(timeout=deadline.remaining())
+            self._master_hosts = frozenset(resolve(self._master_address[0], deadline))
+            announced, bind = listening_address(
+                self._host_given, self._master_address, deadline.remaining() or 0.1
+            )
+            return open_endpoints(announced, bind, self._master_address, **self._endpoint_options)
+        except RosError as error:
+            self._master.close()
+            self._monitor.close()
+            self._closing.set()
+            self._closed.set()
+            raise self._cannot_open(error) from error
+
+    def _cannot_open(self, error: RosError) -> RosError:
+        text = f"node {self.name} cannot join the master {self.master_uri}: {error}"
+        if isinstance(error, RosTimeout):
+            return RosTimeout(text, what=f"the master {self.master_uri}", seconds=error.seconds)
+        return ConnectionLost(text, peer=self.master_uri)
+
+    def _start(self, rosout: bool) -> None:
+        if self._intraprocess:
+            intraprocess.note_node(self)
+        self.clock.attach(self)
+        if rosout:
+            from rosproto.node.rosout import Rosout
+
+            self._rosout = Rosout(self)
+        self._watchdog.start()
+
+    # -- topics ---------------------------------------------------------------------------------------------
+
+    def publisher(
+        self,
+        topic: str,
+        type: TypeGiven,
+        *,
+        latch: bool = False,
+        queue_size: int = 10,
+        on_connect: Callable[[str], object] | None = None,
+    ) -> Publisher:
+        """Publish a topic; registered at the master when this returns.
+
+        Args:
+            topic: Global, relative or "~private" name.
+            type: A message class or "package/Type".
+            latch: A subscriber that comes later gets the last message.
+            queue_size: Most messages that wait for one slow subscriber; the oldest is dropped.
+            on_connect: Called with the caller id of each new subscriber, in a thread of the library.
+
+        Raises:
+            LocalProtocolError: No definite type, another type than before, or the node is closed.
+            MasterError, ConnectionLost, RosTimeout: It could not be registered.
+        """
+        self._check_open()
+        type_ = resolve_type(type)
+        if type_.is_wildcard:
+            raise LocalProtocolError(
+                f"{topic}: a publisher needs a definite type; give the class or name of what it publishes"
+            )
+        return self._topics.open_publisher(
+            self.resolve_name(topic),
+            type_,
+            latch=latch,
+            queue_size=_queue_size(queue_size),
+            on_connect=on_connect,
+        )
+
+    def subscriber(
+        self,
+        topic: str,
+        type: TypeGiven = None,
+        callback: Callable[[Any], object] | None = None,
+        *,
+        queue_size: int = 10,
+        raw: bool = False,
+        tcp_nodelay: bool = False,
+        on_error: Callable[[Exception], object] | None = None,
+    ) -> Subscriber:
+        """Subscribe a topic; registered at the master when this returns.
+
+        Args:
+            topic: Global, relative or "~private" name.
+            type: A message class or "package/Type"; None takes the publisher's own definition.
+            callback: Called with each message; see `Subscriber` for the thread. Without it, iterate or use
+                `next`.
+            queue_size: Most messages that wait for the program; the oldest is dropped. 1 is the newest.
+            raw: Give `AnyMsg` with the encoded bytes, do not decode.
+            tcp_nodelay: Ask publishers to send each message at once. It removes stalls of 40 ms with peers
+                that use Nagle's algorithm (rospy, roscpp), and costs them more than half their rate in bursts
+                (performance.md section 5), therefore off. Our own publishers send at once in any case.
+            on_error: Called with each error of a link (lost, refused), in a thread of the library.
+
+        Raises:
+            LocalProtocolError: Another type than before, or the node is closed.
+            MasterError, ConnectionLost, RosTimeout: It could not be registered.
+        """
+        self._check_open()
+        return self._topics.open_subscriber(
+            self.resolve_name(topic),
+            resolve_type(type),
+            callback=callback,
+            queue_size=_queue_size(queue_size),
+            raw=raw,
+            tcp_nodelay=tcp_nodelay,
+            on_error=on_error,
+        )
+
+    def wait_for_message(self, topic: str, type: TypeGiven = None, *, timeout: float | None = 10.0) -> Any:
+        """Subscribe, take one message, unsubscribe.
+
+        Raises:
+            RosTimeout: None came; the text tells how things stand with each publisher.
+        """
+        with self.subscriber(topic, type, queue_size=1) as subscriber:
+            return subscriber.next(timeout)
+
+    # -- services and parameters ----------------------------------------------------------------------------
+
+    def service_client(self, service: str, type: Any, *, persistent: bool = False) -> ServiceClient:
+        """A client of a service; connects with the first call. See `ServiceClient`."""
+        self._check_open()
+        return self._services.client(self.resolve_name(service), type, persistent=persistent)
+
+    def service_server(self, service: str, type: Any, handler: Callable[[Any], Any]) -> ServiceServer:
+        """Provide a service: `handler(request)` returns the response. See `ServiceServer`."""
+        self._check_open()
+        return self._services.server(self.resolve_name(service), type, handler)
+
+    def wait_for_service(self, service: str, *, timeout: float | None = 10.0) -> None:
+        """Wait until a service is provided and its provider answers.
+
+        Raises:
+            RosTimeout: It was not in time.
+        """
+        from rosproto.node import service_probe
+
+        service_probe.wait(self, self.resolve_name(service), timeout, stop=self._closing)
+
+    @property
+    def _services(self) -> Services:
+        with self._lazy:
+            if self._services_made is None:
+                from rosproto.node.services import Services
+
+                self._services_made = Services(self)
+            return self._services_made
+
+    @property
+    def params(self) -> Parameters:
+        """The parameter server as a mapping: `node.params["/key"]`."""
+        with self._lazy:
+            if self._params_made is None:
+                from rosproto.node.parameters import Parameters
+
+                self._params_made = Parameters(self)
+            return self._params_made
+
+    # -- facts ----------------------------------------------------------------------------------------------
+
+    @property
+    def uri(self) -> str:
+        """XML-RPC URI of this node's slave API."""
+        return self._endpoints.uri
+
+    @property
+    def master(self) -> MasterClient:
+        """The master, asked in this node's name."""
+        return self._master
+
+    @property
+    def namespace(self) -> str:
+        """Namespace of the node, with a slash at the end."""
+        return names.namespace(self.name)
+
+    @property
+    def closed(self) -> bool:
+        """True from the beginning of `close`."""
+        return self._closing.is_set()
+
+    @property
+    def close_reason(self) -> str:
+        """Why the node was closed: "" by the program, else by whom (`rosnode kill`)."""
+        return self._close_reason
+
+    @property
+    def logger(self) -> logging.Logger:
+        """A logger whose records also go to /rosout (with `rosout=True`)."""
+        return logging.getLogger("ros" + self.name.replace("/", "."))
+
+    def resolve_name(self, name: str) -> str:
+        """The global name that `name` means here, remappings applied."""
+        return names.resolve(name, self.name, self._remappings)
+
+    def stats(self) -> NodeStats:
+        """Bytes, messages, drops and reconnects of every link, services, and the state of the master link."""
+        from rosproto.node.stats import NodeStats
+
+        services = self._services_made.stats() if self._services_made is not None else {}
+        return NodeStats(
+            name=self.name,
+            uri=self.uri,
+            master_uri=self.master_uri,
+            master_lost=self._watchdog.master_lost,
+            links=tuple(self._topics.link_stats()),
+            services=services,
+        )
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Wait until the node is closed (by `rosnode kill`, or another thread); True when it is."""
+        return self._closed.wait(timeout)
+
+    def on_shutdown(self, callback: Callable[[str], object]) -> None:
+        """Have `callback(reason)` called when the node begins to close; "" when the program closes it."""
+        self._shutdown_callbacks.append(callback)
+
+    def __repr__(self) -> str:
+        state = "closed" if self.closed else self.uri
+        return f"<Node {self.name} at {self.master_uri}, {state}>"
+
+    # -- closing --------------------------------------------------------------------------------------------
+
+    def close(self) -> None:
+        """Take everything off the master and end all links; bounded in time, may be called twice.
+
+        What waits for slow subscribers is given half a second, then dropped.
+        """
+        self._close("")
+
+    def _close(self, reason: str) -> None:
+        with self._close_lock:
+            if self._closing.is_set():
+                first = False
+            else:
+                first = True
+                self._close_reason = reason
+                self._closing.set()
+        if not first:
+            self._closed.wait(5 * CLOSE_SECONDS)
+            return
+        try:
+            for callback in self._shutdown_callbacks:
+                self._guard(callback, reason)
+            for closer in reversed(self._closers):
+                self._guard(closer)
+            self._guard(self._leave_master)
+            self._guard(self._topics.close)
+            self._guard(self._close_servers)
+        finally:
+            self._closed.set()
+
+    @staticmethod
+    def _guard(step: Callable[..., object], *arguments: object) -> None:
+        """One step of closing; what it raises must not stop the others."""
+        try:
+            step(*arguments)
+        except Exception:
+            _log.exception("! closing: %r failed", step)
+
+    def _leave_master(self) -> None:
+        if self._intraprocess:
+            intraprocess.forget_node(self.uri, self)
+        if not self._watchdog.master_lost:
+            # Its own client: a call that hangs in `_master` must not use up the time.
+            with MasterClient(self.master_uri, self.name, timeout=CLOSE_SECONDS) as master:
+                self._registrations.unregister_all(Deadline(CLOSE_SECONDS), master)
+        self._watchdog.close(CLOSE_SECONDS)
+
+    def _close_servers(self) -> None:
+        self._endpoints.close(CLOSE_SECONDS)
+        self._monitor.close(CLOSE_SECONDS)
+        self._master.close()
+        self._watchdog.close(CLOSE_SECONDS)
+
+    def _shut_down_later(self, reason: str) -> None:
+        """Obey a shutdown call: answer it first, then close."""
+        _log.warning("= %s: %s", self.name, reason)
+        threading.Thread(
+            target=self._close, args=(reason,), name=f"rosproto:shutdown {self.name}", daemon=True
+        ).start()
+
+    def __enter__(self) -> Node:
+        return self
+
+    def __exit__(
+        self,
+        error_type: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    # -- for the parts --------------------------------------------------------------------------------------
+
+    @property
+    def _tcpros(self) -> TcprosServer:
+        return self._endpoints.tcpros
+
+    @property
+    def _rosrpc_uri(self) -> str:
+        return self._endpoints.rosrpc_uri
+
+    def _dispatch(self, method: str, params: list[object], peer: str) -> object:
+        return self._slave.dispatch(method, params, peer)
+
+    def _accept(self, sock: Any, fields: dict[str, str], peer: tuple[str, int]) -> None:
+        self._topics.accept(sock, fields, peer)
+
+    def _check_open(self) -> None:
+        if self._closing.is_set():
+            why = f" ({self._close_reason})" if self._close_reason else ""
+            raise LocalProtocolError(f"node {self.name} is closed{why}; open another one")
+
+    def _is_master_address(self, host: str) -> bool:
+        """Did this call come from the master's computer? Or, when the master is here, from our address."""
+        hosts = self._master_hosts
+        return host in hosts or (self._endpoints.host in hosts and host == self._endpoints.host)
+
+    def _next_link_id(self) -> int:
+        return next(self._link_ids)
+
+    def _wall_time(self) -> float:
+        return time.time()
+
+    def _make_link(self, subscription: Subscription, uri: str) -> PublisherLink:
+        """A link to the publisher with that URI: in this process without sockets."""
+        if self._intraprocess and intraprocess.find_node(uri) is not None:
+            return intraprocess.LocalLink(subscription, uri, self._next_link_id())
+        return TcprosLink(subscription, uri, self._next_link_id())
+
+    def _emit(self, event: Event) -> None:
+        """Note an event and tell who asked to be told."""
+        self._events.append(event)
+        if self._on_event is not None:
+            try:
+                self._on_event(event)
+            except Exception:
+                _log.exception("! %s: on_event raised", self.name)
+
+    def _recent_refusals(self, topic: str) -> str:
+        """Text about subscribers that were refused, for an error about missing ones."""
+        refused = [e for e in list(self._events) if e.kind is EventKind.REFUSED and e.name == topic]
+        return f" (refused: {refused[-1].error})" if refused else ""
+
+    def _rebind(self) -> bool:
+        """Listen on our present address towards the master, when it is another one now."""
+        if self._host_given is not None:
+            return False
+        announced, bind = listening_address(None, self._master_address, CLOSE_SECONDS)
+        old = self._endpoints
+        if announced == old.host:
+            return False
+        options = {**self._endpoint_options}
+        new = open_endpoints(announced, bind, self._master_address, **options)
+        new.tcpros.on_service = old.tcpros.on_service
+        self._endpoints = new
+        if self._intraprocess:
+            intraprocess.forget_node(old.uri, self)
+            intraprocess.note_node(self)
+        old.close(CLOSE_SECONDS)
+        self._topics.links_changed_address()
+        return True
+
+
+def _node_name(name: str, namespace: str, anonymous: bool) -> str:
+    """The global name; a "/" in a relative one would hide its namespace (roscpp refuses it too)."""
+    resolved = names.resolve(
+        name, names.join(namespace if namespace.startswith("/") else f"/{namespace}", "x")
+    )
+    if name.startswith("~") or resolved == "/":
+        raise ValueError(f"{name!r} is no node name; expected something like '/laptop'")
+    if anonymous:
+        space, _, base = resolved.rpartition("/")
+        return f"{space}/{names.anonymous_name(base)}"
+    return resolved
+
+
+def _from_environment(
+    master_uri: str | None, host: str | None, namespace: str
+) -> tuple[str | None, str | None, str]:
+    import os
+
+    environment = os.environ
+    if namespace == "/":
+        namespace = environment.get("ROS_NAMESPACE", "") or "/"
+    return (
+        master_uri or environment.get("ROS_MASTER_URI", "") or "http://localhost:11311/",
+        host or host_from_environment(environment),
+        namespace,
+    )
+
+
+def _queue_size(size: int) -> int:
+    if not isinstance(size, int) or isinstance(size, bool) or size < 1:
+        raise ValueError(f"queue_size is a number of messages, at least 1, not {size!r}")
+    return size

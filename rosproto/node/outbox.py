@@ -2,8 +2,8 @@
 
 No I/O here: `SubscriberLink` sends what `take` hands out and says with `sent` how far it came.
 
-Drop policy: at most `size` whole messages wait; a new one pushes the oldest out. A message of which some bytes
-are on the wire already is always finished, else the stream would be out of step.
+Drop policy: at most `size` whole messages wait; a new one pushes the oldest out. A message of which some
+bytes are on the wire already is always finished, else the stream would be out of step.
 """
 
 from __future__ import annotations

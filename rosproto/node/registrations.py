@@ -87,11 +87,12 @@ class Registrations:
                 return
             del self._table[key]
             self._pending.discard(key)
-        self._take_back(registration)
+        self._take_back(registration, self._master)
 
-    def _take_back(self, registration: Registration) -> bool:
+    @staticmethod
+    def _take_back(registration: Registration, master: MasterClient) -> bool:
         try:
-            registration.unregister(self._master)
+            registration.unregister(master)
         except (ConnectionLost, RosTimeout) as error:
             _log.debug("! unregister %s %s: %s", registration.kind, registration.name, error)
             return False
@@ -122,22 +123,25 @@ class Registrations:
                 except RosError as error:
                     _log.error("registering the %s %s again: %s", *key, error)
                     continue
-            self._settle(key)
+            self._settle(key, registration)
         return not self.pending
 
-    def _settle(self, key: tuple[str, str]) -> None:
+    def _settle(self, key: tuple[str, str], registration: Registration | None) -> None:
         """Note that `key` stands; undo it when it was removed while it was being registered."""
         with self._lock:
             self._pending.discard(key)
+            removed = registration is not None and key not in self._table
+        if removed and registration is not None:
+            self._take_back(registration, self._master)
 
-    def unregister_all(self, deadline: Deadline) -> None:
+    def unregister_all(self, deadline: Deadline, master: MasterClient) -> None:
         """Take everything back, the newest first; stops at the deadline or when the master is away."""
         with self._lock:
             registrations = list(self._table.values())[::-1]
             self._table.clear()
             self._pending.clear()
         for registration in registrations:
-            if deadline.expired or not self._take_back(registration):
+            if deadline.expired or not self._take_back(registration, master):
                 return
 
     @property

@@ -3,9 +3,9 @@
 Every reply is `[code, statusMessage, value]` (-1 the caller's mistake, 0 failure, 1 success) in exactly the
 shape the wiki gives; shapes below are checked by `rosnode info`, rqt_graph and test_slave_api.
 
-Words are not trusted: a `publisherUpdate` or `paramUpdate` that does not come from the master's address is only
-a hint to ask the master, and a `shutdown` in the master's name is obeyed when the master agrees that the name is
-no longer ours (ros_comm#2241: with re-used ports it hits an innocent node).
+Words are not trusted: a `publisherUpdate` or `paramUpdate` that does not come from the master's address is
+only a hint to ask the master, and a `shutdown` in the master's name is obeyed when the master agrees that the
+name is no longer ours (ros_comm#2241: with re-used ports it hits an innocent node).
 
 Source: wiki.ros.org/ROS/Slave_API; rospy impl/masterslave.py where it is silent.
 """
@@ -18,6 +18,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rosproto.errors import MasterError, RosError
+from rosproto.protocol.xmlrpc import Fault
 
 if TYPE_CHECKING:
     from rosproto.node.master_client import MasterClient
@@ -47,10 +48,6 @@ class Topics(Protocol):
     def verify_publishers(self, topic: str) -> None: ...
 
 
-class UnknownMethod(LookupError):
-    """The slave API has no such method."""
-
-
 class _BadArgument(Exception):
     """An argument is not what the method takes; the text goes to the caller with code -1."""
 
@@ -59,9 +56,10 @@ class SlaveApi:
     """Dispatch table of one node: `dispatch` is what the XML-RPC server calls.
 
     Attributes:
-        methods: Method name -> (handler, number of arguments, value of a refusal). A handler takes the peer's
-            address and the arguments, and returns the reply.
-        on_parameter_update: Hook of the parameter cache: `(key, value, trusted) -> bool`, True when subscribed.
+        methods: Method name -> (handler, number of arguments, value of a refusal). A handler takes the
+            peer's address and the arguments, and returns the reply.
+        on_parameter_update: Hook of the parameter cache: `(key, value, trusted) -> bool`, True when
+            subscribed.
     """
 
     def __init__(
@@ -106,14 +104,14 @@ class SlaveApi:
         Args:
             method: Name from the wire.
             params: Its arguments from the wire, of any type and number.
-            peer: IP address of the caller.
+            peer: Address of the caller (`xmlrpc_server.Peer`, or a plain host).
 
         Raises:
-            UnknownMethod: No such method (the server answers with a Fault).
+            Fault: No such method.
         """
         entry = self.methods.get(method)
         if entry is None:
-            raise UnknownMethod(f"the slave API has no method {method[:100]!r}")
+            raise Fault(-1, f"the slave API has no method {method[:100]!r}")
         handler, arity, refusal = entry
         if method == "shutdown" and len(params) == 1:
             params = [*params, ""]
@@ -122,7 +120,7 @@ class SlaveApi:
         if not isinstance(params[0], str):
             return [-1, "caller_id must be a string", refusal]
         try:
-            return handler(peer, *params)
+            return handler(getattr(peer, "host", peer), *params)
         except _BadArgument as error:
             return [-1, str(error), refusal]
 

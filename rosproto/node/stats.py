@@ -1,10 +1,12 @@
-"""Counters of one link, and how `Node.stats()` shows them."""
+"""Counters of links and nodes, as values."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
-__all__ = ["LinkStats"]
+__all__ = ["LinkStats", "NodeStats"]
 
 
 @dataclass(slots=True)
@@ -40,3 +42,34 @@ class LinkStats:
     queued: int = 0
     state: str = ""
     last_error: str = ""
+
+
+@dataclass(slots=True)
+class NodeStats:
+    """What `Node.stats()` tells.
+
+    Attributes:
+        name: The node.
+        uri: Its XML-RPC URI.
+        master_uri: Its master.
+        master_lost: True while the master does not answer.
+        links: Every link to a publisher or subscriber.
+        services: Counters of service servers and clients.
+    """
+
+    name: str
+    uri: str
+    master_uri: str
+    master_lost: bool
+    links: tuple[LinkStats, ...] = ()
+    services: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def dropped(self) -> int:
+        """Messages given up on all links because a queue was full."""
+        return sum(link.dropped for link in self.links)
+
+    @property
+    def reconnects(self) -> int:
+        """Connections made again on all links."""
+        return sum(link.reconnects for link in self.links)

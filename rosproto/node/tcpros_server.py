@@ -11,13 +11,12 @@ from __future__ import annotations
 
 import logging
 import socket
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.protocol.handshake import error_header
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.tcp import tune
 from rosproto.transport.tcp_server import TcpServer
 from rosproto.transport.tcpros_io import read_header, write_header
 
@@ -46,7 +45,7 @@ class TcprosServer:
         *,
         limits: Limits,
         on_topic: OnConnection,
-        allow: Iterable[str] | None = None,
+        allow: Collection[str] | None = None,
         name: str = "tcpros",
         port: int = 0,
     ) -> None:
@@ -76,11 +75,13 @@ class TcprosServer:
         except RosError as error:
             self._refuse(sock, peer, str(error))
             return
-        tune(sock)
         if "service" in fields and self.on_service is not None:
+            self._server.established(sock)
             self.on_service(sock, fields, peer)
         elif "topic" in fields:
-            self.on_topic(sock, fields, peer)
+            # A subscriber's link has no thread of its own, but the server closes a socket when its thread
+            # ends: so the connection moves to a socket object of ours.
+            self.on_topic(socket.socket(fileno=sock.detach()), fields, peer)
         else:
             self._refuse(sock, peer, "the connection header names neither a topic nor a service of this node")
 

@@ -45,7 +45,8 @@ class TopicType:
     @property
     def definition(self) -> str:
         """Full text, as `message_definition` carries it."""
-        return self.message_class._full_text
+        text: str = self.message_class._full_text
+        return text
 
     @property
     def decode(self) -> Callable[..., Any]:
@@ -95,7 +96,8 @@ def resolve_type(given: Any) -> TopicType:
     if isinstance(given, type) and hasattr(given, "_md5sum") and hasattr(given, "_type"):
         return TopicType(given)
     raise TypeError(
-        f'a topic type is a message class, a "package/Type" string or None, not {type(given).__name__} {given!r}'
+        f'a topic type is a message class, a "package/Type" string or None,'
+        f" not {type(given).__name__} {given!r}"
     )
 
 

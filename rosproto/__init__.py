@@ -1,0 +1,162 @@
+"""ROS 1 in pure Python: nodes, a master, messages, actions, bags. Knows no robot; `woosh_pure` does.
+
+    import rosproto
+    with rosproto.Node("/laptop", master_uri="http://10.0.0.7:11311") as node:
+        for scan in node.subscriber("/scan", "sensor_msgs/LaserScan"):
+            print(min(scan.ranges))
+
+Names are imported when they are first used: a program that reads a bag does not load the network.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rosproto.action import ActionClient, ActionServer, GoalStatus
+    from rosproto.bag import BagReader, BagWriter
+    from rosproto.codec import (
+        AnyMsg,
+        Message,
+        ServiceType,
+        decode,
+        define,
+        encode,
+        message_class,
+        service_class,
+    )
+    from rosproto.errors import (
+        BagError,
+        CodecError,
+        ConnectionLost,
+        DefinitionError,
+        LocalProtocolError,
+        MasterError,
+        Md5sumMismatch,
+        ProtocolError,
+        RemoteProtocolError,
+        RosError,
+        RosTimeout,
+        ServiceError,
+        TooLarge,
+    )
+    from rosproto.master import Master
+    from rosproto.node import (
+        Event,
+        EventKind,
+        MasterClient,
+        Node,
+        NodeClient,
+        Publisher,
+        ServiceClient,
+        ServiceServer,
+        Subscriber,
+    )
+    from rosproto.protocol.limits import Limits
+    from rosproto.time import Duration, Time
+
+__all__ = [
+    "ActionClient",
+    "ActionServer",
+    "AnyMsg",
+    "BagError",
+    "BagReader",
+    "BagWriter",
+    "CodecError",
+    "ConnectionLost",
+    "DefinitionError",
+    "Duration",
+    "Event",
+    "EventKind",
+    "GoalStatus",
+    "Limits",
+    "LocalProtocolError",
+    "Master",
+    "MasterClient",
+    "MasterError",
+    "Md5sumMismatch",
+    "Message",
+    "Node",
+    "NodeClient",
+    "ProtocolError",
+    "Publisher",
+    "RemoteProtocolError",
+    "RosError",
+    "RosTimeout",
+    "ServiceClient",
+    "ServiceError",
+    "ServiceServer",
+    "ServiceType",
+    "Subscriber",
+    "Time",
+    "TooLarge",
+    "decode",
+    "define",
+    "encode",
+    "message_class",
+    "service_class",
+]
+
+_HOME = {
+    "rosproto.action": ("ActionClient", "ActionServer", "GoalStatus"),
+    "rosproto.bag": ("BagReader", "BagWriter"),
+    "rosproto.codec": (
+        "AnyMsg",
+        "Message",
+        "ServiceType",
+        "decode",
+        "define",
+        "encode",
+        "message_class",
+        "service_class",
+    ),
+    "rosproto.errors": (
+        "BagError",
+        "CodecError",
+        "ConnectionLost",
+        "DefinitionError",
+        "LocalProtocolError",
+        "MasterError",
+        "Md5sumMismatch",
+        "ProtocolError",
+        "RemoteProtocolError",
+        "RosError",
+        "RosTimeout",
+        "ServiceError",
+        "TooLarge",
+    ),
+    "rosproto.master": ("Master",),
+    "rosproto.node": (
+        "Event",
+        "EventKind",
+        "MasterClient",
+        "Node",
+        "NodeClient",
+        "Publisher",
+        "ServiceClient",
+        "ServiceServer",
+        "Subscriber",
+    ),
+    "rosproto.protocol.limits": ("Limits",),
+    "rosproto.time": ("Duration", "Time"),
+}
+_MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
+_SUBMODULES = ("action", "aio", "bag", "codec", "errors", "master", "msg", "names", "node", "recording", "tf")
+
+
+def __getattr__(name: str) -> object:
+    """Import a name, or a subpackage, with its first use (PEP 562)."""
+    from importlib import import_module
+
+    if name in _MODULE_OF:
+        value: object = getattr(import_module(_MODULE_OF[name]), name)
+    elif name in _SUBMODULES:
+        value = import_module(f"{__name__}.{name}")
+    else:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, *_SUBMODULES})

@@ -1,0 +1,271 @@
+"""The node's time: this computer's, or the simulated time of /clock.
+
+`/use_sim_time` is read once, when the node is opened (pitfall 60). Simulated time is 0 before the first
+message of /clock, stands still when it does, and may jump back when a bag is played again: whoever sleeps
+wakes up then.
+
+Source: wiki.ros.org/Clock; rospy rostime.py and timer.py for Rate and Timer.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from rosproto.errors import MasterError
+from rosproto.time import Duration, Time
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from rosproto.node.node import Node
+
+__all__ = ["NodeClock", "Rate", "Timer", "TimerEvent"]
+
+_log = logging.getLogger("rosproto.node")
+
+LONGEST_WAIT = 1.0  # seconds of real time between two looks whether the node is closed
+NSEC = 1_000_000_000
+
+
+class NodeClock:
+    """Time, sleeping, rates and timers of one node.
+
+    Attributes:
+        simulated: True when time comes from /clock.
+    """
+
+    def __init__(self) -> None:
+        self.simulated = False
+        self._condition = threading.Condition()
+        self._now = 0  # simulated, nanoseconds
+        self._jumps = 0
+        self._node: Node | None = None
+        self._timers: set[Timer] = set()
+        self._on_jump: list[Callable[[], object]] = []
+
+    def attach(self, node: Node) -> None:
+        """Ask the master whether time is simulated, and follow /clock when it is."""
+        self._node = node
+        node._closers.append(self._close)
+        try:
+            self.simulated = node.master.get_param("/use_sim_time") is True
+        except MasterError:
+            return  # not set
+        if self.simulated:
+            node.subscriber("/clock", "rosgraph_msgs/Clock", self._on_clock, queue_size=1)
+
+    # -- time -----------------------------------------------------------------------------------------------
+
+    def now_nsec(self) -> int:
+        """Nanoseconds since 1970, or of simulated time."""
+        return self._now if self.simulated else time.time_ns()
+
+    def now(self) -> Time:
+        """The present time; 0 in simulated time before the first /clock message."""
+        return Time(*divmod(self.now_nsec(), NSEC))
+
+    def on_jump(self, callback: Callable[[], object]) -> None:
+        """Have `callback()` called when simulated time jumps back."""
+        self._on_jump.append(callback)
+
+    def _on_clock(self, message: Any) -> None:
+        stamp: int = message.clock.secs * NSEC + message.clock.nsecs
+        with self._condition:
+            back = stamp < self._now
+            self._jumps += back
+            self._now = stamp
+            self._condition.notify_all()
+        if back:
+            _log.info("= /clock jumped back to %d.%09d", *divmod(stamp, NSEC))
+            for callback in self._on_jump:
+                callback()
+
+    def wait_for_time(self, timeout: float | None = 10.0) -> bool:
+        """Wait for the first /clock message; True at once when time is real."""
+        with self._condition:
+            return not self.simulated or self._wait(lambda: self._now > 0, timeout)
+
+    # -- sleeping -------------------------------------------------------------------------------------------
+
+    def sleep(self, duration: float | Duration) -> bool:
+        """Sleep by this clock.
+
+        Returns:
+            True after the whole time; False when woken early, because simulated time jumped back or the node
+            was closed.
+        """
+        seconds = duration.to_sec() if isinstance(duration, Duration) else float(duration)
+        return self.sleep_until_nsec(self.now_nsec() + round(seconds * NSEC))
+
+    def sleep_until_nsec(self, end: int, stop: threading.Event | None = None) -> bool:
+        """As `sleep`, until a moment of this clock; `stop` wakes too (within a second)."""
+        if not self.simulated:
+            return self._sleep_real((end - time.time_ns()) / NSEC, stop)
+        with self._condition:
+            jumps = self._jumps
+            self._wait(
+                lambda: self._now >= end or self._jumps != jumps or (stop is not None and stop.is_set()), None
+            )
+            return self._now >= end and self._jumps == jumps
+
+    def _sleep_real(self, seconds: float, stop: threading.Event | None) -> bool:
+        closing = stop or (self._node._closing if self._node is not None else threading.Event())
+        return not closing.wait(max(0.0, seconds))
+
+    def _wait(self, done: Callable[[], bool], timeout: float | None) -> bool:
+        """Wait for simulated time; ends when the node is closed. The lock is held."""
+        end = None if timeout is None else time.monotonic() + timeout
+        while not done():
+            if self._node is None or self._node._closing.is_set():
+                return False
+            left = LONGEST_WAIT if end is None else min(LONGEST_WAIT, end - time.monotonic())
+            if left <= 0:
+                return False
+            self._condition.wait(left)
+        return True
+
+    def rate(self, hz: float) -> Rate:
+        """A loop's pace: `while rate.sleep(): ...`."""
+        return Rate(self, hz)
+
+    def timer(
+        self, period: float, callback: Callable[[TimerEvent], object], *, oneshot: bool = False
+    ) -> Timer:
+        """Have `callback(event)` called every `period` seconds, in a thread of its own.
+
+        Args:
+            period: Seconds of this clock.
+            callback: Gets a `TimerEvent`; what it raises is logged and the timer goes on.
+            oneshot: Call it once.
+        """
+        timer = Timer(self, period, callback, oneshot)
+        self._timers.add(timer)
+        timer._thread.start()
+        return timer
+
+    def _close(self) -> None:
+        with self._condition:
+            self._condition.notify_all()
+        timers = list(self._timers)
+        for timer in timers:
+            timer._stop.set()
+        for timer in timers:
+            timer.close()
+
+
+class Rate:
+    """Keeps a loop at `hz` rounds per second of the node's clock; a late round is not made up."""
+
+    def __init__(self, clock: NodeClock, hz: float) -> None:
+        if not hz > 0:
+            raise ValueError(f"a rate is a positive number of rounds per second, not {hz!r}")
+        self._clock = clock
+        self._period = round(NSEC / hz)
+        self._last = clock.now_nsec()
+
+    def remaining(self) -> float:
+        """Seconds left of this round; negative when it is late."""
+        return (self._last + self._period - self._clock.now_nsec()) / NSEC
+
+    def sleep(self) -> bool:
+        """Sleep until the round is over; False when the node was closed, so `while rate.sleep()` ends."""
+        now = self._clock.now_nsec()
+        if now < self._last:  # time jumped back
+            self._last = now
+        due = self._last + self._period
+        if now < due:
+            self._clock.sleep_until_nsec(due)
+            now = self._clock.now_nsec()
+        # Late by more than a round: begin anew, do not hurry through what was missed (rospy Rate.sleep).
+        self._last = due if now - due < self._period else now
+        node = self._clock._node
+        return node is not None and not node.closed
+
+
+class TimerEvent(NamedTuple):
+    """What a timer's callback gets (rospy.timer.TimerEvent has the same names).
+
+    Attributes:
+        last_expected: When the call before should have been; None in the first.
+        last_real: When it was.
+        current_expected: When this one should be.
+        current_real: When it is.
+        last_duration: How long the callback took then, seconds of real time.
+    """
+
+    last_expected: Time | None
+    last_real: Time | None
+    current_expected: Time
+    current_real: Time
+    last_duration: float | None
+
+
+class Timer:
+    """Made by `NodeClock.timer`; close it to stop."""
+
+    def __init__(
+        self, clock: NodeClock, period: float, callback: Callable[[TimerEvent], object], oneshot: bool
+    ) -> None:
+        if not period > 0:
+            raise ValueError(f"a timer's period is a positive number of seconds, not {period!r}")
+        self._clock = clock
+        self._period = round(period * NSEC)
+        self._callback = callback
+        self._oneshot = oneshot
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="rosproto:timer", daemon=True)
+
+    def _run(self) -> None:
+        clock = self._clock
+        due = clock.now_nsec() + self._period
+        last: tuple[Time, Time, float] | None = None
+        while not self._stop.is_set():
+            whole = clock.sleep_until_nsec(due, self._stop)
+            if self._stop.is_set() or (clock._node is not None and clock._node.closed):
+                break
+            now = clock.now_nsec()
+            if not whole and now < due:  # time jumped back: a period from here
+                due = now + self._period
+                continue
+            last = self._call(due, now, last)
+            if self._oneshot:
+                break
+            due += self._period
+            if due < clock.now_nsec() - self._period:  # late by more than a period: do not make it up
+                due = clock.now_nsec() + self._period
+        clock._timers.discard(self)
+
+    def _call(self, due: int, now: int, last: tuple[Time, Time, float] | None) -> tuple[Time, Time, float]:
+        expected, real = Time(*divmod(due, NSEC)), Time(*divmod(now, NSEC))
+        event = TimerEvent(
+            last[0] if last else None, last[1] if last else None, expected, real, last[2] if last else None
+        )
+        began = time.perf_counter()
+        try:
+            self._callback(event)
+        except Exception:
+            _log.exception("! the timer's callback %r raised; the timer goes on", self._callback)
+        return expected, real, time.perf_counter() - began
+
+    def close(self) -> None:
+        """No more calls; waits a second for one that runs (unless it is the one that closes)."""
+        self._stop.set()
+        with self._clock._condition:
+            self._clock._condition.notify_all()
+        if threading.current_thread() is not self._thread and self._thread.ident is not None:
+            self._thread.join(1.0)
+
+    def __enter__(self) -> Timer:
+        return self
+
+    def __exit__(
+        self,
+        error_type: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()

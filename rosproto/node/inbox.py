@@ -1,0 +1,91 @@
+"""What a subscriber has received and its program has not taken yet.
+
+Drop policy: at most `size` messages wait, the oldest is dropped and counted. So `size=1` holds the newest
+message, however slow the program is, and memory is bounded however fast the publisher is.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Sequence
+from typing import Any
+
+__all__ = ["Inbox"]
+
+
+class Inbox:
+    """Bounded queue of (message, receive time), oldest dropped; filled by link threads.
+
+    Attributes:
+        size: Most messages that wait.
+        received: Messages put in so far.
+        dropped: Messages given up so far.
+        latest: The newest message, taken or not; None before the first.
+    """
+
+    def __init__(self, size: int) -> None:
+        self.size = size
+        self.received = 0
+        self.dropped = 0
+        self.latest: Any = None
+        self.condition = threading.Condition(threading.Lock())
+        self._queue: deque[tuple[Any, float]] = deque()
+        self._waiters = 0
+        self._closed = False
+
+    def put(self, batch: Sequence[Any], stamp: float) -> None:
+        """Add messages, the newest last."""
+        with self.condition:
+            self.put_locked(batch, stamp)
+
+    def put_locked(self, batch: Sequence[Any], stamp: float, *, older: bool = False) -> None:
+        """As `put`, for a caller that holds `condition`; with `older` they go before what waits already."""
+        if self._closed:
+            return
+        queue = self._queue
+        if older:
+            queue.extendleft((message, stamp) for message in reversed(batch))
+        else:
+            self.received += len(batch)
+            self.latest = batch[-1]
+            if len(batch) > self.size:
+                self.dropped += len(batch) - self.size
+                batch = batch[-self.size :]
+            queue.extend([(message, stamp) for message in batch])
+        while len(queue) > self.size:
+            queue.popleft()
+            self.dropped += 1
+        if self._waiters:
+            self.condition.notify_all()
+
+    def count(self, batch: Sequence[Any]) -> None:
+        """Note messages that go to a callback directly; for a caller that holds `condition`."""
+        self.received += len(batch)
+        self.latest = batch[-1]
+
+    def get(self, timeout: float | None) -> tuple[Any, float] | None:
+        """Take the oldest message; None when there was none in time, or the inbox is closed and empty."""
+        with self.condition:
+            if not self._queue and not self._closed:
+                self._waiters += 1
+                try:
+                    self.condition.wait_for(lambda: self._queue or self._closed, timeout)
+                finally:
+                    self._waiters -= 1
+            return self._queue.popleft() if self._queue else None
+
+    def close(self) -> None:
+        """Nothing more comes; whoever waits is woken. What waits is dropped."""
+        with self.condition:
+            self._closed = True
+            self.dropped += len(self._queue)
+            self._queue.clear()
+            self.condition.notify_all()
+
+    @property
+    def closed(self) -> bool:
+        return self._closed
+
+    def __len__(self) -> int:
+        return len(self._queue)

@@ -1,0 +1,188 @@
+"""One thread for all subscribers of a node: who is gone, who can take more, whose batch is due.
+
+`publish()` sends in the caller's thread whenever the socket takes it. What is left is this thread's work:
+
+* a subscriber's FIN or RST is only seen by reading, and subscribers never send anything to read;
+* a socket that was full becomes writable again: the link sends what waits in its outbox;
+* the last messages of a burst sit in a batch which nobody else would send (`flush_later`).
+
+The selector belongs to the thread alone; others leave requests in a deque and wake it through a socket pair.
+"""
+
+from __future__ import annotations
+
+import logging
+import selectors
+import socket
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import Protocol
+
+__all__ = ["LinkMonitor", "MonitoredLink"]
+
+_log = logging.getLogger("rosproto.node")
+
+TICK = 0.001  # seconds until the end of a burst is sent at the latest, when this thread gets to run
+IDLE_TICKS = 20  # after so many ticks without a batch the thread sleeps again
+LONGEST_SLEEP = 5.0  # seconds; only so that no wait is without an end
+
+
+class MonitoredLink(Protocol):
+    """What the monitor asks of a link."""
+
+    @property
+    def sock(self) -> socket.socket: ...
+
+    def on_readable(self) -> None: ...
+
+    def on_writable(self) -> None: ...
+
+    def flush(self) -> None: ...
+
+
+class LinkMonitor:
+    """The thread; started with the first link, ended by `close`."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._selector = selectors.DefaultSelector()
+        self._wake_in, self._wake_out = socket.socketpair()
+        self._wake_in.setblocking(False)
+        self._wake_out.setblocking(False)
+        self._selector.register(self._wake_in, selectors.EVENT_READ, None)
+        self._requests: deque[Callable[[], None]] = deque()
+        self._due: deque[MonitoredLink] = deque()
+        self._ticking = False
+        self._closing = False
+        self._thread: threading.Thread | None = None
+        self._lock = threading.Lock()
+
+    # -- from any thread ------------------------------------------------------------------------------------
+
+    def add(self, link: MonitoredLink) -> None:
+        """Watch a link; its socket must not block."""
+        self._request(lambda: self._watch(link, selectors.EVENT_READ))
+
+    def want_write(self, link: MonitoredLink, wanted: bool) -> None:
+        """Call `on_writable` as soon as the socket takes more, until told otherwise."""
+        events = selectors.EVENT_READ | (selectors.EVENT_WRITE if wanted else 0)
+        self._request(lambda: self._change(link, events))
+
+    def remove(self, link: MonitoredLink) -> None:
+        """Stop watching, then close the socket.
+
+        The socket is closed here and not by the caller: a number re-used while the selector still knows it
+        would watch somebody else's connection.
+        """
+        self._request(lambda: self._drop(link))
+
+    def flush_later(self, link: MonitoredLink) -> None:
+        """Call `link.flush()` about a millisecond from now."""
+        self._due.append(link)
+        if not self._ticking:
+            self._ticking = True
+            self._wake()
+
+    def close(self, timeout: float = 2.0) -> None:
+        """End the thread; links still watched have their sockets closed."""
+        with self._lock:
+            self._closing = True
+            thread = self._thread
+        self._wake()
+        if thread is not None and thread is not threading.current_thread():
+            thread.join(timeout)
+        if thread is None or not thread.is_alive():
+            self._release()
+
+    def _request(self, request: Callable[[], None]) -> None:
+        with self._lock:
+            if not self._closing:
+                self._requests.append(request)
+                if self._thread is None:
+                    self._thread = threading.Thread(
+                        target=self._run, name=f"rosproto:links {self._name}", daemon=True
+                    )
+                    self._thread.start()
+                    return
+        if self._closing:
+            request()  # the thread is ending: nobody else uses the selector
+        elif threading.current_thread() is not self._thread:
+            self._wake()
+
+    def _wake(self) -> None:
+        try:
+            self._wake_out.send(b"\0")
+        except OSError:
+            pass  # full: it is being woken already; closed: it is ending
+
+    # -- in the thread --------------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        idle = 0
+        while not self._closing:
+            ready = self._selector.select(TICK if self._ticking else LONGEST_SLEEP)
+            for key, events in ready:
+                self._serve(key.data, events)
+            while self._requests:
+                self._requests.popleft()()
+            idle = 0 if self._flush_due() else idle + 1
+            if self._ticking and idle > IDLE_TICKS:
+                self._ticking = False
+                # A link may have come between the look and the note: it saw `_ticking` and did not wake us.
+                self._ticking = bool(self._due)
+
+    def _serve(self, link: MonitoredLink | None, events: int) -> None:
+        if link is None:
+            try:
+                self._wake_in.recv(4096)
+            except OSError:
+                pass  # drained already
+            return
+        try:
+            if events & selectors.EVENT_READ:
+                link.on_readable()
+            if events & selectors.EVENT_WRITE:
+                link.on_writable()
+        except Exception:
+            _log.exception("! a link failed unexpectedly: %r", link)
+            self._drop(link)
+
+    def _flush_due(self) -> bool:
+        count = len(self._due)
+        for _ in range(count):
+            self._due.popleft().flush()
+        return bool(count)
+
+    def _watch(self, link: MonitoredLink, events: int) -> None:
+        try:
+            self._selector.register(link.sock, events, link)
+        except (ValueError, KeyError, OSError) as error:
+            _log.debug("! not watched, closed already: %r: %s", link, error)
+
+    def _change(self, link: MonitoredLink, events: int) -> None:
+        try:
+            self._selector.modify(link.sock, events, link)
+        except (ValueError, KeyError, OSError):
+            pass  # removed meanwhile
+
+    def _drop(self, link: MonitoredLink) -> None:
+        try:
+            self._selector.unregister(link.sock)
+        except (ValueError, KeyError, OSError):
+            pass  # never watched, or dropped twice
+        link.sock.close()
+
+    def _release(self) -> None:
+        with self._lock:
+            requests, self._requests = self._requests, deque()
+        if self._selector.get_map() is None:
+            return
+        for request in requests:
+            request()
+        for key in list(self._selector.get_map().values()):
+            if key.data is not None:
+                key.data.sock.close()
+        self._selector.close()
+        self._wake_in.close()
+        self._wake_out.close()

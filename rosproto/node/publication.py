@@ -1,0 +1,326 @@
+"""One published topic of a node: its type, its subscribers, and the way of a message to all of them.
+
+Several `Publisher` objects of a node may share one topic; they share this, each closes for itself, and the
+last one to close takes the topic off the master.
+
+Source: wiki.ros.org/ROS/TCPROS, wiki.ros.org/roscpp/Overview/Publishers and Subscribers (latching); roscpp
+publication.cpp where they are silent.
+"""
+
+from __future__ import annotations
+
+import itertools
+import logging
+import socket
+import threading
+from collections.abc import Callable
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, Protocol
+
+from rosproto.codec import AnyMsg
+from rosproto.errors import CodecError, ConnectionLost, RosError
+from rosproto.node.events import Event, EventKind
+from rosproto.node.frames import LARGE, LargeFrame, small_frame
+from rosproto.node.subscriber_link import SubscriberLink
+from rosproto.node.tcpros_server import refuse
+from rosproto.node.topic_types import TopicType
+from rosproto.protocol.handshake import check_subscriber_header, publisher_header
+from rosproto.transport.address import format_address
+from rosproto.transport.deadline import Deadline
+from rosproto.transport.tcpros_io import write_header
+
+if TYPE_CHECKING:
+    from rosproto.node.master_client import MasterClient
+    from rosproto.node.node import Node
+    from rosproto.node.publisher import Publisher
+    from rosproto.node.stats import LinkStats
+
+__all__ = ["OutgoingLink", "Publication"]
+
+_log = logging.getLogger("rosproto.node")
+
+BURST_GAP = 20e-6  # seconds between two publishes that count as a burst
+BURST_LENGTH = 8  # messages in a row before a burst is believed
+
+Frame = bytes | LargeFrame
+
+
+class OutgoingLink(Protocol):
+    """A subscriber, over TCP or in this process."""
+
+    id: int
+    caller_id: str
+    queue_size: int
+    transport: str
+
+    def start(self) -> None: ...
+
+    def send(self, frame: bytes, burst: bool = False) -> None: ...
+
+    def send_large(self, frame: LargeFrame) -> None: ...
+
+    def wait_empty(self, timeout: float) -> None: ...
+
+    def close(self) -> None: ...
+
+    def stats(self) -> LinkStats: ...
+
+
+class Publication:
+    """A topic this node publishes (`registrations.Registration`).
+
+    Attributes:
+        name: Resolved topic.
+        type: Its type; never the wildcard.
+        links: The present subscribers; replaced, never changed, so it is read without a lock.
+    """
+
+    kind = "publisher"
+
+    def __init__(self, node: Node, name: str, type_: TopicType) -> None:
+        self._node = node
+        self.name = name
+        self.type = type_
+        self.links: tuple[OutgoingLink, ...] = ()
+        self._lock = threading.Condition()
+        self._handles: list[Publisher] = []
+        self._latched: dict[Publisher, Frame] = {}
+        self._has_header = bool(type_.message_class._has_header)
+        self._seq = itertools.count(1)
+        self._burst = 0
+        self._returned = 0.0
+        self._closed = False
+        self._gone_bytes = 0
+
+    # -- master ---------------------------------------------------------------------------------------------
+
+    def register(self, master: MasterClient) -> None:
+        master.register_publisher(self.name, self.type.name, self._node.uri)
+
+    def unregister(self, master: MasterClient) -> None:
+        master.unregister_publisher(self.name, self._node.uri)
+
+    # -- handles --------------------------------------------------------------------------------------------
+
+    def add_handle(self, handle: Publisher) -> None:
+        """One more `Publisher` of this topic; the longest queue asked for holds for every subscriber."""
+        with self._lock:
+            self._handles.append(handle)
+            size = self.queue_size
+            for link in self.links:
+                link.queue_size = size
+
+    def remove_handle(self, handle: Publisher) -> bool:
+        """True when that was the last one; its latched message goes with it."""
+        with self._lock:
+            if handle in self._handles:
+                self._handles.remove(handle)
+            self._latched.pop(handle, None)
+            return not self._handles
+
+    @property
+    def queue_size(self) -> int:
+        """Most messages that wait for one subscriber."""
+        return max((handle.queue_size for handle in self._handles), default=1)
+
+    @property
+    def handles(self) -> list[Publisher]:
+        return list(self._handles)
+
+    @property
+    def latching(self) -> bool:
+        """True when a late subscriber gets the last message."""
+        return any(handle.latch for handle in self._handles)
+
+    # -- subscribers ----------------------------------------------------------------------------------------
+
+    def accept(self, sock: socket.socket, fields: dict[str, str], peer: tuple[str, int]) -> None:
+        """Answer a subscriber's header; from then on it gets messages. Owns the socket."""
+        address = format_address(*peer[:2])
+        try:
+            check_subscriber_header(
+                fields, topic=self.name, type_name=self.type.name, md5sum=self.type.md5sum, peer=address
+            )
+            write_header(sock, self.header(), Deadline(self._node.limits.handshake_seconds))
+        except RosError as error:
+            self._refused(sock, address, error)
+            return
+        link = SubscriberLink(
+            sock,
+            fields,
+            address=address,
+            topic=self.name,
+            queue_size=self.queue_size,
+            monitor=self._node._monitor,
+            on_closed=self._link_closed,
+            id=self._node._next_link_id(),
+        )
+        self.attach(link, address)
+
+    def _refused(self, sock: socket.socket, address: str, error: RosError) -> None:
+        if isinstance(error, (ConnectionLost, TimeoutError)):
+            _log.debug("! %s: %s went away during the handshake: %s", self.name, address, error)
+            sock.close()
+            return
+        _log.warning("! %s: subscriber refused: %s", self.name, error)
+        refuse(sock, str(error))
+        self._node._emit(Event(EventKind.REFUSED, self.name, address, error))
+
+    def header(self) -> dict[str, str]:
+        """What we answer a subscriber."""
+        return publisher_header(
+            topic=self.name,
+            type_name=self.type.name,
+            md5sum=self.type.md5sum,
+            callerid=self._node.name,
+            message_definition=self.type.definition,
+            latching=self.latching,
+        )
+
+    def attach(self, link: OutgoingLink, address: str) -> None:
+        """Add a subscriber: first the latched messages, then everything published from now on."""
+        with self._lock:
+            closed = self._closed
+            if not closed:
+                for frame in self._latched.values():
+                    _send(link, frame)
+                self.links = (*self.links, link)
+                self._lock.notify_all()
+                callbacks = [handle.on_connect for handle in self._handles if handle.on_connect]
+        if closed:
+            link.close()
+            return
+        link.start()
+        _log.debug("= %s: %s at %s subscribes", self.name, link.caller_id, address)
+        self._node._emit(Event(EventKind.CONNECTED, self.name, address, peer=link.caller_id, direction="out"))
+        for callback in callbacks:
+            self._call(callback, link.caller_id)
+
+    def _call(self, callback: Callable[[str], object], caller_id: str) -> None:
+        try:
+            callback(caller_id)
+        except Exception:
+            _log.exception("! %s: on_connect(%s) raised", self.name, caller_id)
+
+    def _link_closed(self, link: OutgoingLink, error: ConnectionLost | None) -> None:
+        self.detach(link)
+        if error is not None:
+            kind = EventKind.DISCONNECTED
+            self._node._emit(Event(kind, self.name, error.peer, error, peer=link.caller_id, direction="out"))
+
+    def detach(self, link: OutgoingLink) -> None:
+        """Forget a subscriber that is gone."""
+        with self._lock:
+            if link in self.links:
+                self._gone_bytes += link.stats().bytes
+                self.links = tuple(other for other in self.links if other is not link)
+                self._lock.notify_all()
+
+    def wait_for(self, count: int, timeout: float | None) -> bool:
+        """Wait until at least `count` subscribers are connected; False when they were not in time."""
+        with self._lock:
+            return self._lock.wait_for(lambda: self._closed or len(self.links) >= count, timeout) and (
+                len(self.links) >= count
+            )
+
+    # -- messages -------------------------------------------------------------------------------------------
+
+    def publish(self, handle: Publisher, message: Any) -> None:
+        """Encode and hand to every subscriber; see `Publisher.publish`."""
+        if not self.links and not handle.latch:
+            return
+        if perf_counter() - self._returned > BURST_GAP:
+            self._burst = 0
+        else:
+            self._burst += 1
+        frame = self._encode(message)
+        links = self._latch(handle, frame) if handle.latch else self.links
+        if isinstance(frame, bytes):
+            burst = self._burst >= BURST_LENGTH
+            for link in links:
+                link.send(frame, burst)
+        else:
+            for link in links:
+                link.send_large(frame)
+        self._returned = perf_counter()
+
+    def _latch(self, handle: Publisher, frame: Frame) -> tuple[OutgoingLink, ...]:
+        """Remember the frame; the links that are to get it now (those that come later get it as latched)."""
+        if isinstance(frame, LargeFrame):
+            frame.owned()
+        with self._lock:
+            self._latched[handle] = frame
+            return self.links
+
+    def _encode(self, message: Any) -> Frame:
+        """The frame; header.seq is counted per topic and written into the bytes, not into the message."""
+        type_ = self.type
+        if type(message) is not type_.message_class:
+            if isinstance(message, (bytes, bytearray, memoryview)):
+                return _raw_frame(message)  # a relay: nothing is rewritten, header.seq neither (pitfall 59)
+            if isinstance(message, AnyMsg):
+                return _raw_frame(message._buff)
+            self._check_class(message)
+        seq = next(self._seq) & 0xFFFFFFFF if self._has_header else None
+        if not type_.may_be_large:
+            return small_frame(type_.encode(message), seq)
+        parts = type_.encode_parts(message)
+        if len(parts) == 1 and len(parts[0]) < LARGE:
+            return small_frame(bytes(parts[0]), seq)
+        frame = LargeFrame(parts, seq)
+        return frame if frame.size >= LARGE else frame.owned()
+
+    def _check_class(self, message: Any) -> None:
+        """Another class of the same type is as good (another flavour, another copy of the definition)."""
+        md5sum = getattr(type(message), "_md5sum", None)
+        if md5sum != self.type.md5sum:
+            given = getattr(type(message), "_type", None) or type(message).__name__
+            raise CodecError(
+                f"{self.name} is published as {self.type.name} (md5sum {self.type.md5sum}), not as {given}"
+                + (f" (md5sum {md5sum})" if md5sum else "; give a message, its fields, or encoded bytes")
+            )
+
+    def flush(self, timeout: float) -> None:
+        """Wait until every subscriber's outbox is empty."""
+        deadline = Deadline(timeout)
+        for link in self.links:
+            link.wait_empty(deadline.remaining() or 0.0)
+
+    # -- end ------------------------------------------------------------------------------------------------
+
+    def close(self) -> None:
+        """End all links; what is in the operating system's hands is still delivered."""
+        with self._lock:
+            self._closed = True
+            links = self.links
+            self._lock.notify_all()
+        for link in links:
+            link.close()
+
+    def drop_links(self) -> None:
+        """Our address changed: subscribers connect again at the new one."""
+        for link in self.links:
+            if link.transport == "TCPROS":
+                link.close()
+
+    def stats(self) -> list[LinkStats]:
+        """One entry per present subscriber."""
+        return [link.stats() for link in self.links]
+
+    @property
+    def bytes_sent(self) -> int:
+        """Bytes to all subscribers, those that left included."""
+        return self._gone_bytes + sum(link.stats().bytes for link in self.links)
+
+
+def _raw_frame(data: bytes | bytearray | memoryview) -> Frame:
+    if len(data) < LARGE:
+        return small_frame(bytes(data))
+    return LargeFrame([data if isinstance(data, bytes) else memoryview(data)])
+
+
+def _send(link: OutgoingLink, frame: Frame) -> None:
+    if isinstance(frame, bytes):
+        link.send(frame)
+    else:
+        link.send_large(frame)

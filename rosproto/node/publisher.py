@@ -1,0 +1,164 @@
+"""Publisher: what a program holds to publish a topic."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import LocalProtocolError, RosTimeout
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from rosproto.codec import Message
+    from rosproto.node.node import Node
+    from rosproto.node.publication import Publication
+    from rosproto.node.stats import LinkStats
+
+__all__ = ["Publisher"]
+
+
+class Publisher:
+    """Publishes one topic; made by `Node.publisher`. Close it, or use it in a `with` block.
+
+    Attributes:
+        latch: A subscriber that comes later gets the last message published here.
+        queue_size: Most messages that wait for one slow subscriber; the oldest is dropped and counted.
+        on_connect: Called with the caller id of each new subscriber, in a thread of the library.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        publication: Publication,
+        *,
+        latch: bool,
+        queue_size: int,
+        on_connect: Callable[[str], object] | None,
+    ) -> None:
+        self._node = node
+        self._publication = publication
+        self.latch = latch
+        self.queue_size = queue_size
+        self.on_connect = on_connect
+        self._closed = False
+
+    @property
+    def topic(self) -> str:
+        """Resolved name."""
+        return self._publication.name
+
+    @property
+    def type_name(self) -> str:
+        """ "package/Type"."""
+        return self._publication.type.name
+
+    @property
+    def md5sum(self) -> str:
+        """md5sum of the type."""
+        return self._publication.type.md5sum
+
+    @property
+    def message_class(self) -> type[Message]:
+        """Class of the messages."""
+        return self._publication.type.message_class
+
+    @property
+    def connections(self) -> int:
+        """Subscribers connected now."""
+        return len(self._publication.links)
+
+    @property
+    def closed(self) -> bool:
+        """True after `close`, or when the node is closed."""
+        return self._closed
+
+    @property
+    def subscribers(self) -> list[str]:
+        """Caller ids of the subscribers connected now."""
+        return [link.caller_id for link in self._publication.links]
+
+    def publish(self, message: Any = None, **fields: Any) -> None:
+        """Send a message to everybody who subscribes; never waits for a slow subscriber.
+
+        The message is encoded before this returns: changing it afterwards changes nothing sent. It is not
+        changed either: `header.seq` is counted in the bytes sent. Without a subscriber (and not latched)
+        nothing is encoded, so wrong values are not noticed then.
+
+        What a subscriber's connection does not take at once waits in its queue of `queue_size` messages, the
+        oldest of which is dropped (`stats()` counts).
+
+        Args:
+            message: A message of the type, or its encoded bytes (`bytes`, or an `AnyMsg` of a raw
+                subscription), which are relayed as they are.
+            **fields: Instead of `message`, fields of a new one.
+
+        Raises:
+            CodecError: A value does not fit its field, or the message is of another type.
+            LocalProtocolError: This publisher is closed.
+        """
+        if self._closed:
+            raise LocalProtocolError(f"{self.topic}: this publisher is closed; make another one to publish")
+        if message is None or fields:
+            message = self._message_of(message, fields)
+        self._publication.publish(self, message)
+
+    def _message_of(self, message: Any, fields: dict[str, Any]) -> Message:
+        if message is not None:
+            raise TypeError("publish() takes a message or fields, not both")
+        return self.message_class(**fields)
+
+    def wait_for_connection(self, timeout: float | None = 5.0, count: int = 1) -> None:
+        """Wait until somebody subscribes: a message published before that reaches nobody.
+
+        Args:
+            timeout: Seconds; None waits for ever.
+            count: How many subscribers.
+
+        Raises:
+            RosTimeout: They did not come; the text names what was seen.
+        """
+        if self._publication.wait_for(count, timeout):
+            return
+        if self._closed:
+            raise LocalProtocolError(f"{self.topic}: this publisher was closed while waiting for subscribers")
+        raise RosTimeout(
+            f"{self.topic}: {self.connections} of {count} subscribers connected after {timeout:g} s"
+            f"{self._node._recent_refusals(self.topic)}; check that somebody subscribes to exactly this topic"
+            f" at the master {self._node.master_uri} and can reach {self._node.uri}",
+            what=f"subscribers of {self.topic}",
+            seconds=timeout,
+        )
+
+    def flush(self, timeout: float = 5.0) -> None:
+        """Wait until every message published so far is in the operating system's hands.
+
+        Raises:
+            RosTimeout: A subscriber is too slow.
+        """
+        self._publication.flush(timeout)
+
+    def stats(self) -> Sequence[LinkStats]:
+        """Counters per connected subscriber (shared by all publishers of the topic in this node)."""
+        return self._publication.stats()
+
+    def close(self) -> None:
+        """Stop publishing; the last publisher of the topic takes it off the master. May be called twice."""
+        if not self._closed:
+            self._closed = True
+            self._node._topics.close_publisher(self, self._publication)
+
+    def __enter__(self) -> Publisher:
+        return self
+
+    def __exit__(
+        self,
+        error_type: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        state = "closed" if self._closed else f"{self.connections} subscribers"
+        return f"<Publisher {self.topic} {self.type_name}, {state}>"

@@ -1,0 +1,219 @@
+"""Subscriber: what a program holds to receive a topic."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
+from rosproto.node.callbacks import CallbackRunner
+from rosproto.node.inbox import Inbox
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from rosproto.node.node import Node
+    from rosproto.node.stats import LinkStats
+    from rosproto.node.subscription import Subscription
+    from rosproto.node.topic_types import TopicType
+
+__all__ = ["Subscriber"]
+
+_log = logging.getLogger("rosproto.node")
+
+
+class Subscriber:
+    """Receives one topic; made by `Node.subscriber`. Close it, or use it in a `with` block.
+
+    Messages come by iteration, by `next`, as `latest`, or to `callback`. At most `queue_size` of them wait
+    for the program; the oldest is dropped and counted. So `queue_size=1` is the newest message.
+
+    The callback runs in a thread of the library, never two at once for one subscriber: a quick one in the
+    thread that received the message, a slow one (2 ms) in a thread of its own, so that it holds up nobody.
+    What it raises is logged. Subscribers of one topic in a node get the same message objects: do not change
+    them.
+
+    Attributes:
+        raw: Messages are `rosproto.AnyMsg` with the encoded bytes; nothing is decoded.
+        queue_size: As above.
+        type: The type asked for.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        subscription: Subscription,
+        type_: TopicType,
+        *,
+        callback: Callable[[Any], object] | None,
+        queue_size: int,
+        raw: bool,
+        on_error: Callable[[Exception], object] | None,
+    ) -> None:
+        self._node = node
+        self._subscription = subscription
+        self.type = type_
+        self.raw = raw
+        self.queue_size = queue_size
+        self._inbox = Inbox(queue_size)
+        self._runner = CallbackRunner(callback, self._inbox, subscription.name) if callback else None
+        self._on_error = on_error
+        self._offer: Callable[[Sequence[Any], float], None] = (
+            self._runner.offer if self._runner is not None else self._inbox.put
+        )
+
+    # -- messages -------------------------------------------------------------------------------------------
+
+    def next(self, timeout: float | None = 10.0) -> Any:
+        """Wait for the next message: the oldest that was received and not taken yet.
+
+        Args:
+            timeout: Seconds; None waits for ever.
+
+        Raises:
+            RosTimeout: None came; the text tells how things stand with each publisher.
+            ConnectionLost: The subscriber or the node was closed meanwhile.
+        """
+        return self.next_stamped(timeout)[0]
+
+    def next_stamped(self, timeout: float | None = 10.0) -> tuple[Any, float]:
+        """As `next`, with the time of receipt: seconds since 1970 by this computer's clock."""
+        if self._runner is not None:
+            raise LocalProtocolError(
+                f"{self.topic}: this subscriber has a callback, which gets every message"
+            )
+        item = self._inbox.get(timeout)
+        if item is not None:
+            return item
+        if self._inbox.closed:
+            raise ConnectionLost(f"{self.topic}: this subscriber is closed")
+        raise RosTimeout(
+            f"{self.topic}: no message within {timeout:g} s; {self._subscription.why_silent()}"
+            f" (master {self._node.master_uri})",
+            what=f"a message on {self.topic}",
+            seconds=timeout,
+        )
+
+    def __iter__(self) -> Iterator[Any]:
+        """Every message from now on, until the subscriber or the node is closed."""
+        if self._runner is not None:
+            raise LocalProtocolError(
+                f"{self.topic}: this subscriber has a callback, which gets every message"
+            )
+        while True:
+            item = self._inbox.get(None)
+            if item is None:
+                return
+            yield item[0]
+
+    @property
+    def latest(self) -> Any:
+        """The newest message received, None before the first. Taking it leaves the queue as it is."""
+        return self._inbox.latest
+
+    # -- state ----------------------------------------------------------------------------------------------
+
+    @property
+    def topic(self) -> str:
+        """Resolved name."""
+        return self._subscription.name
+
+    @property
+    def type_name(self) -> str:
+        """ "package/Type"; "*" while a subscriber without a type has not met a publisher."""
+        return self._subscription.present_type.name
+
+    @property
+    def md5sum(self) -> str:
+        """md5sum of the type, or "*"."""
+        return self._subscription.present_type.md5sum
+
+    @property
+    def message_class(self) -> type:
+        """Class of the messages."""
+        return self._subscription.present_type.message_class
+
+    @property
+    def connections(self) -> int:
+        """Publishers connected now."""
+        return self._subscription.connections
+
+    @property
+    def publishers(self) -> list[str]:
+        """Caller ids of the publishers connected now."""
+        return [link.caller_id for link in list(self._subscription.links.values()) if link.connected]
+
+    @property
+    def errors(self) -> list[Exception]:
+        """The last errors of this topic's links, the newest last: lost links, refused handshakes."""
+        return list(self._subscription.errors)
+
+    @property
+    def received(self) -> int:
+        """Messages received for this subscriber."""
+        return self._inbox.received
+
+    @property
+    def dropped(self) -> int:
+        """Messages given up because more than `queue_size` waited."""
+        return self._inbox.dropped + self._subscription.skipped
+
+    @property
+    def closed(self) -> bool:
+        """True after `close`, or when the node is closed."""
+        return self._inbox.closed
+
+    @property
+    def keeps(self) -> int | None:
+        """How many messages of one read are of use; None when all are (a quick callback gets every one)."""
+        return None if self._runner is not None and not self._runner.has_thread else self.queue_size
+
+    def wait_for_connection(self, timeout: float | None = 5.0, count: int = 1) -> None:
+        """Wait until a publisher is connected.
+
+        Raises:
+            RosTimeout: None was; the text tells how things stand with each publisher.
+        """
+        if not self._subscription.wait_for(count, timeout):
+            raise RosTimeout(
+                f"{self.topic}: {self.connections} of {count} publishers connected after {timeout:g} s;"
+                f" {self._subscription.why_silent()} (master {self._node.master_uri})",
+                what=f"publishers of {self.topic}",
+                seconds=timeout,
+            )
+
+    def stats(self) -> Sequence[LinkStats]:
+        """Counters per publisher (shared by all subscribers of the topic in this node)."""
+        return self._subscription.stats()
+
+    def _report(self, error: Exception) -> None:
+        if self._on_error is not None:
+            try:
+                self._on_error(error)
+            except Exception:
+                _log.exception("! %s: on_error raised", self.topic)
+
+    def _end(self) -> None:
+        self._inbox.close()
+
+    def close(self) -> None:
+        """Stop receiving: iteration ends, no callback begins any more. Twice, or in the callback, is fine."""
+        if not self._inbox.closed:
+            self._end()
+            self._node._topics.close_subscriber(self, self._subscription)
+
+    def __enter__(self) -> Subscriber:
+        return self
+
+    def __exit__(
+        self,
+        error_type: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        state = "closed" if self.closed else f"{self.connections} publishers"
+        return f"<Subscriber {self.topic} {self.type_name}, {state}>"

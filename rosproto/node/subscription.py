@@ -1,0 +1,325 @@
+"""One subscribed topic of a node: its publishers, and the way of a message to all who want it here.
+
+Several `Subscriber` objects of a node may share one topic; they share the links and the decoded messages,
+each closes for itself, and the last one to close takes the topic off the master.
+
+The newest list of publishers that the master gave is the truth: links to those that are not in it are
+closed, and a list may come early, late, twice or be empty (wire_pitfalls 27).
+
+Source: wiki.ros.org/ROS/Master_API (registerSubscriber), wiki.ros.org/ROS/Slave_API (publisherUpdate).
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from rosproto.codec import AnyMsg
+from rosproto.errors import LocalProtocolError, Md5sumMismatch
+from rosproto.node.topic_types import TopicType, learn_type
+from rosproto.transport.address import parse_uri
+
+if TYPE_CHECKING:
+    from rosproto.node.master_client import MasterClient
+    from rosproto.node.node import Node
+    from rosproto.node.publisher_link import PublisherLink
+    from rosproto.node.stats import LinkStats
+    from rosproto.node.subscriber import Subscriber
+    from rosproto.protocol.handshake import PublisherReply
+
+__all__ = ["Sink", "Subscription"]
+
+_log = logging.getLogger("rosproto.node")
+
+MOST_ERRORS = 32
+
+
+class Sink:
+    """How received bytes are treated, fixed for one set of subscribers; links ask for it with every read.
+
+    Attributes:
+        decode: `(buffer, start, end) -> message`: the decoder, or `raw_message`.
+        owns: True when messages keep the buffer they are made from.
+        newest: No subscriber keeps more than this many messages of one read; None when all are used.
+    """
+
+    __slots__ = ("_decode_later", "_handles", "_raw_handles", "decode", "newest", "owns", "subscription")
+
+    def __init__(self, subscription: Subscription, handles: Sequence[Subscriber], type_: TopicType) -> None:
+        self.subscription = subscription
+        self._handles = tuple(handle for handle in handles if not handle.raw)
+        self._raw_handles = tuple(handle for handle in handles if handle.raw)
+        self._decode_later = type_.decode if self._handles and not type_.is_wildcard else raw_message
+        if self._raw_handles:
+            self.decode: Callable[[Any, int, int], Any] = raw_message
+            self.owns = True
+        else:
+            self.decode = self._decode_later
+            self.owns = type_.may_be_large or type_.is_wildcard
+        sizes = [handle.keeps for handle in handles]
+        self.newest = None if None in sizes else max((s for s in sizes if s is not None), default=1)
+
+    def deliver(self, batch: Sequence[Any], header: dict[str, str], link: PublisherLink) -> None:
+        """Hand messages to every subscriber; runs in the link's thread."""
+        stamp = self.subscription.node._wall_time()
+        for message in batch:
+            message._connection_header = header
+        if header.get("latching") == "1":
+            self.subscription.remember(link, batch[-1])
+        if self._raw_handles:
+            for handle in self._raw_handles:
+                handle._offer(batch, stamp)
+            if not self._handles:
+                return
+            batch = [self._decoded(message, header) for message in batch]
+        for handle in self._handles:
+            handle._offer(batch, stamp)
+
+    def _decoded(self, raw: AnyMsg, header: dict[str, str]) -> Any:
+        message = self._decode_later(raw._buff, 0, len(raw._buff))
+        message._connection_header = header
+        return message
+
+
+def raw_message(buffer: Any, start: int, end: int) -> AnyMsg:
+    """An `AnyMsg` with the bytes of one message."""
+    message = AnyMsg()
+    message._buff = (
+        buffer if start == 0 and end == len(buffer) and type(buffer) is bytes else bytes(buffer[start:end])
+    )
+    return message
+
+
+class Subscription:
+    """A topic this node subscribes (`registrations.Registration`).
+
+    Attributes:
+        name: Resolved topic.
+        type: What is asked for: the subscribers' type; the wildcard until a publisher told its own.
+        links: One per publisher, by its URI in canonical form.
+        errors: The last errors of links and handshakes, the newest last.
+        skipped: Messages not decoded because nobody keeps as many.
+    """
+
+    kind = "subscriber"
+
+    def __init__(self, node: Node, name: str, type_: TopicType, *, tcp_nodelay: bool) -> None:
+        self.node = node
+        self.name = name
+        self.type = type_
+        self.tcp_nodelay = tcp_nodelay
+        self.links: dict[str, PublisherLink] = {}
+        self.errors: deque[Exception] = deque(maxlen=MOST_ERRORS)
+        self.skipped = 0
+        self._decode_type = type_
+        self._condition = threading.Condition()
+        self._handles: list[Subscriber] = []
+        self._latched: dict[PublisherLink, Any] = {}
+        self._generation = 0
+        self._closed = False
+        self.sink = Sink(self, (), type_)
+
+    # -- master ---------------------------------------------------------------------------------------------
+
+    def register(self, master: MasterClient) -> None:
+        generation = self._generation
+        uris = master.register_subscriber(self.name, self.type.name, self.node.uri)
+        # An update that overtook the answer is the newer of the two.
+        if generation == self._generation:
+            self.update_publishers(uris)
+
+    def unregister(self, master: MasterClient) -> None:
+        master.unregister_subscriber(self.name, self.node.uri)
+
+    def update_publishers(self, uris: Sequence[str]) -> None:
+        """The master's present list: connect to the new ones, let go of those that left."""
+        wanted = {_canonical(uri): uri for uri in uris}
+        with self._condition:
+            self._generation += 1
+            if self._closed:
+                return
+            gone = [link for key, link in self.links.items() if key not in wanted]
+            new = {key: uri for key, uri in wanted.items() if key not in self.links}
+            for link in self.links.values():
+                link.nudge()
+            for link in gone:
+                self._latched.pop(link, None)
+            links = {key: link for key, link in self.links.items() if key in wanted}
+            made = {key: self.node._make_link(self, uri) for key, uri in new.items()}
+            self.links = {**links, **made}
+            self._condition.notify_all()
+        for link in gone:
+            link.close()
+        for link in made.values():
+            link.start()
+
+    # -- handles --------------------------------------------------------------------------------------------
+
+    def add_handle(self, handle: Subscriber) -> None:
+        """One more `Subscriber`; it gets the latched messages that the others have had already."""
+        with self._condition:
+            if not handle.type.is_wildcard and self._decode_type.is_wildcard:
+                self._adopt(handle.type)
+            self._handles.append(handle)
+            self._renew_sink()
+            latched = list(self._latched.values())
+        for message in latched:
+            if handle.raw == isinstance(message, AnyMsg):
+                handle._offer([message], self.node._wall_time())
+
+    def remove_handle(self, handle: Subscriber) -> bool:
+        """True when that was the last one."""
+        with self._condition:
+            if handle in self._handles:
+                self._handles.remove(handle)
+            self._renew_sink()
+            return not self._handles
+
+    def _adopt(self, type_: TopicType) -> None:
+        """A definite type beside wildcards: from now on it is what is asked for."""
+        self.type = self._decode_type = type_
+
+    def _renew_sink(self) -> None:
+        self.sink = Sink(self, self._handles, self._decode_type)
+
+    @property
+    def handles(self) -> list[Subscriber]:
+        return list(self._handles)
+
+    # -- called by links ------------------------------------------------------------------------------------
+
+    def learn(self, reply: PublisherReply, peer: str) -> None:
+        """A wildcard subscription takes over the first publisher's own type.
+
+        Raises:
+            Md5sumMismatch: Another publisher of this topic told another type before.
+            RemoteProtocolError: Its definition cannot be used.
+        """
+        with self._condition:
+            known = self._decode_type
+            if known.is_wildcard and all(handle.raw for handle in self._handles):
+                return
+        if not known.is_wildcard:
+            if known.md5sum != reply.md5sum:
+                raise self._mixed_types(reply, peer, known)
+            return
+        learned = learn_type(
+            reply.type_name, reply.md5sum, reply.message_definition, topic=self.name, peer=peer
+        )
+        with self._condition:
+            if self._decode_type.is_wildcard:
+                self._decode_type = learned
+                self._renew_sink()
+            elif self._decode_type.md5sum != learned.md5sum:
+                raise self._mixed_types(reply, peer, self._decode_type)
+
+    def _mixed_types(self, reply: PublisherReply, peer: str, known: TopicType) -> Md5sumMismatch:
+        return Md5sumMismatch(
+            f"{self.name}: {peer} offers {reply.type_name} with md5sum {reply.md5sum}, but this subscription"
+            f" decodes {known.name} with md5sum {known.md5sum}; the publishers of this topic disagree",
+            name=self.name,
+            peer=peer,
+            type_name=known.name,
+            md5sum=known.md5sum,
+            remote_type=reply.type_name,
+            remote_md5sum=reply.md5sum,
+            message_definition=reply.message_definition,
+        )
+
+    def remember(self, link: PublisherLink, message: Any) -> None:
+        """Keep a latched message for subscribers of this node that come later."""
+        if link in self.links.values():
+            self._latched[link] = message
+
+    def report(self, error: Exception) -> None:
+        """A link failed: note it and tell who asked to be told."""
+        self.errors.append(error)
+        for handle in self.handles:
+            handle._report(error)
+
+    def link_changed(self) -> None:
+        """A link was made or lost."""
+        with self._condition:
+            self._condition.notify_all()
+
+    def link_closed(self, link: PublisherLink) -> None:
+        """A link's thread ends."""
+        self._latched.pop(link, None)
+
+    def reconnect(self) -> None:
+        """Our address changed: connections from the old one are dead, though nobody may ever say so."""
+        for link in list(self.links.values()):
+            link.interrupt()
+
+    # -- questions ------------------------------------------------------------------------------------------
+
+    @property
+    def present_type(self) -> TopicType:
+        """What is decoded: the wildcard until a publisher told its type."""
+        return self._decode_type
+
+    @property
+    def connections(self) -> int:
+        """Publishers whose messages can arrive now."""
+        return sum(link.connected for link in self.links.values())
+
+    def wait_for(self, count: int, timeout: float | None) -> bool:
+        """Wait until at least `count` publishers are connected; False when they were not in time."""
+        with self._condition:
+            self._condition.wait_for(lambda: self._closed or self.connections >= count, timeout)
+            return self.connections >= count
+
+    def why_silent(self) -> str:
+        """What is known about the publishers, for the text of a timeout."""
+        links = list(self.links.values())
+        if not links:
+            return "no publisher is registered at the master"
+        parts = []
+        for link in links:
+            said = f": {link.last_error}" if link.last_error is not None else ""
+            parts.append(f"{link.caller_id or link.uri} is {link.state.value}{said}")
+        return "; ".join(parts)
+
+    def stats(self) -> list[LinkStats]:
+        """One entry per publisher the master names."""
+        return [link.stats() for link in list(self.links.values())]
+
+    # -- end ------------------------------------------------------------------------------------------------
+
+    def close(self, timeout: float = 1.0) -> None:
+        """End all links; their threads are waited for within the time."""
+        with self._condition:
+            self._closed = True
+            links = list(self.links.values())
+            self.links = {}
+            self._latched.clear()
+            self._condition.notify_all()
+        for link in links:
+            link.close()
+        for link in links:
+            link.join(timeout / max(1, len(links)) if len(links) > 10 else timeout)
+
+    def check_type(self, type_: TopicType) -> None:
+        """Refuse another type for a topic that is open already.
+
+        Raises:
+            LocalProtocolError: It is another one.
+        """
+        if not self._decode_type.fits(type_):
+            raise LocalProtocolError(
+                f"{self.name} is subscribed in this node as {self._decode_type.name} (md5sum"
+                f" {self._decode_type.md5sum}), not as {type_.name} (md5sum {type_.md5sum}); close that"
+                " subscriber first, or use raw=True"
+            )
+
+
+def _canonical(uri: str) -> str:
+    """Host and port decide (roscpp compares them, rospy the text; pitfall 28)."""
+    try:
+        host, port = parse_uri(uri)
+    except ValueError:
+        return uri
+    return f"{host}:{port}"

@@ -1,0 +1,123 @@
+"""A link to a publisher over TCPROS: requestTopic, connect, headers, messages.
+
+Source: wiki.ros.org/ROS/TCPROS, wiki.ros.org/ROS/Technical Overview (topic negotiation).
+"""
+
+from __future__ import annotations
+
+import socket
+from typing import TYPE_CHECKING
+
+from rosproto.errors import ConnectionLost, RemoteProtocolError
+from rosproto.node.frame_reader import FrameReader
+from rosproto.node.link_state import LinkEvent
+from rosproto.node.publisher_link import PublisherLink
+from rosproto.protocol.handshake import check_publisher_header, subscriber_header
+from rosproto.transport.address import format_address
+from rosproto.transport.deadline import Deadline
+from rosproto.transport.tcp import connect
+from rosproto.transport.tcpros_io import read_header, write_header
+
+if TYPE_CHECKING:
+    from rosproto.node.subscription import Subscription
+
+__all__ = ["TcprosLink"]
+
+# A lost packet of a first try is repeated by the system after one and three seconds. A publisher that comes
+# back between must not wait for that: most tries are short, some are long enough for a slow network.
+SHORT_TRY = 1.2  # seconds
+LONG_TRY = 10.0
+LONG_EVERY = 4
+
+
+class TcprosLink(PublisherLink):
+    """See `PublisherLink`."""
+
+    def __init__(self, subscription: Subscription, uri: str, id: int) -> None:
+        super().__init__(subscription, uri, id)
+        self._sock: socket.socket | None = None
+        self._reader: FrameReader | None = None
+
+    def _open(self) -> None:
+        long = self._attempts % LONG_EVERY == LONG_EVERY - 1
+        deadline = Deadline(LONG_TRY if long else SHORT_TRY)
+        host, port = self._request_topic(deadline)
+        self._step(LinkEvent.ADDRESS)
+        self.address = format_address(host, port)
+        sock = connect(host, port, deadline)
+        self._sock = sock
+        # The publisher answered the connect, so it lives: give a busy one time to answer the header.
+        deadline = Deadline(self._node.limits.handshake_seconds)
+        self._exchange_headers(sock, deadline)
+        self._reader = FrameReader(sock, self._node.limits.message_bytes, peer=self.address)
+
+    def _request_topic(self, deadline: Deadline) -> tuple[str, int]:
+        from rosproto.node.slave_client import NodeClient
+
+        with NodeClient(self.uri, self._node.name, limits=self._node.limits) as publisher:
+            answer = publisher.request_topic(self.topic, timeout=deadline.remaining())
+        if len(answer) < 3 or answer[0] != "TCPROS":
+            raise ConnectionLost(
+                f"{self.topic}: {self.uri} offers no TCPROS connection (answered {str(answer)[:100]});"
+                " does it still publish this topic?",
+                peer=self.uri,
+            )
+        host, port = answer[1], answer[2]
+        if not isinstance(host, str) or not isinstance(port, int) or not 0 < port < 65536:
+            raise RemoteProtocolError(
+                f"{self.topic}: {self.uri} says to connect to {str(answer[1:3])[:100]}, not to host and port"
+            )
+        return host, port
+
+    def _exchange_headers(self, sock: socket.socket, deadline: Deadline) -> None:
+        wanted = self.subscription.type
+        write_header(
+            sock,
+            subscriber_header(
+                topic=self.topic,
+                type_name=wanted.name,
+                md5sum=wanted.md5sum,
+                callerid=self._node.name,
+                message_definition=wanted.definition,
+                tcp_nodelay=self.subscription.tcp_nodelay,
+            ),
+            deadline,
+        )
+        header = read_header(sock, self._node.limits, deadline)
+        reply = check_publisher_header(
+            header, topic=self.topic, type_name=wanted.name, md5sum=wanted.md5sum, peer=self.uri
+        )
+        self.subscription.learn(reply, self.uri)
+        self.header = header
+        self.caller_id = reply.callerid
+
+    def _receive(self) -> None:
+        reader, subscription, header = self._reader, self.subscription, self.header
+        assert reader is not None
+        while True:
+            sink = subscription.sink
+            batch = reader.receive(sink.decode, owns=sink.owns, newest=sink.newest)
+            sink.deliver(batch, header, self)
+
+    def _interrupt(self) -> None:
+        sock = self._sock
+        if sock is not None:
+            try:
+                sock.shutdown(socket.SHUT_RDWR)
+            except OSError:
+                pass  # not connected, or gone already
+
+    def _end_session(self) -> None:
+        sock, self._sock = self._sock, None
+        if sock is not None:
+            sock.close()
+        reader, self._reader = self._reader, None
+        if reader is not None:
+            self._past_bytes += reader.bytes
+            self._past_messages += reader.messages
+            self.subscription.skipped += reader.skipped
+        super()._end_session()
+
+    def _counters(self) -> tuple[int, int]:
+        reader = self._reader
+        return (reader.bytes, reader.messages) if reader is not None else (0, 0)

@@ -1,0 +1,273 @@
+"""The topics of one node: what it publishes, what it subscribes, and what the slave API says about them.
+
+Source: wiki.ros.org/ROS/Slave_API for the shapes of getBusStats and getBusInfo.
+"""
+
+from __future__ import annotations
+
+import logging
+import socket
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import LocalProtocolError
+from rosproto.node.publication import Publication
+from rosproto.node.publisher import Publisher
+from rosproto.node.subscriber import Subscriber
+from rosproto.node.subscription import Subscription
+from rosproto.node.tcpros_server import refuse
+from rosproto.node.topic_types import TopicType
+
+if TYPE_CHECKING:
+    from rosproto.node.node import Node
+    from rosproto.node.stats import LinkStats
+
+__all__ = ["TopicTable"]
+
+_log = logging.getLogger("rosproto.node")
+
+
+class TopicTable:
+    """Publications and subscriptions of one node by resolved name; safe from any thread.
+
+    `_opening` is held over the calls to the master that open and close a topic, so that closing the last
+    subscriber and opening a new one do not cross. Looking a topic up needs no lock: the master's own calls
+    must be answered while we wait for its answer.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._publications: dict[str, Publication] = {}
+        self._subscriptions: dict[str, Subscription] = {}
+        self._opening = threading.Lock()
+
+    # -- opening and closing --------------------------------------------------------------------------------
+
+    def open_publisher(
+        self,
+        name: str,
+        type_: TopicType,
+        *,
+        latch: bool,
+        queue_size: int,
+        on_connect: Callable[[str], object] | None,
+    ) -> Publisher:
+        """See `Node.publisher`."""
+        with self._opening:
+            publication = self._publications.get(name)
+            new = publication is None
+            if publication is None:
+                publication = Publication(self._node, name, type_)
+            elif publication.type.md5sum != type_.md5sum:
+                raise LocalProtocolError(
+                    f"{name} is published by this node as {publication.type.name} (md5sum"
+                    f" {publication.type.md5sum}), not as {type_.name} (md5sum {type_.md5sum}); close that"
+                    " publisher first"
+                )
+            publisher = Publisher(
+                self._node, publication, latch=latch, queue_size=queue_size, on_connect=on_connect
+            )
+            publication.add_handle(publisher)
+            self._publications[name] = publication
+            if new:
+                try:
+                    self._node._registrations.add(publication)
+                except BaseException:
+                    del self._publications[name]
+                    publisher._closed = True
+                    publication.close()
+                    raise
+            return publisher
+
+    def close_publisher(self, publisher: Publisher, publication: Publication) -> None:
+        """See `Publisher.close`."""
+        with self._opening:
+            if not publication.remove_handle(publisher):
+                return
+            if self._publications.get(publication.name) is publication:
+                del self._publications[publication.name]
+            self._node._registrations.remove(publication)
+        publication.close()
+
+    def open_subscriber(
+        self,
+        name: str,
+        type_: TopicType,
+        *,
+        callback: Callable[[Any], object] | None,
+        queue_size: int,
+        raw: bool,
+        tcp_nodelay: bool,
+        on_error: Callable[[Exception], object] | None,
+    ) -> Subscriber:
+        """See `Node.subscriber`."""
+        with self._opening:
+            subscription = self._subscriptions.get(name)
+            new = subscription is None
+            if subscription is None:
+                subscription = Subscription(self._node, name, type_, tcp_nodelay=tcp_nodelay)
+            else:
+                subscription.check_type(type_)
+            subscriber = Subscriber(
+                self._node,
+                subscription,
+                type_,
+                callback=callback,
+                queue_size=queue_size,
+                raw=raw,
+                on_error=on_error,
+            )
+            subscription.add_handle(subscriber)
+            self._subscriptions[name] = subscription
+            if new:
+                try:
+                    self._node._registrations.add(subscription)
+                except BaseException:
+                    del self._subscriptions[name]
+                    subscriber._end()
+                    subscription.close()
+                    raise
+            return subscriber
+
+    def close_subscriber(self, subscriber: Subscriber, subscription: Subscription) -> None:
+        """See `Subscriber.close`."""
+        with self._opening:
+            if not subscription.remove_handle(subscriber):
+                return
+            if self._subscriptions.get(subscription.name) is subscription:
+                del self._subscriptions[subscription.name]
+            self._node._registrations.remove(subscription)
+        subscription.close()
+
+    def close(self) -> None:
+        """End every link; the node has taken the topics off the master already."""
+        publications, subscriptions = list(self._publications.values()), list(self._subscriptions.values())
+        self._publications, self._subscriptions = {}, {}
+        for publication in publications:
+            for publisher in publication.handles:
+                publisher._closed = True
+            publication.close()
+        for subscription in subscriptions:
+            for subscriber in subscription.handles:
+                subscriber._end()
+            subscription.close(0.0)
+        for subscription in subscriptions:
+            subscription.close(0.5)
+
+    # -- lookups --------------------------------------------------------------------------------------------
+
+    def publication(self, name: str) -> Publication | None:
+        """The publication with that name."""
+        return self._publications.get(name)
+
+    def subscription(self, name: str) -> Subscription | None:
+        """The subscription with that name."""
+        return self._subscriptions.get(name)
+
+    def accept(self, sock: socket.socket, fields: dict[str, str], peer: tuple[str, int]) -> None:
+        """A subscriber connects; its header names the topic."""
+        publication = self._publications.get(fields["topic"])
+        if publication is None:
+            text = f"{self._node.name} does not publish {fields['topic'][:200]}"
+            _log.debug("! %s:%s: %s", *peer[:2], text)
+            refuse(sock, text)
+        else:
+            publication.accept(sock, fields, peer)
+
+    def links_changed_address(self) -> None:
+        """Our own address changed: connections from the old one are dead, though nobody says so."""
+        for subscription in list(self._subscriptions.values()):
+            subscription.reconnect()
+        for publication in list(self._publications.values()):
+            publication.drop_links()
+
+    def link_stats(self) -> list[LinkStats]:
+        """Every link of every topic."""
+        topics: list[Publication | Subscription] = [
+            *self._publications.values(),
+            *self._subscriptions.values(),
+        ]
+        return [stats for topic in topics for stats in topic.stats()]
+
+    # -- the slave API (`slave.Topics`) ---------------------------------------------------------------------
+
+    def publications(self) -> list[list[str]]:
+        return [[name, publication.type.name] for name, publication in list(self._publications.items())]
+
+    def subscriptions(self) -> list[list[str]]:
+        return [[name, sub.present_type.name] for name, sub in list(self._subscriptions.items())]
+
+    def is_published(self, topic: str) -> bool:
+        return topic in self._publications
+
+    def update_publishers(self, topic: str, uris: list[str]) -> None:
+        subscription = self._subscriptions.get(topic)
+        if subscription is not None:
+            subscription.update_publishers(uris)
+
+    def verify_publishers(self, topic: str) -> None:
+        subscription = self._subscriptions.get(topic)
+        if subscription is not None:
+            self._node._watchdog.verify(subscription)
+
+    def bus_info(self) -> list[list[Any]]:
+        """[connectionId, destinationId, direction, transport, topic, connected, text] for each link."""
+        rows: list[list[Any]] = []
+        for publication in list(self._publications.values()):
+            for link in publication.links:
+                stats = link.stats()
+                rows.append(
+                    [link.id, stats.peer, "o", stats.transport, stats.topic, stats.connected, _text(stats)]
+                )
+        for subscription in list(self._subscriptions.values()):
+            for incoming in list(subscription.links.values()):
+                stats = incoming.stats()
+                rows.append(
+                    [
+                        incoming.id,
+                        incoming.uri,
+                        "i",
+                        stats.transport,
+                        stats.topic,
+                        stats.connected,
+                        _text(stats),
+                    ]
+                )
+        return rows
+
+    def bus_stats(self) -> list[list[Any]]:
+        """[publishStats, subscribeStats, serviceStats], as the wiki has them (rospy adds a column)."""
+        publish = [
+            [
+                name,
+                _int32(publication.bytes_sent),
+                [
+                    [link.id, _int32(stats.bytes), _int32(stats.messages), stats.connected]
+                    for link in publication.links
+                    for stats in [link.stats()]
+                ],
+            ]
+            for name, publication in list(self._publications.items())
+        ]
+        subscribe = [
+            [
+                name,
+                [
+                    [link.id, _int32(stats.bytes), -1, stats.connected]
+                    for link in list(subscription.links.values())
+                    for stats in [link.stats()]
+                ],
+            ]
+            for name, subscription in list(self._subscriptions.items())
+        ]
+        return [publish, subscribe, []]
+
+
+def _text(stats: LinkStats) -> str:
+    return f"{stats.transport} connection to [{stats.address}], {stats.state}"
+
+
+def _int32(count: int) -> int:
+    """XML-RPC has no longer integers; a counter that is full stays full."""
+    return min(count, 0x7FFFFFFF)

@@ -1,0 +1,188 @@
+"""Watches the master and our own address, once a second, and puts things right again.
+
+* The master restarted (another process, or it does not know our name): everything is registered again. No
+  peer does this; rospy and roscpp are forgotten for ever (wire_pitfalls 10).
+* The master is away: asked again after 0.1 to 0.5 s, so that it is noticed within 2 s when it is back.
+* Our address towards the master changed (Wi-Fi, DHCP): the node listens on the new one and registers it.
+* Now and then the whole graph is compared: a registration that got lost for any other reason is made again.
+* A `publisherUpdate` that did not come from the master's address is checked here by asking the master.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from typing import TYPE_CHECKING
+
+from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
+from rosproto.node.events import Event, EventKind
+from rosproto.transport.address import same_uri
+from rosproto.transport.backoff import Backoff
+
+if TYPE_CHECKING:
+    from rosproto.node.node import Node
+    from rosproto.node.subscription import Subscription
+
+__all__ = ["Watchdog"]
+
+_log = logging.getLogger("rosproto.node")
+
+PERIOD = 1.0  # seconds between two looks at a master that answers
+CALL_TIMEOUT = 5.0
+FULL_CHECK_EVERY = 10  # looks
+MOST_TO_VERIFY = 1000  # topics; more are not ours
+
+
+class Watchdog:
+    """One thread per node."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._wake = threading.Condition()
+        self._to_verify: dict[str, Subscription] = {}
+        self._backoff = Backoff(first=0.1, factor=1.5, most=0.5, jitter=0.1)
+        self._identity: object = None
+        self._lost = False
+        self._looks = 0
+        self._thread = threading.Thread(target=self._run, name=f"rosproto:watchdog {node.name}", daemon=True)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def close(self, timeout: float) -> None:
+        """End the thread (`node._closing` is set)."""
+        with self._wake:
+            self._wake.notify_all()
+        if self._thread.ident is not None and threading.current_thread() is not self._thread:
+            self._thread.join(timeout)
+
+    @property
+    def master_lost(self) -> bool:
+        """True while the master does not answer."""
+        return self._lost
+
+    def verify(self, subscription: Subscription) -> None:
+        """Ask the master for the publishers of a topic, soon; many requests become one."""
+        with self._wake:
+            if len(self._to_verify) < MOST_TO_VERIFY:
+                self._to_verify[subscription.name] = subscription
+                self._wake.notify_all()
+
+    def _run(self) -> None:
+        pause = PERIOD
+        while not self._node._closing.is_set():
+            with self._wake:
+                self._wake.wait_for(lambda: self._node._closing.is_set() or self._to_verify, pause)
+            if self._node._closing.is_set():
+                return
+            try:
+                pause = self._look()
+            except Exception:
+                _log.exception("! %s: the watchdog failed, and goes on", self._node.name)
+                pause = PERIOD
+
+    def _look(self) -> float:
+        """One round; returns the seconds until the next."""
+        moved = self._follow_address()
+        try:
+            stands = self._check_registration() and not moved
+            if not stands and not self._node._registrations.register_all():
+                raise ConnectionLost("the master went away during registration", peer=self._node.master_uri)
+            self._verify_some()
+            if not self._node._registrations.register_pending():
+                return self._backoff.next()
+        except (ConnectionLost, RosTimeout) as error:
+            self._master_lost(error)
+            return self._backoff.next()
+        except RosError as error:
+            _log.warning("! master %s: %s", self._node.master_uri, error)
+            return PERIOD
+        self._master_answers(stands)
+        return PERIOD
+
+    def _check_registration(self) -> bool:
+        """False when the master has to be told everything again."""
+        node = self._node
+        pid, uri, run_id = self._ask()
+        identity = (pid, run_id)
+        known, self._identity = self._identity, identity
+        if self._lost or (known is not None and known != identity):
+            return False
+        if not len(node._registrations):
+            return True
+        if not isinstance(uri, str):
+            return False
+        if not same_uri(uri, node.uri):
+            # Another node has our name: it was told to, and we were told to shut down. Do not fight over it.
+            _log.debug("! %s is registered at %s, not at %s", node.name, uri, node.uri)
+            return True
+        self._looks += 1
+        return self._looks % FULL_CHECK_EVERY != 0 or self._graph_has_all()
+
+    def _ask(self) -> tuple[object, object, object]:
+        """The master's process id, our URI as it knows it, its run id; one request where multicall works."""
+        master = self._node._master
+        calls: list[tuple[str, tuple[object, ...]]] = [
+            ("getPid", ()),
+            ("lookupNode", (self._node.name,)),
+            ("getParam", ("/run_id",)),
+        ]
+        answers: list[object]
+        try:
+            answers = master.multicall(calls, timeout=CALL_TIMEOUT)
+        except (ConnectionLost, RosTimeout):
+            raise
+        except RosError:  # a master without multicall
+            answers = [self._one(method, params) for method, params in calls]
+        values = [None if isinstance(answer, MasterError) else answer for answer in answers]
+        return values[0], values[1], values[2]
+
+    def _one(self, method: str, params: tuple[object, ...]) -> object:
+        try:
+            return self._node._master.call(method, *params, timeout=CALL_TIMEOUT)
+        except MasterError as error:
+            return error
+
+    def _graph_has_all(self) -> bool:
+        node = self._node
+        state = node._master.get_system_state(timeout=CALL_TIMEOUT)
+        tables = {"publisher": state.publishers, "subscriber": state.subscribers, "service": state.services}
+        return all(
+            node.name in table.get(registration.name, ())
+            for kind, table in tables.items()
+            for registration in node._registrations.of_kind(kind)
+        )
+
+    def _verify_some(self) -> None:
+        with self._wake:
+            to_verify, self._to_verify = self._to_verify, {}
+        for subscription in to_verify.values():
+            if self._node._topics.subscription(subscription.name) is subscription:
+                subscription.register(self._node._master)
+
+    def _follow_address(self) -> bool:
+        """Listen on our present address towards the master; True when it is another one than before."""
+        node = self._node
+        old = node.uri
+        try:
+            if not node._rebind():
+                return False
+        except RosError as error:
+            _log.debug("! %s: the present address is not known: %s", node.name, error)
+            return False
+        _log.warning("= %s: our address changed, %s is now %s", node.name, old, node.uri)
+        node._emit(Event(EventKind.ADDRESS_CHANGED, address=node.uri))
+        return True
+
+    def _master_lost(self, error: RosError) -> None:
+        if not self._lost:
+            self._lost = True
+            _log.warning("! the master %s is away, it is tried again: %s", self._node.master_uri, error)
+            self._node._emit(Event(EventKind.MASTER_LOST, address=self._node.master_uri, error=error))
+
+    def _master_answers(self, stood: bool) -> None:
+        self._backoff.reset()
+        if self._lost or not stood:
+            self._lost = False
+            _log.warning("= master %s: everything is registered again", self._node.master_uri)
+            self._node._emit(Event(EventKind.MASTER_BACK, address=self._node.master_uri))
