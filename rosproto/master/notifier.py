@@ -260,7 +260,8 @@ class Notifier:
             self._schedule(self._patient, queue, pause)
             return True
         self._counts["failed"] += 1 + len(queue.pending)
-        _log.warning("! %s is %s: gave up %s and what followed", queue.uri, outcome.value, note.key)
+        level = logging.INFO if outcome is Delivery.GONE else logging.WARNING
+        _log.log(level, "! %s is %s: gave up %s and what followed", queue.uri, outcome.value, note.key)
         self._forget(queue)
         return True
 
