@@ -1,7 +1,7 @@
 """Names of nodes, topics, services and parameters: checking, resolving, remapping.
 
 Source: wiki.ros.org/Names and wiki.ros.org/Remapping%20Arguments; rosgraph/names.py where they are silent.
-Unlike rosgraph's expressions, which take Unicode letters and a line feed at the end, names are ASCII and whole.
+Unlike rosgraph's expressions, which take Unicode letters and a line feed at the end, names are ASCII.
 """
 
 from __future__ import annotations
