@@ -1,0 +1,19 @@
+"""Bags, format 2.0: read everything a recorder leaves behind, write what every ROS 1 tool reads."""
+
+from rosproto.bag.reader import BagReader, Compression, RawMessage, TopicInfo
+from rosproto.bag.records import ChunkInfo, Connection
+from rosproto.bag.repair import Report, recover, reindex
+from rosproto.bag.writer import BagWriter
+
+__all__ = [
+    "BagReader",
+    "BagWriter",
+    "ChunkInfo",
+    "Compression",
+    "Connection",
+    "RawMessage",
+    "Report",
+    "TopicInfo",
+    "recover",
+    "reindex",
+]

@@ -1,0 +1,457 @@
+"""One chunk in memory: its plain bytes and where each message lies in them.
+
+A chunk of 768 KiB holds thousands of small messages, so finding them is done for all at once with numpy:
+the index records after the chunk give the offsets, and the message headers there (46 bytes, always the same
+fields in the same order from one writer) are compared with the first one and read column by column.
+Whatever does not fit that picture, an index that lies, another field order within a chunk, a chunk without
+index, goes the slow way, record by record, and gives the same rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from struct import Struct
+from typing import TYPE_CHECKING, NamedTuple
+
+from rosproto.bag.compression import decompress, decompress_prefix
+from rosproto.bag.records import (
+    INDEX_ENTRY_BYTES,
+    NS,
+    OP_CHUNK,
+    OP_CONNECTION,
+    OP_INDEX,
+    OP_MESSAGE,
+    ChunkHeader,
+    ChunkInfo,
+    Connection,
+    connection_from_fields,
+    decode_fields,
+    decode_text_fields,
+    index_header,
+    message_header,
+    op_of,
+)
+from rosproto.bag.source import Source
+from rosproto.errors import BagError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+__all__ = [
+    "MESSAGE_HEAD",
+    "ChunkData",
+    "RecordHead",
+    "Rows",
+    "chunk_header",
+    "read_chunk",
+    "read_head",
+    "read_index_times",
+    "walk",
+]
+
+MOST_CHUNK_BYTES = 1_100_000_000  # one message of roscpp's limit (10**9) with its records around it
+_HEAD_BYTES = 512  # more than any record header that is not a connection's
+_MOST_HEADER_BYTES = 1 << 20
+_MESSAGE_HEADER = 38  # fields conn, op and time with their lengths
+MESSAGE_HEAD = 4 + _MESSAGE_HEADER + 4  # with the header's and the data's length
+
+_U32 = Struct("<I")
+_HEADER_AND_DATA = Struct("<I38xI")
+
+
+class RecordHead(NamedTuple):
+    """A record in the file: its header's fields, where its data is and how long it claims to be."""
+
+    fields: dict[str, bytes]
+    op: int
+    data_pos: int
+    data_size: int
+
+
+def read_head(source: Source, pos: int) -> RecordHead:
+    """The head of the record at `pos`.
+
+    Raises:
+        BagError: There is no whole record head.
+    """
+    head = source.read_at(pos, _HEAD_BYTES)
+    if len(head) < 4:
+        raise source.error("the file ends inside a record", pos)
+    (size,) = _U32.unpack_from(head)
+    if size > _MOST_HEADER_BYTES:
+        raise source.error(f"a record header of {size} bytes; the file is damaged here", pos)
+    if len(head) < size + 8:
+        head = source.read_at(pos, size + 8)
+        if len(head) < size + 8:
+            raise source.error("the file ends inside a record header", pos)
+    try:
+        fields = decode_fields(head, 4, 4 + size)
+    except BagError as problem:
+        raise source.error(str(problem), pos) from None
+    (data_size,) = _U32.unpack_from(head, 4 + size)
+    op = op_of(fields)
+    if op == OP_INDEX:
+        # Early rosbag (C Turtle) wrote a wrong data length here; the count decides, as in rosbag's readers.
+        data_size = index_header(fields)[1] * INDEX_ENTRY_BYTES
+    return RecordHead(fields, op, pos + size + 8, data_size)
+
+
+class Rows(NamedTuple):
+    """Messages of a chunk, one element each, in file order or in time order.
+
+    Attributes:
+        conn: Connection id, (N,) uint32.
+        secs, nsecs: Receive time as recorded, (N,) uint32.
+        start, end: Bytes of the serialized message in the chunk's blob, (N,) int64.
+    """
+
+    conn: NDArray[np.uint32]
+    secs: NDArray[np.uint32]
+    nsecs: NDArray[np.uint32]
+    start: NDArray[np.int64]
+    end: NDArray[np.int64]
+
+    @property
+    def time(self) -> NDArray[np.int64]:
+        """Receive time, ns, (N,) int64."""
+        import numpy as np
+
+        return self.secs.astype(np.int64) * NS + self.nsecs
+
+    def take(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> Rows:
+        """The rows at these places, or where the mask is true."""
+        conn, secs, nsecs, start, end = self
+        return Rows(conn[which], secs[which], nsecs[which], start[which], end[which])
+
+
+@dataclass(slots=True)
+class ChunkData:
+    """A chunk's plain bytes.
+
+    Attributes:
+        info: Where it came from.
+        blob: Bytes that contain the plain data (an uncompressed chunk is kept as it was read, not copied).
+        base: Where the data starts in `blob`.
+        end: Where it ends.
+        index: Offsets into the data by connection id, from the index records; None when there are none to
+        trust. complete: False when some of the data is missing.
+    """
+
+    info: ChunkInfo
+    blob: bytes
+    base: int
+    end: int
+    index: dict[int, NDArray[np.uint32]] | None
+    complete: bool = True
+
+    def rows(self, wanted: Collection[int] | None = None) -> Rows:
+        """The messages of the wanted connections (None: all), in file order for each connection.
+
+        Raises:
+            BagError: A record is damaged (in a partial chunk, what comes before is given instead).
+        """
+        import numpy as np
+
+        if self.index is None:
+            return self._walked(wanted)
+        chosen = {conn: o for conn, o in self.index.items() if wanted is None or conn in wanted}
+        offsets = np.concatenate([np.zeros(0, np.uint32), *chosen.values()])
+        conns = np.repeat(np.fromiter(chosen, np.uint32), [len(o) for o in chosen.values()])
+        rows = _rows_at(self.blob, self.base, self.end, offsets)
+        if rows is None:
+            rows = _rows_slowly(self.blob, self.base, self.end, offsets.tolist())
+        if rows is None or not np.array_equal(rows.conn, conns):
+            return self._walked(wanted)  # the index lies
+        return rows
+
+    def connections(self) -> list[Connection]:
+        """The connection records inside."""
+        return walk(self.blob, self.base, self.end, not self.complete)[1]
+
+    def _walked(self, wanted: Collection[int] | None) -> Rows:
+        import numpy as np
+
+        offsets, _ = walk(self.blob, self.base, self.end, not self.complete)
+        found = np.array(offsets, np.int64)
+        rows = _rows_at(self.blob, self.base, self.end, found)
+        if rows is None:
+            rows = _rows_slowly(self.blob, self.base, self.end, offsets)
+        if rows is None:
+            raise BagError(f"the chunk at byte {self.info.pos} has a damaged message record")
+        if wanted is None:
+            return rows
+        return rows.take(np.isin(rows.conn, np.fromiter(wanted, np.uint32)))
+
+
+def read_chunk(source: Source, info: ChunkInfo, span: int, *, with_index: bool = True) -> ChunkData:
+    """Read and decompress a chunk.
+
+    Args:
+        source: The file.
+        info: Which chunk; of a `partial` one as much as there is.
+        span: Bytes up to the next chunk: the chunk and the index records after it.
+        with_index: Read those, too.
+
+    Raises:
+        BagError: It is damaged.
+    """
+    head = _chunk_head(source, info.pos)
+    chunk = ChunkHeader.from_fields(head.fields)
+    if max(chunk.size, head.data_size) > MOST_CHUNK_BYTES:
+        raise source.error(
+            f"a chunk of {max(chunk.size, head.data_size)} bytes, at most {MOST_CHUNK_BYTES} are read",
+            info.pos,
+        )
+    in_file = source.size - head.data_pos
+    if head.data_size or not info.partial:  # a recorder that died leaves 0 here, and its data behind it
+        in_file = min(in_file, head.data_size)
+    tail = max(0, span - (head.data_pos - info.pos) - head.data_size) if with_index else 0
+    # An index is never larger than what it indexes.
+    tail = min(tail, 64 + (INDEX_ENTRY_BYTES + 1) * chunk.size)
+    raw = source.read_at(head.data_pos, in_file + tail)
+    index = _read_index(raw, in_file, info) if with_index and info.indexed and not info.partial else None
+    if chunk.compression == "none":
+        complete = len(raw) >= head.data_size == chunk.size and not info.partial
+        if not complete and not info.partial:
+            raise source.error("an uncompressed chunk is shorter than its header says", info.pos)
+        return ChunkData(info, raw, 0, min(in_file, len(raw)), index, complete)
+    packed = raw[:in_file] if len(raw) != in_file else raw
+    try:
+        if info.partial:
+            plain, complete = decompress_prefix(chunk.compression, packed, chunk.size or MOST_CHUNK_BYTES)
+            index = None
+        else:
+            plain, complete = decompress(chunk.compression, packed, chunk.size), True
+    except BagError as problem:
+        raise source.error(str(problem), info.pos) from None
+    return ChunkData(info, plain, 0, len(plain), index, complete)
+
+
+def _chunk_head(source: Source, pos: int) -> RecordHead:
+    head = read_head(source, pos)
+    if head.op != OP_CHUNK:
+        raise source.error(f"expected a chunk record, found op {head.op}", pos)
+    return head
+
+
+def chunk_header(source: Source, info: ChunkInfo) -> tuple[ChunkHeader, int]:
+    """A chunk's header, and how many bytes it takes in the file.
+
+    Raises:
+        BagError: There is no chunk.
+    """
+    head = _chunk_head(source, info.pos)
+    left = source.size - head.data_pos
+    return ChunkHeader.from_fields(head.fields), min(head.data_size, left) if head.data_size else left
+
+
+def read_index_times(
+    source: Source, info: ChunkInfo, span: int, wanted: Collection[int]
+) -> NDArray[np.int64] | None:
+    """Receive times (ns) of the wanted connections' messages, from the index records alone.
+
+    Returns:
+        (N,) int64, in no particular order; None when the index records are not usable.
+    """
+    import numpy as np
+
+    if not info.indexed or info.partial:
+        return None
+    try:
+        head = read_head(source, info.pos)
+        start = head.data_pos + head.data_size
+        raw = source.read_at(start, info.pos + span - start)
+        times = [np.zeros(0, np.int64)]
+        for fields, at in _index_records(raw, 0):
+            conn, count = index_header(fields)
+            if conn in wanted:
+                entries = np.frombuffer(raw, "<u4", 3 * count, at)
+                times.append(entries[0::3].astype(np.int64) * NS + entries[1::3])
+    except (BagError, ValueError):
+        return None
+    found = np.concatenate(times)
+    return found if len(found) == sum(info.counts.get(conn, 0) for conn in wanted) else None
+
+
+def _read_index(raw: bytes, start: int, info: ChunkInfo) -> dict[int, NDArray[np.uint32]] | None:
+    """Offsets by connection id from the index records at `start`; None unless they agree with `info`."""
+    import numpy as np
+
+    index: dict[int, NDArray[np.uint32]] = {}
+    try:
+        for fields, at in _index_records(raw, start):
+            conn, count = index_header(fields)
+            entries = np.frombuffer(raw, "<u4", 3 * count, at)
+            index[conn] = np.concatenate([index[conn], entries[2::3]]) if conn in index else entries[2::3]
+    except (BagError, ValueError):
+        return None
+    if {conn: len(offsets) for conn, offsets in index.items() if len(offsets)} != {
+        conn: count for conn, count in info.counts.items() if count
+    }:
+        return None
+    return index
+
+
+def _index_records(raw: bytes, at: int) -> Iterator[tuple[dict[str, bytes], int]]:
+    """Fields and data position of the index records at `at`; ends at the first record of another kind."""
+    while at + 4 <= len(raw):
+        size = _U32.unpack_from(raw, at)[0]
+        data = at + 4 + size + 4
+        if data > len(raw):
+            return
+        fields = decode_fields(raw, at + 4, at + 4 + size)
+        if op_of(fields) != OP_INDEX:
+            return
+        yield fields, data
+        at = data + INDEX_ENTRY_BYTES * index_header(fields)[1]
+
+
+def walk(blob: bytes, base: int, end: int, tolerant: bool = False) -> tuple[list[int], list[Connection]]:
+    """Go through a chunk's records one by one.
+
+    Args:
+        blob: Bytes that contain the data.
+        base: Where it starts.
+        end: Where it ends.
+        tolerant: Stop at damage, and keep what came before, instead of raising.
+
+    Returns:
+        Offsets (from `base`) of the whole message records, and the connections.
+
+    Raises:
+        BagError: A record is damaged.
+    """
+    offsets: list[int] = []
+    connections: list[Connection] = []
+    at = base
+    op_at = -1
+    try:
+        while at < end:
+            if op_at > 0 and at + MESSAGE_HEAD <= end:
+                header_size, size = _HEADER_AND_DATA.unpack_from(blob, at)
+                if header_size == _MESSAGE_HEADER and blob[at + op_at] == OP_MESSAGE:
+                    after = at + MESSAGE_HEAD + size
+                    if after > end:
+                        raise BagError(f"a message of {size} bytes is cut off", offset=at - base)
+                    offsets.append(at - base)
+                    at = after
+                    continue
+            fields, data, after = _record_in(blob, base, at, end)
+            op = op_of(fields)
+            if op == OP_MESSAGE:
+                offsets.append(at - base)
+                if data - at == MESSAGE_HEAD:
+                    op_at = blob.index(b"op=\x02", at) + 3 - at
+            elif op == OP_CONNECTION:
+                connections.append(connection_from_fields(fields, decode_text_fields(blob, data, after)))
+            at = after
+    except BagError:
+        if not tolerant:
+            raise
+    return offsets, connections
+
+
+def _record_in(blob: bytes, base: int, at: int, end: int) -> tuple[dict[str, bytes], int, int]:
+    """Fields, data position and end of the record at `at`; BagError when it is not all there."""
+    if at + 4 > end:
+        raise BagError("a chunk ends inside a record", offset=at - base)
+    data = at + 4 + _U32.unpack_from(blob, at)[0] + 4
+    if data > end:
+        raise BagError("a chunk ends inside a record header", offset=at - base)
+    fields = decode_fields(blob, at + 4, data - 4)
+    after = data + _U32.unpack_from(blob, data - 4)[0]
+    if after > end:
+        raise BagError("a chunk ends inside a record's data", offset=at - base)
+    return fields, data, after
+
+
+def _rows_at(blob: bytes, base: int, end: int, offsets: NDArray[np.integer]) -> Rows | None:
+    """All rows at once; None when the headers at these offsets are not all alike."""
+    import numpy as np
+
+    if not len(offsets):
+        return _no_rows()
+    where = offsets.astype(np.int64)
+    places = end - base - MESSAGE_HEAD + 1
+    if places <= 0 or int(where.max()) >= places or int(where.min()) < 0:
+        return None
+    windows = np.ndarray((places,), f"V{MESSAGE_HEAD}", blob, base, (1,))
+    heads = windows[where]
+    layout = _layout(heads[0].tobytes())
+    if layout is None:
+        return None
+    dtype, constant = layout
+    plain = heads.view(np.uint8).reshape(-1, MESSAGE_HEAD)
+    if not (plain[:, constant] == plain[0, constant]).all():
+        return None
+    fields = heads.view(dtype)
+    start = where + (base + MESSAGE_HEAD)
+    stop = start + fields["size"]
+    if int(stop.max()) > end:
+        return None
+    return Rows(fields["conn"].copy(), fields["secs"].copy(), fields["nsecs"].copy(), start, stop)
+
+
+def _layout(head: bytes) -> tuple[np.dtype[np.void], NDArray[np.bool_]] | None:
+    """Where a message header of 38 bytes has its values, and which of its bytes never change."""
+    import numpy as np
+
+    try:
+        fields = decode_fields(head, 4, 4 + _MESSAGE_HEADER)
+    except BagError:
+        return None
+    if sorted(fields) != ["conn", "op", "time"] or op_of(fields) != OP_MESSAGE:
+        return None
+    if len(fields["conn"]) != 4 or len(fields["time"]) != 8 or _U32.unpack_from(head)[0] != _MESSAGE_HEADER:
+        return None
+    at = 4
+    places = {}
+    for name, value in fields.items():
+        at += 4 + len(name) + 1
+        places[name] = at
+        at += len(value)
+    conn, time, size = places["conn"], places["time"], MESSAGE_HEAD - 4
+    constant = np.ones(MESSAGE_HEAD, np.bool_)
+    constant[conn : conn + 4] = constant[time : time + 8] = constant[size:] = False
+    dtype = np.dtype(
+        {
+            "names": ["conn", "secs", "nsecs", "size"],
+            "formats": ["<u4"] * 4,
+            "offsets": [conn, time, time + 4, size],
+            "itemsize": MESSAGE_HEAD,
+        }
+    )
+    return dtype, constant
+
+
+def _rows_slowly(blob: bytes, base: int, end: int, offsets: list[int]) -> Rows | None:
+    """The rows record by record; None when an offset leads to no message."""
+    import numpy as np
+
+    found: list[tuple[int, int, int, int, int]] = []
+    try:
+        for offset in offsets:
+            at = base + offset
+            fields, data, after = _record_in(blob, base, at, end)
+            while op_of(fields) == OP_CONNECTION:  # some writers index the connection record before it
+                fields, data, after = _record_in(blob, base, after, end)
+            if op_of(fields) != OP_MESSAGE:
+                return None
+            found.append((*message_header(fields), data, after))
+    except BagError:
+        return None
+    if not found:
+        return _no_rows()
+    conn, secs, nsecs, start, stop = np.array(found, np.int64).T
+    return Rows(
+        conn.astype(np.uint32), secs.astype(np.uint32), nsecs.astype(np.uint32), start.copy(), stop.copy()
+    )
+
+
+def _no_rows() -> Rows:
+    import numpy as np
+
+    none = np.zeros(0, np.uint32)
+    return Rows(none, none, none, np.zeros(0, np.int64), np.zeros(0, np.int64))

@@ -1,0 +1,141 @@
+"""Chunk compression: none, bz2, and the profile of LZ4 frames that ROS reads.
+
+rosbag's own LZ4 reader accepts only frames with independent blocks, no block checksum, no content size, no
+dictionary, and with a content checksum (roslz4 lz4s.c, processHeader). The defaults of every LZ4 library
+give something else, and rosbag then says "malformed data to decompress".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rosproto.errors import BagError
+
+__all__ = ["COMPRESSIONS", "compressor", "decompress", "decompress_prefix"]
+
+COMPRESSIONS = ("none", "bz2", "lz4")
+
+
+def compressor(name: str) -> Callable[[bytes], bytes]:
+    """The function that compresses a chunk.
+
+    Raises:
+        ValueError: No such compression.
+    """
+    if name == "none":
+        return bytes
+    if name == "bz2":
+        import bz2
+
+        return bz2.compress
+    if name == "lz4":
+        return _lz4_compress
+    raise ValueError(f"compression {name!r}: a bag knows {', '.join(COMPRESSIONS)}")
+
+
+def _lz4_compress(data: bytes) -> bytes:
+    frame = _lz4()
+    packed: bytes = frame.compress(
+        data,
+        compression_level=0,
+        block_size=frame.BLOCKSIZE_MAX1MB,
+        block_linked=False,
+        content_checksum=True,
+        block_checksum=False,
+        store_size=False,
+    )
+    return packed
+
+
+def decompress(name: str, data: bytes, size: int) -> bytes:
+    """A whole chunk.
+
+    Args:
+        name: What the chunk header says.
+        data: The chunk's data.
+        size: Uncompressed size from the chunk header; more is never produced.
+
+    Raises:
+        BagError: The data is damaged or has another size.
+    """
+    plain, complete = decompress_prefix(name, data, size)
+    if not complete:
+        raise BagError(
+            f"a {name} chunk of {len(data)} bytes gives {len(plain)} bytes, its header says {size}"
+        )
+    return plain
+
+
+def decompress_prefix(name: str, data: bytes, size: int) -> tuple[bytes, bool]:
+    """As much of a chunk as can be had.
+
+    Returns:
+        The plain bytes, at most `size`, and whether that is all of them, checksums included.
+
+    Raises:
+        BagError: Nothing can be had: unknown compression, or damage at the very start.
+    """
+    if name == "none":
+        return data[:size], len(data) == size
+    if name == "bz2":
+        return _bz2_prefix(data, size)
+    if name == "lz4":
+        return _lz4_prefix(data, size)
+    raise BagError(f"a chunk has compression {name!r}; known are {', '.join(COMPRESSIONS)}")
+
+
+def _bz2_prefix(data: bytes, size: int) -> tuple[bytes, bool]:
+    import bz2
+
+    whole = bz2.BZ2Decompressor()
+    try:
+        plain = whole.decompress(data, size + 1)
+        # Without room for one more byte the end of stream (and its checksum) would not have been reached.
+        if len(plain) <= size and whole.eof:
+            return plain, len(plain) == size
+        return plain[:size], False
+    except (OSError, EOFError):
+        pass
+    # Damaged somewhere: take small steps and keep what came before the damage. Blocks are 900 kB.
+    parts = bz2.BZ2Decompressor()
+    got = bytearray()
+    try:
+        for at in range(0, len(data), 4096):
+            got += parts.decompress(data[at : at + 4096], size - len(got) if len(got) < size else 0)
+            if parts.eof or len(got) >= size:
+                break
+    except (OSError, EOFError):
+        pass
+    return bytes(got[:size]), False
+
+
+def _lz4_prefix(data: bytes, size: int) -> tuple[bytes, bool]:
+    frame = _lz4()
+    whole = frame.LZ4FrameDecompressor()
+    try:
+        # The buffer is taken at once, so a header's wild size is bounded by what LZ4 can reach (255 to 1).
+        plain = whole.decompress(data, min(size + 1, 256 * len(data) + 1024))
+        if whole.eof and len(plain) == size:
+            return plain, True
+        return plain[:size], False
+    except (RuntimeError, EOFError, ValueError):
+        pass
+    parts = frame.LZ4FrameDecompressor()
+    got = bytearray()
+    try:
+        for at in range(0, len(data), 4096):
+            got += parts.decompress(data[at : at + 4096], max(size - len(got), 0))
+            if parts.eof or len(got) >= size:
+                break
+    except (RuntimeError, EOFError, ValueError):
+        pass
+    return bytes(got[:size]), False
+
+
+def _lz4() -> Any:
+    try:
+        import lz4.frame  # type: ignore[import-untyped]
+    except ImportError as problem:
+        raise BagError("LZ4 chunks need the lz4 package: pip install lz4") from problem
+    return lz4.frame

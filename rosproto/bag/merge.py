@@ -1,0 +1,166 @@
+"""Messages of many chunks in the order of time, holding as few chunks as that takes.
+
+Recorders write chunks one after the other, so their time spans rarely overlap: then one chunk at a time is
+read, sorted and given out. Where they do overlap, chunks are opened in the order of their start times, and
+before the next one is opened all messages up to its start are given out. Should so many chunks overlap that
+they exceed the budget, their bytes are dropped, only the places of their messages are kept (28 bytes each),
+and chunks are read again when their turn comes.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rosproto.bag.chunk import ChunkData, Rows
+from rosproto.bag.records import ChunkInfo
+from rosproto.errors import BagError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+__all__ = ["Batch", "merge"]
+
+BUDGET_BYTES = 64 << 20
+
+Load = Callable[[ChunkInfo], "ChunkData | None"]
+Select = Callable[[ChunkData], "Rows | None"]
+
+
+@dataclass(slots=True)
+class Batch:
+    """Messages in time order.
+
+    Attributes:
+        rows: Where they are.
+        chunk: The chunk of all of them; None when they come from several.
+        pieces: For each row the number of its chunk, (N,) int64; None with one chunk.
+        blob_of: Gives a chunk's info and bytes by that number.
+    """
+
+    rows: Rows
+    chunk: ChunkData | None
+    pieces: NDArray[np.int64] | None = None
+    blob_of: Callable[[int], tuple[ChunkInfo, bytes]] | None = None
+
+
+@dataclass(slots=True)
+class _Piece:
+    """The messages of one chunk that are not given out yet, sorted."""
+
+    number: int
+    rows: Rows
+    time: NDArray[np.int64]
+
+
+def merge(chunks: Iterable[ChunkInfo], load: Load, select: Select) -> Iterator[Batch]:
+    """Batches of messages, all in the order of time; equal times in the order of the file.
+
+    Args:
+        chunks: Which ones.
+        load: Reads a chunk; None for one to be skipped.
+        select: The wanted rows of a chunk in file order; None for a chunk to be skipped.
+    """
+    order = sorted(chunks, key=lambda c: (c.start, c.pos))
+    cache = _Cache(order, load)
+    waiting: list[_Piece] = []
+    for number, info in enumerate(order):
+        data = load(info)
+        rows = None if data is None else select(data)
+        if data is not None and rows is not None and len(rows.conn):
+            cache.put(number, data)
+            waiting.append(_sorted_piece(number, rows))
+        limit = order[number + 1].start if number + 1 < len(order) else None
+        batch, waiting = _release(waiting, limit, cache)
+        if batch is not None:
+            yield batch
+
+
+def _sorted_piece(number: int, rows: Rows) -> _Piece:
+    import numpy as np
+
+    time = rows.time
+    if len(time) > 1 and not (time[1:] >= time[:-1]).all():
+        # By time, then by place in the file: rows come connection by connection.
+        order = np.lexsort((rows.start, time))
+        return _Piece(number, rows.take(order), time[order])
+    return _Piece(number, rows, time)
+
+
+def _release(waiting: list[_Piece], limit: int | None, cache: _Cache) -> tuple[Batch | None, list[_Piece]]:
+    """Everything up to `limit`, merged, and the pieces left over."""
+    import numpy as np
+
+    out: list[_Piece] = []
+    left: list[_Piece] = []
+    for piece in waiting:
+        count = len(piece.time) if limit is None else int(np.searchsorted(piece.time, limit, "right"))
+        if count:
+            out.append(_slice(piece, 0, count))
+        if count < len(piece.time):
+            left.append(_slice(piece, count, len(piece.time)))
+    if not out:
+        return None, left
+    cache.keep_only({piece.number for piece in out} | {piece.number for piece in left})
+    if len(out) == 1:
+        return Batch(out[0].rows, cache.get(out[0].number)), left
+    order = np.argsort(np.concatenate([piece.time for piece in out]), kind="stable")
+    conn, secs, nsecs, start, end = zip(*[piece.rows for piece in out], strict=True)
+    rows = Rows(
+        np.concatenate(conn)[order],
+        np.concatenate(secs)[order],
+        np.concatenate(nsecs)[order],
+        np.concatenate(start)[order],
+        np.concatenate(end)[order],
+    )
+    pieces = np.concatenate([np.full(len(piece.time), piece.number, np.int64) for piece in out])[order]
+    return Batch(rows, None, pieces, cache.blob), left
+
+
+def _slice(piece: _Piece, start: int, stop: int) -> _Piece:
+    if start == 0 and stop == len(piece.time):
+        return piece
+    conn, secs, nsecs, first, last = piece.rows
+    part = slice(start, stop)
+    return _Piece(
+        piece.number,
+        Rows(conn[part], secs[part], nsecs[part], first[part], last[part]),
+        piece.time[part],
+    )
+
+
+class _Cache:
+    """Chunks in memory, at most BUDGET_BYTES of them (and at least one); the longest unused goes first."""
+
+    def __init__(self, order: list[ChunkInfo], load: Load) -> None:
+        self._order = order
+        self._load = load
+        self._held: OrderedDict[int, ChunkData] = OrderedDict()
+        self._bytes = 0
+
+    def put(self, number: int, data: ChunkData) -> None:
+        self._held[number] = data
+        self._bytes += len(data.blob)
+        while self._bytes > BUDGET_BYTES and len(self._held) > 1:
+            self._bytes -= len(self._held.popitem(last=False)[1].blob)
+
+    def get(self, number: int) -> ChunkData:
+        data = self._held.get(number)
+        if data is not None:
+            self._held.move_to_end(number)
+            return data
+        data = self._load(self._order[number])
+        if data is None:  # it could be read a moment ago
+            raise BagError("the bag changed while it was read", offset=self._order[number].pos)
+        self.put(number, data)
+        return data
+
+    def blob(self, number: int) -> tuple[ChunkInfo, bytes]:
+        return self._order[number], self.get(number).blob
+
+    def keep_only(self, numbers: set[int]) -> None:
+        for number in [n for n in self._held if n not in numbers]:
+            self._bytes -= len(self._held.pop(number).blob)

@@ -1,0 +1,423 @@
+"""Reading bags: everything a recorder, crashed or not, leaves behind."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection, Iterable, Iterator
+from dataclasses import dataclass
+from types import MappingProxyType, TracebackType
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
+
+from rosproto.bag.chunk import MESSAGE_HEAD, ChunkData, Rows, chunk_header, read_chunk, read_index_times
+from rosproto.bag.index import open_index
+from rosproto.bag.merge import Batch, merge
+from rosproto.bag.records import NS, ChunkInfo, Connection, total_counts
+from rosproto.bag.source import Source
+from rosproto.errors import BagError
+from rosproto.time import Time
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from rosproto.codec import Message
+
+__all__ = ["BagReader", "Compression", "RawMessage", "TopicInfo"]
+
+Stamp = Time | float
+Give = Callable[[bytes, int, int], Any]
+
+
+class RawMessage(NamedTuple):
+    """A message as it lies in the bag; the first four are what rosbag gives with raw=True.
+
+    Attributes:
+        type: "package/Type".
+        data: Serialized message.
+        md5sum: Of its definition.
+        position: (byte position of the chunk in the file, of the message in the uncompressed chunk).
+        connection: Its connection, with the definition; `BagWriter.write` takes it over.
+    """
+
+    type: str
+    data: bytes
+    md5sum: str
+    position: tuple[int, int]
+    connection: Connection
+
+
+@dataclass(frozen=True, slots=True)
+class TopicInfo:
+    """One topic of a bag.
+
+    Attributes:
+        types: Message types, usually one.
+        message_count: Messages on all its connections.
+        connections: Its connections (one for each publisher and definition).
+    """
+
+    types: tuple[str, ...]
+    message_count: int
+    connections: tuple[Connection, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Compression:
+    """Chunks with one kind of compression: how many, their bytes in the file and uncompressed."""
+
+    chunks: int
+    stored_bytes: int
+    plain_bytes: int
+
+
+class BagReader:
+    """A bag, opened for reading.
+
+    Opening reads the table of contents only. A bag without a usable one (never closed, cut off, damaged) is
+    scanned record by record; `damage` then says what was wrong, and everything that is whole can be read.
+
+    Args:
+        file: Path, or a seekable binary file.
+        skip_damaged: Where a chunk turns out to be damaged, leave out what follows the damage in it, and say
+            so in `damage`, instead of raising.
+
+    Raises:
+        BagError: It cannot be opened, is no bag, is of version 1, or is encrypted.
+
+    Attributes:
+        path: Path of the file, None when there is none.
+        size: Bytes of the file.
+        damage: What was wrong with the file, in words; empty for a sound bag.
+        indexed: False when the file had no usable table of contents and was scanned.
+        connections: All connections with messages, by id.
+        topics: `TopicInfo` by topic, sorted.
+        message_count: Messages in the bag.
+        chunks: What each chunk holds, in file order.
+    """
+
+    def __init__(self, file: str | os.PathLike[str] | BinaryIO, *, skip_damaged: bool = False) -> None:
+        self._source = Source(file)
+        try:
+            found = open_index(self._source)
+        except BaseException:
+            self._source.close()
+            raise
+        self._skip = skip_damaged
+        self._spans = found.spans()
+        self._functions: dict[int, Give] = {}
+        self.path = self._source.path
+        self.size = self._source.size
+        self.damage = found.damage
+        self.indexed = found.closed
+        self.chunks: tuple[ChunkInfo, ...] = tuple(found.chunks)
+        counts = total_counts(found.chunks)
+        self._counts = counts
+        self.connections = MappingProxyType(
+            {i: c for i, c in sorted(found.connections.items()) if counts.get(i)}
+        )
+        self.topics = MappingProxyType(self._make_topics())
+        self.message_count = sum(counts.values())
+
+    def __enter__(self) -> BagReader:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file, if it was opened here. Iterators still under way fail."""
+        self._source.close()
+
+    def __repr__(self) -> str:
+        return (
+            f"<BagReader {self.path or 'stream'}: {self.message_count} messages on {len(self.topics)} topics>"
+        )
+
+    def __len__(self) -> int:
+        return self.message_count
+
+    def __iter__(self) -> Iterator[tuple[str, Any, Time]]:
+        return self.read_messages()
+
+    @property
+    def start_time(self) -> Time | None:
+        """Receive time of the earliest message, None for an empty bag."""
+        return _as_time(min(c.start for c in self.chunks)) if self.chunks else None
+
+    @property
+    def end_time(self) -> Time | None:
+        """Receive time of the latest message, None for an empty bag."""
+        return _as_time(max(c.end for c in self.chunks)) if self.chunks else None
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the earliest to the latest message, 0 for an empty bag."""
+        if not self.chunks:
+            return 0.0
+        return (max(c.end for c in self.chunks) - min(c.start for c in self.chunks)) / NS
+
+    def read_messages(
+        self,
+        topics: str | Iterable[str] | None = None,
+        start_time: Stamp | None = None,
+        end_time: Stamp | None = None,
+        raw: bool = False,
+        *,
+        connections: Iterable[Connection] | None = None,
+    ) -> Iterator[tuple[str, Any, Time]]:
+        """Messages in the order they were received.
+
+        Memory holds one chunk, or the few that overlap in time, for a bag of any size.
+
+        Args:
+            topics: Only these.
+            start_time: Not earlier than this: a Time, or seconds.
+            end_time: Not later than this.
+            raw: Give `RawMessage`, not decoded.
+            connections: Only these.
+
+        Yields:
+            Topic, message (its arrays are read-only), receive time.
+
+        Raises:
+            BagError: A chunk is damaged (see `skip_damaged`), or a connection has no usable definition.
+            CodecError: A message does not fit its stored definition.
+        """
+        wanted = self._wanted(topics, connections)
+        for batch in self._batches(wanted, _to_ns(start_time), _to_ns(end_time)):
+            if raw:
+                yield from self._raw_messages(batch)
+            elif batch.chunk is not None:
+                yield from self._messages(batch.chunk.blob, batch.rows)
+            else:
+                yield from self._merged_messages(batch)
+
+    def message_at(self, topic: str, time: Stamp, *, raw: bool = False) -> tuple[str, Any, Time] | None:
+        """The latest message on a topic received at or before a time; None when there is none.
+
+        Reads one chunk where chunks do not overlap.
+        """
+        limit = _to_ns(time)
+        assert limit is not None
+        wanted = self._wanted(topic, None)
+        best: tuple[int, ChunkData, Rows] | None = None
+        chunks = [c for c in self.chunks if c.start <= limit and not wanted.isdisjoint(c.counts)]
+        for info in sorted(chunks, key=lambda c: (min(c.end, limit), c.pos), reverse=True):
+            if best is not None and info.end < best[0]:
+                break
+            data = self._load(info)
+            rows = None if data is None else self._select(data, wanted, None, limit)
+            if data is not None and rows is not None and len(rows.conn):
+                times = rows.time
+                last = len(times) - 1 - int(times[::-1].argmax())
+                if best is None or times[last] > best[0]:
+                    best = int(times[last]), data, rows.take(_one(last))
+        if best is None:
+            return None
+        batch = Batch(best[2], best[1])
+        messages = self._raw_messages(batch) if raw else self._messages(best[1].blob, best[2])
+        return next(messages)
+
+    def times(self, topic: str) -> NDArray[np.int64]:
+        """Receive times of a topic's messages, ns, sorted, (N,) int64; reads index records, not messages."""
+        import numpy as np
+
+        wanted = self._wanted(topic, None)
+        parts: list[NDArray[np.int64]] = [np.zeros(0, np.int64)]
+        for info in self.chunks:
+            if wanted.isdisjoint(info.counts):
+                continue
+            times = read_index_times(self._source, info, self._spans[info.pos], wanted)
+            if times is None:
+                data = self._load(info)
+                rows = None if data is None else self._select(data, wanted, None, None)
+                times = rows.time if rows is not None else parts[0]
+            parts.append(times)
+        return np.sort(np.concatenate(parts))
+
+    def frequency(self, topic: str) -> float | None:
+        """Messages per second: one over the median interval, as rosbag has it; None below two messages."""
+        import numpy as np
+
+        times = self.times(topic)
+        if len(times) < 2:
+            return None
+        period = float(np.median(np.diff(times))) / NS
+        return 1.0 / period if period > 0 else None
+
+    def compression(self) -> dict[str, Compression]:
+        """How the chunks are compressed, by "none", "bz2" and "lz4"; reads their headers."""
+        kinds: dict[str, Compression] = {}
+        for info in self.chunks:
+            head, stored = chunk_header(self._source, info)
+            was = kinds.get(head.compression, Compression(0, 0, 0))
+            kinds[head.compression] = Compression(
+                was.chunks + 1, was.stored_bytes + stored, was.plain_bytes + (head.size or stored)
+            )
+        return kinds
+
+    def message_class(self, which: str | Connection) -> type[Message]:
+        """The class that messages of a topic (its first connection) or of a connection are decoded to.
+
+        Raises:
+            BagError: No such topic, or no usable definition.
+        """
+        from rosproto.bag.types import message_class_of
+
+        if isinstance(which, str):
+            which = self._topic(which).connections[0]
+        return message_class_of(which)
+
+    def to_numpy(self, topic: str, fields: Iterable[str]) -> dict[str, NDArray[Any]]:
+        """Columns of a topic: see `rosproto.bag.columns.to_numpy`."""
+        from rosproto.bag.columns import to_numpy
+
+        return to_numpy(self, topic, fields)
+
+    def _topic(self, topic: str) -> TopicInfo:
+        try:
+            return self.topics[topic]
+        except KeyError:
+            known = ", ".join(self.topics) or "none at all"
+            raise self._source.error(f"no messages on topic {topic!r}; the bag has {known}") from None
+
+    def _make_topics(self) -> dict[str, TopicInfo]:
+        by_topic: dict[str, list[Connection]] = {}
+        for connection in self.connections.values():
+            by_topic.setdefault(connection.topic, []).append(connection)
+        return {
+            topic: TopicInfo(
+                tuple(sorted({c.type for c in group})), sum(self._counts[c.id] for c in group), tuple(group)
+            )
+            for topic, group in sorted(by_topic.items())
+        }
+
+    def _wanted(
+        self, topics: str | Iterable[str] | None, connections: Iterable[Connection] | None
+    ) -> set[int]:
+        chosen = set(self.connections)
+        if topics is not None:
+            names = {topics} if isinstance(topics, str) else set(topics)
+            chosen = {i for i in chosen if self.connections[i].topic in names}
+        if connections is not None:
+            chosen &= {c.id for c in connections}
+        return chosen
+
+    def _batches(self, wanted: Collection[int], low: int | None, high: int | None) -> Iterator[Batch]:
+        chunks = [
+            c
+            for c in self.chunks
+            if (low is None or c.end >= low)
+            and (high is None or c.start <= high)
+            and not c.counts.keys().isdisjoint(wanted)
+        ]
+        return merge(chunks, self._load, lambda data: self._select(data, wanted, low, high))
+
+    def _load(self, info: ChunkInfo) -> ChunkData | None:
+        try:
+            return read_chunk(self._source, info, self._spans[info.pos])
+        except BagError as problem:
+            self._skipped(info, problem)
+            return None
+
+    def _select(
+        self, data: ChunkData, wanted: Collection[int], low: int | None, high: int | None
+    ) -> Rows | None:
+        try:
+            rows = data.rows(wanted)
+        except BagError as problem:
+            self._skipped(data.info, problem)
+            return None
+        if (low is None or data.info.start >= low) and (high is None or data.info.end <= high):
+            return rows
+        time = rows.time
+        mask = (time >= (-1 if low is None else low)) & (time <= (1 << 62 if high is None else high))
+        return rows.take(mask)
+
+    def _skipped(self, info: ChunkInfo, problem: BagError) -> None:
+        if not self._skip:
+            raise BagError(
+                f"the chunk at byte {info.pos} cannot be read: {problem}; BagReader(..., skip_damaged=True) "
+                "goes on without it, rosproto.bag.recover saves what can be saved",
+                path=self.path,
+                offset=info.pos,
+            ) from problem
+        note = f"the chunk at byte {info.pos} is damaged and left out: {problem}"
+        if note not in self.damage:
+            self.damage.append(note)
+
+    def _messages(self, blob: bytes, rows: Rows) -> Iterator[tuple[str, Any, Time]]:
+        """The hot loop: decoded messages of one chunk."""
+        takers = self._takers(rows)
+        time_class, new = Time, object.__new__
+        for conn, secs, nsecs, start, end in zip(*[column.tolist() for column in rows], strict=True):
+            stamp = new(time_class)
+            stamp.secs = secs
+            stamp.nsecs = nsecs
+            topic, decode = takers[conn]
+            yield topic, decode(blob, start, end), stamp
+
+    def _merged_messages(self, batch: Batch) -> Iterator[tuple[str, Any, Time]]:
+        takers = self._takers(batch.rows)
+        assert batch.pieces is not None
+        assert batch.blob_of is not None
+        columns = [column.tolist() for column in (batch.pieces, *batch.rows)]
+        held, blob = -1, b""
+        for piece, conn, secs, nsecs, start, end in zip(*columns, strict=True):
+            if piece != held:
+                held, blob = piece, batch.blob_of(piece)[1]
+            topic, decode = takers[conn]
+            yield topic, decode(blob, start, end), Time._raw(secs, nsecs)
+
+    def _raw_messages(self, batch: Batch) -> Iterator[tuple[str, RawMessage, Time]]:
+        rows = batch.rows
+        time_class, new, make = Time, object.__new__, tuple.__new__
+        facts = {i: (c.topic, c.type, c.md5sum, c) for i, c in self.connections.items()}
+        columns = [column.tolist() for column in rows]
+        pieces = iter(batch.pieces.tolist()) if batch.pieces is not None else None
+        if batch.chunk is not None:
+            blob, info = batch.chunk.blob, batch.chunk.info
+            base = batch.chunk.base + MESSAGE_HEAD
+        for conn, secs, nsecs, start, end in zip(*columns, strict=True):
+            if pieces is not None and batch.blob_of is not None:
+                info, blob = batch.blob_of(next(pieces))
+                base = MESSAGE_HEAD
+            stamp = new(time_class)
+            stamp.secs = secs
+            stamp.nsecs = nsecs
+            topic, kind, md5sum, connection = facts[conn]
+            place = (info.pos, start - base)
+            yield topic, make(RawMessage, (kind, blob[start:end], md5sum, place, connection)), stamp
+
+    def _takers(self, rows: Rows) -> dict[int, tuple[str, Give]]:
+        """Topic and decoding function for each connection among the rows."""
+        import numpy as np
+
+        from rosproto.bag.types import decode_function
+
+        takers: dict[int, tuple[str, Give]] = {}
+        for conn in np.unique(rows.conn).tolist():
+            if conn not in self._functions:
+                self._functions[conn] = decode_function(self.message_class(self.connections[conn]))
+            takers[conn] = self.connections[conn].topic, self._functions[conn]
+        return takers
+
+
+def _as_time(nanoseconds: int) -> Time:
+    return Time._raw(nanoseconds // NS, nanoseconds % NS)
+
+
+def _to_ns(stamp: Stamp | None) -> int | None:
+    if stamp is None:
+        return None
+    if isinstance(stamp, (int, float)):
+        return round(stamp * NS)
+    return int(stamp.secs) * NS + int(stamp.nsecs)
+
+
+def _one(index: int) -> NDArray[np.intp]:
+    import numpy as np
+
+    return np.array([index], np.intp)

@@ -1,0 +1,123 @@
+"""Mending bags: a new table of contents in place, or everything readable into a new bag."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from rosproto.bag.index import BagIndex, open_index
+from rosproto.bag.reader import BagReader, RawMessage
+from rosproto.bag.records import MAGIC, ChunkInfo, FileHeader, encode_contents
+from rosproto.bag.source import Source
+from rosproto.bag.writer import BagWriter
+from rosproto.errors import BagError
+from rosproto.time import Time
+
+__all__ = ["Report", "recover", "reindex"]
+
+Path = str | os.PathLike[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What a repair did.
+
+    Attributes:
+        messages: Messages in the mended bag.
+        damage: What was wrong.
+    """
+
+    messages: int
+    damage: tuple[str, ...]
+
+
+def reindex(path: Path) -> Report:
+    """Give a bag that was never closed, or lost its end, a table of contents, in place.
+
+    Nothing that is whole is lost: messages of a cut-off last chunk are written again as a chunk of their
+    own. A sound bag is left as it is.
+
+    Raises:
+        BagError: It is no bag, or it is damaged before its end: use `recover`, which writes a new one.
+    """
+    source = Source(path)
+    try:
+        found = open_index(source)
+    finally:
+        source.close()
+    if found.closed and not found.damage:
+        return Report(sum(sum(c.counts.values()) for c in found.chunks), ())
+    whole = _whole_chunks(found, path)
+    rest = _messages_after(path, len(whole))
+    end = found.chunks[len(whole)].pos if len(whole) < len(found.chunks) else found.end
+    used = {number for chunk in whole for number in chunk.counts}
+    connections = {number: found.connections[number] for number in sorted(used)}
+    _write_contents(path, BagIndex(connections, whole, end))
+    with BagWriter(path, append=True) as writer:
+        for topic, message, time in rest:
+            writer.write(topic, message, time)
+    with BagReader(path) as bag:
+        return Report(bag.message_count, tuple(found.damage))
+
+
+def _whole_chunks(found: BagIndex, path: Path) -> list[ChunkInfo]:
+    """The complete, indexed chunks, which must all come before any other."""
+    whole = [chunk for chunk in found.chunks if chunk.indexed and not chunk.partial]
+    if found.resumed or whole != found.chunks[: len(whole)]:
+        raise BagError(
+            f"damaged before its end ({'; '.join(found.damage)}); rosproto.bag.recover "
+            "writes what can be read into a new bag",
+            path=os.fspath(path),
+        )
+    return whole
+
+
+def _messages_after(path: Path, count: int) -> list[tuple[str, RawMessage, Time]]:
+    """What can be read of the chunks after the first `count`: the one that was being written."""
+    with BagReader(path, skip_damaged=True) as bag:
+        bag.chunks = bag.chunks[count:]
+        return list(bag.read_messages(raw=True)) if bag.chunks else []
+
+
+def _write_contents(path: Path, index: BagIndex) -> None:
+    """Cut the file where the chunks end and write the table of contents there."""
+    header = FileHeader(index.end, len(index.connections), len(index.chunks))
+    try:
+        with open(path, "r+b") as file:
+            file.truncate(index.end)
+            file.seek(index.end)
+            file.write(encode_contents(index.connections.values(), index.chunks))
+            file.seek(len(MAGIC))
+            file.write(header.encode())
+    except OSError as problem:
+        raise BagError(f"cannot mend the bag: {problem.strerror}", path=os.fspath(path)) from problem
+
+
+def recover(
+    path: Path,
+    output: Path,
+    *,
+    compression: Literal["none", "bz2", "lz4"] = "none",
+    progress: Callable[[int], None] | None = None,
+) -> Report:
+    """Write every message that can still be read into a new bag.
+
+    Args:
+        path: The damaged bag; it is not changed.
+        output: The new bag; must not exist.
+        compression: Of the new bag.
+        progress: Called with the number of messages now and then.
+
+    Raises:
+        BagError: `path` is no bag, or `output` exists or cannot be written.
+    """
+    if os.path.exists(output):
+        raise BagError("exists already; choose another name", path=os.fspath(output))
+    with BagReader(path, skip_damaged=True) as bag, BagWriter(output, compression) as writer:
+        for topic, message, time in bag.read_messages(raw=True):
+            writer.write(topic, message, time)
+            if progress is not None and writer.message_count % 10000 == 0:
+                progress(writer.message_count)
+        return Report(writer.message_count, tuple(bag.damage))

@@ -1,0 +1,72 @@
+"""The file under a reader: bytes at a position, never more than there are."""
+
+from __future__ import annotations
+
+import os
+from typing import BinaryIO
+
+from rosproto.errors import BagError
+
+__all__ = ["Source"]
+
+
+class Source:
+    """A seekable file, read by position.
+
+    Args:
+        file: Path, or a seekable binary file (which stays open when this is closed).
+
+    Raises:
+        BagError: The file cannot be opened, or cannot seek.
+
+    Attributes:
+        path: The path, None for a file object without a name.
+        size: Length in bytes when opened.
+    """
+
+    def __init__(self, file: str | os.PathLike[str] | BinaryIO) -> None:
+        if isinstance(file, (str, os.PathLike)):
+            self.path: str | None = os.fspath(file)
+            try:
+                # Unbuffered: chunks are read whole, a buffer would only copy them once more.
+                self._file: BinaryIO = open(file, "rb", buffering=0)  # noqa: SIM115
+            except OSError as problem:
+                raise BagError(f"cannot open the bag: {problem.strerror}", path=self.path) from problem
+            self._owned = True
+        else:
+            name = getattr(file, "name", None)
+            self.path = name if isinstance(name, str) else None
+            self._file = file
+            self._owned = False
+        try:
+            self.size = self._file.seek(0, os.SEEK_END)
+        except (OSError, ValueError) as problem:
+            raise BagError(
+                "a bag is read by position, but this file cannot seek", path=self.path
+            ) from problem
+
+    def read_at(self, position: int, count: int) -> bytes:
+        """`count` bytes from `position`; fewer where the file ends (or has become shorter)."""
+        count = min(count, self.size - position)
+        if count <= 0:
+            return b""
+        self._file.seek(position)
+        data = self._file.read(count)
+        if len(data) == count:
+            return data
+        parts = [data]  # a raw file may give less than asked (Linux: at most 2 GiB in one call)
+        left = count - len(data)
+        while data and left > 0:
+            data = self._file.read(left)
+            parts.append(data)
+            left -= len(data)
+        return b"".join(parts)
+
+    def error(self, message: str, offset: int | None = None) -> BagError:
+        """A BagError about this file."""
+        return BagError(message, path=self.path, offset=offset)
+
+    def close(self) -> None:
+        """Close the file if it was opened here."""
+        if self._owned:
+            self._file.close()

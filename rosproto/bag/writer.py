@@ -1,0 +1,492 @@
+"""Writing bags that every ROS 1 tool reads.
+
+Messages are collected in memory until a chunk is full; then the chunk, its index records and nothing else go
+to the file at once. So the file on disk is always a row of complete chunks: a process that dies loses the
+chunk it was filling, and the rest is read by `BagReader` as it is, by rosbag after `rosbag reindex`.
+`close()` adds the table of contents.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from array import array
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from struct import Struct, error
+from types import TracebackType
+from typing import Any, BinaryIO, Literal
+
+from rosproto.bag.chunk import MESSAGE_HEAD
+from rosproto.bag.compression import compressor
+from rosproto.bag.index import BagIndex, open_index
+from rosproto.bag.reader import RawMessage
+from rosproto.bag.records import (
+    MAGIC,
+    NS,
+    OP_MESSAGE,
+    ChunkHeader,
+    ChunkInfo,
+    Connection,
+    FileHeader,
+    encode_contents,
+    encode_index,
+)
+from rosproto.bag.source import Source
+from rosproto.codec import Message, encode_parts, encoder
+from rosproto.errors import BagError
+from rosproto.time import Time
+
+__all__ = ["BagWriter"]
+
+_pack_tail = Struct("<III").pack  # secs, nsecs, size of the data: the end of a message record's head
+_LARGE = 1 << 16
+_OWN_FIELDS = ("topic", "type", "md5sum", "message_definition")
+
+
+class _Out:
+    """One connection while it is written.
+
+    Attributes:
+        connection: As it goes into the file; its id is given with its first message.
+        encode: Serializes a message.
+        head: What stands in front of every message up to the time; empty until the first message.
+        index: secs, nsecs and offset of each message in the chunk being filled.
+        last_size: Bytes of the latest message.
+    """
+
+    __slots__ = ("connection", "encode", "head", "index", "last_size")
+
+    def __init__(self, connection: Connection, encode: Callable[[Any], bytes]) -> None:
+        self.connection = connection
+        self.encode = encode
+        self.head = b""
+        self.index: list[int] = []
+        self.last_size = 0
+
+
+class BagWriter:
+    """A bag, opened for writing.
+
+    Args:
+        file: Path (an existing file is replaced, unless `append`), or a seekable binary file opened for
+        writing (and
+            reading, for append).
+        compression: "none", "bz2" or "lz4".
+        chunk_bytes: A chunk is written when its uncompressed size reaches this.
+        append: Continue an existing bag; its table of contents is rewritten on close.
+
+    Raises:
+        BagError: The file cannot be opened; to append: it is no sound bag (run `reindex` first).
+        ValueError: Unknown compression, or a chunk size out of range.
+
+    Attributes:
+        path: Path of the file, None when there is none.
+        message_count: Messages written so far (by this writer).
+    """
+
+    def __init__(
+        self,
+        file: str | os.PathLike[str] | BinaryIO,
+        compression: Literal["none", "bz2", "lz4"] = "none",
+        chunk_bytes: int = 768 * 1024,
+        *,
+        append: bool = False,
+    ) -> None:
+        if not 1 <= chunk_bytes <= 1 << 30:
+            raise ValueError(f"chunk_bytes {chunk_bytes}: between 1 and {1 << 30} bytes")
+        self._compression = compression
+        self._compress = compressor(compression)
+        self._limit = chunk_bytes
+        self._outs: dict[tuple[str, type], _Out] = {}
+        self._raw_outs: dict[tuple[str, int], _Out] = {}
+        self._by_identity: dict[tuple[object, ...], _Out] = {}
+        self._kept: list[Connection] = []
+        self._written: list[_Out] = []
+        self._parts: list[bytes | memoryview] = []
+        self._size = 0
+        self._has_large = False
+        self._index = BagIndex()
+        self._failed: BagError | None = None
+        self.message_count = 0
+        self._closed = False
+        self._open(file, append)
+
+    def __enter__(self) -> BagWriter:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<BagWriter {self.path or 'stream'}: {self.message_count} messages, {self._compression}>"
+
+    @property
+    def size(self) -> int:
+        """Bytes in the file so far, the chunk being filled counted uncompressed."""
+        return self._index.end + self._size
+
+    def write(
+        self,
+        topic: str,
+        message: Message | RawMessage,
+        t: Time | float | None = None,
+        *,
+        header: Mapping[str, str] | None = None,
+    ) -> None:
+        """Add a message. Its bytes are taken before this returns.
+
+        Args:
+            topic: Topic to store it under.
+            message: A message; or what `BagReader.read_messages(raw=True)` or a raw subscriber gave: then its
+                type, definition and connection header are taken over.
+            t: Receive time: Time, or seconds since 1970; None is now.
+            header: The publisher's connection header to store (callerid, latching). One connection is written
+                for each different one.
+
+        Raises:
+            BagError: The file cannot be written; it stays readable up to its last whole chunk.
+            CodecError: A value does not fit its field; nothing was added.
+            ValueError: The time is out of range.
+        """
+        if t is None:
+            t = time.time()
+        if isinstance(t, (int, float)):
+            secs, nsecs = divmod(round(t * NS), NS)
+        else:
+            secs, nsecs = t.secs, t.nsecs
+        if message.__class__ is RawMessage:
+            out = self._raw_outs.get((topic, id(message.connection)))
+        else:
+            out = self._outs.get((topic, message.__class__))
+        if out is None or header is not None:
+            out, message = self._find_out(topic, message, header)
+        if out.last_size >= _LARGE:
+            self._add_large(out, message, secs, nsecs)
+            return
+        data = out.encode(message)
+        size = len(data)
+        try:
+            tail = _pack_tail(secs, nsecs, size)
+        except error:
+            raise _time_error(t) from None
+        if not out.head:
+            self._announce(out)
+        offset = self._size
+        out.index += (secs, nsecs, offset)
+        self._parts += (out.head, tail, data)
+        out.last_size = size
+        self.message_count += 1
+        self._size = offset = offset + MESSAGE_HEAD + size
+        if offset >= self._limit:
+            self._flush()
+
+    def write_raw(self, connection: Connection, data: bytes, t: Time | float) -> None:
+        """Add a serialized message.
+
+        Args:
+            connection: Topic, type, md5sum, definition and header to store it under; its `id` is not used.
+            data: Serialized message.
+            t: Receive time: Time, or seconds since 1970.
+        """
+        raw = RawMessage(connection.type, data, connection.md5sum, (0, 0), connection)
+        self.write(connection.topic, raw, t)
+
+    def flush(self) -> None:
+        """Write the chunk being filled, however small, so that a reader of the file finds it."""
+        self._check_open()
+        self._flush()
+
+    def close(self) -> None:
+        """Write the last chunk and the table of contents, and close the file.
+
+        Raises:
+            BagError: The file cannot be written; it is closed all the same.
+        """
+        if self._closed:
+            return
+        self._closed = True
+        self._forget()
+        try:
+            if self._failed is None:
+                self._flush()
+            self._finish()
+        finally:
+            if self._owned:
+                self._file.close()
+
+    def _add_large(self, out: _Out, message: Message | RawMessage, secs: int, nsecs: int) -> None:
+        """Add a message without copying its arrays, if its chunk is written before this returns."""
+        if isinstance(message, RawMessage):
+            parts: list[bytes | memoryview] = [message.data]
+        elif out.encode is _buff:
+            parts = [_buff(message)]
+        else:
+            parts = encode_parts(message)
+        size = sum([len(part) for part in parts])
+        try:
+            tail = _pack_tail(secs, nsecs, size)
+        except error:
+            raise _time_error(Time._raw(secs, nsecs)) from None
+        if not out.head:
+            self._announce(out)
+        full = self._size + MESSAGE_HEAD + size >= self._limit
+        out.index += (secs, nsecs, self._size)
+        self._parts += (out.head, tail, *(parts if full else [b"".join(parts)]))
+        self._has_large = True
+        out.last_size = size
+        self.message_count += 1
+        self._size += MESSAGE_HEAD + size
+        if full:
+            self._flush()
+
+    # -- connections -------------------------------------------------------------------------
+
+    def _find_out(
+        self, topic: str, message: Message | RawMessage, header: Mapping[str, str] | None
+    ) -> tuple[_Out, Message | RawMessage]:
+        """The connection a message belongs to, made when it is new."""
+        self._check_open()
+        if not isinstance(topic, str) or not topic:
+            raise ValueError(f"topic {topic!r}: a name such as /odom is needed")
+        if isinstance(message, RawMessage):
+            given = message.connection
+            out = self._out(
+                replace(given, topic=topic, header=given.header if header is None else header), _data
+            )
+            if header is None:
+                self._raw_outs[topic, id(given)] = out
+                self._kept.append(given)  # or its id could come back on another object
+            return out, message
+        cls = message.__class__
+        if cls._type == "*":
+            return self._find_out(topic, _as_raw(topic, message), header)
+        out = self._out(
+            Connection(-1, topic, cls._type, cls._md5sum, cls._full_text, header or {}), encoder(cls)
+        )
+        if header is None:
+            self._outs[topic, cls] = out
+        return out, message
+
+    def _out(self, connection: Connection, encode: Callable[[Any], bytes]) -> _Out:
+        """The `_Out` for these facts, a new one when there is none in this bag yet."""
+        key = _identity(connection)
+        out = self._by_identity.get(key)
+        if out is None or out.encode is not encode:
+            out = _Out(connection, encode)
+            known = self._by_identity.setdefault(key, out)
+            if known is not out and known.head:
+                out.connection, out.head, out.index = known.connection, known.head, known.index
+        return out
+
+    def _announce(self, out: _Out) -> None:
+        """Give a connection its id and write its record in front of its first message."""
+        known = self._by_identity.get(_identity(out.connection))
+        if known is not None and known.head:  # the same connection, reached through another class
+            out.connection, out.head, out.index = known.connection, known.head, known.index
+            return
+        number = max(self._index.connections, default=-1) + 1
+        out.connection = replace(out.connection, id=number)
+        self._index.connections[number] = out.connection
+        out.head = _message_head(number)
+        self._written.append(out)
+        record = out.connection.encode()
+        self._parts.append(record)
+        self._size += len(record)
+
+    # -- the file ----------------------------------------------------------------------------
+
+    def _open(self, file: str | os.PathLike[str] | BinaryIO, append: bool) -> None:
+        if isinstance(file, (str, os.PathLike)):
+            self.path: str | None = os.fspath(file)
+            exists = append and os.path.exists(self.path)
+            try:
+                # Unbuffered: whole chunks are written, a buffer would only copy them once more.
+                self._file: BinaryIO = open(self.path, "r+b" if exists else "w+b", buffering=0)  # noqa: SIM115
+            except OSError as problem:
+                raise BagError(
+                    f"cannot open the bag for writing: {problem.strerror}", path=self.path
+                ) from problem
+            self._owned = True
+        else:
+            name = getattr(file, "name", None)
+            self.path = name if isinstance(name, str) else None
+            self._file, self._owned = file, False
+            exists = append and file.seek(0, os.SEEK_END) > 0
+        try:
+            self._resume() if exists else self._start()
+        except BaseException:
+            if self._owned:
+                self._file.close()
+            raise
+
+    def _start(self) -> None:
+        head = MAGIC + FileHeader().encode()
+        self._put([head], at=0)
+        self._index.end = len(head)
+
+    def _resume(self) -> None:
+        """Take over the contents of an existing bag and cut its table of contents off."""
+        found = open_index(Source(self._file))
+        if found.damage or not found.closed:
+            raise BagError(
+                f"cannot append: {'; '.join(found.damage) or 'the bag has no index'}. Repair it first with "
+                "rosproto.bag.reindex",
+                path=self.path,
+            )
+        self._index = found
+        for connection in found.connections.values():
+            out = _Out(connection, _data)
+            out.head = _message_head(connection.id)
+            self._written.append(out)
+            self._by_identity[_identity(connection)] = out
+        self._put([FileHeader().encode()], at=len(MAGIC))  # from here on it is an unclosed bag
+        self._file.truncate(found.end)
+
+    def _flush(self) -> None:
+        """Write the chunk that was filled, and its index records."""
+        if not self._parts:
+            return
+        info = ChunkInfo(self._index.end, 0, 0)
+        indexes = self._take_index(info)
+        if self._compression == "none":
+            stored, body = self._size, self._parts if self._has_large else [b"".join(self._parts)]
+        else:
+            packed = self._compress(b"".join(self._parts))
+            stored, body = len(packed), [packed]
+        head = ChunkHeader(self._compression, self._size).encode(stored)
+        count = sum(info.counts.values())
+        self._parts, self._size, self._has_large = [], 0, False
+        end = self._put([head, *body, indexes], at=self._index.end, lost=count)
+        if info.counts:
+            self._index.chunks.append(info)
+        self._index.end = end
+
+    def _take_index(self, info: ChunkInfo) -> bytes:
+        """Index records of the chunk, times in order; counts and time span go into `info`."""
+        import numpy as np
+
+        records: list[bytes] = []
+        spans: list[tuple[int, int]] = []
+        for out in self._written:
+            if not out.index:
+                continue
+            table = np.array(array("I", out.index), "<u4").reshape(-1, 3)
+            out.index.clear()
+            times = table[:, 0].astype(np.int64) * NS + table[:, 1]
+            if (times[1:] < times[:-1]).any():  # rosbag searches it by halving
+                table = table[np.argsort(times, kind="stable")]
+            spans.append((int(times.min()), int(times.max())))
+            info.counts[out.connection.id] = len(table)
+            records.append(encode_index(out.connection.id, table.tobytes()))
+        if spans:
+            info.start, info.end = min(s for s, _ in spans), max(e for _, e in spans)
+        return b"".join(records)
+
+    def _finish(self) -> None:
+        """Write the table of contents, then the file header that points to it: in this order, a crash in
+        between
+        leaves an unclosed bag."""
+        index = self._index
+        self._put([encode_contents(index.connections.values(), index.chunks)], at=index.end)
+        header = FileHeader(index.end, len(index.connections), len(index.chunks))
+        self._put([header.encode()], at=len(MAGIC))
+
+    def _put(self, pieces: Sequence[bytes | memoryview], *, at: int, lost: int = 0) -> int:
+        """Write pieces one after the other; returns the position after them."""
+        try:
+            self._file.seek(at)
+            for piece in _gathered(pieces):
+                view = memoryview(piece)
+                done = 0
+                while done < len(view):  # a raw file may take less than all of it
+                    done += self._file.write(view[done:]) or 0
+                at += len(view)
+        except OSError as problem:
+            raise self._fail(problem, lost) from problem
+        return at
+
+    def _fail(self, problem: OSError, lost: int) -> BagError:
+        """Cut the file back to its last whole chunk, and remember that nothing more can be written."""
+        self._forget()
+        try:
+            self._file.truncate(self._index.end)
+        except OSError:
+            pass  # a reader finds the last whole chunk all the same
+        self._failed = BagError(
+            f"cannot write: {problem.strerror or problem}; {lost} messages of the last chunk are lost, "
+            f"the bag is readable up to byte {self._index.end}",
+            path=self.path,
+            offset=self._index.end,
+        )
+        return self._failed
+
+    def _forget(self) -> None:
+        """Make every further write look its connection up again, which finds the bag closed or failed."""
+        self._outs.clear()
+        self._raw_outs.clear()
+
+    def _check_open(self) -> None:
+        if self._failed is not None:
+            raise self._failed
+        if self._closed:
+            raise BagError("the bag is closed", path=self.path)
+
+
+def _message_head(connection_id: int) -> bytes:
+    """A message record up to the time's value: header length, conn, op, and the time field's name."""
+    u32 = Struct("<I").pack
+    conn = u32(9) + b"conn=" + u32(connection_id)
+    return u32(38) + conn + u32(4) + b"op=" + bytes([OP_MESSAGE]) + u32(13) + b"time="
+
+
+def _gathered(pieces: Sequence[bytes | memoryview]) -> Iterator[bytes | memoryview]:
+    """The same bytes in fewer pieces: small ones joined, large ones as they are, not copied."""
+    small: list[bytes | memoryview] = []
+    for piece in pieces:
+        if len(piece) < _LARGE:
+            small.append(piece)
+            continue
+        if small:
+            yield b"".join(small)
+            small = []
+        yield piece
+    if small:
+        yield b"".join(small)
+
+
+def _identity(connection: Connection) -> tuple[object, ...]:
+    """What makes two connections the same one."""
+    facts = {k: v for k, v in connection.header.items() if k not in _OWN_FIELDS}
+    topic = connection.header.get("topic", connection.topic)
+    return (
+        connection.topic, topic, connection.type, connection.md5sum, connection.definition,
+        frozenset(facts.items()),
+    )  # fmt: skip
+
+
+def _as_raw(topic: str, message: Message) -> RawMessage:
+    """A message that was received undecoded, with what its connection header says of it."""
+    header = message._connection_header
+    if not header or "type" not in header or "md5sum" not in header:
+        raise ValueError(
+            f"{topic}: an AnyMsg without connection header has no type; write a message of a known type, "
+            "or use write_raw"
+        )
+    definition = header.get("message_definition", "")
+    connection = Connection(-1, topic, header["type"], header["md5sum"], definition, header)
+    return RawMessage(connection.type, _buff(message), connection.md5sum, (0, 0), connection)
+
+
+def _data(message: RawMessage) -> bytes:
+    return message.data
+
+
+def _buff(message: Any) -> bytes:
+    return bytes(message._buff)
+
+
+def _time_error(t: Time | float) -> ValueError:
+    return ValueError(f"time {t!r}: a bag stores unsigned 32-bit seconds and nanoseconds since 1970")
