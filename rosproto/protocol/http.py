@@ -360,6 +360,9 @@ class HttpServerConnection(_Connection):
         head.version = head.start[2].strip()
         if head.version not in ("HTTP/1.1", "HTTP/1.0"):
             raise HttpStatusError(505, f"version {head.version[:20]!r}, expected HTTP/1.1")
+        expectation = head.headers.get("expect", "100-continue")
+        if expectation.lower() != "100-continue":
+            raise HttpStatusError(417, f"Expect {expectation[:40]!r}")
 
     def _no_length(self, head: _Head) -> int | None:
         if head.start[0] in ("POST", "PUT", "PATCH"):
@@ -367,11 +370,8 @@ class HttpServerConnection(_Connection):
         return 0
 
     def _check_expectation(self, head: _Head) -> ContinueWanted | None:
-        expectation = head.headers.get("expect")
-        if expectation is None or self._continue_answered or self._ended:
+        if "expect" not in head.headers or self._continue_answered or self._ended:
             return None
-        if expectation.lower() != "100-continue":
-            raise HttpStatusError(417, f"Expect {expectation[:40]!r}")
         self._continue_answered = True
         return ContinueWanted()
 
