@@ -1,0 +1,58 @@
+"""Drive a Woosh mobile chassis from any OS: `with Chassis("169.254.128.2") as chassis: ...`.
+
+Importing this package is cheap; names load on first use.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .chassis import Chassis
+    from .errors import ChassisError, GoalFailed, MotionRefused, StaleState
+    from .geometry import Footprint, Pose2D, Velocity
+    from .outcome import Outcome, OutcomeKind
+    from .sim import SimulatedChassis
+
+__all__ = [
+    "Chassis",
+    "ChassisError",
+    "Footprint",
+    "GoalFailed",
+    "MotionRefused",
+    "Outcome",
+    "OutcomeKind",
+    "Pose2D",
+    "SimulatedChassis",
+    "StaleState",
+    "Velocity",
+]
+
+_HOME = {
+    "Chassis": "chassis",
+    "ChassisError": "errors",
+    "Footprint": "geometry",
+    "GoalFailed": "errors",
+    "MotionRefused": "errors",
+    "Outcome": "outcome",
+    "OutcomeKind": "outcome",
+    "Pose2D": "geometry",
+    "SimulatedChassis": "sim",
+    "StaleState": "errors",
+    "Velocity": "geometry",
+}
+
+
+def __getattr__(name: str) -> object:
+    try:
+        home = _HOME[name]
+    except KeyError:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}") from None
+    value = getattr(import_module(f"{__name__}.{home}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,258 @@
+"""Goals of the action servers: a handle over rosproto's goal handle, and the two verbs built on it."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import rosproto
+from rosproto.errors import RosError
+
+from .convert import pose_of
+from .enums import ExecutionMode, StepControlMode, StepMode
+from .errors import MotionRefused
+from .geometry import Pose2D
+from .goal import GoalHandle
+from .messages import stamped_pose
+from .outcome import OutcomeKind
+from .steps import Step, check_steps
+
+if TYPE_CHECKING:
+    from .core import Core
+
+__all__ = ["ActionHandle", "NavigationHandle", "NavigationProgress", "StepHandle", "StepProgress"]
+
+logger = logging.getLogger("woosh_pure.goal")
+
+# actionlib_msgs/GoalStatus
+_SUCCEEDED, _PREEMPTED, _ABORTED, _REJECTED, _RECALLED = 3, 2, 4, 5, 8
+
+
+class ActionHandle(GoalHandle[Any]):
+    """A goal of any action server; progress is the feedback message."""
+
+    def __init__(self, core: Core, name: str, goal_text: str, timeout: float) -> None:
+        super().__init__(core, goal_text, timeout)
+        self._name = name
+        self._goal: Any = None
+
+    def send(self, message: Any) -> None:
+        """Send the goal. The handle is remembered before, so that `stop` in another thread sees it."""
+        client = self._core.action(self._name)
+        self._core.remember(self)
+        try:
+            self._goal = client.send_goal(message, feedback=self._on_feedback, transition=self._on_transition)
+        except BaseException:
+            self._core.forget(self)
+            raise
+
+    @property
+    def result(self) -> Any:
+        """The result message, None before the end."""
+        return None if self._goal is None else self._goal.result
+
+    def _on_feedback(self, *arguments: Any) -> None:
+        self._advance(self._progress_of(arguments[-1]))
+
+    def _progress_of(self, feedback: Any) -> Any:
+        return feedback
+
+    def _on_transition(self, *arguments: Any) -> None:
+        self._check()
+
+    def _request_cancel(self, timeout: float) -> None:
+        if self._goal is not None:
+            self._goal.cancel()
+
+    def _check(self) -> None:
+        goal = self._goal
+        if goal is None or self._outcome is not None:
+            return
+        if goal.done:
+            self._settle(int(goal.status), goal.text or "", goal.result)
+        else:
+            lost = self._core.lost("velocity")
+            if lost:
+                self._finish(OutcomeKind.CONNECTION_LOST, lost)
+
+    def _settle(self, status: int, text: str, result: Any) -> None:
+        if status == _SUCCEEDED:
+            self._succeeded(text, result)
+        elif status in (_PREEMPTED, _RECALLED):
+            kind = OutcomeKind.CANCELLED if self._cancelled_by_us else OutcomeKind.REPLACED
+            self._finish(kind, text, status)
+        elif status == _REJECTED:
+            self._finish(OutcomeKind.REJECTED, self._reason(text), status)
+        elif status == _ABORTED:
+            self._finish(OutcomeKind.FAILED, self._reason(text), status)
+        else:
+            self._finish(
+                OutcomeKind.CONNECTION_LOST, text or "the action server no longer knows the goal", status
+            )
+
+    def _succeeded(self, text: str, result: Any) -> None:
+        self._finish(OutcomeKind.ARRIVED, text)
+
+    def _reason(self, text: str) -> str:
+        faults = "; ".join(str(fault) for fault in self._core.active_faults())
+        return "; ".join(part for part in (text, faults) if part)
+
+
+@dataclass(frozen=True, slots=True)
+class NavigationProgress:
+    """Where a navigation is.
+
+    Attributes:
+        pose: In the frame the chassis says.
+        state: Its nav_state; the numbers are not documented.
+    """
+
+    pose: Pose2D
+    state: int
+
+
+class NavigationHandle(ActionHandle):
+    """A goal of /move_base under way."""
+
+    def _progress_of(self, feedback: Any) -> NavigationProgress:
+        stamped = feedback.base_position
+        return NavigationProgress(
+            pose_of(stamped.pose, stamped.header.frame_id or "map"), int(feedback.nav_state)
+        )
+
+
+def start_navigation(
+    core: Core, path: Sequence[Pose2D], *, mode: ExecutionMode, timeout: float, check: bool
+) -> NavigationHandle:
+    """Send a goal to /move_base: the last pose is the target, the ones before it are the way."""
+    for pose in path:
+        pose.require_finite()
+    core.require_ready("navigation", check)
+    goal = rosproto.message_class("woosh_msgs/MoveBaseGoal")()
+    goal.target_pose = stamped_pose(path[-1])
+    goal.poses = [stamped_pose(pose) for pose in path] if len(path) > 1 else []
+    goal.execution_mode = int(mode)
+    handle = NavigationHandle(core, "/move_base", f"navigation to {path[-1]}", timeout)
+    handle.send(goal)
+    return handle
+
+
+@dataclass(frozen=True, slots=True)
+class StepProgress:
+    """Where a step goal is.
+
+    Attributes:
+        mode: Kind of the step being done.
+        percent: How much of it is done.
+        index: Which of the goal's steps it is, from 0; found from the order of the reports.
+    """
+
+    mode: StepMode
+    percent: float
+    index: int
+
+
+class StepHandle(ActionHandle):
+    """A goal of /cmd_vel_control under way."""
+
+    def __init__(self, core: Core, steps: tuple[Step, ...], avoid: bool, timeout: float) -> None:
+        super().__init__(core, "/cmd_vel_control", ", then ".join(map(str, steps)), timeout)
+        self._steps = steps
+        self._avoid = avoid
+        self._index = 0
+        self._percent = 0.0
+        self._paused = False
+
+    @property
+    def percent(self) -> float:
+        """How much of the whole goal is done, each step counting the same."""
+        with self._condition:
+            return 100.0 if self._outcome is not None and self._outcome.arrived else self._overall()
+
+    def _overall(self) -> float:
+        return (self._index * 100.0 + self._percent) / len(self._steps)
+
+    def _progress_of(self, feedback: Any) -> StepProgress:
+        mode, percent = StepMode(feedback.executeMode), float(feedback.percent)
+        with self._condition:
+            # The feedback names the kind of step but not its number: a smaller percentage is the next step.
+            if (percent < self._percent - 1.0 or mode != self._steps[self._index].mode) and (
+                self._index + 1 < len(self._steps) and self._steps[self._index + 1].mode == mode
+            ):
+                self._index += 1
+            self._percent = percent
+            return StepProgress(mode, percent, self._index)
+
+    def remaining(self) -> tuple[Step, ...]:
+        """The steps that are left, by the last report."""
+        with self._condition:
+            first = self._steps[self._index].rest(self._percent)
+            return (first, *self._steps[self._index + 1 :])
+
+    def pause(self) -> None:
+        """Hold the move; `resume` sends what remains."""
+        if self.done:
+            raise MotionRefused(f"{self.goal}: it has ended and cannot be paused")
+        self._paused = True
+        pause = self._core.action(self._name).send_goal(step_goal(StepControlMode.PAUSE, (), self._avoid))
+        try:
+            pause.wait(5.0)
+        except RosError as error:
+            self._paused = False
+            raise MotionRefused(f"{self.goal}: the chassis did not confirm the pause: {error}") from error
+
+    def resume(self) -> None:
+        """Go on after `pause` with the steps that remain (interface: a combination must be sent again)."""
+        if not self._paused:
+            raise MotionRefused(f"{self.goal}: it is not paused")
+        with self._condition:
+            self._steps = self.remaining()
+            self._index, self._percent = 0, 0.0
+        goal = step_goal(StepControlMode.RESUME, self._steps, self._avoid)
+        client = self._core.action(self._name)
+        self._goal = client.send_goal(goal, feedback=self._on_feedback, transition=self._on_transition)
+        self._paused = False
+
+    def _check(self) -> None:
+        # While it is paused the first goal has ended as preempted: that is no ending of this move.
+        if not self._paused:
+            super()._check()
+
+    def _request_cancel(self, timeout: float) -> None:
+        paused, self._paused = self._paused, False
+        super()._request_cancel(timeout)
+        if paused:
+            self._finish(OutcomeKind.CANCELLED, "cancelled while paused")
+
+    def _succeeded(self, text: str, result: Any) -> None:
+        # Result 1 is success; negative is failure, also when actionlib calls the goal succeeded.
+        code = int(result.result)
+        if code == 1:
+            self._finish(OutcomeKind.ARRIVED, text, code)
+        else:
+            self._finish(OutcomeKind.FAILED, self._reason(text or "the chassis reports a failed step"), code)
+
+
+def step_goal(mode: StepControlMode, steps: Sequence[Step], avoid: bool) -> Any:
+    """woosh_msgs/StepControlGoal."""
+    goal = rosproto.message_class("woosh_msgs/StepControlGoal")()
+    goal.mode, goal.useAvoid = int(mode), avoid
+    step_class = rosproto.message_class("woosh_msgs/StepControl")
+    goal.stepControl = [
+        step_class(executeMode=int(s.mode), data=s.data, speed=s.highest_speed, angle=s.angle) for s in steps
+    ]
+    return goal
+
+
+def start_steps(
+    core: Core, steps: Sequence[Step], *, avoid: bool, timeout: float | None, check: bool
+) -> StepHandle:
+    """Send steps to /cmd_vel_control as one goal."""
+    checked = check_steps(steps)
+    core.require_ready("step move", check)
+    expected = 15.0 + 2.0 * sum(step.expected_seconds for step in checked)
+    handle = StepHandle(core, checked, avoid, expected if timeout is None else timeout)
+    handle.send(step_goal(StepControlMode.EXECUTE, checked, avoid))
+    return handle

@@ -1,0 +1,518 @@
+"""`Chassis`: the API a person types. Reading needs no permission; moving is an explicit call."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import RosTimeout
+
+from . import interface
+from .action_goal import ActionHandle, NavigationHandle, StepHandle, start_navigation, start_steps
+from .address import master_uri_of
+from .core import VELOCITY_TOPICS, Core
+from .enums import Direction, ExecutionMode, TaskType
+from .errors import MotionRefused
+from .faults import StatusCode
+from .feed import Feed, Reading
+from .geometry import Pose2D, Velocity
+from .peripherals import Peripherals
+from .readiness import Readiness
+from .steps import Step
+from .stop import StopReport, cancel_goals
+from .stop import stop as _stop
+from .task import TaskHandle, start_task
+from .velocity import DEFAULT_ANGULAR, DEFAULT_LINEAR, Drive, DriveLimits
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    import rosproto
+
+    from . import values
+
+__all__ = ["Chassis"]
+
+
+class Chassis(Peripherals):
+    """One chassis. Use it in a `with` block: leaving it cancels what this program started and still runs.
+
+    Nothing happens on the network before the first verb or feed is used. The node's name is made unique, so
+    several programs and several robots live side by side.
+
+    Args:
+        address: "169.254.128.2", "host:port" or a master URI; None takes $ROS_MASTER_URI.
+        name: Prefix of our node's name.
+        host: Our own address as the robot reaches it; None finds it from the route to the master.
+        timeout: Seconds for connecting and for services, where a call does not say otherwise.
+        leave_running: True leaves goals running at the end of the `with` block (velocity blocks end always).
+
+    Raises:
+        ValueError: No address, or it cannot be read.
+    """
+
+    def __init__(
+        self,
+        address: str | None = None,
+        *,
+        name: str = "woosh_pure",
+        host: str | None = None,
+        timeout: float = 5.0,
+        leave_running: bool = False,
+    ) -> None:
+        self.master_uri = master_uri_of(address)
+        self.leave_running = leave_running
+        self._core = Core(self.master_uri, name=name, host=host, timeout=timeout)
+
+    def __enter__(self) -> Chassis:
+        self._core.node  # noqa: B018  (an unreachable master is told here, not at the first verb)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End velocity blocks, cancel our goals (unless `leave_running`), leave the graph. Idempotent,
+        bounded.
+        """
+        for drive in self._core.drives:
+            drive.halt("the chassis was closed")
+        if not self.leave_running:
+            cancel_goals(self._core, StopReport(), 3.0)
+        self._core.close()
+
+    def __repr__(self) -> str:
+        return f"<Chassis {self.master_uri}, {len(self._core.goals)} goals under way>"
+
+    @property
+    def node(self) -> rosproto.Node:
+        """The node underneath, for everything this class does not offer."""
+        return self._core.node
+
+    # -- reading ---------------------------------------------------------------------------------------------
+
+    def feed(self, name: str) -> Feed[Any]:
+        """A feed by its name in the interface table, or by its topic."""
+        found = interface.row(name).feed if name.startswith("/") else interface.find(name).feed
+        if not found:
+            raise KeyError(f"{name} has no feed; subscribe with chassis.node.subscriber(...)")
+        return self._core.feed(found)
+
+    @property
+    def status(self) -> Feed[values.RobotStatus]:
+        """`/robot_status`, published on change only."""
+        return self._core.feed("status")
+
+    @property
+    def pose(self) -> Feed[Pose2D]:
+        """`/movebase_pose2d`: map_T_base, m and rad."""
+        return self._core.feed("pose")
+
+    @property
+    def odometer(self) -> Feed[float]:
+        """`/odometer`: metres travelled."""
+        return self._core.feed("odometer")
+
+    @property
+    def battery(self) -> Feed[values.Battery]:
+        """`/battery`."""
+        return self._core.feed("battery")
+
+    @property
+    def localization(self) -> Feed[values.PoseEstimate]:
+        """`/amcl_pose`."""
+        return self._core.feed("localization")
+
+    @property
+    def information(self) -> Feed[values.Information]:
+        """`/information`."""
+        return self._core.feed("information")
+
+    @property
+    def bms(self) -> Feed[values.Bms]:
+        """`/driver_base/bms`."""
+        return self._core.feed("bms")
+
+    @property
+    def parameters(self) -> Feed[values.Parameters]:
+        """`/driver_base/parameter`."""
+        return self._core.feed("parameters")
+
+    @property
+    def measured_velocity(self) -> Feed[Velocity]:
+        """`/odom_twist`: what the base really does, m/s and rad/s."""
+        return self._core.feed("velocity")
+
+    @property
+    def status_code(self) -> Feed[StatusCode]:
+        """`/status_code`, decoded; `faults` is the set that is active."""
+        return self._core.feed("status_code")
+
+    @property
+    def scan(self) -> Feed[values.LaserScan]:
+        """`/scan`."""
+        return self._core.feed("scan")
+
+    @property
+    def imu(self) -> Feed[values.Imu]:
+        """`/imu/data_raw`."""
+        return self._core.feed("imu")
+
+    @property
+    def odometry_raw(self) -> Feed[values.Odometry]:
+        """`/odom_raw`: by the wheels alone."""
+        return self._core.feed("odometry_raw")
+
+    @property
+    def odometry(self) -> Feed[values.Odometry]:
+        """`/odom`: wheels and IMU."""
+        return self._core.feed("odometry")
+
+    @property
+    def camera(self) -> Feed[values.Image]:
+        """`/camera_1/color/image_raw`."""
+        return self._core.feed("camera")
+
+    @property
+    def depth(self) -> Feed[values.Image]:
+        """`/camera_1/depth/image_raw`."""
+        return self._core.feed("depth")
+
+    @property
+    def points(self) -> Feed[values.PointCloud]:
+        """`/camera_1/depth/points`."""
+        return self._core.feed("points")
+
+    @property
+    def obstacle_points(self) -> Feed[values.PointCloud]:
+        """`/camera_1/depth/cloud_without_planes`."""
+        return self._core.feed("obstacle_points")
+
+    @property
+    def faults(self) -> tuple[StatusCode, ...]:
+        """Faults active now, the worst first; only what was heard since this was first asked."""
+        return self._core.active_faults()
+
+    def snapshot(self, timeout: float = 0.0) -> dict[str, Reading[Any] | None]:
+        """The newest reading of every feed of the vendor's page, None where nothing was heard.
+
+        Args:
+            timeout: Seconds to wait for feeds that are silent so far. Cameras are included only when they
+                were
+                opened before: they are large.
+        """
+        heavy = {"camera", "depth", "points", "obstacle_points"}
+        opened = self._core.opened_feeds
+        names = [
+            r.feed
+            for r in interface.feeds()
+            if r.source == "page" and (r.feed not in heavy or r.feed in opened)
+        ]
+        feeds = {name: self._core.feed(name).open() for name in names}
+        end = time.monotonic() + timeout
+        while time.monotonic() < end and not all(f.heard or f.row.on_change for f in feeds.values()):
+            time.sleep(0.02)
+        return {name: feed.reading for name, feed in feeds.items()}
+
+    def readiness(self) -> Readiness:
+        """Why it would not move now, in words, as far as is known."""
+        return self._core.readiness()
+
+    def wait_until(
+        self, accept: Callable[[values.RobotStatus], bool], timeout: float | None = 60.0
+    ) -> values.RobotStatus:
+        """Wait for a state: `chassis.wait_until(lambda s: s.robot_state is RobotState.IDLE)`.
+
+        Raises:
+            RosTimeout: It did not come in time.
+        """
+        return self.status.wait_for(accept, timeout)
+
+    # -- tasks -----------------------------------------------------------------------------------------------
+
+    def go_to_mark(self, mark: str, *, timeout: float = 300.0, check: bool = True) -> TaskHandle:
+        """Drive to a mark of the map (`/exec_task`, task type pick). Returns at once; `.wait()` for the
+        arrival.
+
+        Args:
+            mark: Its name, as on the chassis's own map; marks cannot be listed over this interface.
+            timeout: What the handle's `wait()` allows when it is not told otherwise, s.
+            check: False sends it even when the known state speaks against moving.
+
+        Raises:
+            MotionRefused: Not ready, or the chassis refused.
+            StaleState: `/robot_status` has no publisher: the end could not be seen.
+        """
+        return self.task(TaskType.PICK, mark, timeout=timeout, check=check)
+
+    def task(
+        self,
+        task_type: TaskType,
+        mark: str = "",
+        *,
+        poses: Sequence[Pose2D] = (),
+        direction: Direction = Direction.UNDEFINED,
+        type_number: int = 0,
+        custom: int = 0,
+        timeout: float = 300.0,
+        check: bool = True,
+    ) -> TaskHandle:
+        """Run a task (`/exec_task`). Returns at once.
+
+        Args:
+            task_type: Pick, park, charge or carry.
+            mark: Target mark; may be left out when poses are given.
+            poses: The path, in the map; a single pose lets the chassis plan. With a mark the path must end
+                there.
+            direction: Load or unload, for carrying.
+            type_number: The project's own number.
+            custom: The project's own byte.
+            timeout: Default of the handle's `wait()`, s.
+            check: False sends it even when the known state speaks against moving.
+
+        Raises:
+            MotionRefused: Not ready, or the chassis refused; `error.readiness` says why.
+            StaleState: The end could not be seen.
+        """
+        return start_task(
+            self._core,
+            task_type,
+            mark,
+            [pose.require_finite() for pose in poses],
+            direction=direction,
+            type_number=type_number,
+            custom=custom,
+            timeout=timeout,
+            check=check,
+        )
+
+    def park(self, mark: str, **options: Any) -> TaskHandle:
+        """Drive to a parking mark; options as for `task`."""
+        return self.task(TaskType.PARK, mark, **options)
+
+    def charge(self, mark: str, **options: Any) -> TaskHandle:
+        """Drive to a charger and charge; options as for `task`."""
+        return self.task(TaskType.CHARGE, mark, **options)
+
+    def carry(self, mark: str, direction: Direction, **options: Any) -> TaskHandle:
+        """Drive to a mark and load or unload there; options as for `task`."""
+        return self.task(TaskType.CARRY, mark, direction=direction, **options)
+
+    # -- navigation ------------------------------------------------------------------------------------------
+
+    def go_to(
+        self,
+        x: float,
+        y: float,
+        yaw: float = 0.0,
+        *,
+        frame: str = "map",
+        timeout: float = 300.0,
+        check: bool = True,
+    ) -> NavigationHandle:
+        """Drive to a pose (`/move_base`). Returns at once.
+
+        Args:
+            x, y: m, in `frame`.
+            yaw: Final heading, rad.
+            timeout: Default of the handle's `wait()`, s.
+            check: False sends it even when the known state speaks against moving.
+
+        Raises:
+            MotionRefused: Not ready.
+            RosTimeout: The action server is not there.
+        """
+        return self.follow([Pose2D(x, y, yaw, frame)], timeout=timeout, check=check)
+
+    def follow(
+        self,
+        path: Sequence[Pose2D],
+        *,
+        point_by_point: bool = False,
+        timeout: float = 300.0,
+        check: bool = True,
+    ) -> NavigationHandle:
+        """Drive along a path to its last pose (`/move_base`). Returns at once.
+
+        Args:
+            path: Poses in the map.
+            point_by_point: Stop at every point instead of passing by.
+        """
+        if not path:
+            raise ValueError("the path is empty; give at least the target pose")
+        mode = ExecutionMode.POINT_BY_POINT if point_by_point else ExecutionMode.FREE
+        return start_navigation(self._core, path, mode=mode, timeout=timeout, check=check)
+
+    # -- precise moves ---------------------------------------------------------------------------------------
+
+    def move(
+        self, distance: float, *, speed: float = 0.0, avoid: bool = True, timeout: float | None = None
+    ) -> StepHandle:
+        """Drive straight by `distance` m, negative backward (`/cmd_vel_control`). Returns at once.
+
+        Args:
+            distance: At most 10 m.
+            speed: m/s; 0 takes the chassis's 0.2 m/s.
+            avoid: False switches the obstacle avoidance of this move off.
+            timeout: Default of the handle's `wait()`; None derives it from way and speed.
+
+        Raises:
+            ValueError: Not finite, or too far.
+            MotionRefused: Not ready.
+        """
+        return self.steps([Step.straight(distance, speed)], avoid=avoid, timeout=timeout)
+
+    def rotate(
+        self,
+        angle: float,
+        *,
+        degrees: bool = False,
+        speed: float = 0.0,
+        several_turns: bool = False,
+        avoid: bool = True,
+        timeout: float | None = None,
+    ) -> StepHandle:
+        """Turn in place by `angle`, counter-clockwise positive (`/cmd_vel_control`). Returns at once.
+
+        Args:
+            angle: rad, or degrees with `degrees=True`; at most 62.8318 rad.
+            speed: rad/s (always); 0 takes the chassis's 0.1 rad/s.
+            several_turns: Must be said for more than one turn, because `rotate(90)` is usually meant in
+                degrees.
+
+        Raises:
+            ValueError: Not finite, too far, or more than a turn without `several_turns`.
+        """
+        radians = math.radians(angle) if degrees else angle
+        if not several_turns and abs(radians) > 2.0 * math.pi + 1e-6:
+            raise ValueError(
+                f"{radians:.2f} rad is more than one turn; for degrees say degrees=True, "
+                "for many turns say several_turns=True"
+            )
+        return self.steps([Step.turn(radians, speed)], avoid=avoid, timeout=timeout)
+
+    def strafe(
+        self, distance: float, *, speed: float = 0.0, avoid: bool = True, timeout: float | None = None
+    ) -> StepHandle:
+        """Move sideways by `distance` m, left positive; only an omnidirectional base does it."""
+        return self.steps([Step.lateral(distance, speed)], avoid=avoid, timeout=timeout)
+
+    def move_diagonal(
+        self,
+        distance: float,
+        angle: float,
+        *,
+        degrees: bool = False,
+        speed: float = 0.0,
+        avoid: bool = True,
+        timeout: float | None = None,
+    ) -> StepHandle:
+        """Move by `distance` m in the direction `angle` left of forward; only an omnidirectional base does
+        it.
+        """
+        radians = math.radians(angle) if degrees else angle
+        return self.steps([Step.diagonal(distance, radians, speed)], avoid=avoid, timeout=timeout)
+
+    def steps(
+        self, steps: Iterable[Step], *, avoid: bool = True, timeout: float | None = None, check: bool = True
+    ) -> StepHandle:
+        """Several precise moves as one goal (`/cmd_vel_control`). Returns at once."""
+        return start_steps(self._core, tuple(steps), avoid=avoid, timeout=timeout, check=check)
+
+    # -- velocity --------------------------------------------------------------------------------------------
+
+    def velocity(
+        self,
+        *,
+        bypasses_protection: bool,
+        direct: bool = False,
+        max_linear: float | None = None,
+        max_angular: float | None = None,
+        feedback_timeout: float | None = 1.0,
+    ) -> Drive:
+        """A block in which the robot is driven by velocity.
+
+        A velocity passes by the chassis's obstacle avoidance, collision detection, speed and state limits.
+        The area
+        must be clear, and a person must watch all the time and be able to stop the robot.
+
+            with chassis.velocity(bypasses_protection=True) as drive:
+                drive.hold(0.2, seconds=2.0)
+
+        Args:
+            bypasses_protection: Must be True: your acknowledgement of the above.
+            direct: Use `/base_cmd_vel` (no smoothing) instead of `/smooth_cmd_vel`.
+            max_linear, max_angular: Lower limits than the chassis's own, m/s and rad/s.
+            feedback_timeout: The drive ends when `/odom_twist` is silent for so long, s; None drives blind.
+
+        Raises:
+            MotionRefused: Not acknowledged, or the known state speaks against moving.
+            ValueError: A limit higher than the chassis's own.
+            StaleState: The chassis sends no measured velocity.
+        """
+        if bypasses_protection is not True:
+            raise MotionRefused(
+                "a velocity bypasses the chassis's obstacle avoidance and limits; "
+                "acknowledge it with bypasses_protection=True"
+            )
+        self._core.require_ready("velocity", True)
+        limits = self._drive_limits(max_linear, max_angular)
+        return Drive(self._core, VELOCITY_TOPICS["direct" if direct else "smooth"], limits, feedback_timeout)
+
+    def _drive_limits(self, max_linear: float | None, max_angular: float | None) -> DriveLimits:
+        try:
+            known = self.parameters.wait(1.0, new=False)
+            linear, angular = known.max_linear, known.max_angular
+        except RosTimeout:
+            linear = angular = 0.0
+        return DriveLimits(
+            _lower("max_linear", linear if linear > 0.0 else DEFAULT_LINEAR, max_linear),
+            _lower("max_angular", angular if angular > 0.0 else DEFAULT_ANGULAR, max_angular),
+        )
+
+    def stop(self, *, everything: bool = False, timeout: float = 5.0) -> StopReport:
+        """Stop: zero velocity, and cancel what this client started. From any thread, at any time, in any
+        state.
+
+        It is NO emergency stop: it goes through the network and the chassis's software.
+
+        Args:
+            everything: Also cancel what others have started.
+            timeout: Seconds until the stop must be confirmed by the measured velocity.
+
+        Returns:
+            What was done, and whether the robot is known to stand still. It never raises for what did not
+            work:
+            the report says it.
+        """
+        return _stop(self._core, everything=everything, timeout=timeout)
+
+    # -- everything else -------------------------------------------------------------------------------------
+
+    def action(self, name: str, goal: Any, *, timeout: float = 60.0) -> ActionHandle:
+        """Send a goal to any action server of the chassis: lift, roller, tractor, docking ... Returns at
+        once.
+
+        Args:
+            name: As in the interface table, for example "/lift_control".
+            goal: The goal message.
+            timeout: Default of the handle's `wait()`, s.
+        """
+        found = interface.row(name)
+        if found.kind != "action":
+            raise ValueError(f"{found.name} is a {found.kind}, not an action")
+        handle = ActionHandle(self._core, found.name, f"goal of {found.name}", timeout)
+        handle.send(goal)
+        return handle
+
+
+def _lower(name: str, known: float, asked: float | None) -> float:
+    if asked is None:
+        return known
+    if not (math.isfinite(asked) and 0.0 < asked <= known):
+        raise ValueError(f"{name}={asked}: must be more than 0 and at most the chassis's limit of {known}")
+    return asked

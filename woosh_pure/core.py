@@ -1,0 +1,375 @@
+"""What the verbs of `Chassis` share: the node, feeds, publishers, clients, and the list of what is running.
+
+Everything is made on first use and closed by `close`. Safe from any thread.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import rosproto
+from rosproto.errors import ConnectionLost, RosError, RosTimeout
+
+from .enums import TaskCommand
+from .errors import MotionRefused, StaleState
+from .faults import ActiveFaults, StatusCode
+from .feed import Feed
+from .geometry import Velocity
+from .interface import find, row
+from .messages import twist
+from .readiness import Readiness, assess
+
+if TYPE_CHECKING:
+    from .goal import GoalHandle
+    from .velocity import Drive
+
+__all__ = ["VELOCITY_TOPICS", "Core"]
+
+VELOCITY_TOPICS = {"smooth": "/smooth_cmd_vel", "direct": "/base_cmd_vel"}
+logger = logging.getLogger("woosh_pure.core")
+
+# A link counts as lost when its publisher has been away for this long: a restart of one node of the chassis
+# takes about a second, and is no reason to give a task up.
+_LOST_AFTER = 5.0
+
+
+class Core:
+    """Connection to one chassis.
+
+    Attributes:
+        master_uri: Where its master is.
+        node: Our node, made on first use.
+    """
+
+    def __init__(self, master_uri: str, *, name: str, host: str | None, timeout: float) -> None:
+        self.master_uri = master_uri
+        self.timeout = timeout
+        self._name, self._host = name, host
+        self._lock = threading.RLock()
+        self._node: rosproto.Node | None = None
+        self._feeds: dict[str, Feed[Any]] = {}
+        self._publishers: dict[str, rosproto.Publisher] = {}
+        self._services: dict[str, Any] = {}
+        self._actions: dict[str, rosproto.ActionClient] = {}
+        self._goals: list[GoalHandle[Any]] = []
+        self._drives: list[Drive] = []
+        self._zero_due: set[str] = set()
+        self._faults = ActiveFaults()
+        self._fault_lock = threading.Lock()
+        self._missing_since: dict[str, float] = {}
+        self._closed = False
+
+    # -- the graph -------------------------------------------------------------------------------------------
+
+    @property
+    def node(self) -> rosproto.Node:
+        """Our node; its name is unique, so no two programs throw each other out."""
+        with self._lock:
+            if self._closed:
+                raise ConnectionLost(f"this Chassis is closed; open a new one for {self.master_uri}")
+            if self._node is None:
+                self._node = rosproto.Node(
+                    self._name, master_uri=self.master_uri, host=self._host, anonymous=True
+                )
+            return self._node
+
+    def feed(self, name: str) -> Feed[Any]:
+        """The feed of that name, subscribed on first reading."""
+        with self._lock:
+            if name not in self._feeds:
+                self._feeds[name] = Feed(find(name), lambda: self.node)
+            return self._feeds[name]
+
+    def publisher(self, topic: str) -> rosproto.Publisher:
+        """A publisher of a row of the interface, kept until close."""
+        with self._lock:
+            if topic not in self._publishers:
+                self._publishers[topic] = self.node.publisher(topic, row(topic).type, queue_size=10)
+            return self._publishers[topic]
+
+    def named_publisher(self, topic: str, type_name: str) -> rosproto.Publisher:
+        """A publisher of a topic that is only an alias of a row."""
+        with self._lock:
+            if topic not in self._publishers:
+                self._publishers[topic] = self.node.publisher(topic, type_name, queue_size=10)
+            return self._publishers[topic]
+
+    def wait_any(self, publishers: Sequence[rosproto.Publisher], timeout: float) -> None:
+        """Wait until one of several publishers has a subscriber.
+
+        Raises:
+            RosTimeout: None has.
+        """
+        deadline = time.monotonic() + timeout
+        while not any(p.connections for p in publishers):
+            if time.monotonic() > deadline:
+                names = " or ".join(p.topic for p in publishers)
+                raise RosTimeout(
+                    f"nobody listens to {names}; this chassis may not have it", what=names, seconds=timeout
+                )
+            time.sleep(0.01)
+
+    def send(self, topic: str, message: Any, timeout: float | None = None) -> None:
+        """Publish once, after the chassis has connected.
+
+        Raises:
+            RosTimeout: Nobody of the chassis subscribes.
+        """
+        publisher = self.publisher(topic)
+        self.require_connection(publisher, topic, timeout)
+        publisher.publish(message)
+        publisher.flush(self.timeout)
+
+    def require_connection(
+        self, publisher: rosproto.Publisher, topic: str, timeout: float | None = None
+    ) -> None:
+        """Wait until somebody listens.
+
+        Raises:
+            RosTimeout: Nobody came in time.
+        """
+        publisher.wait_for_connection(timeout=self.timeout if timeout is None else timeout)
+
+    def service(self, name: str) -> Any:
+        """The client of a service of the interface."""
+        with self._lock:
+            if name not in self._services:
+                self._services[name] = self.node.service_client(name, row(name).type)
+            return self._services[name]
+
+    def call(self, name: str, *, timeout: float | None = None, **fields: Any) -> Any:
+        """Call a service of the interface and return its response."""
+        return self.service(name).call(timeout=self.timeout if timeout is None else timeout, **fields)
+
+    def action(self, name: str) -> rosproto.ActionClient:
+        """The client of an action of the interface, ready to send.
+
+        Raises:
+            RosTimeout: The server is not there; the text says which part is missing.
+        """
+        with self._lock:
+            client = self._actions.get(name)
+            if client is None:
+                client = rosproto.ActionClient(self.node, name, row(name).type)
+                self._actions[name] = client
+        client.wait_for_server(self.timeout)
+        return client
+
+    def exec_task(self, command: TaskCommand, task_id: int, *, timeout: float, **fields: Any) -> Any:
+        """Call /exec_task."""
+        return self.call("/exec_task", timeout=timeout, task_exect=int(command), task_id=task_id, **fields)
+
+    # -- what is known ---------------------------------------------------------------------------------------
+
+    def watch_faults(self) -> None:
+        """Begin to keep the set of active faults."""
+        with self._lock:
+            feed = self.feed("status_code")
+            if not getattr(self, "_watching", False):
+                self._watching = True
+                feed.on(self._on_status_code)
+
+    def _on_status_code(self, code: StatusCode) -> None:
+        with self._fault_lock:
+            self._faults.receive(code.code)
+
+    def active_faults(self) -> tuple[StatusCode, ...]:
+        """Faults active now, as far as heard since this Chassis listens."""
+        self.watch_faults()
+        with self._fault_lock:
+            return self._faults.active
+
+    def readiness(self) -> Readiness:
+        """What is known against moving."""
+        battery = self.feed("battery").latest
+        charging = None if battery is None else battery.charging
+        return assess(self.feed("status").latest, self.active_faults(), charging)
+
+    def require_ready(self, what: str, check: bool) -> None:
+        """Refuse when something known blocks every motion.
+
+        Raises:
+            MotionRefused: With the readiness.
+        """
+        self.watch_faults()
+        self.feed("velocity").open()
+        readiness = self.readiness()
+        if check and not readiness:
+            raise MotionRefused(f"{what} refused, nothing was sent", readiness=readiness)
+
+    def require_publisher(self, feed: Feed[Any]) -> None:
+        """Wait until the topic that tells the end of a goal is connected.
+
+        Raises:
+            StaleState: Nobody publishes it: the end could not be seen, so nothing is started.
+        """
+        deadline = time.monotonic() + self.timeout
+        while feed.publishers == 0:
+            if time.monotonic() > deadline:
+                raise StaleState(
+                    f"{feed.topic}: no publisher within {self.timeout} s, so the end of a task "
+                    "could not be seen; check `woosh doctor`",
+                    topic=feed.topic,
+                )
+            time.sleep(0.01)
+
+    def require_heard(self, name: str, timeout: float) -> None:
+        """Wait for a feed's first value.
+
+        Raises:
+            StaleState: It stayed silent.
+        """
+        feed = self.feed(name)
+        try:
+            feed.wait(timeout, new=False)
+        except RosTimeout as error:
+            raise StaleState(
+                f"{feed.topic} is silent, so nobody could see whether the robot obeys; check the chassis, "
+                "or pass feedback_timeout=None to drive without it",
+                topic=feed.topic,
+                age=feed.age,
+            ) from error
+
+    def lost(self, name: str) -> str:
+        """Why the link behind a feed counts as lost; "" while it is fine."""
+        feed = self.feed(name)
+        if feed.publishers > 0:
+            self._missing_since.pop(name, None)
+        else:
+            since = self._missing_since.setdefault(name, time.monotonic())
+            if time.monotonic() - since > _LOST_AFTER:
+                return f"{feed.topic} has had no publisher for {_LOST_AFTER} s"
+        beat = self.feed("velocity")
+        age = beat.age
+        if age is not None and age > _LOST_AFTER:
+            return f"the chassis has been silent for {age:.1f} s ({beat.topic})"
+        return ""
+
+    def status_shows_end_of(self, task_id: int) -> bool:
+        """True when the last status says that this task is over."""
+        status = self.feed("status").latest
+        return status is not None and status.task_id == task_id and status.task_state.is_final
+
+    def wait_standing(self, timeout: float) -> bool | None:
+        """Whether the robot stands still: True as soon as measured, False when it still moves, None when
+        unknown."""
+        feed = self.feed("velocity")
+        began = time.monotonic()
+
+        def fresh() -> Velocity | None:
+            reading = feed.reading
+            return reading.value if reading is not None and reading.received >= began else None
+
+        while (left := began + timeout - time.monotonic()) > 0.0:
+            velocity = fresh()
+            if velocity is not None and velocity.is_standing():
+                return True
+            try:
+                feed.wait(min(left, 0.5))
+            except RosTimeout:
+                continue
+            except RosError:
+                return None
+        return None if fresh() is None else False
+
+    # -- velocity --------------------------------------------------------------------------------------------
+
+    def velocity_publisher(self, topic: str) -> rosproto.Publisher:
+        """The publisher of a velocity topic: a queue of one, never latched, so that no old velocity can be
+        sent."""
+        with self._lock:
+            if topic not in self._publishers:
+                self._publishers[topic] = self.node.publisher(
+                    topic,
+                    row(topic).type,
+                    queue_size=1,
+                    latch=False,
+                    on_connect=lambda _: self._reconnected(topic),
+                )
+            return self._publishers[topic]
+
+    def _reconnected(self, topic: str) -> None:
+        if topic in self._zero_due:
+            self._zero_due.discard(topic)
+            self.zero(topic)
+
+    def zero_is_due(self, topic: str) -> None:
+        """Make zero the first thing that a subscriber gets who connects again."""
+        self._zero_due.add(topic)
+
+    def publish_velocity(self, topic: str, velocity: Velocity) -> None:
+        """Send one velocity to whoever is connected."""
+        publisher = self._publishers.get(topic)
+        if publisher is not None and not publisher.closed:
+            publisher.publish(twist(velocity))
+
+    def zero(self, topic: str) -> None:
+        """Send zero; never raises, because it is what remains to be done when something failed."""
+        try:
+            self.publish_velocity(topic, Velocity())
+        except Exception as error:  # a closed node, an interpreter that is shutting down
+            logger.debug("! %s: zero not sent: %s", topic, error)
+
+    # -- what is running -------------------------------------------------------------------------------------
+
+    def remember(self, goal: GoalHandle[Any]) -> None:
+        """Add a goal to what `stop` and `close` cancel."""
+        with self._lock:
+            self._goals.append(goal)
+
+    def forget(self, goal: GoalHandle[Any]) -> None:
+        """Take off an ended goal."""
+        with self._lock:
+            if goal in self._goals:
+                self._goals.remove(goal)
+
+    def remember_drive(self, drive: Drive) -> None:
+        """Add an open drive; there is one at a time.
+
+        Raises:
+            MotionRefused: Another one is open.
+        """
+        with self._lock:
+            if self._drives:
+                raise MotionRefused("another velocity block is open on this Chassis; leave it first")
+            self._drives.append(drive)
+
+    def forget_drive(self, drive: Drive) -> None:
+        """Take off an ended drive."""
+        with self._lock:
+            if drive in self._drives:
+                self._drives.remove(drive)
+
+    @property
+    def goals(self) -> list[GoalHandle[Any]]:
+        """Goals under way."""
+        with self._lock:
+            return list(self._goals)
+
+    @property
+    def drives(self) -> list[Drive]:
+        """Open velocity blocks."""
+        with self._lock:
+            return list(self._drives)
+
+    @property
+    def opened_feeds(self) -> set[str]:
+        """Names of the feeds used so far."""
+        with self._lock:
+            return set(self._feeds)
+
+    def close(self) -> None:
+        """Close feeds and node; goals and drives must have ended before."""
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+            feeds, node = list(self._feeds.values()), self._node
+        for feed in feeds:
+            feed.close()
+        if node is not None:
+            node.close()

@@ -1,0 +1,62 @@
+"""What can go wrong with a chassis, as opposed to with ROS (those errors are in `rosproto.errors`).
+
+Every error here says what happened, what was expected and what to do next, and carries the facts as
+attributes.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rosproto.errors import RosError
+
+if TYPE_CHECKING:
+    from .outcome import Outcome
+    from .readiness import Readiness
+
+__all__ = ["ChassisError", "GoalFailed", "MotionRefused", "StaleState"]
+
+
+class ChassisError(RosError):
+    """Base of the errors of the chassis API."""
+
+
+class MotionRefused(ChassisError):
+    """A motion was not started: the chassis would not, or must not, move now.
+
+    Attributes:
+        readiness: Everything that speaks against moving, as known at that moment; None when a
+            value of the call itself was the reason.
+    """
+
+    def __init__(self, message: str, *, readiness: Readiness | None = None) -> None:
+        if readiness is not None and readiness.reasons:
+            message = f"{message}; {readiness.sentence()}"
+        super().__init__(message)
+        self.readiness = readiness
+
+
+class StaleState(ChassisError):
+    """A value is needed that the chassis has not sent, or not recently enough.
+
+    Attributes:
+        topic: Where the value should come from.
+        age: Seconds since the last message by our clock, None when there was none.
+    """
+
+    def __init__(self, message: str, *, topic: str = "", age: float | None = None) -> None:
+        super().__init__(message)
+        self.topic = topic
+        self.age = age
+
+
+class GoalFailed(ChassisError):
+    """A goal ended in something other than an arrival.
+
+    Attributes:
+        outcome: How it ended: kind, code, text, whether the robot is known to stand still.
+    """
+
+    def __init__(self, outcome: Outcome) -> None:
+        super().__init__(outcome.sentence())
+        self.outcome = outcome

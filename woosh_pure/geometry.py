@@ -1,0 +1,220 @@
+"""Poses, velocities and footprints as plain values: SI units, REP 103 axes (x forward, y left, yaw
+counter-clockwise)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+__all__ = [
+    "Footprint",
+    "Pose2D",
+    "Velocity",
+    "normalize_angle",
+    "quaternion_from_yaw",
+    "yaw_from_quaternion",
+]
+
+
+def normalize_angle(angle: float) -> float:
+    """The same direction in (-pi, pi].
+
+    Raises:
+        ValueError: `angle` is not finite.
+    """
+    if not math.isfinite(angle):
+        raise ValueError(f"angle {angle} is not finite; give radians as a number")
+    wrapped = math.remainder(angle, 2.0 * math.pi)
+    return math.pi if wrapped == -math.pi else wrapped
+
+
+def quaternion_from_yaw(yaw: float) -> tuple[float, float, float, float]:
+    """(x, y, z, w) of a rotation by `yaw` rad about z."""
+    return (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
+
+
+def yaw_from_quaternion(x: float, y: float, z: float, w: float) -> float:
+    """Yaw in rad of a quaternion (ZYX order, as tf does); an all-zero quaternion counts as no rotation."""
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)) if (x or y or z or w) else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Pose2D:
+    """Where something is in the plane: `frame`_T_`child`.
+
+    Attributes:
+        x, y: Metres, in `frame`.
+        yaw: Radians, counter-clockwise positive, (-pi, pi] when made by this library.
+        frame: The frame the numbers are in.
+        child: What is being located.
+    """
+
+    x: float
+    y: float
+    yaw: float = 0.0
+    frame: str = "map"
+    child: str = "base_link"
+
+    @property
+    def yaw_degrees(self) -> float:
+        """Yaw in degrees, for people."""
+        return math.degrees(self.yaw)
+
+    def require_finite(self) -> Pose2D:
+        """This pose, checked.
+
+        Raises:
+            ValueError: A number is NaN or infinite.
+        """
+        if not all(map(math.isfinite, (self.x, self.y, self.yaw))):
+            raise ValueError(f"pose {self.x}, {self.y}, {self.yaw}: every number must be finite (m, m, rad)")
+        return self
+
+    def distance_to(self, other: Pose2D) -> float:
+        """Straight distance in m; both poses must be in one frame."""
+        if self.frame.lstrip("/") != other.frame.lstrip("/"):
+            raise ValueError(
+                f"poses in {self.frame} and {other.frame} cannot be compared; transform one of them first"
+            )
+        return math.hypot(other.x - self.x, other.y - self.y)
+
+    def angle_to(self, other: Pose2D) -> float:
+        """Turn from this heading to the other's in rad, the short way."""
+        return normalize_angle(other.yaw - self.yaw)
+
+    def transformed(self, forward: float, left: float, turn: float) -> Pose2D:
+        """The pose after moving in its own axes by (forward, left) m and then turning by `turn` rad."""
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        return Pose2D(
+            self.x + c * forward - s * left,
+            self.y + s * forward + c * left,
+            normalize_angle(self.yaw + turn),
+            self.frame,
+            self.child,
+        )
+
+    def __str__(self) -> str:
+        return f"x {self.x:.3f} m, y {self.y:.3f} m, yaw {self.yaw_degrees:.1f}° in {self.frame}"
+
+
+@dataclass(frozen=True, slots=True)
+class Velocity:
+    """A body velocity in base_link.
+
+    Attributes:
+        vx, vy: m/s, forward and left positive.
+        wz: rad/s, counter-clockwise positive.
+    """
+
+    vx: float = 0.0
+    vy: float = 0.0
+    wz: float = 0.0
+
+    def is_standing(self, linear: float = 0.01, angular: float = 0.01) -> bool:
+        """True when both speeds are at most the given m/s and rad/s."""
+        return math.hypot(self.vx, self.vy) <= linear and abs(self.wz) <= angular
+
+
+@dataclass(frozen=True, slots=True)
+class Footprint:
+    """The outline of the robot in base_link: a simple polygon around the origin.
+
+    Attributes:
+        points: Corners (x, y) in m, in order; not closed (the last joins the first).
+    """
+
+    points: tuple[tuple[float, float], ...]
+
+    def __post_init__(self) -> None:
+        _check_polygon(self.points)
+
+    @classmethod
+    def from_points(cls, points: Iterable[Sequence[float]], padding: float = 0.0) -> Footprint:
+        """From corners in m, moved outwards by `padding` m as costmap_2d's footprint_padding does."""
+        return cls(tuple((_padded(p[0], padding), _padded(p[1], padding)) for p in points))
+
+    @classmethod
+    def rectangle(cls, length: float, width: float, padding: float = 0.0) -> Footprint:
+        """A box of `length` (x) by `width` (y) m, centred on base_link."""
+        _positive(length=length, width=width)
+        x, y = length / 2.0, width / 2.0
+        return cls.from_points(((x, y), (-x, y), (-x, -y), (x, -y)), padding)
+
+    @classmethod
+    def circle(cls, radius: float, padding: float = 0.0, corners: int = 16) -> Footprint:
+        """A regular polygon through a circle of `radius` + `padding` m."""
+        _positive(radius=radius)
+        if corners < 3:
+            raise ValueError(f"corners={corners}: a circle needs at least 3")
+        r = radius + padding
+        steps = (2.0 * math.pi * k / corners for k in range(corners))
+        return cls(tuple((r * math.cos(a), r * math.sin(a)) for a in steps))
+
+    @property
+    def circumscribed_radius(self) -> float:
+        """Distance in m of the farthest corner."""
+        return max(math.hypot(x, y) for x, y in self.points)
+
+    @property
+    def inscribed_radius(self) -> float:
+        """Distance in m of the nearest edge from the origin."""
+        pairs = zip(self.points, self.points[1:] + self.points[:1], strict=True)
+        return min(_distance_to_segment(a, b) for a, b in pairs)
+
+
+def _padded(value: float, padding: float) -> float:
+    return value + math.copysign(padding, value) if value else value
+
+
+def _positive(**values: float) -> None:
+    for name, value in values.items():
+        if not (math.isfinite(value) and value > 0.0):
+            raise ValueError(f"{name}={value}: must be a positive number of metres")
+
+
+def _check_polygon(points: Sequence[tuple[float, float]]) -> None:
+    if len(points) < 3:
+        raise ValueError(f"a footprint needs at least 3 corners, got {len(points)}")
+    for x, y in points:
+        if not (math.isfinite(x) and math.isfinite(y)):
+            raise ValueError(f"footprint corner ({x}, {y}): both numbers must be finite (m)")
+    edges = list(zip(points, (*points[1:], points[0]), strict=True))
+    for i, (a, b) in enumerate(edges):
+        if a == b:
+            raise ValueError(
+                f"footprint corners {i} and {(i + 1) % len(points)} are the same point {a}; leave one out"
+            )
+        for j in range(i + 2, len(edges)):
+            if (j + 1) % len(edges) != i and _segments_cross(a, b, *edges[j]):
+                raise ValueError(
+                    f"footprint edges {i} and {j} cross; give the corners in order around the robot"
+                )
+    if not _contains_origin(edges):
+        raise ValueError(
+            "the footprint does not contain base_link (0, 0); the corners are relative to the robot's centre"
+        )
+
+
+def _cross(o: tuple[float, float], a: tuple[float, float], b: tuple[float, float]) -> float:
+    return (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0])
+
+
+def _segments_cross(
+    a: tuple[float, float], b: tuple[float, float], c: tuple[float, float], d: tuple[float, float]
+) -> bool:
+    return (_cross(a, b, c) > 0) != (_cross(a, b, d) > 0) and (_cross(c, d, a) > 0) != (_cross(c, d, b) > 0)
+
+
+def _contains_origin(edges: Sequence[tuple[tuple[float, float], tuple[float, float]]]) -> bool:
+    inside = False
+    for (ax, ay), (bx, by) in edges:
+        if (ay > 0) != (by > 0) and ax + (bx - ax) * (-ay) / (by - ay) > 0:
+            inside = not inside
+    return inside
+
+
+def _distance_to_segment(a: tuple[float, float], b: tuple[float, float]) -> float:
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    t = min(1.0, max(0.0, -(a[0] * dx + a[1] * dy) / (dx * dx + dy * dy)))
+    return math.hypot(a[0] + t * dx, a[1] + t * dy)

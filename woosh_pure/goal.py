@@ -1,0 +1,194 @@
+"""What every running goal has in common: waiting, outcome, cancelling, progress.
+
+A handle ends exactly once. A wait that times out cancels the goal and confirms that the robot stands still.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from rosproto.errors import RosError
+
+from .errors import GoalFailed
+from .outcome import Outcome, OutcomeKind
+
+if TYPE_CHECKING:
+    from .core import Core
+
+__all__ = ["GoalHandle"]
+
+P = TypeVar("P")
+logger = logging.getLogger("woosh_pure.goal")
+
+# Waiting is cut into slices: on Windows a lock that waits cannot be interrupted by Ctrl-C.
+_SLICE = 0.1
+_OWN_DEFAULT = -1.0
+
+
+class GoalHandle(Generic[P]):
+    """A goal under way. Made by the verbs of `Chassis`.
+
+    Attributes:
+        goal: What was asked, in words.
+        default_timeout: What `wait()` uses, s.
+    """
+
+    def __init__(self, core: Core, goal: str, default_timeout: float) -> None:
+        self._core = core
+        self.goal = goal
+        self.default_timeout = default_timeout
+        self._condition = threading.Condition()
+        self._outcome: Outcome | None = None
+        self._started = time.monotonic()
+        self._progress: list[P] = []
+        self._callbacks: list[Callable[[P], object]] = []
+        self._cancelled_by_us = False
+
+    def __repr__(self) -> str:
+        return (
+            f"<{type(self).__name__} {self.goal}: {self._outcome.kind.value if self._outcome else 'running'}>"
+        )
+
+    # -- for subclasses --------------------------------------------------------------------------------------
+
+    def _request_cancel(self, timeout: float) -> None:
+        """Ask the chassis to end this goal; must not wait longer than `timeout`."""
+        raise NotImplementedError
+
+    def _check(self) -> None:
+        """Look for an ending that comes without an event (a lost link)."""
+
+    def _finish(
+        self, kind: OutcomeKind, text: str = "", code: int | None = None, stopped: bool | None = None
+    ) -> None:
+        with self._condition:
+            if self._outcome is not None:
+                return
+            seconds = time.monotonic() - self._started
+            self._outcome = Outcome(kind, self.goal, text, code, stopped, seconds)
+            self._condition.notify_all()
+        self._core.forget(self)
+
+    def _advance(self, progress: P) -> None:
+        with self._condition:
+            self._progress.append(progress)
+            del self._progress[:-1000]
+            callbacks = list(self._callbacks)
+            self._condition.notify_all()
+        for callback in callbacks:
+            try:
+                callback(progress)
+            except Exception:
+                logger.exception("%s: a progress callback failed", self.goal)
+
+    # -- for users -------------------------------------------------------------------------------------------
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """How it ended, None while it runs."""
+        if self._outcome is None:
+            self._check()
+        return self._outcome
+
+    @property
+    def done(self) -> bool:
+        """True when it has ended, well or badly."""
+        return self.outcome is not None
+
+    @property
+    def latest_progress(self) -> P | None:
+        """The newest progress, None before the first."""
+        with self._condition:
+            return self._progress[-1] if self._progress else None
+
+    def on_progress(self, callback: Callable[[P], object]) -> None:
+        """Call `callback(progress)` for each report, in a thread of the library."""
+        with self._condition:
+            self._callbacks.append(callback)
+
+    def progress(self) -> Iterator[P]:
+        """Reports as they come, a slow loop skips to the newest; ends with the goal."""
+        last: P | None = None
+        while True:
+            newest = self.latest_progress
+            if newest is not None and newest is not last:
+                last = newest
+                yield newest
+                continue
+            if self.done:
+                return
+            with self._condition:
+                self._condition.wait(_SLICE)
+
+    def wait(self, timeout: float | None = _OWN_DEFAULT, *, raises: bool = True) -> Outcome:
+        """Wait for the end.
+
+        When `timeout` passes the goal is cancelled and the stop is confirmed before this returns.
+
+        Args:
+            timeout: Seconds; None waits for ever; left out: `default_timeout`.
+            raises: False returns an outcome that is no arrival instead of raising it.
+
+        Raises:
+            GoalFailed: It ended in anything but an arrival; `error.outcome` says how.
+        """
+        seconds = self.default_timeout if timeout == _OWN_DEFAULT else timeout
+        if not self._wait_until_done(seconds):
+            self._time_out(seconds or 0.0)
+        outcome = self._outcome
+        assert outcome is not None, "a goal that is waited for has ended"
+        if raises and not outcome.arrived:
+            raise GoalFailed(outcome)
+        return outcome
+
+    def _wait_until_done(self, timeout: float | None) -> bool:
+        deadline = None if timeout is None else time.monotonic() + timeout
+        while not self.done:
+            rest = _SLICE if deadline is None else min(_SLICE, deadline - time.monotonic())
+            if rest <= 0.0:
+                return False
+            with self._condition:
+                if self._outcome is None:
+                    self._condition.wait(rest)
+        return True
+
+    def _time_out(self, seconds: float) -> None:
+        text = f"not finished within {seconds:.1f} s"
+        try:
+            self._cancelled_by_us = True
+            self._request_cancel(3.0)
+        except RosError as error:
+            text += f"; cancelling failed: {error}"
+        standing = self._core.wait_standing(5.0)
+        with self._condition:
+            if self._outcome is not None and self._outcome.kind is OutcomeKind.ARRIVED:
+                return  # it got there while we were cancelling
+            # The cancel ended it as "cancelled"; what the caller must know is that its time was up.
+            self._outcome = None
+        self._finish(OutcomeKind.TIMED_OUT, text, None, standing)
+
+    def cancel(self, timeout: float = 5.0) -> Outcome:
+        """End it now and wait until the chassis confirms.
+
+        Returns:
+            The outcome: usually cancelled, but arrived when it got there first.
+
+        Raises:
+            RosError: The cancellation could not be sent, or was not confirmed in time.
+        """
+        if not self.done:
+            self._cancelled_by_us = True
+            self._request_cancel(timeout)
+            if not self._wait_until_done(timeout):
+                self._finish(
+                    OutcomeKind.CANCELLED,
+                    "cancelled, but the chassis has not confirmed it",
+                    None,
+                    self._core.wait_standing(2.0),
+                )
+        assert self._outcome is not None, "a cancelled goal has ended"
+        return self._outcome

@@ -1,0 +1,79 @@
+"""How a goal ended. Only ARRIVED is success; nothing else can be mistaken for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+__all__ = ["Outcome", "OutcomeKind"]
+
+
+class OutcomeKind(Enum):
+    """The ways a goal can end."""
+
+    ARRIVED = "arrived"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+    REJECTED = "rejected"
+    REPLACED = "replaced"
+    TIMED_OUT = "timed out"
+    CONNECTION_LOST = "connection lost"
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How a goal ended.
+
+    Attributes:
+        kind: What happened.
+        goal: What was asked, in words ("task 17 to A1", "straight 0.5 m").
+        text: The chassis's own words, or ours when it gave none.
+        code: Its number: task state, step result, action status or robot state, by kind; None when there
+        was none.
+        stopped: Whether the robot is known to stand still: True, False (it still moves), None (not known).
+        seconds: From sending to the end, our clock.
+    """
+
+    kind: OutcomeKind
+    goal: str
+    text: str = ""
+    code: int | None = None
+    stopped: bool | None = None
+    seconds: float = 0.0
+
+    @property
+    def arrived(self) -> bool:
+        """True only for success."""
+        return self.kind is OutcomeKind.ARRIVED
+
+    def __bool__(self) -> bool:
+        """Same as `arrived`, so that `if handle.wait(raises=False):` cannot read a failure as success."""
+        return self.arrived
+
+    def sentence(self) -> str:
+        """One sentence for people: what, how, why, and what to do next."""
+        parts = [f"{self.goal}: {self.kind.value} after {self.seconds:.1f} s"]
+        if self.text:
+            parts.append(self.text)
+        if self.code is not None:
+            parts.append(f"code {self.code}")
+        if not self.arrived:
+            parts.append(_STOPPED[self.stopped])
+            parts.append(_NEXT[self.kind])
+        return "; ".join(parts)
+
+
+_STOPPED = {
+    True: "the robot stands still",
+    False: "THE ROBOT STILL MOVES, stop it by its own button",
+    None: "whether it stands still is not known",
+}
+
+_NEXT = {
+    OutcomeKind.FAILED: "look at chassis.readiness() and chassis.faults",
+    OutcomeKind.CANCELLED: "somebody cancelled it, here or on the robot",
+    OutcomeKind.REJECTED: "look at chassis.readiness() for what is in the way",
+    OutcomeKind.REPLACED: "another client commands this robot; only one should",
+    OutcomeKind.TIMED_OUT: "it was cancelled; give a longer timeout if it was on its way",
+    OutcomeKind.CONNECTION_LOST: "check the network; the robot may go on with what it was told",
+}

@@ -1,0 +1,298 @@
+"""Lights, voice, footprint, localisation, costmaps, maps, plans, navigation mode: what is neither reading
+nor moving.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import rosproto
+from rosproto.errors import RosTimeout
+
+from .convert import pose_of
+from .enums import LedState, NavDirection, NavigationMode
+from .errors import ChassisError, StaleState
+from .geometry import Footprint, Pose2D
+from .gridmap import GridMap
+from .gridmap_message import grid_from_message, grid_message
+from .messages import polygon, pose_with_covariance, stamped_pose
+
+if TYPE_CHECKING:
+    from .core import Core
+
+__all__ = ["Peripherals"]
+
+_STRIPS = {"base": ("/rgbled",), "shelf": ("/rgbled_shelf", "/kShelfLedColorPubName")}
+_FOOTPRINTS = {
+    "local": "/move_base/local_costmap/set_footprint",
+    "global": "/move_base/global_costmap/set_footprint",
+}
+
+
+class Peripherals:
+    """The part of `Chassis` that needs no permission to move; see there."""
+
+    _core: Core
+
+    # -- light and voice -------------------------------------------------------------------------------------
+
+    def light(
+        self,
+        state: LedState = LedState.NONE,
+        *,
+        color: int | tuple[int, int, int] | None = None,
+        strip: str = "base",
+        module: int = 0,
+        urgency: bool = False,
+        abnormal: bool = False,
+    ) -> None:
+        """Set a light strip: `/rgbled`, or `/rgbled_shelf` and `/kShelfLedColorPubName`.
+
+        Args:
+            state: A named state of the strip.
+            color: 24-bit RGB, or (red, green, blue) with 0 to 255 each.
+            strip: "base", "shelf" or "both".
+            module: 0 all, 1 to 8 one module.
+            urgency: Show "under maintenance".
+            abnormal: Show "fault".
+
+        Raises:
+            ValueError: A number is out of range.
+            RosTimeout: No such strip listens.
+        """
+        if not 0 <= module <= 8:
+            raise ValueError(f"module {module}: 0 for all, or 1 to 8")
+        message = rosproto.message_class("woosh_msgs/LED")()
+        message.submodule, message.normal, message.color = module, int(state), _rgb(color)
+        message.urgency, message.abnormal = 0xFF * urgency, 0xFF * abnormal
+        if strip not in (*_STRIPS, "both"):
+            raise ValueError(f'strip {strip!r} is not known; expected "base", "shelf" or "both"')
+        for name in _STRIPS if strip == "both" else (strip,):
+            self._send_to_any(_STRIPS[name], "woosh_msgs/LED", message)
+
+    def _send_to_any(self, topics: Sequence[str], type_name: str, message: Any) -> None:
+        """Send to those spellings of a topic that somebody listens to."""
+        publishers = [self._core.named_publisher(topic, type_name) for topic in topics]
+        heard = [p for p in publishers if p.connections]
+        if not heard:
+            self._core.wait_any(publishers, self._core.timeout)
+            heard = [p for p in publishers if p.connections]
+        for publisher in heard:
+            publisher.publish(message)
+            publisher.flush(self._core.timeout)
+
+    def say(self, text: str) -> None:
+        """Let the chassis speak (`/voice_synthesis`; not every chassis has it).
+
+        Raises:
+            RosTimeout: This chassis has no voice.
+        """
+        message = rosproto.message_class("std_msgs/String")(data=text)
+        self._core.send("/voice_synthesis", message)
+
+    # -- footprint -------------------------------------------------------------------------------------------
+
+    def set_footprint(
+        self,
+        footprint: Footprint | Iterable[Sequence[float]],
+        *,
+        padding: float = 0.0,
+        local: bool = True,
+        global_: bool = True,
+    ) -> Footprint:
+        """Tell the navigation the robot's outline, for example with a load on it.
+
+        The vendor recommends to change both costmaps together, as this does unless told otherwise.
+
+        Args:
+            footprint: A `Footprint`, or corners (x, y) in m in base_link.
+            padding: Metres added outwards.
+            local, global_: Which costmap.
+
+        Returns:
+            The outline that was sent.
+
+        Raises:
+            ValueError: Not a simple polygon around the robot's centre.
+            RosTimeout: The navigation does not listen.
+        """
+        corners = footprint.points if isinstance(footprint, Footprint) else footprint
+        outline = Footprint.from_points(corners, padding)
+        message = polygon(outline)
+        for wanted, topic in ((local, _FOOTPRINTS["local"]), (global_, _FOOTPRINTS["global"])):
+            if wanted:
+                self._core.send(topic, message)
+        return outline
+
+    # -- localisation ----------------------------------------------------------------------------------------
+
+    def set_pose(
+        self, pose: Pose2D, *, position_deviation: float = 0.25, yaw_deviation: float = 0.26
+    ) -> None:
+        """Tell the localisation where the robot stands (`/initialpose`), after power-up for example.
+
+        Args:
+            pose: In the map.
+            position_deviation: How sure you are, 1 sigma, m.
+            yaw_deviation: 1 sigma, rad.
+        """
+        message = pose_with_covariance(
+            pose, position_deviation=position_deviation, yaw_deviation=yaw_deviation
+        )
+        self._core.send("/initialpose", message)
+
+    def start_localization(self, on: bool = True) -> None:
+        """Start (or stop) the localisation module (`/start_localization`).
+
+        Raises:
+            ChassisError: The chassis refused.
+        """
+        _require(self._core.call("/start_localization", data=on), "start_localization")
+
+    # -- costmaps and maps -----------------------------------------------------------------------------------
+
+    def enable_costmaps(self, on: bool = True) -> None:
+        """Let obstacles enter the costmaps, or not (`/move_base/enable_costmaps`)."""
+        _require(self._core.call("/move_base/enable_costmaps", data=on), "enable_costmaps")
+
+    def clear_costmaps(self) -> None:
+        """Forget the obstacles seen so far (`/move_base/clear_costmaps`); those in sight come back."""
+        self._core.call("/move_base/clear_costmaps")
+
+    def get_map(self) -> GridMap:
+        """The current map (`/aic_map_server/get_map`), as numpy; `.save("x.yaml")` writes map_server's
+        files.
+        """
+        return grid_from_message(self._core.call("/aic_map_server/get_map", timeout=30.0).map)
+
+    def set_map(self, grid: GridMap, initial_pose: Pose2D | None = None) -> None:
+        """Replace the map (`/set_map`).
+
+        Args:
+            grid: The new map, for example from `GridMap.load("x.yaml")`.
+            initial_pose: Where the robot is in this map; None is the zero pose, which the vendor
+                prescribes for
+                initialising.
+
+        Raises:
+            ChassisError: The chassis refused.
+        """
+        pose = pose_with_covariance(
+            initial_pose or Pose2D(0.0, 0.0), position_deviation=0.25, yaw_deviation=0.26
+        )
+        reply = self._core.call("/set_map", timeout=30.0, map=grid_message(grid), initial_pose=pose)
+        _require(reply, "set_map")
+
+    def plan(self, goal: Pose2D, start: Pose2D | None = None, *, tolerance: float = 0.0) -> list[Pose2D]:
+        """Plan a path without driving it (`/move_base/make_plan`).
+
+        Args:
+            goal: In the map.
+            start: In the map; None is where the robot is.
+            tolerance: How far the end may be moved when the goal is blocked, m; it becomes position error.
+
+        Returns:
+            Way points; empty when there is no way.
+
+        Raises:
+            StaleState: `start` was not given and the pose is not known.
+        """
+        if not (math.isfinite(tolerance) and 0.0 <= tolerance <= 5.0):
+            raise ValueError(
+                f"tolerance {tolerance} m: expected 0 to 5, and small: it becomes position error"
+            )
+        begin = start or self._current_pose()
+        reply = self._core.call(
+            "/move_base/make_plan",
+            timeout=30.0,
+            start=stamped_pose(begin),
+            goal=stamped_pose(goal),
+            tolerance=tolerance,
+        )
+        return [
+            pose_of(p.pose, p.header.frame_id or reply.plan.header.frame_id or "map")
+            for p in reply.plan.poses
+        ]
+
+    def _current_pose(self) -> Pose2D:
+        feed = self._core.feed("pose")
+        try:
+            pose: Pose2D = feed.wait(self._core.timeout, new=False)
+        except RosTimeout as error:
+            raise StaleState(
+                f"the pose is not known ({feed.topic} is silent); give start=", topic=feed.topic
+            ) from error
+        return pose
+
+    # -- navigation mode -------------------------------------------------------------------------------------
+
+    def set_navigation_mode(
+        self,
+        mode: NavigationMode,
+        *,
+        waiting_timeout: float = 0.0,
+        max_speed: float = 0.0,
+        passage_id: int = 0,
+        permitted_passage: bool = False,
+        capacity: int = 0,
+        direction: NavDirection = NavDirection.CHASSIS_DECIDES,
+        timeout: float = 10.0,
+    ) -> None:
+        """What to do about obstacles, and how fast to drive (`/navigation_mode` action).
+
+        Args:
+            mode: See `NavigationMode`.
+            waiting_timeout: Seconds to wait before going around; needed, and more than 0, for WAIT_THEN_AVOID
+                (the chassis would take PRECISE_AVOIDANCE otherwise).
+            max_speed: m/s; 0 keeps the configured speed.
+            passage_id: Passage this is about.
+            permitted_passage: Whether a changed path may be followed.
+            capacity: Vehicles in the passage.
+            direction: Which way round to drive.
+            timeout: Seconds for the chassis to confirm.
+
+        Raises:
+            ValueError: A number contradicts the mode.
+            GoalFailed: The chassis did not accept it.
+        """
+        if mode is NavigationMode.WAIT_THEN_AVOID and not waiting_timeout > 0.0:
+            raise ValueError(
+                "WAIT_THEN_AVOID needs waiting_timeout > 0 s; otherwise the chassis avoids at once"
+            )
+        for name, value in (("waiting_timeout", waiting_timeout), ("max_speed", max_speed)):
+            if not (math.isfinite(value) and value >= 0.0):
+                raise ValueError(f"{name}={value}: must be a number of at least 0")
+        goal = rosproto.message_class("woosh_msgs/NavigationModeGoal")()
+        goal.id, goal.navigation_mode, goal.waiting_timeout = passage_id, int(mode), waiting_timeout
+        goal.max_speed, goal.permitted_passage = max_speed, permitted_passage
+        goal.capacity, goal.nav_dir = capacity, int(direction)
+        self._run_action("/navigation_mode", goal, f"navigation mode {mode}", timeout)
+
+    def _run_action(self, name: str, goal: Any, text: str, timeout: float) -> Any:
+        from .action_goal import ActionHandle
+
+        handle = ActionHandle(self._core, name, text, timeout)
+        handle.send(goal)
+        handle.wait(timeout)
+        return handle.result
+
+
+def _rgb(color: int | tuple[int, int, int] | None) -> int:
+    if color is None:
+        return 0
+    if isinstance(color, tuple):
+        if len(color) != 3 or not all(0 <= part <= 255 for part in color):
+            raise ValueError(f"color {color}: expected (red, green, blue) with 0 to 255 each")
+        return (color[0] << 16) | (color[1] << 8) | color[2]
+    if not 0 <= color <= 0xFFFFFF:
+        raise ValueError(f"color {color:#x}: expected 24-bit RGB, 0 to 0xFFFFFF")
+    return color
+
+
+def _require(reply: Any, what: str) -> None:
+    if not reply.success:
+        raise ChassisError(
+            f"{what}: the chassis refused: {getattr(reply, 'message', '') or 'no reason given'}"
+        )

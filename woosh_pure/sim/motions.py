@@ -1,0 +1,191 @@
+"""Motions of the simulated base: a path being followed, a list of steps. Pure: each gives a velocity for
+the next dt.
+
+Every motion ends in exactly one final state; who started it looks at `state` and `code` afterwards.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from enum import Enum
+from itertools import pairwise
+
+from ..enums import StepMode
+from ..geometry import Pose2D, Velocity, normalize_angle
+from ..steps import Step
+from .body import Body
+
+__all__ = ["Motion", "MotionState", "PathMotion", "StepMotion"]
+
+
+class MotionState(Enum):
+    """What has become of a motion."""
+
+    RUNNING = "running"
+    PAUSED = "paused"
+    DONE = "done"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+    REPLACED = "replaced"
+
+    @property
+    def is_final(self) -> bool:
+        """True when it will not move again."""
+        return self not in (MotionState.RUNNING, MotionState.PAUSED)
+
+
+class Motion:
+    """Base of the motions.
+
+    Attributes:
+        owner: Who commanded it ("move_base", "step", "task").
+        state: See `MotionState`.
+        code: Status code that says why it ended, 0 while it runs.
+        blocked_for: Seconds it has been waiting for an obstacle.
+    """
+
+    def __init__(self, owner: str) -> None:
+        self.owner = owner
+        self.state = MotionState.RUNNING
+        self.code = 0
+        self.blocked_for = 0.0
+
+    def command(self, body: Body, dt: float) -> Velocity:
+        """Velocity for the next `dt` s; called only while RUNNING."""
+        raise NotImplementedError
+
+    def account(self, body: Body, dt: float) -> None:
+        """Take in what the body really did in the last `dt` s."""
+
+    def end(self, state: MotionState, code: int = 0) -> None:
+        """Final state; the first one stands."""
+        if not self.state.is_final:
+            self.state, self.code = state, code
+
+
+class PathMotion(Motion):
+    """Drives way points: turn towards the next one, drive, at the end turn to the final yaw.
+
+    Attributes:
+        path: Way points left, the last one is the goal.
+        speed: Highest forward speed, m/s.
+        avoid: Whether the world may replan around an obstacle.
+        free: Whether to plan from here to the goal instead of keeping to the given points.
+    """
+
+    POSITION_TOLERANCE = 0.01
+    YAW_TOLERANCE = 0.005
+
+    def __init__(
+        self, owner: str, path: Sequence[Pose2D], speed: float, *, point_by_point: bool = False
+    ) -> None:
+        super().__init__(owner)
+        self.goal = path[-1]
+        self.path = list(path[1:]) or list(path)
+        self.speed = speed
+        self.point_by_point = point_by_point
+        self._turning = False
+
+    def command(self, body: Body, dt: float) -> Velocity:
+        pose = body.pose
+        self._drop_passed(pose)
+        target = self.path[0]
+        distance = math.hypot(target.x - pose.x, target.y - pose.y)
+        last = len(self.path) == 1
+        if last and distance <= self.POSITION_TOLERANCE:
+            return self._turn_to_goal(pose, body, dt)
+        bearing = normalize_angle(math.atan2(target.y - pose.y, target.x - pose.x) - pose.yaw)
+        if abs(bearing) > (0.02 if self._turning else 0.6):
+            self._turning = True
+            return Velocity(0.0, 0.0, _profile(bearing, 1.0, body.limits.angular_acceleration, dt))
+        self._turning = False
+        room = self._room(distance)
+        vx = _profile(room, self.speed, body.limits.acceleration, dt) * max(math.cos(bearing), 0.0)
+        return Velocity(vx, 0.0, max(-1.0, min(1.0, 2.5 * bearing)) if distance > 0.05 else 0.0)
+
+    def _drop_passed(self, pose: Pose2D) -> None:
+        reach = 0.05 if self.point_by_point else 0.25
+        while len(self.path) > 1 and math.hypot(self.path[0].x - pose.x, self.path[0].y - pose.y) < reach:
+            self.path.pop(0)
+
+    def _room(self, distance: float) -> float:
+        # Corners are taken slowly: count only a bit of the next leg.
+        return distance if len(self.path) == 1 else distance + 0.1
+
+    def _turn_to_goal(self, pose: Pose2D, body: Body, dt: float) -> Velocity:
+        rest = normalize_angle(self.goal.yaw - pose.yaw)
+        if abs(rest) <= self.YAW_TOLERANCE and body.velocity.is_standing(0.02, 0.05):
+            self.end(MotionState.DONE)
+            return Velocity()
+        return Velocity(0.0, 0.0, _profile(rest, 1.0, body.limits.angular_acceleration, dt))
+
+    def remaining(self, pose: Pose2D) -> float:
+        """Metres left along the path."""
+        points = [pose, *self.path]
+        return sum(math.hypot(b.x - a.x, b.y - a.y) for a, b in pairwise(points))
+
+
+class StepMotion(Motion):
+    """Works through a list of steps by dead reckoning.
+
+    Attributes:
+        steps: All steps of the goal.
+        index: The step being done.
+        avoid: Whether obstacles stop it.
+    """
+
+    def __init__(self, steps: Sequence[Step], *, avoid: bool = True) -> None:
+        super().__init__("step")
+        self.steps = list(steps)
+        self.index = 0
+        self.avoid = avoid
+        self._travelled = 0.0
+
+    @property
+    def current(self) -> Step:
+        """The step being done (the last one when all are done)."""
+        return self.steps[min(self.index, len(self.steps) - 1)]
+
+    @property
+    def percent(self) -> float:
+        """How much of the current step is done."""
+        if self.index >= len(self.steps):
+            return 100.0
+        whole = abs(self.current.data)
+        return 100.0 if whole == 0 else min(100.0, 100.0 * self._travelled / whole)
+
+    def command(self, body: Body, dt: float) -> Velocity:
+        step = self.current
+        rest = abs(step.data) - self._travelled
+        rotating = step.mode is StepMode.ROTATE
+        limits = body.limits
+        # Brake a little more gently than the drives can, so that the target is met and not passed.
+        slow_down = 0.8 * (limits.angular_acceleration if rotating else limits.acceleration)
+        speed = _profile(rest, step.highest_speed, slow_down, dt)
+        d = step.direction()
+        return Velocity(d.vx * speed, d.vy * speed, d.wz * speed)
+
+    def account(self, body: Body, dt: float) -> None:
+        step, v = self.current, body.velocity
+        d = step.direction()
+        self._travelled += (v.vx * d.vx + v.vy * d.vy + v.wz * d.wz) * dt
+        if abs(step.data) - self._travelled < 5e-4 and v.is_standing(0.02, 0.02):
+            self.index += 1
+            self._travelled = 0.0
+            if self.index >= len(self.steps):
+                self.end(MotionState.DONE, 130701000000)
+
+    def remaining_steps(self) -> list[Step]:
+        """What is left: the rest of the current step and all later ones."""
+        if self.index >= len(self.steps):
+            return []
+        step = self.current
+        rest = math.copysign(max(0.0, abs(step.data) - self._travelled), step.data)
+        return [Step(step.mode, rest, step.speed, step.angle), *self.steps[self.index + 1 :]]
+
+
+def _profile(rest: float, most: float, deceleration: float, dt: float) -> float:
+    """Signed speed that can still stop within `rest`."""
+    size = abs(rest)
+    return math.copysign(min(most, math.sqrt(2.0 * deceleration * size), size / dt), rest)

@@ -1,0 +1,172 @@
+"""A* on the inflated grid, and shortening of what it finds. Pure."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..geometry import Pose2D
+from ..gridmap import GridMap
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["Planner"]
+
+_Cell = tuple[int, int]
+_NEIGHBOURS = [(-1, 0, 1.0), (1, 0, 1.0), (0, -1, 1.0), (0, 1, 1.0)] + [
+    (a, b, math.sqrt(2.0)) for a in (-1, 1) for b in (-1, 1)
+]
+
+
+class Planner:
+    """Plans for a round robot of `radius` m; works on cells of about 0.1 m."""
+
+    def __init__(self, grid: GridMap, radius: float) -> None:
+        self._factor = max(1, round(0.1 / grid.resolution))
+        self._grid = grid
+        self._radius = radius
+        self._static = self._inflate(self._coarse(grid.cells > 50))
+
+    def plan(
+        self,
+        start: Pose2D,
+        goal: Pose2D,
+        obstacles: Iterable[tuple[float, float, float]] = (),
+        tolerance: float = 0.0,
+    ) -> list[Pose2D] | None:
+        """Way points from `start` to `goal` (both included), or None when there is no way.
+
+        With a `tolerance` in m a blocked goal may be replaced by the nearest free cell within it.
+        """
+        blocked = self._with(obstacles)
+        first, last = self._cell(start), self._cell(goal)
+        end = self._nearest_free(blocked, last, tolerance)
+        if end is None or not self._inside(first):
+            return None
+        cells = self._search(blocked, first, end)
+        if cells is None:
+            return None
+        points = [self._point(cell) for cell in self._shorten(blocked, cells)]
+        target = goal if end == last else Pose2D(*self._point(end), goal.yaw)
+        middle = [Pose2D(x, y) for x, y in points[1:-1]]
+        return [start, *middle, target]
+
+    def is_free(self, x: float, y: float, obstacles: Iterable[tuple[float, float, float]] = ()) -> bool:
+        """True when the robot's centre may be there."""
+        cell = self._cell(Pose2D(x, y))
+        return self._inside(cell) and not self._with(obstacles)[cell]
+
+    def _coarse(self, occupied: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        f = self._factor
+        rows, columns = -(-occupied.shape[0] // f), -(-occupied.shape[1] // f)
+        padded = np.ones((rows * f, columns * f), bool)
+        padded[: occupied.shape[0], : occupied.shape[1]] = occupied
+        result: NDArray[np.bool_] = padded.reshape(rows, f, columns, f).any(axis=(1, 3))
+        return result
+
+    @property
+    def _size(self) -> float:
+        return self._grid.resolution * self._factor
+
+    def _inflate(self, occupied: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        reach = math.ceil(self._radius / self._size)
+        padded = np.pad(occupied, reach, constant_values=True)
+        out = np.zeros_like(occupied)
+        for dr in range(-reach, reach + 1):
+            for dc in range(-reach, reach + 1):
+                if math.hypot(dr, dc) * self._size <= self._radius:
+                    rows, columns = occupied.shape
+                    out |= padded[reach + dr : reach + dr + rows, reach + dc : reach + dc + columns]
+        return out
+
+    def _with(self, obstacles: Iterable[tuple[float, float, float]]) -> NDArray[np.bool_]:
+        blocked = self._static
+        for x, y, radius in obstacles:
+            blocked = blocked.copy() if blocked is self._static else blocked
+            rows, columns = np.ogrid[: blocked.shape[0], : blocked.shape[1]]
+            r, c = self._exact(x, y)
+            reach = (radius + self._radius) / self._size
+            np.logical_or(
+                blocked, (rows + 0.5 - r) ** 2 + (columns + 0.5 - c) ** 2 <= reach * reach, out=blocked
+            )
+        return blocked
+
+    def _exact(self, x: float, y: float) -> tuple[float, float]:
+        o = self._grid.origin
+        return (y - o.y) / self._size, (x - o.x) / self._size
+
+    def _cell(self, pose: Pose2D) -> _Cell:
+        r, c = self._exact(pose.x, pose.y)
+        return math.floor(r), math.floor(c)
+
+    def _point(self, cell: _Cell) -> tuple[float, float]:
+        o = self._grid.origin
+        return o.x + (cell[1] + 0.5) * self._size, o.y + (cell[0] + 0.5) * self._size
+
+    def _inside(self, cell: _Cell) -> bool:
+        return 0 <= cell[0] < self._static.shape[0] and 0 <= cell[1] < self._static.shape[1]
+
+    def _nearest_free(self, blocked: NDArray[np.bool_], cell: _Cell, tolerance: float) -> _Cell | None:
+        if self._inside(cell) and not blocked[cell]:
+            return cell
+        reach = int(tolerance / self._size)
+        near = [
+            (math.hypot(dr, dc), (cell[0] + dr, cell[1] + dc))
+            for dr in range(-reach, reach + 1)
+            for dc in range(-reach, reach + 1)
+        ]
+        free = [
+            n for n in near if n[0] * self._size <= tolerance and self._inside(n[1]) and not blocked[n[1]]
+        ]
+        return min(free)[1] if free else None
+
+    def _search(self, blocked: NDArray[np.bool_], start: _Cell, goal: _Cell) -> list[_Cell] | None:
+        # The start may lie in an inflated cell (the robot stands close to something): it may leave it.
+        queue: list[tuple[float, float, _Cell]] = [(0.0, 0.0, start)]
+        came: dict[_Cell, _Cell] = {}
+        cost = {start: 0.0}
+        while queue:
+            _, so_far, cell = heapq.heappop(queue)
+            if cell == goal:
+                return _unwind(came, cell)
+            if so_far > cost[cell]:
+                continue
+            for dr, dc, length in _NEIGHBOURS:
+                near = (cell[0] + dr, cell[1] + dc)
+                if not self._inside(near) or (blocked[near] and not blocked[cell]):
+                    continue
+                there = so_far + length * (5.0 if blocked[near] else 1.0)
+                if there < cost.get(near, math.inf):
+                    cost[near], came[near] = there, cell
+                    rest = math.hypot(near[0] - goal[0], near[1] - goal[1])
+                    heapq.heappush(queue, (there + rest, there, near))
+        return None
+
+    def _shorten(self, blocked: NDArray[np.bool_], cells: list[_Cell]) -> list[_Cell]:
+        kept, at = [cells[0]], 0
+        while at < len(cells) - 1:
+            ahead = len(cells) - 1
+            while ahead > at + 1 and not self._sees(blocked, cells[at], cells[ahead]):
+                ahead -= 1
+            kept.append(cells[ahead])
+            at = ahead
+        return kept
+
+    def _sees(self, blocked: NDArray[np.bool_], a: _Cell, b: _Cell) -> bool:
+        count = 2 * max(abs(b[0] - a[0]), abs(b[1] - a[1])) + 1
+        rows = np.floor(np.linspace(a[0] + 0.5, b[0] + 0.5, count)).astype(np.intp)
+        columns = np.floor(np.linspace(a[1] + 0.5, b[1] + 0.5, count)).astype(np.intp)
+        return not bool(blocked[rows, columns].any())
+
+
+def _unwind(came: dict[_Cell, _Cell], cell: _Cell) -> list[_Cell]:
+    cells = [cell]
+    while cell in came:
+        cell = came[cell]
+        cells.append(cell)
+    return cells[::-1]

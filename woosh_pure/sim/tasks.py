@@ -1,0 +1,254 @@
+"""The task machine behind /exec_task and /robot_status. Pure: the world steps it.
+
+States and their numbers are the vendor's (see `woosh_pure.enums`). What is not documented is marked
+"assumed".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ..enums import (
+    ActionState,
+    ActionType,
+    RobotMode,
+    RobotState,
+    TaskCommand,
+    TaskState,
+    TaskType,
+    WorkMode,
+)
+from ..geometry import Pose2D
+from .motions import Motion, MotionState
+
+if TYPE_CHECKING:
+    from .world import World
+
+__all__ = ["StatusRecord", "TaskMachine", "TaskReply", "TaskRequest"]
+
+
+@dataclass(frozen=True, slots=True)
+class TaskRequest:
+    """An ExecTask request; poses in the map."""
+
+    command: TaskCommand
+    task_id: int
+    task_type: TaskType = TaskType.PICK
+    mark: str = ""
+    poses: Sequence[Pose2D] = ()
+    direction: int = 0
+    type_number: int = 0
+    custom: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class TaskReply:
+    """An ExecTask response; `code` is the robot state."""
+
+    success: bool
+    message: str
+    code: int
+
+
+@dataclass(frozen=True, slots=True)
+class StatusRecord:
+    """What /robot_status says, without the time."""
+
+    task_id: int
+    task_type: TaskType
+    task_state: TaskState
+    action_type: ActionType
+    action_state: ActionState
+    robot_state: RobotState
+    robot_mode: RobotMode
+    work_mode: WorkMode
+    wait_id: int
+    dest: str
+    message: str
+
+
+class TaskMachine:
+    """One task at a time; a finished task stays visible until the next one starts."""
+
+    CARRY_SECONDS = 2.0
+    CHARGE_SECONDS = 1.0
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._motion: Motion | None = None
+        self._handling = 0.0
+        self._left_to_handle: ActionType | None = None
+        self.task_id = 0
+        self.task_type = TaskType.UNDEFINED
+        self.state = TaskState.UNDEFINED
+        self.action_type = ActionType.UNDEFINED
+        self.action_state = ActionState.UNDEFINED
+        self.wait_id = 0
+        self.dest = ""
+        self.message = ""
+        self._request: TaskRequest | None = None
+        self.fail_next: str | None = None
+
+    @property
+    def busy(self) -> bool:
+        """True while a task is under way, paused or waiting."""
+        return self.state in (TaskState.RUNNING, TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
+
+    def request(self, request: TaskRequest) -> TaskReply:
+        """Answer a call of /exec_task."""
+        handlers = {
+            TaskCommand.EXECUTE: self._execute,
+            TaskCommand.PAUSE: self._pause,
+            TaskCommand.RESUME: self._resume,
+            TaskCommand.CANCEL: self._cancel,
+            TaskCommand.INTERRUPT_WAIT: self._interrupt_wait,
+        }
+        handler = handlers.get(request.command)
+        if handler is None:
+            return self._reply(False, f"task_exect {int(request.command)} is not known")
+        return handler(request)
+
+    def _reply(self, success: bool, message: str, code: int = 0) -> TaskReply:
+        if code:
+            self._world.report(code)
+        return TaskReply(success, message, int(self._world.robot_state))
+
+    def _execute(self, request: TaskRequest) -> TaskReply:
+        refusal = self._refusal()
+        if refusal:
+            return self._reply(False, refusal[0], refusal[1])
+        target = self._target(request)
+        if target is None:
+            return self._reply(False, f"mark {request.mark!r} is not known", 140801000141)
+        self._begin(request, target)
+        return self._reply(True, "ok")
+
+    def _refusal(self) -> tuple[str, int] | None:
+        world = self._world
+        if world.emergency_stop:
+            return "emergency stop", 110201000013
+        if world.robot_mode is not RobotMode.AUTOMATIC:
+            return "not in automatic mode", 140801000081
+        if world.work_mode is not WorkMode.TASK:
+            return "not in task mode", 140801000121
+        if not world.located:
+            return "not localised", 140201000022
+        if world.cable_plugged:
+            return "charging cable plugged in", 140801000261
+        if self.busy:
+            return "another task is running", 140801000111
+        return None
+
+    def _target(self, request: TaskRequest) -> list[Pose2D] | None:
+        mark = self._world.site.marks.get(request.mark) if request.mark else None
+        if request.mark and mark is None:
+            return None
+        if request.poses:
+            return list(request.poses)
+        return [mark.pose] if mark else None
+
+    def _begin(self, request: TaskRequest, target: list[Pose2D]) -> None:
+        self._request = request
+        self.task_id = request.task_id
+        self.task_type = request.task_type
+        self.dest = request.mark
+        self.message = ""
+        self.wait_id = 0
+        self._set(TaskState.RUNNING, ActionType.NAVIGATION, ActionState.RUNNING)
+        self._world.leave_dock()
+        self._motion = self._world.navigate("task", target, keep_path=len(target) > 1)
+
+    def _pause(self, request: TaskRequest) -> TaskReply:
+        if self.state is not TaskState.RUNNING:
+            return self._reply(False, "no running task to pause", 140801000271)
+        if self._motion and self._motion.state is MotionState.RUNNING:
+            self._motion.state = MotionState.PAUSED
+        self._set(TaskState.PAUSED, self.action_type, ActionState.PAUSED)
+        return self._reply(True, "ok")
+
+    def _resume(self, request: TaskRequest) -> TaskReply:
+        if self.state is not TaskState.PAUSED:
+            return self._reply(False, "no paused task to resume", 140801000281)
+        if self._motion and self._motion.state is MotionState.PAUSED:
+            self._motion.state = MotionState.RUNNING
+        self._set(TaskState.RUNNING, self.action_type, ActionState.RUNNING)
+        return self._reply(True, "ok")
+
+    def _cancel(self, request: TaskRequest) -> TaskReply:
+        if not self.busy:
+            return self._reply(False, "no task to cancel")
+        if request.task_id not in (0, self.task_id):
+            return self._reply(False, f"task {request.task_id} is not the running one ({self.task_id})")
+        self._finish(TaskState.CANCELLED, ActionState.CANCELLED, "cancelled")
+        return self._reply(True, "ok")
+
+    def _interrupt_wait(self, request: TaskRequest) -> TaskReply:
+        if self.state is not TaskState.WAITING_FOR_ACTION:
+            return self._reply(False, "no wait to interrupt", 140801000291)
+        self._complete()
+        return self._reply(True, "ok")
+
+    def _set(self, state: TaskState, action: ActionType, action_state: ActionState) -> None:
+        self.state, self.action_type, self.action_state = state, action, action_state
+
+    def _finish(self, state: TaskState, action_state: ActionState, message: str) -> None:
+        if self._motion:
+            self._world.end_motion(self._motion, MotionState.CANCELLED)
+        self._motion = None
+        self._left_to_handle = None
+        self.message = message
+        self._set(state, self.action_type, action_state)
+
+    def _complete(self) -> None:
+        self._finish(TaskState.COMPLETED, ActionState.DONE, "")
+
+    def fail(self, message: str) -> None:
+        """End the running task as failed (injected faults, lost localisation, emergency stop)."""
+        if self.busy:
+            self._finish(TaskState.FAILED, ActionState.FAILED, message)
+
+    def step(self, dt: float) -> None:
+        """Let the task go on; called after the base has moved."""
+        if self.state is not TaskState.RUNNING:
+            return
+        if self.fail_next is not None:
+            message, self.fail_next = self.fail_next, None
+            self.fail(message)
+            return
+        if self._left_to_handle is not None:
+            self._handle(dt)
+        elif self._motion and self._motion.state.is_final:
+            self._navigation_ended(self._motion)
+
+    def _handle(self, dt: float) -> None:
+        self._handling -= dt
+        if self._handling <= 0.0:
+            self._complete()
+
+    def _navigation_ended(self, motion: Motion) -> None:
+        if motion.state is not MotionState.DONE:
+            reason = (
+                "replaced by another command" if motion.state is MotionState.REPLACED else "navigation failed"
+            )
+            self.fail(reason)
+            return
+        mark = self._world.site.marks.get(self.dest)
+        if self.task_type is TaskType.CHARGE and mark is not None and mark.charger:
+            self._world.enter_dock()
+            self._start_handling(ActionType.CHARGE, self.CHARGE_SECONDS)
+        elif self.task_type is TaskType.CHARGE:
+            self.fail("no charger at the target")
+        elif self.task_type is TaskType.CARRY:
+            self._start_handling(ActionType.CARRY_ACTION, self.CARRY_SECONDS)
+        elif mark is not None and mark.waits:
+            self.wait_id += 1
+            self._set(TaskState.WAITING_FOR_ACTION, ActionType.WAIT, ActionState.RUNNING)
+        else:
+            self._complete()
+
+    def _start_handling(self, action: ActionType, seconds: float) -> None:
+        self._left_to_handle = action
+        self._handling = seconds
+        self._set(TaskState.RUNNING, action, ActionState.RUNNING)

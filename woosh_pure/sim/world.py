@@ -1,0 +1,466 @@
+"""The simulated world: a robot in a site, stepped by `step(dt)`. Pure: no sockets, threads or clocks.
+
+Not modelled: slipping, payload, slopes, doors and lifts, other robots, traffic control, camera optics, radio.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..enums import NavigationMode, RobotMode, RobotState, TaskState, TaskType, WorkMode
+from ..geometry import Pose2D, Velocity, normalize_angle
+from ..gridmap import GridMap
+from ..steps import Step
+from .battery import SimulatedBattery
+from .body import Body
+from .motions import Motion, MotionState, PathMotion, StepMotion
+from .planner import Planner
+from .settings import Settings
+from .site import Site, built_in_site
+from .tasks import StatusRecord, TaskMachine
+
+__all__ = ["NavigationSettings", "Obstacle", "World"]
+
+Obstacle = tuple[float, float, float]
+"""A round obstacle: x, y, radius in m in the map."""
+
+_LOCATED, _LOST = 130103000000, 130103000012
+_STEP_BLOCKED, _STEP_BLOCK_TIMEOUT = 130701000021, 130701000032
+_NAV_BLOCKED, _NAV_FAILED, _NAV_REACHED = 130104000011, 130104000042, 130104000041
+_ESTOP, _ESTOP_RELEASED, _BUMPER, _BUMPER_RELEASED = 110201000013, 110201000000, 110202000013, 110202000000
+
+
+@dataclass(frozen=True, slots=True)
+class NavigationSettings:
+    """What /navigation_mode has set."""
+
+    mode: NavigationMode = NavigationMode.FUZZY_AVOIDANCE
+    waiting_timeout: float = 0.0
+    max_speed: float = 0.0
+
+
+class World:
+    """Everything that is true, and everything the robot believes.
+
+    Attributes:
+        time: Simulated seconds since power-up.
+        body, battery, tasks, site: The parts.
+        obstacles: What stands around and is not on the map.
+        motion: What moves the base now, None when nothing does.
+        emergency_stop, cable_plugged, robot_mode, work_mode, located: State a test may set through the
+        methods.
+    """
+
+    def __init__(self, site: Site | None = None, settings: Settings | None = None) -> None:
+        self.settings = settings or Settings()
+        self.site = site or built_in_site()
+        self.random = random.Random(self.settings.seed)
+        self.time = 0.0
+        start = self.settings.start or self.site.start
+        self.body = Body(start, self.settings.limits, self.random, self.settings.drift)
+        self.battery = SimulatedBattery(self.settings.battery_percent, self.settings.battery_rate)
+        self.tasks = TaskMachine(self)
+        self.map_seen: GridMap = self.site.grid
+        self.planner = Planner(self.site.grid, self.settings.radius + 0.05)
+        self.obstacles: list[Obstacle] = []
+        self.costmaps_enabled = True
+        self.navigation = NavigationSettings()
+        self.motion: Motion | None = None
+        self.paused_step: StepMotion | None = None
+        self.emergency_stop = False
+        self.cable_plugged = False
+        self.docked = False
+        self.bumper = False
+        self.robot_mode = RobotMode.AUTOMATIC
+        self.work_mode = WorkMode.TASK
+        self.located = self.settings.located
+        self.localization_running = True
+        self._belief_offset = (0.0, 0.0, 0.0)
+        self._lost_at: tuple[Pose2D, Pose2D] | None = None
+        self._command = Velocity()
+        self._command_smooth = True
+        self._command_time = -math.inf
+        self._reports: list[int] = []
+        self._seen_obstacles: list[Obstacle] = []
+
+    # -- what the robot says ---------------------------------------------------------------------------------
+
+    def report(self, code: int) -> None:
+        """Queue a number for /status_code."""
+        self._reports.append(code)
+
+    def take_reports(self) -> list[int]:
+        """Codes since the last call."""
+        reports, self._reports = self._reports, []
+        return reports
+
+    @property
+    def robot_state(self) -> RobotState:
+        """What /robot_status.robot_state says."""
+        if not self.located:
+            return RobotState.UNINITIALISED
+        if self.emergency_stop or self.bumper:
+            return RobotState.FAULT
+        if self.tasks.busy:
+            return RobotState.IN_TASK
+        if self.battery.charging:
+            return RobotState.CHARGING
+        parked = self.tasks.task_type is TaskType.PARK and self.tasks.state is TaskState.COMPLETED
+        return RobotState.PARKING if parked and self.motion is None else RobotState.IDLE
+
+    def status(self) -> StatusRecord:
+        """The content of /robot_status."""
+        t = self.tasks
+        return StatusRecord(
+            t.task_id, t.task_type, t.state, t.action_type, t.action_state, self.robot_state, self.robot_mode,
+            self.work_mode, t.wait_id, t.dest, t.message,
+        )  # fmt: skip
+
+    @property
+    def believed_pose(self) -> Pose2D:
+        """Where the localisation says the robot is; dead reckoning while it is lost."""
+        pose = self.body.pose
+        if self._lost_at is not None:
+            belief, odometry = self._lost_at
+            return _compose(belief, odometry, self.body.odometry)
+        dx, dy, dyaw = self._belief_offset
+        return Pose2D(pose.x + dx, pose.y + dy, normalize_angle(pose.yaw + dyaw))
+
+    # -- commands --------------------------------------------------------------------------------------------
+
+    def command_velocity(self, velocity: Velocity, *, smooth: bool) -> None:
+        """A message on /smooth_cmd_vel or /base_cmd_vel."""
+        if not all(map(math.isfinite, (velocity.vx, velocity.vy, velocity.wz))):
+            self.report(140801000091)
+            return
+        self._command = velocity
+        self._command_smooth = smooth
+        self._command_time = self.time
+
+    def navigate(
+        self, owner: str, target: Sequence[Pose2D], *, keep_path: bool = False, point_by_point: bool = False
+    ) -> Motion:
+        """Drive to the last pose of `target`, over the others when `keep_path`; the motion tells how it
+        ends."""
+        path = [self.body.pose, *target] if keep_path else self.plan(self.body.pose, target[-1])
+        motion = PathMotion(owner, path or [target[-1]], self._speed(), point_by_point=point_by_point)
+        refused = self._cannot_move()
+        if refused or path is None:
+            motion.end(MotionState.FAILED, refused or 130101000021)
+            self.report(motion.code)
+            return motion
+        self.report(130104000000)
+        self._start(motion)
+        return motion
+
+    def _speed(self) -> float:
+        return self.navigation.max_speed if self.navigation.max_speed > 0 else self.settings.navigation_speed
+
+    def step_control(self, steps: Sequence[Step], *, avoid: bool) -> Motion:
+        """Start a list of steps."""
+        motion = StepMotion(steps, avoid=avoid)
+        refused = self._cannot_move(needs_location=False)
+        sideways = any(abs(step.direction().vy) > 1e-6 for step in steps)
+        if not refused and (not steps or (sideways and not self.body.limits.omnidirectional)):
+            refused = 120301000032
+        if refused:
+            motion.end(MotionState.FAILED, refused)
+            self.report(refused)
+        else:
+            self._start(motion)
+        return motion
+
+    def pause_step(self) -> bool:
+        """Hold the running step goal; what remains is kept for `resume_step`."""
+        if not isinstance(self.motion, StepMotion):
+            return self.paused_step is not None
+        self.motion.state = MotionState.PAUSED
+        self.paused_step, self.motion = self.motion, None
+        return True
+
+    def resume_step(self, steps: Sequence[Step], *, avoid: bool) -> Motion | None:
+        """Go on after a pause: with the given steps, or with what was left when none are given."""
+        paused, self.paused_step = self.paused_step, None
+        if paused is None:
+            return None
+        return self.step_control(steps or paused.remaining_steps(), avoid=avoid)
+
+    def end_motion(self, motion: Motion, state: MotionState, code: int = 0) -> None:
+        """Take a motion off the base."""
+        motion.end(state, code)
+        if self.motion is motion:
+            self.motion = None
+            self._hold()
+
+    def plan(self, start: Pose2D, goal: Pose2D, tolerance: float = 0.0) -> list[Pose2D] | None:
+        """A path on the map, around the obstacles the costmaps know."""
+        return self.planner.plan(start, goal, self._seen_obstacles, tolerance)
+
+    def clear_costmaps(self) -> None:
+        """Forget obstacles; those in sight come back with the next step."""
+        self._seen_obstacles = []
+
+    def set_map(self, grid: GridMap, pose: Pose2D) -> None:
+        """Another map for localisation and planning, and where the robot is in it. The real walls stay."""
+        self.map_seen = grid
+        self.planner = Planner(grid, self.settings.radius + 0.05)
+        self.initial_pose(pose)
+
+    def initial_pose(self, pose: Pose2D) -> None:
+        """A hint where the robot is: near the truth the localisation converges, otherwise it stays lost."""
+        truth = self.body.pose
+        near = math.hypot(pose.x - truth.x, pose.y - truth.y) < 1.0 and abs(pose.angle_to(truth)) < 0.6
+        if near and self.localization_running:
+            self.located, self._lost_at = True, None
+            self._belief_offset = (0.0, 0.0, 0.0)
+            self.report(_LOCATED)
+        else:
+            self.report(140201000022)
+
+    def run_localization(self, on: bool) -> None:
+        """/start_localization."""
+        if self.localization_running and not on:
+            self.lose_localization()
+        elif on and not self.localization_running:
+            self.localization_running = True
+            self.report(130103000021)
+            self.initial_pose(self.believed_pose)
+            return
+        self.localization_running = on
+
+    # -- things that happen to a robot -----------------------------------------------------------------------
+
+    def press_emergency_stop(self) -> None:
+        """Everything stops now; the task fails (assumed)."""
+        self.emergency_stop = True
+        self.report(_ESTOP)
+        self._drop_everything(_ESTOP, "emergency stop")
+
+    def release_emergency_stop(self) -> None:
+        """Nothing resumes by itself."""
+        self.emergency_stop = False
+        self.report(_ESTOP_RELEASED)
+
+    def lose_localization(self) -> None:
+        """The robot no longer knows where it is."""
+        self._lost_at = (self.believed_pose, self.body.odometry)
+        self.located = False
+        self.report(_LOST)
+        if self.motion is not None and self.motion.owner != "step":
+            self.end_motion(self.motion, MotionState.FAILED, _LOST)
+        self.tasks.fail("localisation lost")
+
+    def set_mode(self, mode: RobotMode) -> None:
+        """The key switch on the robot."""
+        self.robot_mode = mode
+        codes = {
+            RobotMode.AUTOMATIC: 140802000051,
+            RobotMode.MANUAL: 140802000061,
+            RobotMode.MAINTENANCE: 140802000071,
+        }
+        self.report(codes.get(mode, 140802000041))
+        if mode is not RobotMode.AUTOMATIC:
+            self._drop_everything(140801000081, "switched to manual")
+
+    def plug_cable(self, plugged: bool = True) -> None:
+        """The charging cable; a robot on the cable does not drive."""
+        self.cable_plugged = plugged
+        self.battery.charging, self.battery.automatic = plugged, False
+
+    def enter_dock(self) -> None:
+        """Arrived at a charger."""
+        self.docked = self.battery.charging = self.battery.automatic = True
+        self.report(140501000000)
+
+    def leave_dock(self) -> None:
+        """Drive off the charger."""
+        if self.docked:
+            self.docked = self.battery.charging = False
+
+    def release_bumper(self) -> None:
+        """Somebody has freed the robot."""
+        self.bumper = False
+        self.report(_BUMPER_RELEASED)
+
+    def _drop_everything(self, code: int, why: str) -> None:
+        self._command = Velocity()
+        if self.motion is not None:
+            self.end_motion(self.motion, MotionState.FAILED, code)
+        self.paused_step = None
+        self.tasks.fail(why)
+
+    # -- time ------------------------------------------------------------------------------------------------
+
+    def step(self, dt: float) -> None:
+        """Let `dt` simulated seconds pass; keep it at 0.05 or less."""
+        self.time += dt
+        self._see_obstacles()
+        wanted, hard = self._wanted(dt)
+        self.body.approach(wanted, dt, hard=hard)
+        self._move(dt)
+        if self.motion is not None:
+            self.motion.account(self.body, dt)
+            if self.motion.state.is_final:
+                self._ended(self.motion)
+        self.battery.step(dt, self.body.velocity)
+        self.tasks.step(dt)
+
+    def _wanted(self, dt: float) -> tuple[Velocity, bool]:
+        if self.emergency_stop or self.bumper:
+            return Velocity(), True
+        commanded = self._commanded()
+        # A fresh velocity overrides a motion: that is what "bypasses state limits" means.
+        fresh = self.time - self._command_time < 0.5 and not commanded.is_standing(0.0, 0.0)
+        if self.motion is None or fresh:
+            return commanded, not self._command_smooth
+        if self.motion.state is not MotionState.RUNNING:
+            return Velocity(), False
+        if self._blocked(self.motion, dt):
+            return Velocity(), True
+        return self.motion.command(self.body, dt), False
+
+    def _commanded(self) -> Velocity:
+        silent = self.time - self._command_time > self.settings.silence_seconds
+        if silent and self.settings.on_silence == "stop":
+            return Velocity()
+        return self._command
+
+    def _move(self, dt: float) -> None:
+        there = self.body.moved(dt)
+        moving = not self.body.velocity.is_standing(0.0, math.inf)
+        if moving and self._touches(there.x, there.y, self.settings.radius):
+            if not self._touches(self.body.pose.x, self.body.pose.y, self.settings.radius) or not self.bumper:
+                self.bumper = True
+                self.report(_BUMPER)
+                self._drop_everything(_BUMPER, "bumper")
+            self.body.block()
+            return
+        self.body.advance(dt)
+
+    def _start(self, motion: Motion) -> None:
+        if self.motion is not None:
+            self.end_motion(self.motion, MotionState.REPLACED, 120301000202)
+        self.paused_step = None
+        self._command = Velocity()
+        self.leave_dock()
+        self.motion = motion
+
+    def _ended(self, motion: Motion) -> None:
+        self.motion = None
+        self._hold()
+        if isinstance(motion, PathMotion) and motion.state is MotionState.DONE:
+            motion.code = _NAV_REACHED
+        if motion.code:
+            self.report(motion.code)
+
+    def _hold(self) -> None:
+        self._command = Velocity()
+        self._command_smooth = True
+
+    def _cannot_move(self, *, needs_location: bool = True) -> int:
+        if self.emergency_stop:
+            return _ESTOP
+        if self.bumper:
+            return _BUMPER
+        if self.robot_mode is not RobotMode.AUTOMATIC:
+            return 140801000081
+        if self.cable_plugged:
+            return 140801000261
+        return 140201000022 if needs_location and not self.located else 0
+
+    # -- obstacles -------------------------------------------------------------------------------------------
+
+    def _see_obstacles(self) -> None:
+        if not self.costmaps_enabled:
+            return
+        pose = self.body.pose
+        near = [o for o in self.obstacles if math.hypot(o[0] - pose.x, o[1] - pose.y) < 4.0 + o[2]]
+        gone = [
+            o
+            for o in self._seen_obstacles
+            if o not in self.obstacles and math.hypot(o[0] - pose.x, o[1] - pose.y) < 4.0 + o[2]
+        ]
+        self._seen_obstacles = [o for o in self._seen_obstacles if o not in gone]
+        self._seen_obstacles += [o for o in near if o not in self._seen_obstacles]
+
+    def _touches(self, x: float, y: float, radius: float) -> bool:
+        if any(math.hypot(ox - x, oy - y) < r + radius for ox, oy, r in self.obstacles):
+            return True
+        grid = self.site.grid
+        row, column = grid.cell_of(x, y)
+        reach = math.ceil(radius / grid.resolution)
+        r0, r1, c0, c1 = row - reach, row + reach + 1, column - reach, column + reach + 1
+        if r0 < 0 or c0 < 0 or r1 > grid.height or c1 > grid.width:
+            return True
+        window = grid.cells[r0:r1, c0:c1] > 50
+        return bool(window.any()) and bool((window & _disc(reach, radius / grid.resolution)).any())
+
+    def _blocked(self, motion: Motion, dt: float) -> bool:
+        if isinstance(motion, StepMotion):
+            return motion.avoid and self._step_blocked(motion, dt)
+        return isinstance(motion, PathMotion) and self._path_blocked(motion, dt)
+
+    def _step_blocked(self, motion: StepMotion, dt: float) -> bool:
+        d = motion.current.direction()
+        if not (d.vx or d.vy) or not self._obstructed(d, 0.25):
+            motion.blocked_for = 0.0
+            return False
+        return self._wait_for_room(motion, dt, _STEP_BLOCKED, _STEP_BLOCK_TIMEOUT)
+
+    def _path_blocked(self, motion: PathMotion, dt: float) -> bool:
+        # Standing, it may turn away from what is in front of it.
+        ahead = 0.0 if self.body.velocity.vx < 0.01 and motion.blocked_for == 0.0 else 0.5
+        if not self._seen_obstacles or not self._obstructed(Velocity(1.0), ahead):
+            motion.blocked_for = 0.0
+            return False
+        patience = {
+            NavigationMode.STOP_AND_WAIT: math.inf,
+            NavigationMode.WAIT_THEN_AVOID: self.navigation.waiting_timeout,
+        }
+        if (
+            motion.blocked_for >= patience.get(self.navigation.mode, 0.0)
+            and int(motion.blocked_for / dt) % 25 == 0
+        ):
+            path = self.plan(self.body.pose, motion.goal)
+            if path is not None:
+                motion.path = path[1:]
+                motion.blocked_for = 0.0
+                return False
+        return self._wait_for_room(motion, dt, _NAV_BLOCKED, _NAV_FAILED)
+
+    def _obstructed(self, direction: Velocity, ahead: float) -> bool:
+        pose, radius = self.body.pose, self.settings.radius
+        for k in range(1, math.ceil(ahead / 0.1) + 1):
+            reach = min(ahead, 0.1 * k)
+            there = pose.transformed(direction.vx * reach, direction.vy * reach, 0.0)
+            if self._touches(there.x, there.y, radius):
+                return True
+        return False
+
+    def _wait_for_room(self, motion: Motion, dt: float, blocked: int, failed: int) -> bool:
+        if motion.blocked_for == 0.0:
+            self.report(blocked)
+        motion.blocked_for += dt
+        waits = self.navigation.mode is NavigationMode.STOP_AND_WAIT and isinstance(motion, PathMotion)
+        if motion.blocked_for > self.settings.obstacle_patience and not waits:
+            motion.end(MotionState.FAILED, failed)
+        return True
+
+
+def _disc(reach: int, radius: float) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    offsets = np.arange(-reach, reach + 1)
+    result: np.ndarray[tuple[int, ...], np.dtype[np.bool_]] = (
+        offsets[:, None] ** 2 + offsets[None, :] ** 2 <= radius**2
+    )
+    return result
+
+
+def _compose(belief: Pose2D, odometry_then: Pose2D, odometry_now: Pose2D) -> Pose2D:
+    dx, dy = odometry_now.x - odometry_then.x, odometry_now.y - odometry_then.y
+    c, s = math.cos(-odometry_then.yaw), math.sin(-odometry_then.yaw)
+    return belief.transformed(c * dx - s * dy, s * dx + c * dy, odometry_then.angle_to(odometry_now))

@@ -1,0 +1,174 @@
+"""Tasks through /exec_task: one handle for each, its end taken from /robot_status."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from rosproto.errors import ConnectionLost, RosError, RosTimeout
+
+from .enums import Direction, TaskCommand, TaskState, TaskType
+from .errors import MotionRefused
+from .geometry import Pose2D
+from .goal import GoalHandle
+from .messages import stamped_pose
+from .outcome import OutcomeKind
+from .task_tracker import TaskTracker, new_task_id
+from .values import RobotStatus
+
+if TYPE_CHECKING:
+    from .core import Core
+
+__all__ = ["TaskHandle", "start_task"]
+
+_REPLY_SECONDS = 10.0
+
+
+class TaskHandle(GoalHandle[RobotStatus]):
+    """A task under way; progress is every status that names it.
+
+    Attributes:
+        task_id: The id that was made for it.
+    """
+
+    def __init__(self, core: Core, tracker: TaskTracker, goal: str, timeout: float) -> None:
+        super().__init__(core, goal, timeout)
+        self._tracker = tracker
+        self._off = core.feed("status").on(self._on_status)
+
+    @property
+    def task_id(self) -> int:
+        """The id that was made for it."""
+        return self._tracker.task_id
+
+    @property
+    def state(self) -> TaskState:
+        """Its last known state."""
+        return self._tracker.state
+
+    def pause(self) -> None:
+        """Hold it; `resume` goes on.
+
+        Raises:
+            MotionRefused: The chassis refused.
+        """
+        self._command(TaskCommand.PAUSE)
+
+    def resume(self) -> None:
+        """Go on after `pause`."""
+        self._command(TaskCommand.RESUME)
+
+    def interrupt_wait(self) -> None:
+        """End the wait the task is in (task state 5)."""
+        self._command(TaskCommand.INTERRUPT_WAIT)
+
+    def _command(self, command: TaskCommand, timeout: float = _REPLY_SECONDS) -> None:
+        reply = self._core.exec_task(command, self.task_id, timeout=timeout)
+        if not reply.success:
+            raise MotionRefused(
+                f"{self.goal}: {command} refused: {reply.message or 'no reason given'}",
+                readiness=self._core.readiness(),
+            )
+
+    def _request_cancel(self, timeout: float) -> None:
+        try:
+            self._command(TaskCommand.CANCEL, timeout)
+        except MotionRefused:
+            if not self._core.status_shows_end_of(self.task_id):
+                raise
+
+    def _on_status(self, status: RobotStatus) -> None:
+        with self._condition:
+            self._tracker.status(status)
+        if status.task_id == self.task_id:
+            self._advance(status)
+        self._settle()
+
+    def _reply(self, success: bool, message: str, code: int) -> None:
+        with self._condition:
+            self._tracker.reply(success, message, code)
+        self._settle()
+
+    def _settle(self) -> None:
+        ending = self._tracker.ending
+        if ending is not None:
+            self._off()
+            self._finish(ending.kind, ending.text, ending.code)
+
+    def _check(self) -> None:
+        lost = self._core.lost("status")
+        if lost:
+            self._off()
+            self._finish(OutcomeKind.CONNECTION_LOST, lost)
+
+
+def start_task(
+    core: Core,
+    task_type: TaskType,
+    mark: str,
+    poses: Sequence[Pose2D],
+    *,
+    direction: Direction,
+    type_number: int,
+    custom: int,
+    timeout: float,
+    check: bool,
+) -> TaskHandle:
+    """Listen first, then call the service: whatever comes in whatever order is seen."""
+    if not mark and not poses:
+        raise ValueError("a task needs a mark or poses; give the mark's name as it is on the map")
+    core.require_ready("task", check)
+    status = core.feed("status")
+    core.require_publisher(status)
+    where = f" to {mark}" if mark else f" to {poses[-1]}"
+    tracker = TaskTracker(new_task_id())
+    handle = TaskHandle(core, tracker, f"{task_type} task {tracker.task_id}{where}", timeout)
+    core.remember(handle)
+    _send(core, handle, task_type, mark, poses, direction, type_number, custom)
+    return handle
+
+
+def _send(
+    core: Core,
+    handle: TaskHandle,
+    task_type: TaskType,
+    mark: str,
+    poses: Sequence[Pose2D],
+    direction: Direction,
+    type_number: int,
+    custom: int,
+) -> None:
+    try:
+        reply = core.exec_task(
+            TaskCommand.EXECUTE,
+            handle.task_id,
+            timeout=_REPLY_SECONDS,
+            task_type=int(task_type),
+            direction=int(direction),
+            task_type_no=type_number,
+            mark_no=mark,
+            poses=[stamped_pose(pose) for pose in poses],
+            custom=custom,
+        )
+    except (ConnectionLost, RosTimeout):
+        # It may have been taken all the same: undo it if the chassis can be reached, and say so.
+        handle._off()
+        try:
+            core.exec_task(TaskCommand.CANCEL, handle.task_id, timeout=2.0)
+        except RosError:
+            pass
+        handle._finish(
+            OutcomeKind.CONNECTION_LOST, "no reply to the request; it was cancelled again if possible"
+        )
+        raise
+    except BaseException:
+        handle._off()
+        core.forget(handle)
+        raise
+    handle._reply(reply.success, reply.message, int(reply.statusCode))
+    if not reply.success:
+        raise MotionRefused(
+            f"{handle.goal}: refused by the chassis: {reply.message or 'no reason given'} "
+            f"(robot state {reply.statusCode})",
+            readiness=core.readiness(),
+        )
