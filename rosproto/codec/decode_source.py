@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import arrays, pause
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
-from rosproto.codec.source import Source, merge_codes
+from rosproto.codec.source import Source, merge_codes, quickest
 
 if TYPE_CHECKING:
     from rosproto.codec.flavour import Flavour
@@ -312,8 +312,7 @@ class _DecodeWriter:
         items = src.fresh("l")
         src.line(f"{items} = []")
         src.line(f"{target} = {items}")
-        add = src.fresh("a")
-        src.line(f"{add} = {items}.append")
+        add = f"{items}.append"  # written out: Python 3.11 has an instruction for list.append
         src.line(
             f"g = {n} > {PAUSE_FROM // element.objects} and {src.constant(pause.pause)}()"
             if not self.loops
@@ -491,7 +490,7 @@ def _iter_cache(form: str) -> Callable[[Any], Any]:
         if found is None:
             if len(known) >= 64:
                 known.clear()
-            found = known[lengths] = struct.Struct(form % lengths).iter_unpack
+            found = known[lengths] = struct.Struct(quickest(form % lengths)).iter_unpack
         return found
 
     return iterator

@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.codec import arrays
 from rosproto.codec.decode_source import ERRORS, MAX_LOOP_DEPTH, MAX_STATEMENTS, _dtype
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
-from rosproto.codec.source import Source, merge_codes
+from rosproto.codec.source import Source, merge_codes, quickest
 
 if TYPE_CHECKING:
     from rosproto.codec.flavour import Flavour
@@ -39,6 +39,8 @@ MAX_STRINGS = 6
 """More strings in one run than this are packed one by one: their lengths never repeat together."""
 CACHED_STRUCTS = 256
 CACHED_LENGTH = 512
+SMALL_ARRAY = 1024
+"""Bytes up to which an array of fixed length is packed with its neighbours."""
 
 
 def encode_function(
@@ -57,7 +59,7 @@ def encode_function(
         flavour: Which values to expect first; others are accepted, slower.
         general: Also bytes as strings, lone surrogates, strided arrays, any iterable.
         parts: Return the list of parts that, joined, are the bytes.
-        nested: Take (message, add) and give the parts to `add`; catch nothing.
+        nested: Take (message, parts) and append to the list `parts`; catch nothing.
         fail: Called with (message, exception) when anything is wrong.
     """
     writer = _EncodeWriter(layout, flavour, general=general, parts=parts, nested=nested)
@@ -72,7 +74,7 @@ class _EncodeWriter:
         self.general = general
         self.parts = parts
         self.nested = nested
-        self.src = Source("def encode(m, add):" if nested else "def encode(m):")
+        self.src = Source("def encode(m, parts):" if nested else "def encode(m):")
         for item in (len, type, list, tuple, TypeError, ValueError):
             self.src.globals[item.__name__] = item
         self.codes: list[str] = []
@@ -93,7 +95,6 @@ class _EncodeWriter:
             src.indent("try:")
             if self.listed:
                 src.line("parts = []")
-                src.line("add = parts.append")
         self.fields(self.layout, "m")
         self.flush()
         if self.nested:
@@ -118,7 +119,7 @@ class _EncodeWriter:
     def put(self, part: str) -> None:
         """One more part of the message."""
         if self.listed:
-            self.src.line(f"add({part})")
+            self.src.line(f"parts.append({part})")
         else:
             self.joined.append(part)
 
@@ -179,7 +180,7 @@ class _EncodeWriter:
         """Leave a nested message to a function of its own."""
         self.flush()
         function = encode_function(layout, self.flavour, general=self.general, nested=True)
-        self.src.line(f"{self.src.constant(function, 'e')}({value}, add)")
+        self.src.line(f"{self.src.constant(function, 'e')}({value}, parts)")
 
     def string(self, value: str) -> None:
         if len(self.lengths) == MAX_STRINGS:
@@ -213,8 +214,10 @@ class _EncodeWriter:
         src.indent(f"if {now} is not {last}:")
         src.line(f"{last} = {now}")
         src.line(f"{text} = {self.encoded(now)}")
+        src.indent(f"if len({text}) != {n}:")
         src.line(f"{n} = len({text})")
         src.line(f"{self.pack} = None")
+        src.dedent()
         src.dedent()
 
     def encoded(self, value: str) -> str:
@@ -244,7 +247,7 @@ class _EncodeWriter:
         elif field.kind == "time":
             var = src.fresh("t")
             src.indent(f"for {var} in {items}:")
-            src.line(f"add({src.struct([field.code], 'pack')}({var}.secs, {var}.nsecs))")
+            src.line(f"parts.append({src.struct([field.code], 'pack')}({var}.secs, {var}.nsecs))")
             src.dedent()
         else:
             self.messages(field, items)
@@ -254,8 +257,8 @@ class _EncodeWriter:
         text = src.fresh("s")
         src.indent(f"for {text} in {items}:")
         src.line(f"{text} = {self.encoded(text)}")
-        src.line(f"add({src.struct(['I'], 'pack')}(len({text})))")
-        src.line(f"add({text})")
+        src.line(f"parts.append({src.struct(['I'], 'pack')}(len({text})))")
+        src.line(f"parts.append({text})")
         src.dedent()
 
     def numbers(self, field: FieldLayout, value: str) -> None:
@@ -270,6 +273,9 @@ class _EncodeWriter:
             src.line(f"else: {array}, {n} = {part}({array}, '{field.code}', '{name}')")
             self.codes.append("I")
             self.values.append(n)
+        elif field.length * field.size <= SMALL_ARRAY:
+            self.small_array(field, array, condition)
+            return
         else:
             part = src.constant(arrays.fixed_part)
             src.indent(f"if not ({condition} and {count} == {field.length}):")
@@ -277,6 +283,23 @@ class _EncodeWriter:
             src.dedent()
         self.flush()
         self.put(array)
+
+    def small_array(self, field: FieldLayout, array: str, condition: str) -> None:
+        """A covariance and the like is cheaper as bytes in the run's struct than as a part of its own."""
+        src = self.src
+        assert field.length is not None
+        size = field.length * field.size
+        part = src.constant(arrays.fixed_bytes)
+        otherwise = f"{part}({array}, '{field.code}', '{DTYPES[field.base]}', {field.length})"
+        if condition == "0":
+            src.line(f"{array} = {otherwise}")
+        elif self.flavour.views:
+            src.line(f"{array} = {array}.tobytes() if {condition} else {otherwise}")
+        else:
+            src.line(f"if not {condition}: {array} = {otherwise}")
+        src.line(f"if len({array}) != {size}: raise ValueError")
+        self.codes.append(f"{size}s")
+        self.values.append(array)
 
     def expected(self, field: FieldLayout, array: str, name: str) -> tuple[str, str]:
         """Condition under which the value can be joined as it is, and how its elements are counted."""
@@ -300,16 +323,6 @@ class _EncodeWriter:
         assert field.layout is not None
         src, element = self.src, field.layout
         var = src.fresh("v")
-        flat = [f for f in element.fields if f.kind != "number" or f.is_array]
-        if not flat and element.fields:
-            codes = ["B" if f.code == "?" else f.code for f in element.fields]
-            values = ", ".join(f"{var}.{f.attr}" for f in element.fields)
-            src.line(
-                f"parts += [{src.struct(codes, 'pack')}({values}) for {var} in {items}]"
-                if not self.nested
-                else f"for {var} in {items}: add({src.struct(codes, 'pack')}({values}))"
-            )
-            return
         self.loops += 1
         src.indent(f"for {var} in {items}:")
         if self.loops > MAX_LOOP_DEPTH or self.statements > MAX_STATEMENTS:
@@ -355,7 +368,7 @@ def _struct_maker(form: str, known: dict[Any, Any]) -> Callable[[Any], Any]:
     """Makes the `pack` for given string lengths; remembers it while there is room."""
 
     def make(lengths: Any) -> Any:
-        pack = struct.Struct(form % lengths).pack
+        pack = struct.Struct(quickest(form % lengths)).pack
         longest = lengths if type(lengths) is int else max(lengths)
         if longest <= CACHED_LENGTH and len(known) < CACHED_STRUCTS:
             known[lengths] = pack

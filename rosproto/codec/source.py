@@ -7,11 +7,12 @@ or an integer. Values never become text.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
-from struct import Struct
+from struct import Struct, calcsize
 from typing import Any
 
-__all__ = ["Source"]
+__all__ = ["Source", "merge_codes", "quickest"]
 
 
 class Source:
@@ -86,6 +87,14 @@ def merge_codes(codes: list[str]) -> str:
     return "<" + "".join(merged)
 
 
+def quickest(form: str) -> str:
+    """The same layout without "<" where nothing would be padded: native doubles pack a third faster."""
+    native = form[1:]
+    if sys.byteorder == "little" and calcsize(native) == calcsize(form):
+        return native
+    return form
+
+
 _methods: dict[tuple[str, str], Any] = {}
 
 
@@ -95,5 +104,5 @@ def _shared_method(form: str, method: str) -> Any:
     if found is None:
         if len(_methods) > 4096:
             _methods.clear()
-        found = _methods[(form, method)] = getattr(Struct(form), method)
+        found = _methods[(form, method)] = getattr(Struct(quickest(form)), method)
     return found
