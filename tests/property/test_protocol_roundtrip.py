@@ -24,7 +24,7 @@ def as_field_text(data: bytes) -> str:
 
 raw_text = st.binary(max_size=50).map(as_field_text)
 keys = (
-    st.binary(max_size=50).map(lambda data: data.replace(b"=", b"").strip()).filter(None).map(as_field_text)
+    st.binary(max_size=50).map(lambda data: data.replace(b"=", b"").strip()).filter(bool).map(as_field_text)
 )
 headers = st.dictionaries(keys, raw_text, max_size=6)
 
