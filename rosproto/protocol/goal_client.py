@@ -197,6 +197,10 @@ class GoalMachine:
         self.status, self.text = GoalStatus.LOST, why
         return self._pass((CommState.DONE,))
 
+    def is_from(self, server: str) -> bool:
+        """Whether a message of `server` may be about this goal: that is its server, or none is known yet."""
+        return not server or not self.server or server == self.server
+
     def _is_ours(self, server: str) -> bool:
         if server and not self.server:
             self.server = server

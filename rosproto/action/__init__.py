@@ -1,0 +1,19 @@
+"""Actions: goals that take time, with feedback and cancelling, over a node (actionlib's protocol)."""
+
+from rosproto.action.client import ActionClient
+from rosproto.action.goal_handle import GoalHandle
+from rosproto.action.server import ActionServer
+from rosproto.action.server_goal import ServerGoal
+from rosproto.action.types import ActionType
+from rosproto.protocol.goal_client import CommState
+from rosproto.protocol.goal_status import GoalStatus
+
+__all__ = [
+    "ActionClient",
+    "ActionServer",
+    "ActionType",
+    "CommState",
+    "GoalHandle",
+    "GoalStatus",
+    "ServerGoal",
+]

@@ -1,0 +1,372 @@
+"""ActionServer: receives goals, has a handler work on them, tells clients how they stand.
+
+The states of a goal and the list of goals are in `rosproto.protocol.goal_server`. Every change of the list
+is published at once, and the list 5 times a second besides, also when it is empty: clients tell a silent
+server from a dead one by it. One lock covers list and publishing, so that status messages leave in the
+order of the changes.
+
+Source: wiki.ros.org/actionlib/DetailedDescription, actionlib/action_server.py and simple_action_server.py.
+"""
+
+from __future__ import annotations
+
+import itertools
+import logging
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from rosproto.action.server_goal import ServerGoal
+from rosproto.action.types import action_type
+from rosproto.errors import CodecError, LocalProtocolError, RosError
+from rosproto.protocol.goal_server import GoalList, GoalRecord, GoalStatus
+from rosproto.time import Time
+from rosproto.transport.clock import SYSTEM, Clock
+from rosproto.transport.deadline import Deadline
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from rosproto.codec import Message
+    from rosproto.node import Node
+
+__all__ = ["ActionServer"]
+
+_log = logging.getLogger("rosproto.action")
+_counter = itertools.count(1)
+
+REPLACED = "canceled: another goal was received"
+STATUS_SECONDS = 0.2
+MOST_GOALS = 100
+_QUEUE = 50
+_CLOSE_SECONDS = 2.0
+
+Handler = Callable[[ServerGoal], Any]
+
+
+class ActionServer:
+    """Provides an action.
+
+    The handler is called with a `ServerGoal` in a thread of its own, and the goal is ACTIVE then. It ends
+    the goal with `succeed`, `abort` or `preempted`; or returns a result message, which means success. It
+    should look at `cancel_requested` (or pause with `wait_for_cancel`). If it raises, the goal is aborted
+    with the exception's text; if it returns without ending the goal, the goal is aborted, or preempted when
+    a cancel was requested.
+
+    One goal at a time, as actionlib's simple server: a newer goal (by stamp) asks the one under way to stop
+    and starts when its handler has returned; of several that wait only the newest is kept, the others are
+    recalled. With `concurrent=True` every goal starts at once.
+
+    Args:
+        node: The node to do it with.
+        name: The action: "/move_base".
+        action_type: A `FooAction` class, "package/FooAction" or "package/Foo".
+        handler: As above.
+        concurrent: Work on many goals at once.
+        check: Called with a new goal message, in the receiving thread, so it must be quick; returns why the
+        goal is
+            rejected, or None to accept it.
+        most_goals: More goals than this under way or waiting are rejected.
+
+    Raises:
+        DefinitionError: No such action type.
+        LocalProtocolError, MasterError, ConnectionLost, RosTimeout: As `Node.publisher` and
+        `Node.subscriber`.
+
+    Attributes:
+        name: Resolved name of the action.
+        type: Its classes: `server.type.result` and so on.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        name: str,
+        action_type: type[Message] | str,
+        handler: Handler,
+        *,
+        concurrent: bool = False,
+        check: Callable[[Any], str | None] | None = None,
+        most_goals: int = MOST_GOALS,
+        clock: Clock = SYSTEM,
+    ) -> None:
+        self._node = node
+        self._handler = handler
+        self._check = check
+        self._concurrent = concurrent
+        self._most_goals = most_goals
+        self._clock = clock
+        self.type = _resolve(action_type)
+        self.name = node.resolve_name(name)
+        self._lock = threading.RLock()
+        self._goals = GoalList()
+        self._live: dict[str, ServerGoal] = {}
+        self._waiting: ServerGoal | None = None  # simple policy: the goal that starts next
+        self._current: ServerGoal | None = None  # simple policy: the goal whose handler runs
+        self._workers: set[threading.Thread] = set()
+        self._closing = threading.Event()
+        self._closed = False
+        self._parts: list[Any] = []
+        self._ticker: threading.Thread | None = None
+        try:
+            self._open()
+        except BaseException:
+            self.close()
+            raise
+
+    def _open(self) -> None:
+        node, type_ = self._node, self.type
+
+        def publish(part: str, kind: type[Message], latch: bool = False) -> Any:
+            publisher = node.publisher(f"{self.name}/{part}", kind, latch=latch, queue_size=_QUEUE)
+            self._parts.append(publisher)
+            return publisher
+
+        def subscribe(part: str, kind: type[Message], callback: Callable[[Any], None]) -> None:
+            self._parts.append(node.subscriber(f"{self.name}/{part}", kind, callback, queue_size=_QUEUE))
+
+        # Latched as actionlib does: a new client knows at once that somebody is here.
+        self._status_out = publish("status", type_.status_array, latch=True)
+        self._result_out = publish("result", type_.action_result)
+        self._feedback_out = publish("feedback", type_.action_feedback)
+        subscribe("cancel", type_.goal_id, self._on_cancel)
+        subscribe("goal", type_.action_goal, self._on_goal)
+        node._closers.append(self.close)
+        self._ticker = threading.Thread(
+            target=self._tick, name=f"rosproto:action status {self.name}", daemon=True
+        )
+        self._publish_status()
+        self._ticker.start()
+
+    def __enter__(self) -> ActionServer:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<ActionServer {self.name} {self.type.name}, {len(self._live)} goals under way>"
+
+    @property
+    def goals(self) -> list[ServerGoal]:
+        """Goals that have not ended, the oldest first."""
+        with self._lock:
+            return list(self._live.values())
+
+    def close(self) -> None:
+        """Ask handlers to stop, wait up to 2 s for them, abort what is left, unregister; may be called twice."""
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+            goals, workers = list(self._live.values()), list(self._workers)
+        self._closing.set()
+        for goal in goals:
+            goal._cancel.set()
+        deadline = Deadline(_CLOSE_SECONDS, self._clock)
+        for worker in workers:
+            if worker is not threading.current_thread():
+                worker.join(deadline.remaining())
+        for goal in goals:
+            self._finish_quietly(goal, "the action server was closed")
+        if self._ticker is not None and self._ticker.is_alive():
+            self._ticker.join(_CLOSE_SECONDS)
+        for part in reversed(self._parts):
+            part.close()
+        if self.close in self._node._closers:
+            self._node._closers.remove(self.close)
+
+    # -- what arrives ------------------------------------------------------------------------
+
+    def _on_goal(self, message: Any) -> None:
+        header = message._connection_header or {}
+        stamp = message.goal_id.stamp
+        if not stamp:
+            stamp = self._node.clock.now()
+        goal_id = message.goal_id.id or f"{self._node.name}-server-{next(_counter)}-{stamp.to_sec():.3f}"
+        with self._lock:
+            if self._closed:
+                return
+            record, new = self._goals.goal_received(goal_id, stamp.to_nsec(), self._clock.monotonic())
+            if new:
+                goal = ServerGoal(self, record, message.goal, stamp, header.get("callerid", ""))
+                self._live[goal_id] = goal
+                self._admit(goal)
+            elif record.status is GoalStatus.RECALLED:
+                self._publish_result(record, None)
+            self._publish_status()
+
+    def _on_cancel(self, message: Any) -> None:
+        with self._lock:
+            if self._closed:
+                return
+            touched = self._goals.cancel_received(
+                message.id, message.stamp.to_nsec(), self._clock.monotonic()
+            )
+            for record in touched:
+                goal = self._live.get(record.goal_id)
+                if goal is None:
+                    continue
+                goal._cancel.set()
+                if goal is self._waiting:  # nothing was begun: it need not wait for its turn to be recalled
+                    self._waiting = None
+                    self._apply(goal, "cancel", None, "canceled before it was started")
+            self._publish_status()
+
+    def _admit(self, goal: ServerGoal) -> None:
+        """Start a new goal, let it wait, or turn it down."""
+        reason = self._objection(goal)
+        if reason is not None:
+            self._apply(goal, "reject", None, reason)
+        elif self._concurrent:
+            self._start(goal)
+        else:
+            self._queue(goal)
+
+    def _objection(self, goal: ServerGoal) -> str | None:
+        if len(self._live) > self._most_goals:
+            return f"more than {self._most_goals} goals are under way"
+        if self._check is None:
+            return None
+        try:
+            return self._check(goal.goal)
+        except Exception as problem:
+            _log.exception("! %s: check raised", self.name)
+            return f"the goal could not be checked: {problem}"
+
+    def _queue(self, goal: ServerGoal) -> None:
+        """The simple policy: the newest goal by stamp wins."""
+        rivals = [rival for rival in (self._current, self._waiting) if rival is not None]
+        if any(goal.stamp < rival.stamp for rival in rivals):
+            self._apply(goal, "cancel", None, REPLACED)
+            return
+        if self._waiting is not None:
+            self._apply(self._waiting, "cancel", None, REPLACED)
+        self._waiting = goal
+        if self._current is not None:
+            self._current._cancel.set()
+        else:
+            self._start_waiting()
+
+    def _start_waiting(self) -> None:
+        goal, self._waiting = self._waiting, None
+        self._current = goal
+        if goal is not None:
+            self._start(goal)
+
+    # -- work --------------------------------------------------------------------------------
+
+    def _start(self, goal: ServerGoal) -> None:
+        self._apply(goal, "accept", None, "")
+        worker = threading.Thread(
+            target=self._work, args=(goal,), name=f"rosproto:action goal {self.name}", daemon=True
+        )
+        self._workers.add(worker)
+        worker.start()
+
+    def _work(self, goal: ServerGoal) -> None:
+        """Call the handler, see that the goal ends, start the next one."""
+        try:
+            result = self._handler(goal)
+            if result is not None:
+                self._succeed_with(goal, result)
+            self._finish_quietly(goal, "the handler returned without ending the goal")
+        except Exception as problem:
+            _log.exception("! %s: the handler of goal %s raised", self.name, goal.id)
+            self._finish_quietly(goal, f"{type(problem).__name__}: {problem}", aborted=True)
+        finally:
+            with self._lock:
+                self._workers.discard(threading.current_thread())
+                if self._current is goal:
+                    self._current = None
+                    if not self._closed:
+                        self._start_waiting()
+
+    def _succeed_with(self, goal: ServerGoal, result: Any) -> None:
+        if (
+            not isinstance(result, self.type.result)
+            and getattr(result, "_type", "") != self.type.result._type
+        ):
+            raise TypeError(
+                f"the handler returned {type(result).__name__}, expected {self.type.result._type} or None"
+            )
+        if not goal.status.is_terminal:
+            goal.succeed(result)
+
+    def _finish_quietly(self, goal: ServerGoal, text: str, *, aborted: bool = False) -> None:
+        """End a goal that its handler left open."""
+        with self._lock:
+            if goal.status.is_terminal:
+                return
+            canceled = goal.cancel_requested and not aborted and not self._closed
+            waiting = goal.status in (GoalStatus.PENDING, GoalStatus.RECALLING)
+            try:
+                self._end(goal, "cancel" if canceled or waiting else "abort", None, "" if canceled else text)
+            except RosError:
+                _log.exception("! %s: goal %s could not be ended", self.name, goal.id)
+
+    # -- telling clients ---------------------------------------------------------------------
+
+    def _end(self, goal: ServerGoal, command: str, result: Any, text: str) -> None:
+        with self._lock:
+            self._apply(goal, command, result, text)
+            self._publish_status()
+
+    def _apply(self, goal: ServerGoal, command: str, result: Any, text: str) -> None:
+        """Change a goal's state; an end is told with its result."""
+        if result is not None and result.__class__._type != self.type.result._type:
+            raise CodecError(
+                f"the result of {self.name} is a {self.type.result._type}, not {result.__class__._type}",
+                type_name=self.type.result._type,
+            )
+        self._goals.apply(goal._record, command, self._clock.monotonic(), text)
+        if goal.status.is_terminal:
+            self._live.pop(goal.id, None)
+            self._publish_result(goal._record, result)
+
+    def _publish_result(self, record: GoalRecord, result: Any) -> None:
+        message: Any = self.type.action_result(status=self._status_of(record))
+        message.header.stamp = self._node.clock.now()
+        if result is not None:
+            message.result = result
+        self._publish(self._result_out, message)
+
+    def _publish_feedback(self, goal: ServerGoal, feedback: Any) -> None:
+        with self._lock:
+            if goal.status.is_terminal:
+                raise LocalProtocolError(f"goal {goal.id} is {goal.status.name}: no feedback after the end")
+            message: Any = self.type.action_feedback(status=self._status_of(goal._record), feedback=feedback)
+            message.header.stamp = self._node.clock.now()
+            self._publish(self._feedback_out, message)
+
+    def _publish_status(self) -> None:
+        with self._lock:
+            self._goals.expire(self._clock.monotonic())
+            message: Any = self.type.status_array()
+            message.header.stamp = self._node.clock.now()
+            message.status_list = [self._status_of(record) for record in self._goals]
+            self._publish(self._status_out, message)
+
+    def _publish(self, publisher: Any, message: Any) -> None:
+        try:
+            publisher.publish(message)
+        except LocalProtocolError:
+            if not self._closed and not self._node.closed:
+                raise  # a handler that ends while everything closes is no mistake of anybody
+
+    def _status_of(self, record: GoalRecord) -> Any:
+        stamp = Time.from_nsec(record.stamp)
+        goal_id = self.type.goal_id(id=record.goal_id, stamp=stamp)
+        return self.type.status(goal_id=goal_id, status=int(record.status), text=record.text)
+
+    def _tick(self) -> None:
+        while not self._clock.wait(self._closing, STATUS_SECONDS):
+            try:
+                self._publish_status()
+            except RosError:
+                _log.exception("! %s: status could not be published", self.name)
+
+
+_resolve = action_type

@@ -1,0 +1,80 @@
+"""ServerGoal: a goal in the hands of the program that works on it."""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING, Any
+
+from rosproto.protocol.goal_server import GoalRecord, GoalStatus
+from rosproto.time import Time
+
+if TYPE_CHECKING:
+    from rosproto.action.server import ActionServer
+
+__all__ = ["ServerGoal"]
+
+
+class ServerGoal:
+    """What the handler of an `ActionServer` gets. All methods may be called from any thread.
+
+    Attributes:
+        id: Goal id on the wire.
+        stamp: When the client says it sent the goal.
+        goal: The goal message.
+        client: Caller id of the node that sent it.
+    """
+
+    def __init__(self, server: ActionServer, record: GoalRecord, goal: Any, stamp: Time, client: str) -> None:
+        self._server = server
+        self._record = record
+        self._cancel = threading.Event()
+        self.id = record.goal_id
+        self.stamp = stamp
+        self.goal = goal
+        self.client = client
+
+    def __repr__(self) -> str:
+        return f"<ServerGoal {self.id} {self.status.name}>"
+
+    @property
+    def status(self) -> GoalStatus:
+        """Where the goal is."""
+        return self._record.status
+
+    @property
+    def cancel_requested(self) -> bool:
+        """True when work should stop: a client cancelled it, a newer goal replaces it, the server closes."""
+        return self._cancel.is_set()
+
+    def wait_for_cancel(self, timeout: float) -> bool:
+        """Pause for `timeout` seconds, or until `cancel_requested`; returns that."""
+        return self._cancel.wait(timeout)
+
+    def publish_feedback(self, feedback: Any) -> None:
+        """Tell how far the work is.
+
+        Raises:
+            LocalProtocolError: The goal has ended.
+            CodecError: It is not this action's feedback.
+        """
+        self._server._publish_feedback(self, feedback)
+
+    def succeed(self, result: Any = None, text: str = "") -> None:
+        """End the goal: done.
+
+        Args:
+            result: Result message; None for one with default values.
+            text: Words to go with it.
+
+        Raises:
+            LocalProtocolError: It has ended already.
+        """
+        self._server._end(self, "succeed", result, text)
+
+    def abort(self, result: Any = None, text: str = "") -> None:
+        """End the goal: it cannot be done. Arguments and errors as for `succeed`."""
+        self._server._end(self, "abort", result, text)
+
+    def preempted(self, result: Any = None, text: str = "") -> None:
+        """End the goal: it was cancelled. Arguments and errors as for `succeed`."""
+        self._server._end(self, "cancel", result, text)

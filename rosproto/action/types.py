@@ -1,0 +1,71 @@
+"""The classes behind one action type."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from rosproto.codec import Message, message_class
+from rosproto.errors import DefinitionError
+
+__all__ = ["ActionType", "action_type"]
+
+
+@dataclass(frozen=True, slots=True)
+class ActionType:
+    """Message classes of an action, as actionlib's generator names them.
+
+    Attributes:
+        name: "package/FooAction".
+        action_goal, action_result, action_feedback: What is on the topics: header, id or status, and the part
+            that was written in the .action file.
+        goal, result, feedback: Those parts.
+        goal_id, status, status_array: actionlib_msgs' own, as these classes use them.
+    """
+
+    name: str
+    action_goal: type[Any]
+    action_result: type[Any]
+    action_feedback: type[Any]
+    goal: type[Any]
+    result: type[Any]
+    feedback: type[Any]
+    goal_id: type[Any]
+    status: type[Any]
+    status_array: type[Any]
+
+
+def action_type(given: type[Message] | str) -> ActionType:
+    """Take an action type apart.
+
+    Args:
+        given: A `FooAction` class, or "package/FooAction", or "package/Foo" as the .action file is named.
+
+    Raises:
+        DefinitionError: It is not known, or no action.
+    """
+    cls = _class_of(given) if isinstance(given, str) else given
+    whole: Any = cls()
+    try:
+        goal, result, feedback = whole.action_goal, whole.action_result, whole.action_feedback
+        return ActionType(
+            name=cls._type,
+            action_goal=type(goal),
+            action_result=type(result),
+            action_feedback=type(feedback),
+            goal=type(goal.goal),
+            result=type(result.result),
+            feedback=type(feedback.feedback),
+            goal_id=type(goal.goal_id),
+            status=type(result.status),
+            status_array=message_class("actionlib_msgs/GoalStatusArray"),
+        )
+    except AttributeError:
+        raise DefinitionError(
+            f"{cls._type} is no action: it has no action_goal, action_result and action_feedback; "
+            "give the FooAction class, not its goal"
+        ) from None
+
+
+def _class_of(name: str) -> type[Message]:
+    return message_class(name if name.endswith("Action") else name + "Action")
