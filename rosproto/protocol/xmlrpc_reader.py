@@ -35,7 +35,8 @@ _CHILDREN: dict[str, frozenset[str]] = {
     "struct": frozenset(["member"]),
     "member": frozenset(["name", "value"]),
 }
-_LEAVES = _SCALARS | {"methodName", "name"}
+_TEXTS = frozenset(["string", "name", "methodName"])
+_LEAVES = _SCALARS | _TEXTS
 _ONE_CHILD = frozenset(["param", "fault", "value", "array"])
 _NONE: frozenset[str] = frozenset()
 _NUMBER_CHARACTERS = 4096  # the longest double printed with %f has 1 100; more only costs us time
@@ -83,78 +84,104 @@ class _Reader:
         raise RemoteProtocolError("XML-RPC: the document has a DOCTYPE or declares entities; refused")
 
     def start(self, tag: str, _attributes: object) -> None:
-        tag = tag[3:] if tag.startswith("ex:") else tag  # Apache's extensions: ex:nil, ex:i8
         parent = self._path[-1]
         if tag not in _CHILDREN.get(parent, _NONE):
-            raise RemoteProtocolError(f"XML-RPC: <{tag[:40]}> inside <{parent or 'document'}>")
-        self._end_text(parent, has_child=True)
+            tag = self._other_spelling(tag, parent)
+        if self._text:
+            self._only_white(parent)
         if parent in _ONE_CHILD and self._results[-1] is not _MISSING:
             raise RemoteProtocolError(f"XML-RPC: a second <{tag}> inside one <{parent}>")
         self._path.append(tag)
-        self._results.append(self._fresh(tag))
-
-    def _fresh(self, tag: str) -> object:
+        self._results.append(_MISSING if tag in _ONE_CHILD else self._fresh(tag))
         if tag in ("array", "struct"):
             self._depth += 1
             if self._depth > self._limits.xml_depth:
                 raise TooLarge("xml_depth", self._depth, self._limits.xml_depth)
-        if tag in _ONE_CHILD:
-            return _MISSING
+
+    def _other_spelling(self, tag: str, parent: str) -> str:
+        """Apache's extensions, ex:nil and ex:i8; anything else is refused."""
+        plain = tag.removeprefix("ex:")
+        if plain not in _CHILDREN.get(parent, _NONE):
+            raise RemoteProtocolError(f"XML-RPC: <{tag[:40]}> inside <{parent or 'document'}>")
+        return plain
+
+    def _fresh(self, tag: str) -> object:
         if tag in ("params", "data"):
             return []
         if tag == "struct":
             return {}
-        if tag == "member":
-            return [None, None]
-        return None
+        return [None, None] if tag == "member" else None  # name and value
 
     def text(self, data: str) -> None:
         self._text.append(data)
 
-    def _end_text(self, tag: str, *, has_child: bool) -> str:
-        """The text since the last tag; only leaves and untyped values may have any."""
+    def _only_white(self, tag: str) -> None:
+        """Text beside elements, where it means nothing."""
+        text = "".join(self._text).strip(_WHITE)
+        self._text.clear()
+        if text:
+            raise RemoteProtocolError(f"XML-RPC: text {text[:40]!r} inside <{tag}>")
+
+    def _take_text(self) -> str:
         text = "".join(self._text)
         self._text.clear()
-        if (has_child or (tag not in _LEAVES and tag != "value")) and text.strip(_WHITE):
-            raise RemoteProtocolError(f"XML-RPC: text {text.strip(_WHITE)[:40]!r} inside <{tag}>")
         return text
 
     def end(self, _tag: str) -> None:
-        tag = self._path.pop()
-        result = self._results.pop()
-        text = self._end_text(tag, has_child=tag == "value" and result is not _MISSING)
-        if tag in ("array", "struct"):
-            self._depth -= 1
+        tag, result = self._path.pop(), self._results.pop()
         if tag in _LEAVES:
-            result = _leaf(tag, text)
+            text = self._take_text()
+            self._end_leaf(tag, text if tag in _TEXTS else _scalar(tag, text))
         elif tag == "value":
-            result = text if result is _MISSING else result
-        elif tag == "array" and result is _MISSING:
-            raise RemoteProtocolError("XML-RPC: an <array> without <data>")
-        elif tag in ("param", "fault") and result is _MISSING:
-            result = None  # roscpp leaves out values it has not set
-        self._give(tag, result)
+            if result is _MISSING:
+                result = self._take_text()
+            elif self._text:
+                self._only_white(tag)
+            self._end_value(result)
+        else:
+            if self._text:
+                self._only_white(tag)
+            self._end_container(tag, result)
 
-    def _give(self, tag: str, result: object) -> None:
-        """Hand a finished element to the one around it."""
-        around, outer = self._path[-1], self._results[-1]
-        if tag == "params":
-            self.document.values = result  # type: ignore[assignment]
-        elif tag == "methodName":
-            self.document.method = str(result).strip()
-        elif tag == "fault":
-            self.document.is_fault = True
-            self.document.values = [result]
-        elif tag in ("methodCall", "methodResponse"):
-            self.document.kind = tag
-        elif around in _ONE_CHILD:
+    def _end_leaf(self, tag: str, result: object) -> None:
+        around = self._path[-1]
+        if around == "value":
             self._results[-1] = result
         elif around == "member":
-            outer[0 if tag == "name" else 1] = result  # type: ignore[index]
-        elif around == "struct":
-            self._add_member(result)
+            self._results[-1][0] = result  # type: ignore[index]
         else:
+            self.document.method = str(result).strip()
+
+    def _end_value(self, result: object) -> None:
+        around, outer = self._path[-1], self._results[-1]
+        if around == "data":
             outer.append(result)  # type: ignore[attr-defined]
+        elif around == "member":
+            outer[1] = result  # type: ignore[index]
+        else:
+            self._results[-1] = result
+
+    def _end_container(self, tag: str, result: object) -> None:
+        outer = self._results[-1]
+        if tag == "member":
+            self._add_member(result)
+        elif tag in ("struct", "array"):
+            self._depth -= 1
+            if result is _MISSING:
+                raise RemoteProtocolError("XML-RPC: an <array> without <data>")
+            self._results[-1] = result
+        elif tag == "data":
+            self._results[-1] = result
+        elif tag == "params":
+            self.document.values = result  # type: ignore[assignment]
+        elif tag in ("methodCall", "methodResponse"):
+            self.document.kind = tag
+        else:
+            value = None if result is _MISSING else result  # roscpp leaves out values it has not set
+            if tag == "param":
+                outer.append(value)  # type: ignore[attr-defined]
+            else:
+                self.document.is_fault, self.document.values = True, [value]
 
     def _add_member(self, member: object) -> None:
         name = member[0]  # type: ignore[index]
@@ -163,9 +190,7 @@ class _Reader:
         self._results[-1][name] = member[1]  # type: ignore[index]
 
 
-def _leaf(tag: str, text: str) -> object:
-    if tag in ("string", "name", "methodName"):
-        return text
+def _scalar(tag: str, text: str) -> object:
     try:
         return _SCALAR_READERS[tag](text)
     except (ValueError, Base64Error, KeyError) as error:

@@ -25,7 +25,8 @@ def translate(error: OSError, doing: str, peer: str, deadline: Deadline | None =
         peer: The other side.
         deadline: The budget that a time-out used up.
     """
-    if isinstance(error, TimeoutError):
+    # Python's own time-outs have no errno; with one, TCP itself gave up (keep-alive, TCP_USER_TIMEOUT)
+    if isinstance(error, TimeoutError) and error.errno is None:
         seconds = None if deadline is None else deadline.seconds
         within = "" if seconds is None else f" within {seconds} s"
         return RosTimeout(
@@ -50,6 +51,8 @@ def _reason(error: OSError) -> str:
         return "the port is taken (or not allowed); another master or node holds it, use another port or 0"
     if code in _NOT_OURS:
         return "this computer has no such address; check ROS_HOSTNAME, ROS_IP or host="
+    if isinstance(error, TimeoutError):
+        return "the other side does not answer any more; check its power, the cable or Wi-Fi, and firewalls"
     return error.strerror or str(error) or type(error).__name__
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 import threading
-from selectors import EVENT_READ, DefaultSelector
 
 from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError, RosError, RosTimeout
 from rosproto.protocol import xmlrpc
@@ -195,9 +194,14 @@ class _Link:
         """Not idle for long, and nothing to read: readable would mean closed (or garbage)."""
         if now - self.idle_since > _IDLE_SECONDS or self._http.mid_message:
             return False
-        with DefaultSelector() as selector:
-            selector.register(self._sock, EVENT_READ)
-            return not selector.select(0)
+        try:
+            self._sock.setblocking(False)
+            self._sock.recv(1, socket.MSG_PEEK)
+        except BlockingIOError:
+            return True
+        except OSError:
+            pass  # reset meanwhile
+        return False
 
     def exchange(self, method: str, body: bytes, deadline: Deadline) -> Response:
         """Send a request and read its response."""

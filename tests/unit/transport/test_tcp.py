@@ -187,6 +187,12 @@ def test_system_errors_say_what_to_check() -> None:
     assert isinstance(translate(TimeoutError(), "doing", "peer"), RosTimeout)
 
 
+def test_a_peer_that_vanished_is_a_lost_connection_not_a_time_out_of_ours() -> None:
+    error = translate(OSError(errno.ETIMEDOUT, "Connection timed out"), "read", "peer")
+    assert isinstance(error, ConnectionLost)
+    assert "power" in str(error)
+
+
 # -- header and exact reads
 
 
