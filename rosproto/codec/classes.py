@@ -99,7 +99,7 @@ def _make_class(spec: MessageSpec, library: DefinitionLibrary, flavour: Flavour,
         _type=spec.name,
         _spec=spec,
         _has_header=spec.has_header,
-        _names=frozenset(names),
+        _names=frozenset([*names, *(attribute_name(name, names) for name in names)]),
         _binding=binding,
         _fill=staticmethod(binding.stub("fill")),
         _encode=staticmethod(binding.stub("encode")),
@@ -107,8 +107,8 @@ def _make_class(spec: MessageSpec, library: DefinitionLibrary, flavour: Flavour,
     )
     cls: Any = MessageMeta(base_name, (flavour.base or Message,), namespace)
     for name in names:
-        if attribute_name(name) != name:
-            type.__setattr__(cls, attribute_name(name), cls.__dict__[name])
+        if attribute_name(name, names) != name:
+            type.__setattr__(cls, attribute_name(name, names), cls.__dict__[name])
     binding.cls = cls
     return cls  # type: ignore[no-any-return]
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import keyword
 import re
+from collections.abc import Container
 from typing import TYPE_CHECKING, Protocol
 
 from rosproto.errors import DefinitionError
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 __all__ = [
     "DTYPES",
     "FORMATS",
+    "RANGES_BY_CODE",
     "FieldLayout",
     "Layout",
     "SpecSource",
@@ -44,6 +46,19 @@ FORMATS = {
 """struct codes; byte is a signed and char an unsigned octet (genmsg)."""
 
 SIZES = {"?": 1, "b": 1, "B": 1, "h": 2, "H": 2, "i": 4, "I": 4, "q": 8, "Q": 8, "f": 4, "d": 8}
+
+RANGES_BY_CODE = {
+    "b": (-(1 << 7), (1 << 7) - 1),
+    "B": (0, (1 << 8) - 1),
+    "?": (0, (1 << 8) - 1),
+    "h": (-(1 << 15), (1 << 15) - 1),
+    "H": (0, (1 << 16) - 1),
+    "i": (-(1 << 31), (1 << 31) - 1),
+    "I": (0, (1 << 32) - 1),
+    "q": (-(1 << 63), (1 << 63) - 1),
+    "Q": (0, (1 << 64) - 1),
+}
+"""Least and greatest integer; a bool may be any octet, as in genpy."""
 
 DTYPES = {
     "bool": "?",
@@ -76,13 +91,16 @@ class SpecSource(Protocol):
     def message(self, name: str) -> MessageSpec: ...
 
 
-def attribute_name(field_name: str) -> str:
+def attribute_name(name: str, others: Container[str]) -> str:
     """The name by which generated code reaches a field.
 
-    A Python keyword (`woosh_msgs/NavMode` has a field `in`) cannot be written after a dot; the class
-    carries a second name for the same slot. ROS names cannot begin with an underscore: no clash.
+    A Python keyword (`woosh_msgs/NavMode` has a field `in`) cannot be written after a dot. The class has
+    a second name for the same slot, `in_` as genpy calls it; if a field has that name, one with an
+    underscore in front, which no field has.
     """
-    return f"_kw_{field_name}" if keyword.iskeyword(field_name) else field_name
+    if not keyword.iskeyword(name):
+        return name
+    return f"{name}_" if f"{name}_" not in others else f"_kw_{name}"
 
 
 class FieldLayout:
@@ -101,9 +119,9 @@ class FieldLayout:
 
     __slots__ = ("attr", "base", "code", "is_array", "kind", "layout", "length", "name", "size", "type_text")
 
-    def __init__(self, field: Field, layout: Layout | None) -> None:
+    def __init__(self, field: Field, layout: Layout | None, names: Container[str]) -> None:
         self.name = field.name
-        self.attr = attribute_name(field.name)
+        self.attr = attribute_name(field.name, names)
         self.base = field.type.base
         self.type_text = str(field.type)
         self.is_array = field.type.is_array
@@ -200,6 +218,7 @@ def _resolve(
         raise DefinitionError(f"{path[0]}: more than {MAX_DEPTH} messages inside one another")
     fields: list[FieldLayout] = []
     seen: set[str] = set()
+    names = {field.name for field in spec.fields}
     for field in spec.fields:
         check_field_name(field.name, spec.name)
         if field.name in seen:
@@ -208,7 +227,7 @@ def _resolve(
         nested = None
         if not field.type.is_builtin:
             nested = _resolve(library.message(field.type.base), library, path, done)
-        fields.append(FieldLayout(field, nested))
+        fields.append(FieldLayout(field, nested, names))
     layout = Layout(spec, fields)
     _check_size(layout)
     done[spec.name] = layout

@@ -11,7 +11,7 @@ from __future__ import annotations
 import struct
 from typing import TYPE_CHECKING, Any
 
-from rosproto.codec.layout import FORMATS, SIZES, FieldLayout, Layout, resolve
+from rosproto.codec.layout import RANGES_BY_CODE, FieldLayout, Layout, resolve
 from rosproto.errors import CodecError
 
 if TYPE_CHECKING:
@@ -19,18 +19,6 @@ if TYPE_CHECKING:
     from rosproto.msg.spec import MessageSpec
 
 __all__ = ["decode_layout", "decode_reference", "encode_layout", "encode_reference"]
-
-RANGES = {
-    "b": (-(1 << 7), (1 << 7) - 1),
-    "B": (0, (1 << 8) - 1),
-    "?": (0, (1 << 8) - 1),
-    "h": (-(1 << 15), (1 << 15) - 1),
-    "H": (0, (1 << 16) - 1),
-    "i": (-(1 << 31), (1 << 31) - 1),
-    "I": (0, (1 << 32) - 1),
-    "q": (-(1 << 63), (1 << 63) - 1),
-    "Q": (0, (1 << 64) - 1),
-}
 
 
 def decode_reference(
@@ -197,7 +185,7 @@ class _Writer:
             self.string(value, path)
         elif field.kind == "time":
             self.time(field, value, path)
-        elif field.code in RANGES:
+        elif field.code in RANGES_BY_CODE:
             self.integer(field.base, field.code, value, path)
         else:
             self.real(field.base, field.code, value, path)
@@ -222,7 +210,7 @@ class _Writer:
             self.integer(field.base, code, part, f"{path}.{name}")
 
     def integer(self, base: str, code: str, value: Any, path: str) -> None:
-        low, high = RANGES[code]
+        low, high = RANGES_BY_CODE[code]
         try:
             number = value.__index__()
         except (AttributeError, TypeError):
@@ -250,6 +238,3 @@ def _range_text(base: str, low: int, high: int) -> str:
 def _shown(value: Any) -> str:
     text = repr(value) if isinstance(value, (str, bytes, int, float, bool, type(None))) else ""
     return f"{type(value).__name__} {text[:60]}".rstrip() if value is not None else "None"
-
-
-assert set(FORMATS.values()) == set(SIZES)

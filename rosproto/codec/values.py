@@ -48,6 +48,8 @@ def _plain_field(field: FieldLayout, value: Any) -> Any:
     if hasattr(value, "tolist") and hasattr(value, "dtype"):
         if value.ndim == 0:
             return value.item()
+        if field.code == "B" and value.dtype.str == "|u1":
+            return value.tobytes()
         return _bools(field, value.reshape(-1).tolist())
     try:
         items = list(value)

@@ -49,12 +49,13 @@ def test_constants_are_class_attributes() -> None:
 
 
 def test_a_field_may_be_named_like_a_python_keyword() -> None:
-    """woosh_msgs/NavMode has a field `in`; it is reached with getattr and `**{}`."""
+    """woosh_msgs/NavMode has a field `in`; it is reached with getattr, `**{}` and as `in_`."""
     cls = define("a/B", "int8 in\nstring class\nuint16[] import\ntime None\nfloat32 serialize")
     message = cls(**{"in": 5, "class": "x", "import": [1, 2]})
     back = decode(cls, encode(message))
     assert getattr(back, "in") == 5
     assert getattr(back, "class") == "x"
+    assert back.in_ == 5  # type: ignore[attr-defined]  # genpy's name for it
     assert list(getattr(back, "import")) == [1, 2]
     assert list(cls.__slots__) == ["in", "class", "import", "None", "serialize"]
 
