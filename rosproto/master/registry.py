@@ -9,6 +9,9 @@ Where this differs from rosmaster, on purpose:
 
 - A node that comes back under a new URI loses all registrations of its former life, and the subscribers of
   what it published are told. rosmaster tells nobody, and their links to the dead publisher linger.
+- A node that was sent away cannot take its name back by a parameter subscription. roscpp, told to end, logs
+  that; its first log line asks for a cached parameter, which subscribes under the old URI; and rosmaster then
+  ends the new node too.
 - A node whose only service was taken over by another node is forgotten. rosmaster keeps it for ever.
 - The number of registrations and of remembered types of vanished topics is bounded.
 """
@@ -28,6 +31,7 @@ FAILURE, SUCCESS, ERROR = 0, 1, -1
 # getTopicTypes goes on telling the types of topics that nobody uses any more, as rosmaster's does
 # (`rostopic type` of a topic that was just closed); only so many of them.
 MAX_RETIRED_TYPES = 10_000
+MAX_EVICTED = 1_000  # nodes remembered as sent away
 
 
 class Answer(NamedTuple):
@@ -116,6 +120,7 @@ class Registry:
         self._types: dict[str, str] = {}
         self._retired: dict[str, None] = {}  # topics with a type and nobody on them, oldest first
         self._nodes: dict[str, _Node] = {}
+        self._evicted: dict[tuple[str, str], None] = {}  # (node name, URI) sent away, oldest first
         self._count = 0
 
     # -- topics ------------------------------------------------------------------------------------------
@@ -192,6 +197,8 @@ class Registry:
         """Add a subscription of `key` (as `parameters.subscription_key` makes it)."""
         if self._full(name, self.param_subscribers, key, uri):
             return self._refusal(0)
+        if (name, uri) in self._evicted and name in self._nodes:
+            return Answer(SUCCESS, "", 0)  # it is ending, see above: answered, and not entered
         notes = self._register(self.param_subscribers, key, name, uri)
         return Answer(SUCCESS, "", 0, tuple(notes))
 
@@ -249,6 +256,7 @@ class Registry:
             if node is not None:
                 notes = self._bump(node)
             node = self._nodes[name] = _Node(name, uri)
+        self._evicted.pop((name, uri), None)
         if (kind, key) not in node.held:
             node.held[kind, key] = None
             self._count += 1
@@ -267,6 +275,9 @@ class Registry:
                 self._service_uris.pop(key, None)
             self._drop(kind, key, node.name, node.uri)
         self._retire(published | subscribed)
+        self._evicted[node.name, node.uri] = None
+        if len(self._evicted) > MAX_EVICTED:
+            del self._evicted[next(iter(self._evicted))]
         return notes + self._publisher_updates(sorted(published))
 
     def _unregister(self, kind: Registrations, key: str, name: str, uri: str) -> Answer:

@@ -90,12 +90,9 @@ def require_ros(*modules: str) -> None:
 
 
 def _clean_environment() -> dict[str, str]:
-    """Ours without what would lead a ROS program or Debian's Python astray."""
-    return {
-        key: value
-        for key, value in os.environ.items()
-        if not key.startswith(("ROS", "PYTHON", "VIRTUAL_ENV", "CMAKE_PREFIX"))
-    }
+    """The little that programs need; nothing of ours that leads ROS or Debian's Python astray."""
+    wanted = ("PATH", "HOME", "LANG", "LC_ALL", "TMPDIR", "LD_LIBRARY_PATH", "USER")
+    return {key: os.environ[key] for key in wanted if key in os.environ}
 
 
 @functools.cache

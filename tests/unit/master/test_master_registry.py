@@ -177,6 +177,30 @@ def test_a_name_from_a_new_uri_ends_the_old_node_and_tells_its_listeners() -> No
     assert not graph.param_subscribers.providers
 
 
+def test_a_node_sent_away_cannot_take_its_name_back_by_listening_to_a_parameter() -> None:
+    """roscpp's last log line subscribes to one; rosmaster then ends the new node as well."""
+    graph = Registry()
+    graph.register_publisher("/n", "/t", "std_msgs/String", A)
+    graph.register_publisher("/n", "/t", "std_msgs/String", B)
+    assert graph.subscribe_param("/n", "/k/", A) == Answer(1, "", 0)
+    assert graph.lookup_node("/n").value == B
+    assert not graph.param_subscribers.providers
+    # Started again at its old address, it registers something else first, and then everything counts.
+    back = graph.register_publisher("/n", "/t", "std_msgs/String", A)
+    assert [note.uri for note in back.notifications] == [B]
+    graph.subscribe_param("/n", "/k/", A)
+    assert graph.param_subscribers.uris("/k/") == (A,)
+
+
+def test_nodes_sent_away_are_remembered_up_to_a_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The oldest is forgotten."""
+    monkeypatch.setattr(registry_module, "MAX_EVICTED", 2)
+    graph = Registry()
+    for number in range(5):
+        graph.register_publisher("/n", "/t", "std_msgs/String", f"http://a:{number}/")
+    assert list(graph._evicted) == [("/n", "http://a:2/"), ("/n", "http://a:3/")]
+
+
 def test_names_at_a_uri_are_found_in_any_spelling() -> None:
     """Host case and trailing slash do not matter (roscpp and rospy spell differently)."""
     graph = Registry()
