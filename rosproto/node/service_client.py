@@ -148,12 +148,17 @@ class ServiceClient:
                 carried out.
             MasterError: The master cannot be asked.
         """
-        return self.call_cancellable(Cancellation(), request, timeout, **fields)
+        return self._call(None, request, timeout, fields)
 
     def call_cancellable(
         self, cancellation: Cancellation, request: Any = None, timeout: float | None = 10.0, **fields: Any
     ) -> Any:
         """As `call`; `cancellation.cancel()` in another thread ends it at once with ConnectionLost."""
+        return self._call(cancellation, request, timeout, fields)
+
+    def _call(
+        self, cancellation: Cancellation | None, request: Any, timeout: float | None, fields: dict[str, Any]
+    ) -> Any:
         deadline = Deadline(timeout)
         body = encode(self._request(request, fields))
         self._calls += 1
@@ -184,50 +189,58 @@ class ServiceClient:
         return request
 
     def _call_once(
-        self, body: bytes, deadline: Deadline, cancellation: Cancellation
+        self, body: bytes, deadline: Deadline, cancellation: Cancellation | None
     ) -> tuple[dict[str, str], bytes]:
         link = self._connect(deadline)
         try:
-            with cancellation.covering(link):
-                return link.header, link.call(body, deadline)
+            return link.header, self._exchange(link, body, deadline, cancellation)
         finally:
             self._drop(link)
 
     def _call_kept(
-        self, body: bytes, deadline: Deadline, cancellation: Cancellation
+        self, body: bytes, deadline: Deadline, cancellation: Cancellation | None
     ) -> tuple[dict[str, str], bytes]:
-        with self._my_turn(deadline):
+        if not self._turn.acquire(False):
+            self._wait_for_turn(deadline)
+        try:
             link = self._kept
-            if link is not None and not link.usable:
-                logger.debug("! service %s: %s closed the idle connection", self.name, link.peer)
-                self._kept = None
-                self._drop(link)
-                link = None
-            if link is None:
-                link = self._kept = self._connect(deadline)
+            if link is None or not link.usable:
+                link = self._kept = self._replaced(link, deadline)
             try:
-                with cancellation.covering(link):
-                    return link.header, link.call(body, deadline)
+                return link.header, self._exchange(link, body, deadline, cancellation)
             except ServiceError:
                 raise  # the provider said no; the link is in step
             except BaseException:
                 self._kept = None
                 self._drop(link)
                 raise
+        finally:
+            self._turn.release()
 
-    @contextmanager
-    def _my_turn(self, deadline: Deadline) -> Iterator[None]:
+    def _replaced(self, dead: ServiceLink | None, deadline: Deadline) -> ServiceLink:
+        """A fresh link in place of one that was closed while idle."""
+        if dead is not None:
+            logger.debug("! service %s: %s closed the idle connection", self.name, dead.peer)
+            self._kept = None
+            self._drop(dead)
+        return self._connect(deadline)
+
+    def _exchange(
+        self, link: ServiceLink, body: bytes, deadline: Deadline, cancellation: Cancellation | None
+    ) -> bytes:
+        if cancellation is None:
+            return link.call(body, deadline)
+        with cancellation.covering(link):
+            return link.call(body, deadline)
+
+    def _wait_for_turn(self, deadline: Deadline) -> None:
         remaining = deadline.remaining()
-        if not self._turn.acquire(timeout=-1 if remaining is None else max(0.0, remaining)):
+        if not self._turn.acquire(timeout=-1 if remaining is None else remaining):
             raise RosTimeout(
                 f"service {self.name}: other threads' calls held the persistent connection all the time; the"
                 " request was not sent. Use one client per thread where calls must not wait for each other",
                 what=f"turn on the connection of service {self.name}",
             )
-        try:
-            yield
-        finally:
-            self._turn.release()
 
     def _connect(self, deadline: Deadline) -> ServiceLink:
         """A fresh link to the current provider; a remembered address is given up when it does not do."""

@@ -13,6 +13,7 @@ import struct
 from collections.abc import Mapping
 
 from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout, ServiceError, TooLarge
+from rosproto.node.socket_waits import limit_waits
 from rosproto.protocol.handshake import HandshakeRefused
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import format_address
@@ -22,6 +23,7 @@ from rosproto.transport.tcpros_io import read_header, write_header
 
 __all__ = ["ServiceLink"]
 
+LENGTH = struct.Struct("<I")
 CHUNK = 64 << 10
 BIG_CHUNK = 1 << 20
 
@@ -35,7 +37,7 @@ class ServiceLink:
         calls: Answers received.
     """
 
-    __slots__ = ("_limits", "_poll", "_service", "_sock", "calls", "header", "peer")
+    __slots__ = ("_limit", "_limits", "_poll", "_service", "_sock", "calls", "header", "peer")
 
     def __init__(
         self, sock: socket.socket, header: dict[str, str], *, service: str, peer: str, limits: Limits
@@ -44,6 +46,7 @@ class ServiceLink:
         self._service = service
         self._limits = limits
         self._poll: select.poll | None = None
+        self._limit: float | None = 0.0  # seconds a send or receive may wait; None is for ever
         self.header = header
         self.peer = peer
         self.calls = 0
@@ -108,10 +111,10 @@ class ServiceLink:
             RemoteProtocolError: More than one answer came.
         """
         try:
-            self._sock.settimeout(self._remaining(deadline))
-            self._sock.sendall(struct.pack("<I", len(request)) + request)
+            self._limit_waits(deadline)
+            self._sock.sendall(LENGTH.pack(len(request)) + request)
             ok, body = self._read_answer(deadline)
-        except TimeoutError as error:
+        except (BlockingIOError, TimeoutError) as error:
             if isinstance(error, RosTimeout):
                 raise
             raise self._late(deadline) from error
@@ -125,14 +128,14 @@ class ServiceLink:
         return body
 
     def _read_answer(self, deadline: Deadline) -> tuple[bool, bytes]:
-        recv = self._sock.recv
-        data = recv(CHUNK)
+        data = self._sock.recv(CHUNK)
         while len(data) < 5:
-            more = recv(CHUNK) if data else b""
-            if not more:
+            if not data:
                 raise self._lost(None)
-            data += more
-        (size,) = struct.unpack_from("<I", data, 1)
+            self._limit_waits(deadline)
+            more = self._sock.recv(CHUNK)
+            data = data + more if more else b""
+        (size,) = LENGTH.unpack_from(data, 1)
         if size > self._limits.message_bytes:
             raise TooLarge("message_bytes", size, self._limits.message_bytes)
         ok = data[0] != 0
@@ -148,7 +151,7 @@ class ServiceLink:
         """Memory follows what arrives, not what the prefix announces."""
         parts, missing = [first], size - len(first)
         while missing:
-            self._sock.settimeout(self._remaining(deadline))
+            self._limit_waits(deadline)
             part = self._sock.recv(min(missing, BIG_CHUNK))
             if not part:
                 raise self._lost(None)
@@ -156,11 +159,18 @@ class ServiceLink:
             missing -= len(part)
         return b"".join(parts)
 
-    def _remaining(self, deadline: Deadline) -> float | None:
+    def _limit_waits(self, deadline: Deadline) -> None:
+        """Calls with equal time-outs keep the limit that is set, which may be up to a millisecond late."""
         remaining = deadline.remaining()
-        if remaining is not None and remaining <= 0:
+        if remaining is None:
+            if self._limit is None:
+                return
+        elif remaining <= 0:
             raise self._late(deadline)
-        return remaining
+        elif self._limit is not None and 0 <= self._limit - remaining < 0.001:
+            return
+        limit_waits(self._sock, remaining)
+        self._limit = remaining
 
     def _late(self, deadline: Deadline) -> RosTimeout:
         return RosTimeout(

@@ -12,12 +12,14 @@ import threading
 from collections.abc import Callable
 
 from rosproto.errors import RemoteProtocolError, TooLarge
+from rosproto.node.socket_waits import limit_waits
 from rosproto.protocol.limits import Limits
 
 __all__ = ["ServiceSession"]
 
 logger = logging.getLogger("rosproto.node")
 
+LENGTH = struct.Struct("<I")
 CHUNK = 64 << 10
 BIG_CHUNK = 1 << 20
 
@@ -51,7 +53,8 @@ class ServiceSession:
         self._limits = limits
         self._stall_seconds = stall_seconds
         self._pending = b""
-        self._state = threading.Condition()
+        self._lock = threading.Lock()
+        self._changed = threading.Condition(self._lock)
         self._busy = False
         self._ending = False
         self._thread = threading.current_thread()
@@ -65,8 +68,7 @@ class ServiceSession:
         """
         self._thread = threading.current_thread()
         try:
-            # One time-out for both directions: changing it costs a system call per request.
-            self._sock.settimeout(self._stall_seconds)
+            limit_waits(self._sock, self._stall_seconds)
             while (request := self._read_request()) is not None and self._begin():
                 self._sock.sendall(self._answer(request))
                 if not self._end() or not self._persistent:
@@ -76,17 +78,20 @@ class ServiceSession:
         except OSError as error:
             logger.debug("! service client %s %s: %s", self.callerid, self.peer, error)
         finally:
-            self._sock.close()
-            with self._state:
+            with self._lock:
+                # Under the lock, and before close() takes the number away: who waits in `join` must find the
+                # line cut when it returns.
+                self._shutdown()
                 self._busy, self._ending = False, True
-                self._state.notify_all()
+                self._changed.notify_all()
+            self._sock.close()
 
     def _read_request(self) -> bytes | None:
         """The next request; None when the client closed the connection."""
         while len(self._pending) < 4:
             if not self._receive():
                 return None
-        (size,) = struct.unpack_from("<I", self._pending)
+        (size,) = LENGTH.unpack_from(self._pending)
         if size > self._limits.message_bytes:
             raise TooLarge("message_bytes", size, self._limits.message_bytes)
         if len(self._pending) == size + 4:
@@ -101,7 +106,7 @@ class ServiceSession:
     def _receive(self) -> bool:
         try:
             data = self._sock.recv(CHUNK)
-        except TimeoutError:
+        except (BlockingIOError, TimeoutError):
             if self._pending:
                 raise
             return True  # idle, not stalled
@@ -120,19 +125,20 @@ class ServiceSession:
         return b"".join(parts)
 
     def _begin(self) -> bool:
-        with self._state:
+        with self._lock:
             self._busy = not self._ending
             return self._busy
 
     def _end(self) -> bool:
-        with self._state:
+        with self._lock:
             self._busy = False
-            self._state.notify_all()
+            if self._ending:
+                self._changed.notify_all()
             return not self._ending
 
     def finish(self) -> None:
         """Ask the session to end: at once when idle, after the answer when a request is being served."""
-        with self._state:
+        with self._lock:
             self._ending = True
             if not self._busy:
                 self._shutdown()
@@ -146,8 +152,8 @@ class ServiceSession:
         """
         done = self._thread is threading.current_thread()  # closed by its own handler
         if not done:
-            with self._state:
-                done = self._state.wait_for(lambda: not self._busy, timeout)
+            with self._changed:
+                done = self._changed.wait_for(lambda: not self._busy, timeout)
                 self._shutdown()
         return done
 

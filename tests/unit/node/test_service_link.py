@@ -36,7 +36,7 @@ class CountingSocket:
     def recv(self, size: int) -> bytes:
         try:
             return self._sock.recv(size)
-        except TimeoutError:
+        except (BlockingIOError, TimeoutError):
             self._left -= 1
             if not self._left:
                 self.timed_out_twice.set()
