@@ -89,14 +89,42 @@ def test_talker_and_listener_find_each_other_in_either_order(any_master: str) ->
 
 def test_a_second_node_of_the_same_name_ends_the_first(any_master: str) -> None:
     """rospy's own rule, carried by the master's shutdown call."""
-    with ros.start_rospy(TALKER, any_master, "same") as first:
-        with ros.start_rospy(LISTENER, any_master) as listener:
-            listener.wait_for("heard")
-            with ros.start_rospy(TALKER, any_master, "same") as second:
-                first.wait(30.0)
-                assert "new node registered with same name" in first.output
-                assert second.running, second.output
-                listener.wait_for("heard hello from same")
+    with (
+        ros.start_rospy(TALKER, any_master, "same") as first,
+        ros.start_rospy(LISTENER, any_master) as listener,
+    ):
+        listener.wait_for("heard")
+        with ros.start_rospy(TALKER, any_master, "same") as second:
+            first.wait(30.0)
+            assert "new node registered with same name" in first.output
+            assert second.running, second.output
+
+
+FIXED_PORT = """
+import rospy, sys
+rospy.init_node(sys.argv[1], xmlrpc_port=int(sys.argv[2]))
+print("up", flush=True)
+rospy.spin()
+"""
+
+
+def test_an_innocent_node_on_a_dead_nodes_port_lives_on(our_master: Master) -> None:
+    """/old dies, /innocent (of another master) gets its port, /old comes back elsewhere (ros_comm#2241)."""
+    port, other_port = str(ros.free_port()), str(ros.free_port())
+    with Master() as other_master, client(our_master.uri) as me:
+        with ros.start_rospy(FIXED_PORT, our_master.uri, "old", port) as old:
+            old.wait_for("up")
+            old.kill()
+        with ros.start_rospy(FIXED_PORT, other_master.uri, "innocent", port) as innocent:
+            innocent.wait_for("up")
+            assert me.lookup_node("/old").endswith(f":{port}/")
+            with ros.start_rospy(FIXED_PORT, our_master.uri, "old", other_port) as again:
+                again.wait_for("up")
+                assert our_master.flush()
+                assert me.lookup_node("/old").endswith(f":{other_port}/")
+                ping = ros.ros_tool(["rosnode", "ping", "-c1", "/innocent"], other_master.uri)
+                assert "xmlrpc reply" in ping.stdout
+                assert "shutdown" not in innocent.output
 
 
 def test_a_roscpp_node_works_and_can_be_replaced(
@@ -275,6 +303,9 @@ rospy.init_node("logger")
 while not rospy.is_shutdown():
     rospy.loginfo("a line for everybody"); rospy.sleep(0.1)
 """
-    with ros.start_program(program, any_master), ros.start_rospy(code, any_master):
-        with ros.start_tool(["rostopic", "echo", "/rosout_agg/msg"], any_master) as echo:
-            echo.wait_for("a line for everybody")
+    with (
+        ros.start_program(program, any_master),
+        ros.start_rospy(code, any_master),
+        ros.start_tool(["rostopic", "echo", "/rosout_agg/msg"], any_master) as echo,
+    ):
+        echo.wait_for("a line for everybody")
