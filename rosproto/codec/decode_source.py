@@ -490,7 +490,7 @@ def _iter_cache(form: str) -> Callable[[Any], Any]:
         if found is None:
             if len(known) >= 64:
                 known.clear()
-            found = known[lengths] = struct.Struct(quickest(form % lengths)).iter_unpack
+            found = known[lengths] = struct.Struct(quickest(form % lengths, packs=False)).iter_unpack
         return found
 
     return iterator

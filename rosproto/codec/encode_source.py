@@ -368,7 +368,7 @@ def _struct_maker(form: str, known: dict[Any, Any]) -> Callable[[Any], Any]:
     """Makes the `pack` for given string lengths; remembers it while there is room."""
 
     def make(lengths: Any) -> Any:
-        pack = struct.Struct(quickest(form % lengths)).pack
+        pack = struct.Struct(quickest(form % lengths, packs=True)).pack
         longest = lengths if type(lengths) is int else max(lengths)
         if longest <= CACHED_LENGTH and len(known) < CACHED_STRUCTS:
             known[lengths] = pack
