@@ -1,6 +1,6 @@
 """Types of array fields, for the stubs of the doors beside this; there is no such module at run time.
 
-Reading gives a numpy array, assigning takes any sequence of numbers. A descriptor says that to a type checker.
+Reading gives a numpy array, assigning takes any sequence of numbers; a descriptor says so to a type checker.
 """
 
 from array import array

@@ -1,4 +1,4 @@
-"""Definitions by name: looked up when first asked for, from files, full texts or other libraries."""
+"""Definitions by name: looked up when first asked for, in files, in what was added, in other libraries."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from collections.abc import Iterable, Iterator
 from functools import cache
 
 from rosproto.errors import DefinitionError
-from rosproto.msg.full_text import join_full_text, split_full_text
-from rosproto.msg.limits import DefinitionLimits, check_limits
+from rosproto.msg.full_text import join_full_text
 from rosproto.msg.md5 import md5_text, md5sum_of_texts
 from rosproto.msg.parser import (
     ACTION_SUFFIXES,
@@ -21,7 +20,7 @@ from rosproto.msg.revisions import Revision, read_table, revision_source
 from rosproto.msg.sources import Source, bundled_source, folder_source
 from rosproto.msg.spec import ActionSpec, MessageSpec, ServiceSpec
 
-__all__ = ["DefinitionLibrary", "bundled", "library_from_full_text"]
+__all__ = ["DefinitionLibrary", "bundled"]
 
 Spec = MessageSpec | ServiceSpec | ActionSpec
 
@@ -296,7 +295,9 @@ class DefinitionLibrary:
         package, _, base = name[:300].partition("/")
         packages = self.packages()
         known = [*self.messages(package), *self.services(package)] if package in packages else []
-        near = get_close_matches(base, [other.partition("/")[2] for other in known], 3)
+        # Bounded: a stranger's library may hold many long names, and comparing them takes its time.
+        names = [other.partition("/")[2] for other in known[:500]] if len(base) <= 64 else []
+        near = get_close_matches(base, names, 3)
         if near:
             hint = "did you mean " + ", ".join(f"{package}/{other}" for other in near) + "?"
         elif known:
@@ -365,47 +366,4 @@ def bundled() -> DefinitionLibrary:
     library = DefinitionLibrary()
     library._sources = [bundled_source()]
     library._frozen = True
-    return library
-
-
-def library_from_full_text(
-    name: str,
-    text: str,
-    *,
-    base: DefinitionLibrary | None = None,
-    limits: DefinitionLimits | None = None,
-) -> DefinitionLibrary:
-    """Definitions from a full text, as a connection header or a bag carries it.
-
-    The text may come from anybody: it is bounded by `limits`, its names are legal identifiers, and no type
-    contains itself, so code may be generated from what this returns.
-
-    Args:
-        name: "package/Type" that the text begins with.
-        text: Its definition and that of each type it uses, separated by "=" * 80 and "MSG: package/Type".
-        base: Where types are taken from that the text does not define; nowhere by default.
-        limits: How much is allowed.
-
-    Raises:
-        DefinitionError: The text is not legal, not complete or exceeds a limit.
-    """
-    limits = limits or DefinitionLimits()
-    if len(text) > limits.text_bytes:
-        raise DefinitionError(
-            f"{name[:300]}: the full text has {len(text)} characters, at most {limits.text_bytes} allowed; "
-            f"the sender is broken or hostile, or raise DefinitionLimits.text_bytes"
-        )
-    parts = split_full_text(text, name)
-    if len(parts) > limits.types:
-        raise DefinitionError(
-            f"{name}: the full text defines {len(parts)} types, at most {limits.types} allowed; "
-            f"the sender is broken or hostile, or raise DefinitionLimits.types"
-        )
-    library = DefinitionLibrary(base=base)
-    for part, body in parts.items():
-        library.add(parse_message(body, part, lenient=True))
-    if "roslib/Header" in parts and not library._has("msg", "std_msgs/Header"):
-        # Texts from before REP 100 (in old bags) call it so; `Header` has meant std_msgs/Header since.
-        library.add(parse_message(parts["roslib/Header"], "std_msgs/Header", lenient=True))
-    check_limits(list(parts), library.message, limits)
     return library

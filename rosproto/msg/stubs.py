@@ -243,7 +243,7 @@ def main(arguments: list[str]) -> int:
 
 def _read(file: str) -> str | None:
     try:
-        with open(file, encoding="utf-8", newline="") as source:
+        with open(file, encoding="utf-8") as source:  # line ends of a Windows check-out are no change
             return source.read()
     except OSError:
         return None

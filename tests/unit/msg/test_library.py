@@ -442,3 +442,21 @@ class TestLimits:
         with pytest.raises(DefinitionError, match="name_length") as caught:
             library_from_full_text("p/" + "T" * 1000, "int8 a")
         assert len(str(caught.value)) < 300
+
+
+def test_reading_definitions_loads_no_heavy_modules() -> None:
+    """Start-up counts: a definition is read and hashed without what takes milliseconds to import."""
+    program = (
+        "import sys; import rosproto.msg; rosproto.msg.bundled().full_text('sensor_msgs/LaserScan');"
+        "rosproto.msg.bundled().md5sum('sensor_msgs/LaserScan');"
+        "heavy = {'inspect', 'hashlib', 'dataclasses', 'importlib.resources', 'importlib.metadata', 'numpy',"
+        "'pkgutil', 'difflib', 'ast'}; print(sorted(heavy & set(sys.modules)))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-I", "-c", f"import sys; sys.path.insert(0, {str(ROOT)!r}); {program}"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    assert done.stdout.strip() == "[]"

@@ -1,0 +1,54 @@
+"""Definitions learned from a peer or a bag: full texts that nobody vouches for."""
+
+from __future__ import annotations
+
+from rosproto.errors import DefinitionError
+from rosproto.msg.full_text import split_full_text
+from rosproto.msg.library import DefinitionLibrary
+from rosproto.msg.limits import DefinitionLimits, check_limits
+from rosproto.msg.parser import parse_message
+
+__all__ = ["library_from_full_text"]
+
+
+def library_from_full_text(
+    name: str,
+    text: str,
+    *,
+    base: DefinitionLibrary | None = None,
+    limits: DefinitionLimits | None = None,
+) -> DefinitionLibrary:
+    """Definitions from a full text, as a connection header or a bag carries it.
+
+    The text may come from anybody: it is bounded by `limits`, its names are legal identifiers, and no type
+    contains itself, so code may be generated from what this returns.
+
+    Args:
+        name: "package/Type" that the text begins with.
+        text: Its definition and that of each type it uses, separated by "=" * 80 and "MSG: package/Type".
+        base: Where types are taken from that the text does not define; nowhere by default.
+        limits: How much is allowed.
+
+    Raises:
+        DefinitionError: The text is not legal, not complete or exceeds a limit.
+    """
+    limits = limits or DefinitionLimits()
+    if len(text) > limits.text_bytes:
+        raise DefinitionError(
+            f"{name[:300]}: the full text has {len(text)} characters, at most {limits.text_bytes} allowed; "
+            f"the sender is broken or hostile, or raise DefinitionLimits.text_bytes"
+        )
+    parts = split_full_text(text, name)
+    if len(parts) > limits.types:
+        raise DefinitionError(
+            f"{name}: the full text defines {len(parts)} types, at most {limits.types} allowed; "
+            f"the sender is broken or hostile, or raise DefinitionLimits.types"
+        )
+    library = DefinitionLibrary(base=base)
+    for part, body in parts.items():
+        library.add(parse_message(body, part, lenient=True))
+    if "roslib/Header" in parts and "std_msgs/Header" not in parts:
+        # Texts from before REP 100 (in old bags) call it so; `Header` has meant std_msgs/Header since.
+        library.add(parse_message(parts["roslib/Header"], "std_msgs/Header", lenient=True))
+    check_limits(list(parts), library.message, limits)
+    return library
