@@ -15,7 +15,7 @@ from rosproto.transport.address import (
 from rosproto.transport.backoff import Backoff
 from rosproto.transport.clock import SYSTEM, Clock
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.tcp import connect, listen, tune
+from rosproto.transport.tcp import connect, interrupt, listen, tune
 from rosproto.transport.tcp_server import TcpServer
 from rosproto.transport.tcpros_io import (
     ClosedBeforeHeader,
@@ -40,6 +40,7 @@ __all__ = [
     "connect",
     "format_address",
     "host_from_environment",
+    "interrupt",
     "is_loopback",
     "listen",
     "local_address_towards",

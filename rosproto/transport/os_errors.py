@@ -7,11 +7,12 @@ import errno
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.transport.deadline import Deadline
 
-__all__ = ["closed_by_peer", "translate"]
+__all__ = ["closed_by_peer", "peer_is_gone", "translate"]
 
 _REFUSED = {errno.ECONNREFUSED, 10061}  # 100xx: Windows' own numbers
 _UNREACHABLE = {errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENETDOWN, 10051, 10065, 10050}
 _RESET = {errno.ECONNRESET, errno.EPIPE, errno.ECONNABORTED, errno.ENOTCONN, errno.EBADF, 10053, 10054, 10057}
+_CLOSED_HERE = {10038, 10022, 10004}  # a read on Windows whose socket `tcp.interrupt` closed
 _IN_USE = {errno.EADDRINUSE, errno.EACCES, 10048, 10013}
 _NOT_OURS = {errno.EADDRNOTAVAIL, 10049}
 
@@ -37,8 +38,17 @@ def translate(error: OSError, doing: str, peer: str, deadline: Deadline | None =
     return ConnectionLost(f"{doing}: {_reason(error)}", peer=peer)
 
 
+def _code(error: OSError) -> int | None:
+    return getattr(error, "winerror", None) or error.errno
+
+
+def peer_is_gone(error: OSError) -> bool:
+    """Does this say no more than that the other side has closed or reset the connection?"""
+    return _code(error) in _RESET
+
+
 def _reason(error: OSError) -> str:
-    code = getattr(error, "winerror", None) or error.errno
+    code = _code(error)
     if code in _REFUSED:
         return (
             "connection refused, nothing listens there; is the master (or node) running, is the port right?"
@@ -47,6 +57,8 @@ def _reason(error: OSError) -> str:
         return "no route there; check this computer's network address, the cable or Wi-Fi, and any VPN"
     if code in _RESET:
         return "the connection was closed by the other side"
+    if code in _CLOSED_HERE:
+        return "the connection was closed on this side"
     if code in _IN_USE:
         return "the port is taken (or not allowed); another master or node holds it, use another port or 0"
     if code in _NOT_OURS:

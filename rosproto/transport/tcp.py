@@ -11,7 +11,15 @@ from rosproto.transport.address import format_address, resolve
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.os_errors import translate
 
-__all__ = ["KEEPALIVE_COUNT", "KEEPALIVE_IDLE", "KEEPALIVE_INTERVAL", "connect", "listen", "tune"]
+__all__ = [
+    "KEEPALIVE_COUNT",
+    "KEEPALIVE_IDLE",
+    "KEEPALIVE_INTERVAL",
+    "connect",
+    "interrupt",
+    "listen",
+    "tune",
+]
 
 # A peer that vanished (power, Wi-Fi) is noticed after idle + count * interval = 30 s; the system's own
 # defaults are two hours, and a quarter of an hour when data is on its way.
@@ -125,6 +133,21 @@ def tune(sock: socket.socket, nodelay: bool = True) -> None:
     _try_option(sock, socket.IPPROTO_TCP, "TCP_KEEPINTVL", KEEPALIVE_INTERVAL)
     _try_option(sock, socket.IPPROTO_TCP, "TCP_KEEPCNT", KEEPALIVE_COUNT)
     _try_option(sock, socket.IPPROTO_TCP, "TCP_USER_TIMEOUT", _USER_TIMEOUT_MS)
+
+
+def interrupt(sock: socket.socket) -> None:
+    """End a connection in both directions and wake the threads that read or write it; from any thread.
+
+    The owner still closes the socket. On POSIX it is only shut down here, because closing would let a new
+    socket take its number while another thread still reads. On Windows a read that waits ends only when
+    its socket is closed.
+    """
+    try:
+        sock.shutdown(socket.SHUT_RDWR)
+    except OSError:
+        pass  # the peer was faster
+    if sys.platform == "win32":
+        sock.close()
 
 
 def _try_option(sock: socket.socket, level: int, name: str, value: int) -> None:

@@ -24,7 +24,8 @@ from rosproto.protocol.limits import Limits
 from rosproto.transport.address import format_address
 from rosproto.transport.clock import SYSTEM, Clock
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.tcp import listen, tune
+from rosproto.transport.os_errors import peer_is_gone
+from rosproto.transport.tcp import interrupt, listen, tune
 
 __all__ = ["Allow", "OnConnection", "ServerStats", "TcpServer"]
 
@@ -92,6 +93,7 @@ class TcpServer:
         self._threads: dict[socket.socket, threading.Thread] = {}
         self._pending: OrderedDict[socket.socket, float] = OrderedDict()
         self._idle: OrderedDict[socket.socket, None] = OrderedDict()
+        self._accept_failing = False  # so that each spell of trouble is logged once
         self._closing = threading.Event()
         self._listener = listen(host, port)
         self.port = int(self._listener.getsockname()[1])
@@ -154,7 +156,7 @@ class TcpServer:
         if first:
             self._wake_sender.send(b"x")
         for sock in threads:
-            _shut(sock)
+            interrupt(sock)
         for thread in (self._acceptor, *threads.values()):
             if thread is not threading.current_thread():
                 thread.join(deadline.remaining())
@@ -173,13 +175,18 @@ class TcpServer:
     def _accept_one(self) -> None:
         try:
             sock, address = self._listener.accept()
-        except (BlockingIOError, InterruptedError, ConnectionAbortedError):
-            return  # the peer was gone before we came
+        except (BlockingIOError, InterruptedError):
+            return
         except OSError as error:
-            log.warning("! %s: accept failed: %s; trying again", self._name, error)
+            if peer_is_gone(error):
+                return  # before we came
+            if not self._accept_failing:
+                log.warning("! %s: accept failed: %s; trying again", self._name, error)
+            self._accept_failing = True
             self.stats.failed += 1
             self._closing.wait(_ACCEPT_PAUSE)
             return
+        self._accept_failing = False
         self.stats.accepted += 1
         peer = (str(address[0]).removeprefix("::ffff:"), int(address[1]))
         try:
@@ -224,7 +231,7 @@ class TcpServer:
         if len(self._pending) >= self._limits.pending_handshakes:
             oldest, _ = self._pending.popitem(last=False)
             self.stats.dropped_pending += 1
-            _shut(oldest)  # its thread wakes up, closes it and ends
+            interrupt(oldest)  # its thread wakes up, closes it and ends
         if len(self._threads) < self._limits.connections:
             return True
         if not self._idle:
@@ -233,7 +240,7 @@ class TcpServer:
             return False
         longest, _ = self._idle.popitem(last=False)
         self.stats.dropped_idle += 1
-        _shut(longest)
+        interrupt(longest)
         return True
 
     def _age_pending(self) -> None:
@@ -252,7 +259,7 @@ class TcpServer:
             log.exception("! %s: handler for %s failed", self._name, format_address(*peer))
         finally:
             self._forget(sock)
-            _shut(sock)
+            interrupt(sock)
             sock.close()
 
     def _forget(self, sock: socket.socket) -> None:
@@ -260,11 +267,3 @@ class TcpServer:
             self._threads.pop(sock, None)
             self._pending.pop(sock, None)
             self._idle.pop(sock, None)
-
-
-def _shut(sock: socket.socket) -> None:
-    """End both directions. Wakes a thread that reads; closing would let another socket take its number."""
-    try:
-        sock.shutdown(socket.SHUT_RDWR)
-    except OSError:
-        pass  # the peer was faster

@@ -13,7 +13,7 @@ from rosproto.transport.address import DEFAULT_MASTER_URI, format_address, make_
 from rosproto.transport.clock import SYSTEM, Clock
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.os_errors import translate
-from rosproto.transport.tcp import connect
+from rosproto.transport.tcp import connect, interrupt
 
 __all__ = ["XmlRpcClient", "unpack"]
 
@@ -243,10 +243,7 @@ class _Link:
 
     def abort(self) -> None:
         """Wake the thread that uses this connection; it then closes it."""
-        try:
-            self._sock.shutdown(socket.SHUT_RDWR)
-        except OSError:
-            pass  # already gone
+        interrupt(self._sock)
 
     def close(self) -> None:
         """Close the socket."""

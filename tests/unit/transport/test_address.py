@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import socket
 import threading
 
@@ -152,7 +153,7 @@ def test_the_address_towards_a_loopback_peer_is_loopback() -> None:
 def test_no_route_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     class NoRoute(socket.socket):
         def connect(self, _address: object) -> None:
-            raise OSError(101, "Network is unreachable")
+            raise OSError(errno.ENETUNREACH, "Network is unreachable")
 
     monkeypatch.setattr(socket, "socket", NoRoute)
     with pytest.raises(ConnectionLost, match="no route"):

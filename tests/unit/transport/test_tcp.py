@@ -172,6 +172,26 @@ def test_an_empty_host_is_not_taken_for_all_interfaces() -> None:
         tcp.listen("")
 
 
+def test_interrupt_wakes_a_thread_that_reads(pair: tuple[socket.socket, socket.socket]) -> None:
+    reading, ended = threading.Event(), threading.Event()
+
+    def read() -> None:
+        reading.set()
+        try:
+            pair[0].recv(1)
+        except OSError:
+            pass  # Windows, where it ends with an error
+        ended.set()
+
+    thread = threading.Thread(target=read)
+    thread.start()
+    assert reading.wait(SOON)
+    tcp.interrupt(pair[0])
+    assert ended.wait(SOON)
+    thread.join()
+    tcp.interrupt(pair[0])  # again: nothing happens
+
+
 def test_system_errors_say_what_to_check() -> None:
     for number, words in (
         (errno.ECONNREFUSED, "running"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import logging
 import socket
 import threading
@@ -11,6 +12,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from rosproto.protocol.limits import Limits
+from rosproto.transport import tcp_server
 from rosproto.transport.tcp_server import TcpServer
 from tests.support.clock import FakeClock
 
@@ -231,6 +233,45 @@ def test_close_waits_for_a_stubborn_handler_only_so_long(clients: list[socket.so
     server.close(timeout=0.05)
     assert time.monotonic() - start < 2
     release.set()
+
+
+def test_running_out_of_file_descriptors_is_survived_and_logged_once(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch, clients: list[socket.socket]
+) -> None:
+    class Exhausted:
+        def accept(self) -> None:
+            raise OSError(errno.EMFILE, "Too many open files")
+
+    monkeypatch.setattr(tcp_server, "_ACCEPT_PAUSE", 0)
+    holder = Holder()
+    with TcpServer("127.0.0.1", 0, holder) as server, caplog.at_level(logging.WARNING):
+        listener, server._listener = server._listener, Exhausted()  # type: ignore[assignment]
+        for _ in range(3):
+            server._accept_one()
+        server._listener = listener
+        connect(server, clients)
+        holder.wait()
+        assert server.stats.failed == 3
+    assert [record.getMessage() for record in caplog.records] == [
+        f"! tcp: accept failed: [Errno {errno.EMFILE}] Too many open files; trying again"
+    ]
+
+
+def test_running_out_of_threads_costs_the_new_connection_only(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch, clients: list[socket.socket]
+) -> None:
+    def no_thread(_self: threading.Thread) -> None:
+        raise RuntimeError("can't start new thread")
+
+    holder = Holder()
+    with TcpServer("127.0.0.1", 0, holder) as server:
+        with monkeypatch.context() as patch, caplog.at_level(logging.CRITICAL):
+            patch.setattr(threading.Thread, "start", no_thread)
+            assert is_closed(connect(server, clients))
+            wait_until(lambda: server.stats.failed == 1)
+        connect(server, clients)
+        holder.wait()
+        assert server.connections == 1
 
 
 def test_a_handler_may_close_its_server(clients: list[socket.socket]) -> None:
