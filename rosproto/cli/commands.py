@@ -25,19 +25,28 @@ class Command(NamedTuple):
     Attributes:
         module: Where its functions are.
         help: One line for `rosproto --help`.
+        arguments: Name of the function that adds its arguments.
     """
 
     module: str
     help: str
+    arguments: str = "add_arguments"
 
     def load(
         self,
     ) -> tuple[Callable[[argparse.ArgumentParser], None], Callable[[argparse.Namespace], int]]:
         """Import it; its `add_arguments` and `run`."""
         module = importlib.import_module(self.module)
-        return module.add_arguments, module.run
+        return getattr(module, self.arguments), module.run
 
 
 COMMANDS: dict[str, Command] = {
+    "topic": Command("rosproto.cli.topic", "list, watch, measure and publish topics (rostopic)"),
+    "node": Command("rosproto.cli.node", "list, inspect, ping and end nodes (rosnode)"),
+    "service": Command("rosproto.cli.service", "list, inspect and call services (rosservice)"),
+    "param": Command("rosproto.cli.param", "get and set parameters (rosparam)"),
+    "msg": Command("rosproto.cli.definitions", "show message definitions (rosmsg)", "add_arguments_msg"),
+    "srv": Command("rosproto.cli.definitions", "show service definitions (rossrv)", "add_arguments_srv"),
+    "action": Command("rosproto.cli.definitions", "show action definitions", "add_arguments_action"),
     "master": Command("rosproto.cli.master", "run a ROS master (what roscore does) until interrupted"),
 }

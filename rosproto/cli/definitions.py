@@ -1,0 +1,173 @@
+"""`rosproto msg|srv|action`: show, list, md5, package, packages; the words and forms of rosmsg and rossrv."""
+
+from __future__ import annotations
+
+import argparse
+
+from rosproto.errors import DefinitionError
+from rosproto.msg import DefinitionLibrary, MessageSpec, bundled
+
+from .graph import CommandError, Verb, print_json, verbs
+
+__all__ = ["add_arguments_action", "add_arguments_msg", "add_arguments_srv", "run"]
+
+
+def add_arguments_msg(parser: argparse.ArgumentParser) -> None:
+    """Messages."""
+    _add(parser, "msg")
+
+
+def add_arguments_srv(parser: argparse.ArgumentParser) -> None:
+    """Services."""
+    _add(parser, "srv")
+
+
+def add_arguments_action(parser: argparse.ArgumentParser) -> None:
+    """Actions."""
+    _add(parser, "action")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the verb."""
+    code: int = arguments.run_verb(arguments)
+    return code
+
+
+def _add(parser: argparse.ArgumentParser, kind: str) -> None:
+    table: dict[str, Verb] = {
+        "show": (_show_arguments, _show, "print a definition with the types it uses unfolded"),
+        "list": (_common, _list, "list every type there is"),
+        "md5": (_type_arguments, _md5, "print the md5sum that peers compare"),
+        "package": (_package_arguments, _package, "list the types of a package"),
+        "packages": (_common, _packages, "list the packages that have types of this kind"),
+    }
+    if kind == "action":
+        del table["md5"]
+    verbs(parser, table, graph=False)
+    parser.set_defaults(kind=kind)
+
+
+def _common(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--json", action="store_true", help="print facts as JSON, for programs")
+    parser.add_argument(
+        "--msg-path", action="append", default=[], metavar="FOLDER", help="a folder with packages of your own"
+    )
+
+
+def _type_arguments(parser: argparse.ArgumentParser) -> None:
+    _common(parser)
+    parser.add_argument("type", nargs="+", help="package/Type, or Type alone to look in every package")
+
+
+def _show_arguments(parser: argparse.ArgumentParser) -> None:
+    _type_arguments(parser)
+    parser.add_argument("-r", "--raw", action="store_true", help="the text as it was written, with comments")
+
+
+def _package_arguments(parser: argparse.ArgumentParser) -> None:
+    _common(parser)
+    parser.add_argument("package")
+
+
+def _library(arguments: argparse.Namespace) -> DefinitionLibrary:
+    return bundled().fork(arguments.msg_path) if arguments.msg_path else bundled()
+
+
+def _names(library: DefinitionLibrary, kind: str, package: str) -> list[str]:
+    listing = {"msg": library.messages, "srv": library.services, "action": library.actions}[kind]
+    return sorted(name if "/" in name else f"{package}/{name}" for name in listing(package))
+
+
+def _all(library: DefinitionLibrary, kind: str) -> list[str]:
+    return [name for package in sorted(library.packages()) for name in _names(library, kind, package)]
+
+
+def _asked(library: DefinitionLibrary, arguments: argparse.Namespace) -> list[tuple[str, bool]]:
+    """(full name, whether the package had to be looked for)."""
+    found: list[tuple[str, bool]] = []
+    for name in arguments.type:
+        if "/" in name:
+            found.append((name, False))
+            continue
+        matches = [full for full in _all(library, arguments.kind) if full.partition("/")[2] == name]
+        if not matches:
+            raise CommandError(f"no {arguments.kind} is called {name!r}; see: rosproto {arguments.kind} list")
+        found += [(full, True) for full in matches]
+    return found
+
+
+def _show(arguments: argparse.Namespace) -> int:
+    library = _library(arguments)
+    shown = []
+    for name, looked_for in _asked(library, arguments):
+        text = (
+            _raw(library, arguments.kind, name) if arguments.raw else _unfolded(library, arguments.kind, name)
+        )
+        shown.append({"type": name, "definition": text})
+        if not arguments.json:
+            print((f"[{name}]:\n" if looked_for else "") + text + "\n")
+    if arguments.json:
+        print_json(shown)
+    return 0
+
+
+def _raw(library: DefinitionLibrary, kind: str, name: str) -> str:
+    if kind == "msg":
+        return library.message(name).text.rstrip("\n")
+    return (library.service(name) if kind == "srv" else library.action(name)).text.rstrip("\n")
+
+
+def _unfolded(library: DefinitionLibrary, kind: str, name: str) -> str:
+    if kind == "msg":
+        return "\n".join(_lines(library, library.message(name), ""))
+    if kind == "srv":
+        service = library.service(name)
+        parts = [service.request, service.response]
+    else:
+        action = library.action(name)
+        parts = [action.goal, action.result, action.feedback]
+    return "\n---\n".join("\n".join(_lines(library, part, "")) for part in parts)
+
+
+def _lines(library: DefinitionLibrary, spec: MessageSpec, indent: str) -> list[str]:
+    lines = [f"{indent}{constant.type} {constant.name}={constant.value}" for constant in spec.constants]
+    for field in spec.fields:
+        lines.append(f"{indent}{field.type} {field.name}")
+        if not field.type.is_builtin:
+            lines += _lines(library, library.message(field.type.base), indent + "  ")
+    return lines
+
+
+def _list(arguments: argparse.Namespace) -> int:
+    names = _all(_library(arguments), arguments.kind)
+    print_json(names) if arguments.json else print("\n".join(names))
+    return 0
+
+
+def _md5(arguments: argparse.Namespace) -> int:
+    library = _library(arguments)
+    sums = {name: library.md5sum(name, kind=arguments.kind) for name, _ in _asked(library, arguments)}
+    if arguments.json:
+        print_json(sums)
+        return 0
+    for name, md5sum in sums.items():
+        print(md5sum if "/" in arguments.type[0] and len(sums) == 1 else f"[{name}]: {md5sum}")
+    return 0
+
+
+def _package(arguments: argparse.Namespace) -> int:
+    library = _library(arguments)
+    if arguments.package not in library.packages():
+        raise DefinitionError(
+            f"no package is called {arguments.package!r}; see: rosproto {arguments.kind} packages"
+        )
+    names = _names(library, arguments.kind, arguments.package)
+    print_json(names) if arguments.json else print("\n".join(names))
+    return 0
+
+
+def _packages(arguments: argparse.Namespace) -> int:
+    library = _library(arguments)
+    packages = [p for p in sorted(library.packages()) if _names(library, arguments.kind, p)]
+    print_json(packages) if arguments.json else print("\n".join(packages))
+    return 0

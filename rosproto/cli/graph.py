@@ -1,0 +1,94 @@
+"""What every command that talks to a graph shares: which master, as whom, and how results are printed."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from rosproto.errors import RosError
+from rosproto.node.master_client import MasterClient
+from rosproto.node.slave_client import NodeClient
+
+__all__ = [
+    "CALLER_ID",
+    "TIMEOUT",
+    "CommandError",
+    "Verb",
+    "add_graph_options",
+    "master_client",
+    "master_uri",
+    "node_client",
+    "open_node",
+    "print_json",
+    "verbs",
+]
+
+CALLER_ID = "/rosproto"
+TIMEOUT = 5.0
+
+
+class CommandError(RosError):
+    """A command cannot do what was asked; the text is the one sentence the user sees."""
+
+
+def add_graph_options(parser: argparse.ArgumentParser, *, as_json: bool = True) -> None:
+    """--master, --json: understood by every verb."""
+    parser.add_argument(
+        "--master",
+        metavar="URI",
+        help="the ROS master (default: $ROS_MASTER_URI, else http://localhost:11311)",
+    )
+    if as_json:
+        parser.add_argument("--json", action="store_true", help="print facts as JSON, for programs")
+
+
+def master_uri(arguments: argparse.Namespace) -> str:
+    """--master, else the environment, else this computer."""
+    return arguments.master or os.environ.get("ROS_MASTER_URI") or "http://localhost:11311"
+
+
+def master_client(arguments: argparse.Namespace) -> MasterClient:
+    """Typed calls to the master, without being a node: nothing is registered."""
+    return MasterClient(master_uri(arguments), CALLER_ID, timeout=TIMEOUT)
+
+
+def node_client(uri: str) -> NodeClient:
+    """Typed calls to a node's slave API."""
+    return NodeClient(uri, CALLER_ID, timeout=TIMEOUT)
+
+
+def open_node(arguments: argparse.Namespace, name: str = "rosproto") -> Any:
+    """A node with a name of its own, for commands that publish, subscribe or call.
+
+    ROS_IP, ROS_HOSTNAME and ROS_NAMESPACE are honoured: this is a program of its own.
+    """
+    from rosproto.node import Node
+
+    return Node(name, master_uri=master_uri(arguments), anonymous=True, use_environment=True, rosout=False)
+
+
+def print_json(value: object) -> None:
+    """One line of JSON."""
+    print(json.dumps(value, ensure_ascii=not _utf8(), default=str))
+
+
+def _utf8() -> bool:
+    return (sys.stdout.encoding or "").lower().replace("-", "") == "utf8"
+
+
+Verb = tuple[Callable[[argparse.ArgumentParser], None], Callable[[argparse.Namespace], int], str]
+
+
+def verbs(parser: argparse.ArgumentParser, table: dict[str, Verb], *, graph: bool = True) -> None:
+    """Add the verbs of a command: `rosproto topic list`. Each is (arguments, run, help)."""
+    choices = parser.add_subparsers(title="verbs", metavar="VERB", dest="verb", required=True)
+    for name, (add, run, text) in table.items():
+        sub = choices.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
+        if graph:
+            add_graph_options(sub)
+        add(sub)
+        sub.set_defaults(run_verb=run)

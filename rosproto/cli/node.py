@@ -1,0 +1,303 @@
+"""`rosproto node`: list, info, ping, kill, cleanup, machine; the words and forms of rosnode."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+
+from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
+from rosproto.node.master_client import MasterClient, SystemState
+from rosproto.node.slave_client import BusConnection
+from rosproto.transport.address import parse_uri
+
+from .graph import CommandError, master_client, node_client, print_json, verbs
+
+__all__ = ["add_arguments", "run"]
+
+RULE = "-" * 80
+GONE = (ConnectionLost, RosTimeout)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """One verb each."""
+    verbs(
+        parser,
+        {
+            "list": (_list_arguments, _list, "list the nodes of the graph"),
+            "info": (
+                _names("node", "+"),
+                _info,
+                "tell what a node publishes, subscribes to, serves, and its links",
+            ),
+            "ping": (_ping_arguments, _ping, "ask a node for a sign of life, again and again"),
+            "kill": (_kill_arguments, _kill, "ask nodes to shut down"),
+            "cleanup": (_nothing, _cleanup, "unregister nodes that no longer answer"),
+            "machine": (_names("host", "*"), _machine, "list hosts, or the nodes on one host"),
+        },
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the verb."""
+    code: int = arguments.run_verb(arguments)
+    return code
+
+
+def _nothing(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--timeout", type=float, default=2.0, help="seconds a node has to answer (default: 2)"
+    )
+
+
+def _names(what: str, count: str) -> Callable[[argparse.ArgumentParser], None]:
+    def add(parser: argparse.ArgumentParser) -> None:
+        parser.add_argument(what, nargs=count)
+
+    return add
+
+
+def _list_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("namespace", nargs="?", default="", help="only nodes below this namespace")
+    parser.add_argument("-u", "--uris", action="store_true", help="URIs instead of names")
+    parser.add_argument("-a", "--all", action="store_true", help="URIs and names")
+
+
+def _list(arguments: argparse.Namespace) -> int:
+    with master_client(arguments) as master:
+        below = arguments.namespace.rstrip("/")
+        names = [n for n in master.get_system_state().nodes if n == below or n.startswith(below + "/")]
+        if not (arguments.uris or arguments.all or arguments.json):
+            print("\n".join(names) if names else "", end="\n" if names else "")
+            return 0
+        uris = {name: _uri(master, name) for name in names}
+    if arguments.json:
+        print_json([{"name": name, "uri": uri} for name, uri in uris.items()])
+    for name, uri in () if arguments.json else uris.items():
+        print(f"{uri} \t{name}" if arguments.all else uri)
+    return 0
+
+
+def _uri(master: MasterClient, name: str) -> str:
+    try:
+        return master.lookup_node(name)
+    except MasterError as error:
+        raise CommandError(f"the master knows no node {name!r}; see: rosproto node list") from error
+
+
+def _info(arguments: argparse.Namespace) -> int:
+    with master_client(arguments) as master:
+        state, types = master.get_system_state(), master.get_topic_types()
+        facts = [_facts(master, _global(name), state, types) for name in arguments.node]
+    if arguments.json:
+        print_json(facts if len(facts) > 1 else facts[0])
+    else:
+        for fact in facts:
+            _print_facts(fact)
+    return 0
+
+
+def _global(name: str) -> str:
+    return name if name.startswith("/") else "/" + name
+
+
+def _facts(master: MasterClient, name: str, state: SystemState, types: dict[str, str]) -> dict[str, object]:
+    uri = _uri(master, name)
+    facts: dict[str, object] = {
+        "name": name,
+        "uri": uri,
+        "publications": _of(state.publishers, name, types),
+        "subscriptions": _of(state.subscribers, name, types),
+        "services": sorted(s for s, nodes in state.services.items() if name in nodes),
+    }
+    try:
+        with node_client(uri) as node:
+            facts["pid"] = node.get_pid()
+            facts["connections"] = [_connection(master, state, row) for row in node.get_bus_info()]
+    except GONE as error:
+        facts["error"] = str(error)
+    return facts
+
+
+def _of(table: dict[str, list[str]], name: str, types: dict[str, str]) -> dict[str, str]:
+    return {topic: types.get(topic, "*") for topic, nodes in sorted(table.items()) if name in nodes}
+
+
+def _connection(master: MasterClient, state: SystemState, row: BusConnection) -> dict[str, object]:
+    """A link; a subscriber knows its publishers by URI (so does rospy), which the master turns into a name."""
+    peer = row.destination
+    if peer.startswith("http"):
+        name = next((n for n in state.nodes if _same(master, n, peer)), None)
+        peer = f"{name} ({peer})" if name else peer
+    direction = {"o": "outbound", "i": "inbound", "b": "both"}.get(row.direction, row.direction)
+    return {"topic": row.topic, "peer": peer, "direction": direction, "transport": row.transport}
+
+
+def _same(master: MasterClient, name: str, uri: str) -> bool:
+    try:
+        return parse_uri(master.lookup_node(name)) == parse_uri(uri)
+    except (RosError, ValueError):
+        return False
+
+
+def _print_facts(fact: dict[str, object]) -> None:
+    print(RULE)
+    print(f"Node [{fact['name']}]")
+    for title, key in (("Publications", "publications"), ("Subscriptions", "subscriptions")):
+        table = fact[key]
+        assert isinstance(table, dict)
+        print(f"{title}: " + ("" if table else "None"))
+        for topic, kind in table.items():
+            print(f" * {topic} [{'unknown type' if kind == '*' else kind}]")
+        print()
+    services = fact["services"]
+    assert isinstance(services, list)
+    print("Services: " + ("" if services else "None"))
+    for service in services:
+        print(f" * {service}")
+    print(f"\n\ncontacting node {fact['uri']} ...")
+    if "error" in fact:
+        print(f"ERROR: Communication with node[{fact['uri']}] failed! {fact['error']}")
+        return
+    print(f"Pid: {fact['pid']}")
+    connections = fact["connections"]
+    assert isinstance(connections, list)
+    if connections:
+        print("Connections:")
+    for link in connections:
+        print(f" * topic: {link['topic']}")
+        print(f"    * to: {link['peer']}")
+        print(f"    * direction: {link['direction']}")
+        print(f"    * transport: {link['transport']}")
+    print()
+
+
+def _ping_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("node", nargs="*")
+    parser.add_argument("-a", "--all", action="store_true", help="every node, once")
+    parser.add_argument(
+        "-c", "--count", type=int, default=None, help="stop after this many (default: Ctrl-C)"
+    )
+    parser.add_argument(
+        "--timeout", type=float, default=3.0, help="seconds a node has to answer (default: 3)"
+    )
+
+
+def _ping(arguments: argparse.Namespace) -> int:
+    with master_client(arguments) as master:
+        names = master.get_system_state().nodes if arguments.all else [_global(n) for n in arguments.node]
+        if not names:
+            raise CommandError("name a node, or give --all; see: rosproto node list")
+        count = 1 if arguments.all else arguments.count
+        results = [_ping_node(master, name, count, arguments) for name in names]
+    if arguments.json:
+        print_json(results)
+    return 0 if all(result["answers"] for result in results) else 1
+
+
+def _ping_node(
+    master: MasterClient, name: str, count: int | None, arguments: argparse.Namespace
+) -> dict[str, object]:
+    uri = _uri(master, name)
+    if not arguments.json:
+        print(f"rosnode: node is [{name}]\npinging {name} with a timeout of {arguments.timeout}s")
+    times: list[float] = []
+    sent = 0
+    with node_client(uri) as node:
+        while count is None or sent < count:
+            sent += 1
+            began = time.perf_counter()
+            try:
+                node.get_pid(timeout=arguments.timeout)
+            except GONE as error:
+                if not arguments.json:
+                    print(f"cannot ping [{name}]: {error}", flush=True)
+            else:
+                times.append(1e3 * (time.perf_counter() - began))
+                if not arguments.json:
+                    print(f"xmlrpc reply from {uri}\ttime={times[-1]:f}ms", flush=True)
+            if count is None or sent < count:
+                time.sleep(1.0)
+    if times and not arguments.json:
+        print(f"ping average: {sum(times) / len(times):f}ms")
+    return {"name": name, "uri": uri, "sent": sent, "answers": len(times), "milliseconds": times}
+
+
+def _kill_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("node", nargs="*")
+    parser.add_argument("-a", "--all", action="store_true", help="every node of the graph")
+
+
+def _kill(arguments: argparse.Namespace) -> int:
+    with master_client(arguments) as master:
+        names = master.get_system_state().nodes if arguments.all else [_global(n) for n in arguments.node]
+        if not names:
+            raise CommandError("name a node, or give --all; see: rosproto node list")
+        killed, failed = [], {}
+        for name in names:
+            try:
+                with node_client(_uri(master, name)) as node:
+                    node.shutdown("user request")
+                killed.append(name)
+            except RosError as error:
+                failed[name] = str(error)
+    if arguments.json:
+        print_json({"killed": killed, "failed": failed})
+        return 1 if failed else 0
+    for name in killed:
+        print(f"killing {name}\nkilled")
+    if failed:
+        raise CommandError("; ".join(f"{name}: {text}" for name, text in failed.items()))
+    return 0
+
+
+def _cleanup(arguments: argparse.Namespace) -> int:
+    with master_client(arguments) as master:
+        state = master.get_system_state()
+        dead = [name for name in state.nodes if not _answers(master, name, arguments.timeout)]
+        for name in dead:
+            _unregister(master, name, state)
+    if arguments.json:
+        print_json(dead)
+    else:
+        print("\n".join(f"Unregistering {name}" for name in dead) or "every node answers")
+    return 0
+
+
+def _answers(master: MasterClient, name: str, timeout: float) -> bool:
+    try:
+        with node_client(_uri(master, name)) as node:
+            node.get_pid(timeout=timeout)
+        return True
+    except GONE:
+        return False
+
+
+def _unregister(master: MasterClient, name: str, state: SystemState) -> None:
+    """In the dead node's name, with its old URI: a node that came back meanwhile has another."""
+    uri = _uri(master, name)
+    with MasterClient(master.uri, name) as as_node:
+        for topic, nodes in state.publishers.items():
+            if name in nodes:
+                as_node.unregister_publisher(topic, uri)
+        for topic, nodes in state.subscribers.items():
+            if name in nodes:
+                as_node.unregister_subscriber(topic, uri)
+        for service, nodes in state.services.items():
+            if name in nodes:
+                as_node.unregister_service(service, master.lookup_service(service))
+
+
+def _machine(arguments: argparse.Namespace) -> int:
+    with master_client(arguments) as master:
+        hosts: dict[str, list[str]] = {}
+        for name in master.get_system_state().nodes:
+            hosts.setdefault(parse_uri(_uri(master, name))[0], []).append(name)
+    asked = {host: hosts.get(host, []) for host in arguments.host} or hosts
+    if arguments.json:
+        print_json(asked)
+    elif arguments.host:
+        print("\n".join(name for names in asked.values() for name in names))
+    else:
+        print("\n".join(sorted(hosts)))
+    return 0

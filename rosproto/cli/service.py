@@ -1,0 +1,189 @@
+"""`rosproto service`: list, info, type, find, uri, args, call; the words and forms of rosservice."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from rosproto.codec import service_class
+from rosproto.codec.dicts import from_dict, to_dict
+from rosproto.errors import DefinitionError, MasterError
+from rosproto.node.master_client import MasterClient
+from rosproto.values import parse_value
+
+from .graph import CALLER_ID, TIMEOUT, CommandError, master_client, open_node, print_json, verbs
+
+__all__ = ["add_arguments", "run"]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """One verb each."""
+    verbs(
+        parser,
+        {
+            "list": (_list_arguments, _list, "list the services of the graph"),
+            "info": (_name_arguments, _info, "tell who provides a service, where, and of what type"),
+            "type": (_name_arguments, _type, "print the type of a service"),
+            "find": (_find_arguments, _find, "list the services of a type"),
+            "uri": (_name_arguments, _uri, "print the address of a service"),
+            "args": (_name_arguments, _args, "print the fields of its request"),
+            "call": (_call_arguments, _call, "call a service and print its response"),
+        },
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the verb."""
+    code: int = arguments.run_verb(arguments)
+    return code
+
+
+def _name_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("service")
+
+
+def _list_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("namespace", nargs="?", default="")
+    parser.add_argument("-n", "--nodes", action="store_true", help="print the node beside each")
+
+
+def _find_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("type", help="package/Type")
+
+
+def _call_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("service")
+    parser.add_argument("values", nargs="*", help="the request: {field: value}, or its fields in order")
+    parser.add_argument("--type", help="package/Type, where the service does not say")
+    parser.add_argument("--timeout", type=float, default=10.0, help="seconds for the call (default: 10)")
+    parser.add_argument("--wait", action="store_true", help="wait for the service to come up first")
+
+
+def _global(name: str) -> str:
+    return name if name.startswith("/") else "/" + name
+
+
+def _look_up(master: MasterClient, name: str) -> str:
+    try:
+        return master.lookup_service(name)
+    except MasterError as error:
+        raise CommandError(f"no node provides the service {name!r}; see: rosproto service list") from error
+
+
+def _type_of(arguments: argparse.Namespace, name: str) -> str:
+    """Services carry no type at the master: their provider is asked (a probe)."""
+    from rosproto.node.service_link import ServiceLink
+    from rosproto.protocol.handshake import service_client_header
+    from rosproto.protocol.limits import Limits
+    from rosproto.transport.address import parse_uri
+    from rosproto.transport.deadline import Deadline
+
+    with master_client(arguments) as master:
+        address = parse_uri(_look_up(master, name))
+    fields = service_client_header(service=name, md5sum="*", callerid=CALLER_ID, probe=True)
+    link = ServiceLink.open(address, fields, service=name, limits=Limits(), deadline=Deadline(TIMEOUT))
+    link.close()
+    return link.header.get("type", "")
+
+
+def _list(arguments: argparse.Namespace) -> int:
+    below = arguments.namespace.rstrip("/")
+    with master_client(arguments) as master:
+        services = {
+            name: nodes
+            for name, nodes in sorted(master.get_system_state().services.items())
+            if name == below or name.startswith(below + "/")
+        }
+    if arguments.json:
+        print_json([{"name": name, "nodes": nodes} for name, nodes in services.items()])
+        return 0
+    for name, nodes in services.items():
+        print(f"{name} {','.join(nodes)}" if arguments.nodes else name)
+    return 0
+
+
+def _info(arguments: argparse.Namespace) -> int:
+    name = _global(arguments.service)
+    with master_client(arguments) as master:
+        uri = _look_up(master, name)
+        nodes = master.get_system_state().services.get(name, [])
+    kind = _type_of(arguments, name)
+    facts = {"node": ", ".join(nodes), "uri": uri, "type": kind, "args": _fields(kind)}
+    if arguments.json:
+        print_json(facts)
+        return 0
+    print(f"Node: {facts['node']}\nURI: {uri}\nType: {kind}")
+    fields = _fields(kind)
+    print("Args: " + ("(unknown type)" if fields is None else " ".join(fields)))
+    return 0
+
+
+def _fields(kind: str) -> list[str] | None:
+    try:
+        return list(service_class(kind).Request.__slots__)
+    except (DefinitionError, ValueError):
+        return None
+
+
+def _type(arguments: argparse.Namespace) -> int:
+    kind = _type_of(arguments, _global(arguments.service))
+    print_json(kind) if arguments.json else print(kind)
+    return 0
+
+
+def _find(arguments: argparse.Namespace) -> int:
+    with master_client(arguments) as master:
+        names = sorted(master.get_system_state().services)
+    found = [name for name in names if _safe_type(arguments, name) == arguments.type]
+    if arguments.json:
+        print_json(found)
+    elif found:
+        print("\n".join(found))
+    return 0
+
+
+def _safe_type(arguments: argparse.Namespace, name: str) -> str:
+    from rosproto.errors import RosError
+
+    try:
+        return _type_of(arguments, name)
+    except RosError:
+        return ""  # a provider that is gone does not hide the others
+
+
+def _uri(arguments: argparse.Namespace) -> int:
+    with master_client(arguments) as master:
+        uri = _look_up(master, _global(arguments.service))
+    print_json(uri) if arguments.json else print(uri)
+    return 0
+
+
+def _args(arguments: argparse.Namespace) -> int:
+    kind = _type_of(arguments, _global(arguments.service))
+    fields = list(service_class(kind).Request.__slots__)
+    print_json(fields) if arguments.json else print(" ".join(fields))
+    return 0
+
+
+def _call(arguments: argparse.Namespace) -> int:
+    name = _global(arguments.service)
+    with open_node(arguments) as node:
+        if arguments.wait:
+            node.wait_for_service(name, timeout=arguments.timeout)
+        kind = arguments.type or _type_of(arguments, name)
+        cls = service_class(kind)
+        request = from_dict(cls.Request, _request_values(arguments.values, cls.Request))
+        with node.service_client(name, cls) as client:
+            response = client.call(request, timeout=arguments.timeout)
+    print_json(to_dict(response, finite=True)) if arguments.json else print(response)
+    return 0
+
+
+def _request_values(words: list[str], cls: Any) -> Any:
+    """One dict, or the fields in order; nothing means defaults (rosservice asks for all fields then)."""
+    values = [parse_value(word) for word in words]
+    if not values:
+        return None
+    if len(values) == 1 and (isinstance(values[0], dict) or len(cls.__slots__) != 1):
+        return values[0]
+    return values

@@ -1,0 +1,171 @@
+"""`rosproto topic hz|delay|bw`: how often, how late and how much, over a window of messages."""
+
+from __future__ import annotations
+
+import argparse
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from .expression import Expression
+from .graph import CommandError, open_node, print_json
+from .rates import Bandwidth, Window, bandwidth_text, delay_text, hz_text, table
+
+__all__ = ["add_bw_arguments", "add_hz_arguments", "run_bw", "run_delay", "run_hz"]
+
+HZ_COLUMNS = ("topic", "rate", "min_delta", "max_delta", "std_dev", "window")
+
+
+def add_hz_arguments(parser: argparse.ArgumentParser) -> None:
+    """Topics, window, filter."""
+    _common(parser, 50_000)
+    parser.add_argument("--filter", metavar="EXPRESSION", help="only messages for which it is true")
+    parser.add_argument(
+        "--tcpnodelay", action="store_true", help="ask publishers to send without Nagle's delay"
+    )
+
+
+def add_bw_arguments(parser: argparse.ArgumentParser) -> None:
+    """Topics and window."""
+    _common(parser, 100)
+
+
+def _common(parser: argparse.ArgumentParser, window: int) -> None:
+    parser.add_argument("topic", nargs="+")
+    parser.add_argument("-w", "--window", type=int, default=window, help=f"messages looked at ({window})")
+    parser.add_argument("-n", type=int, default=None, metavar="COUNT", help="stop after this many reports")
+    parser.add_argument(
+        "--wall-time", action="store_true", help="accepted for rostopic's sake: it is always so"
+    )
+
+
+def run_hz(arguments: argparse.Namespace) -> int:
+    """Intervals between arrivals, a report a second."""
+    wanted = Expression(arguments.filter) if arguments.filter else None
+    windows = {topic: Window(arguments.window) for topic in arguments.topic}
+
+    def arrived(topic: str, message: Any, now: float) -> None:
+        if wanted is None or wanted(m=message):
+            windows[topic].tick(now)
+
+    def report() -> None:
+        if arguments.json:
+            print_json({t: _figures(w, "interval") for t, w in windows.items()})
+        elif len(windows) == 1:
+            window = next(iter(windows.values()))
+            print(hz_text(window.statistics() if window.fresh else None), flush=True)
+        else:
+            rows = [_hz_row(topic, window) for topic, window in windows.items() if window.fresh]
+            print(table(HZ_COLUMNS, rows) if rows else "no new messages", flush=True)
+
+    return _watch(arguments, arrived, report, raw=wanted is None)
+
+
+def _hz_row(topic: str, window: Window) -> list[str]:
+    found = window.statistics()
+    assert found is not None
+    rate = 1.0 / found.mean if found.mean > 0 else 0.0
+    return [
+        topic,
+        *(f"{v:.4}" for v in (rate, found.least, found.most, found.deviation)),
+        str(found.count + 1),
+    ]
+
+
+def _figures(window: Window, what: str) -> dict[str, float] | None:
+    found = window.statistics()
+    if found is None:
+        return None
+    figures = {f"mean_{what}": found.mean, f"min_{what}": found.least, f"max_{what}": found.most}
+    figures |= {"std_dev": found.deviation, "count": found.count}
+    if what == "interval" and found.mean > 0:
+        figures["rate"] = 1.0 / found.mean
+    return figures
+
+
+def run_delay(arguments: argparse.Namespace) -> int:
+    """Arrival minus header stamp; both clocks must agree for it to mean anything."""
+    windows = {topic: Window(arguments.window) for topic in arguments.topic}
+    headless: list[str] = []
+
+    def arrived(topic: str, message: Any, now: float) -> None:
+        if not message._has_header:
+            headless.append(f"{topic} ({message._type})")
+        else:
+            windows[topic].add(time.time() - message.header.stamp.to_sec())
+
+    def report() -> None:
+        if headless:
+            raise CommandError(f"{headless[0]} has no header, so its messages do not say when they were made")
+        if arguments.json:
+            print_json({t: _figures(w, "delay") for t, w in windows.items()})
+            return
+        for topic, window in windows.items():
+            text = delay_text(window.statistics() if window.fresh else None)
+            print(text if len(windows) == 1 else f"{topic}: {text}", flush=True)
+
+    return _watch(arguments, arrived, report, raw=False)
+
+
+def run_bw(arguments: argparse.Namespace) -> int:
+    """Bytes a second, a report a second."""
+    bandwidths = {topic: Bandwidth(arguments.window) for topic in arguments.topic}
+
+    def arrived(topic: str, message: Any, now: float) -> None:
+        bandwidths[topic].add(now, len(message._buff))
+
+    def report() -> None:
+        now = time.monotonic()
+        if arguments.json:
+            print_json(
+                {t: {"bytes_per_second": b.per_second(now), "sizes": b.sizes} for t, b in bandwidths.items()}
+            )
+            return
+        for topic, bandwidth in bandwidths.items():
+            text = bandwidth_text(bandwidth, now)
+            if text is not None:
+                print(text if len(bandwidths) == 1 else f"{topic}: {text}", flush=True)
+
+    return _watch(arguments, arrived, report, raw=True)
+
+
+def _watch(
+    arguments: argparse.Namespace,
+    arrived: Callable[[str, Any, float], None],
+    report: Callable[[], None],
+    *,
+    raw: bool,
+) -> int:
+    """Subscribe to all topics and report every second until interrupted."""
+    lock = threading.Lock()
+    problems: list[Exception] = []
+
+    def callback_for(topic: str) -> Callable[[Any], None]:
+        def callback(message: Any) -> None:
+            now = time.monotonic()
+            try:
+                with lock:
+                    arrived(topic, message, now)
+            except ValueError as error:  # a filter that does not fit the message: told by the main thread
+                problems.append(error)
+
+        return callback
+
+    with open_node(arguments) as node:
+        for topic in arguments.topic:
+            node.subscriber(
+                topic, None, callback_for(topic), raw=raw, queue_size=10_000,
+                tcp_nodelay=getattr(arguments, "tcpnodelay", False),
+            )  # fmt: skip
+            if not arguments.json:
+                print(f"subscribed to [{topic}]", flush=True)
+        reports = 0
+        while arguments.n is None or reports < arguments.n:
+            time.sleep(1.0)
+            if problems:
+                raise problems[0]
+            with lock:
+                report()
+            reports += 1
+    return 0

@@ -1,0 +1,185 @@
+"""Messages as dicts of plain values, and dicts (or lists) as messages: JSON, YAML and the command line.
+
+`fill` takes what `rostopic pub` and `rosservice call` take: a dict by field name, a list by position, one
+bare value for a message of one field, `now` for a time and `auto` for a Header (genpy.message.fill_message_args).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from rosproto.codec.classes import message_class
+from rosproto.errors import CodecError
+from rosproto.time import Duration, Time, TVal
+
+if TYPE_CHECKING:
+    from rosproto.codec.message import Message
+
+__all__ = ["fill", "from_dict", "to_dict"]
+
+INTEGERS = frozenset("int8 uint8 int16 uint16 int32 uint32 int64 uint64 char byte".split())
+FLOATS = frozenset(("float32", "float64"))
+TIMES: dict[str, type[Time] | type[Duration]] = {"time": Time, "duration": Duration}
+
+
+def to_dict(message: Any, *, finite: bool = False) -> dict[str, Any]:
+    """A message as nested dicts, lists, str, int, float and bool.
+
+    Args:
+        message: Any message; it is not changed.
+        finite: Put None for NaN and infinities, which JSON has no word for.
+
+    Returns:
+        A dict in the order of the definition; times are `{"secs": int, "nsecs": int}`, arrays lists.
+    """
+    return {name: _plain(getattr(message, name), finite) for name in message.__slots__}
+
+
+def _plain(value: Any, finite: bool) -> Any:
+    if hasattr(value, "_slot_types"):
+        return to_dict(value, finite=finite)
+    if isinstance(value, TVal) or (hasattr(value, "secs") and hasattr(value, "nsecs")):
+        return {"secs": value.secs, "nsecs": value.nsecs}
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, (bytes, bytearray)):
+        return list(value)
+    if isinstance(value, (list, tuple)):
+        return [_plain(item, finite) for item in value]
+    if finite and isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def from_dict(cls: type[Message], value: Any, *, now: Time | None = None) -> Any:
+    """A new message of a class with these values; fields that are not named keep their defaults.
+
+    Raises:
+        CodecError: A field does not exist or a value does not fit; says which, and what there is.
+    """
+    message = cls()
+    fill(message, value, now=now)
+    return message
+
+
+def fill(message: Any, value: Any, *, now: Time | None = None) -> None:
+    """Set the fields of a message from plain values.
+
+    Args:
+        message: Changed in place.
+        value: Dict by field name, list by position, None for "leave it", or one value for a message of one
+            field.
+        now: What `now` (a time) and `auto` (a Header) mean; without it these words are errors.
+
+    Raises:
+        CodecError: A field does not exist or a value does not fit; says which, and what there is.
+    """
+    _fill(message, value, now, "", message._type)
+
+
+def _fill(message: Any, value: Any, now: Time | None, path: str, top: str) -> None:
+    slots = message.__slots__
+    if value is None:
+        return
+    if message._type == "std_msgs/Header" and value == "auto":
+        message.stamp = _now(now, f"{path}.stamp", top)
+        return
+    if isinstance(value, dict):
+        for name in value:
+            if name not in slots:
+                raise _wrong(f"has no field {name!r}; it has: {', '.join(slots) or 'none'}", path, top)
+        pairs = list(value.items())
+    else:
+        items = value if isinstance(value, (list, tuple)) else [value]
+        if len(items) != len(slots) and not _one_array(message, items):
+            raise _wrong(
+                f"{len(items)} values given for the {len(slots)} fields of {message._type}: "
+                f"{', '.join(slots) or 'none'}",
+                path,
+                top,
+            )
+        pairs = [(slots[0], items)] if len(items) != len(slots) else list(zip(slots, items, strict=True))
+    types = dict(zip(slots, message._slot_types, strict=True))
+    for name, item in pairs:
+        inner = f"{path}.{name}" if path else name
+        current = getattr(message, name)
+        setattr(message, name, _value(types[name], item, now, inner, top, current, type(message)))
+
+
+def _one_array(message: Any, items: Any) -> bool:
+    """`[1, 2, 3]` for a message whose only field is an array."""
+    return len(message.__slots__) == 1 and message._slot_types[0].endswith("]") and len(items) != 1
+
+
+def _value(kind: str, value: Any, now: Time | None, path: str, top: str, current: Any, owner: Any) -> Any:
+    if kind.endswith("]"):
+        return _array(kind.partition("[")[0], value, now, path, top, owner)
+    if kind in TIMES:
+        return _time(TIMES[kind], value, now, path, top)
+    if kind == "string":
+        return _string(value, path, top)
+    if kind == "bool":
+        if isinstance(value, (bool, int)):
+            return bool(value)
+        raise _wrong(f"{value!r} is no bool: write true or false", path, top)
+    if kind in INTEGERS or kind in FLOATS:
+        return _number(kind, value, path, top)
+    _fill(current, value, now, path, top)
+    return current
+
+
+def _array(base: str, value: Any, now: Time | None, path: str, top: str, owner: Any) -> Any:
+    if isinstance(value, (bytes, bytearray)):
+        return bytes(value)
+    if not isinstance(value, (list, tuple)) and not hasattr(value, "tolist"):
+        raise _wrong(f"{value!r} is no list, and {base}[] is asked for", path, top)
+    if base in INTEGERS or base in FLOATS:
+        return [_number(base, item, f"{path}[{i}]", top) for i, item in enumerate(value)]
+    library = owner._binding.library
+
+    def fresh() -> Any:
+        return message_class(base, library)() if "/" in base else None
+
+    return [_value(base, item, now, f"{path}[{i}]", top, fresh(), owner) for i, item in enumerate(value)]
+
+
+def _number(kind: str, value: Any, path: str, top: str) -> int | float:
+    if kind in FLOATS:
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            return float(value)
+    elif isinstance(value, int) or (isinstance(value, float) and value.is_integer()):
+        return int(value)
+    raise _wrong(f"{value!r} is no {kind}", path, top)
+
+
+def _string(value: Any, path: str, top: str) -> str:
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (int, float)):  # `frame_id: 1` typed without quotes
+        return str(value)
+    raise _wrong(f"{value!r} is no string", path, top)
+
+
+def _time(cls: type[Time] | type[Duration], value: Any, now: Time | None, path: str, top: str) -> Any:
+    if value == "now" and cls is Time:
+        return _now(now, path, top)
+    if isinstance(value, dict) and set(value) <= {"secs", "nsecs"}:
+        return cls(int(value.get("secs", 0)), int(value.get("nsecs", 0)))
+    if isinstance(value, (list, tuple)) and len(value) == 2:
+        return cls(int(value[0]), int(value[1]))
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return cls.from_sec(value)
+    if isinstance(value, TVal):
+        return cls(value.secs, value.nsecs)
+    raise _wrong(f"{value!r} is no time: write {{secs: 1, nsecs: 0}}, seconds, or now", path, top)
+
+
+def _now(now: Time | None, path: str, top: str) -> Time:
+    if now is None:
+        raise _wrong("'now' and 'auto' have no meaning here: there is no clock", path, top)
+    return Time(now.secs, now.nsecs)
+
+
+def _wrong(message: str, path: str, top: str) -> CodecError:
+    return CodecError(message, type_name=top, field_path=path)
