@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import rosproto
 from rosproto.errors import RosError
 
 from .convert import pose_of
@@ -17,6 +16,7 @@ from .geometry import Pose2D
 from .goal import GoalHandle
 from .messages import stamped_pose
 from .outcome import OutcomeKind
+from .rostypes import message_type
 from .steps import Step, check_steps
 
 if TYPE_CHECKING:
@@ -72,10 +72,8 @@ class ActionHandle(GoalHandle[Any]):
             return
         if goal.done:
             self._settle(int(goal.status), goal.text or "", goal.result)
-        else:
-            lost = self._core.lost("velocity")
-            if lost:
-                self._finish(OutcomeKind.CONNECTION_LOST, lost)
+        elif goal.connection_error is not None:
+            self._finish(OutcomeKind.CONNECTION_LOST, str(goal.connection_error))
 
     def _settle(self, status: int, text: str, result: Any) -> None:
         if status == _SUCCEEDED:
@@ -122,6 +120,9 @@ class NavigationHandle(ActionHandle):
             pose_of(stamped.pose, stamped.header.frame_id or "map"), int(feedback.nav_state)
         )
 
+    def _describe(self, progress: NavigationProgress) -> str:
+        return f"at {progress.pose}"
+
 
 def start_navigation(
     core: Core, path: Sequence[Pose2D], *, mode: ExecutionMode, timeout: float, check: bool
@@ -130,7 +131,7 @@ def start_navigation(
     for pose in path:
         pose.require_finite()
     core.require_ready("navigation", check)
-    goal = rosproto.message_class("woosh_msgs/MoveBaseGoal")()
+    goal = message_type("woosh_msgs/MoveBaseGoal")()
     goal.target_pose = stamped_pose(path[-1])
     goal.poses = [stamped_pose(pose) for pose in path] if len(path) > 1 else []
     goal.execution_mode = int(mode)
@@ -170,6 +171,9 @@ class StepHandle(ActionHandle):
         """How much of the whole goal is done, each step counting the same."""
         with self._condition:
             return 100.0 if self._outcome is not None and self._outcome.arrived else self._overall()
+
+    def _describe(self, progress: StepProgress) -> str:
+        return f"step {progress.index + 1} of {len(self._steps)}, {progress.mode}: {progress.percent:.0f} %"
 
     def _overall(self) -> float:
         return (self._index * 100.0 + self._percent) / len(self._steps)
@@ -237,9 +241,9 @@ class StepHandle(ActionHandle):
 
 def step_goal(mode: StepControlMode, steps: Sequence[Step], avoid: bool) -> Any:
     """woosh_msgs/StepControlGoal."""
-    goal = rosproto.message_class("woosh_msgs/StepControlGoal")()
+    goal = message_type("woosh_msgs/StepControlGoal")()
     goal.mode, goal.useAvoid = int(mode), avoid
-    step_class = rosproto.message_class("woosh_msgs/StepControl")
+    step_class = message_type("woosh_msgs/StepControl")
     goal.stepControl = [
         step_class(executeMode=int(s.mode), data=s.data, speed=s.highest_speed, angle=s.angle) for s in steps
     ]

@@ -89,6 +89,11 @@ class Chassis(Peripherals):
         return f"<Chassis {self.master_uri}, {len(self._core.goals)} goals under way>"
 
     @property
+    def moved(self) -> bool:
+        """True when a verb of this object has started a motion, whether it is over or not."""
+        return self._core.moved
+
+    @property
     def node(self) -> rosproto.Node:
         """The node underneath, for everything this class does not offer."""
         return self._core.node

@@ -43,6 +43,7 @@ class Core:
     Attributes:
         master_uri: Where its master is.
         node: Our node, made on first use.
+        moved: Whether a motion was ever started.
     """
 
     def __init__(self, master_uri: str, *, name: str, host: str | None, timeout: float) -> None:
@@ -62,6 +63,7 @@ class Core:
         self._fault_lock = threading.Lock()
         self._missing_since: dict[str, float] = {}
         self._closed = False
+        self.moved = False
 
     # -- the graph -------------------------------------------------------------------------------------------
 
@@ -319,6 +321,7 @@ class Core:
     def remember(self, goal: GoalHandle[Any]) -> None:
         """Add a goal to what `stop` and `close` cancel."""
         with self._lock:
+            self.moved = True
             self._goals.append(goal)
 
     def forget(self, goal: GoalHandle[Any]) -> None:
@@ -336,6 +339,7 @@ class Core:
         with self._lock:
             if self._drives:
                 raise MotionRefused("another velocity block is open on this Chassis; leave it first")
+            self.moved = True
             self._drives.append(drive)
 
     def forget_drive(self, drive: Drive) -> None:

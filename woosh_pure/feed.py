@@ -74,8 +74,8 @@ class Feed(Generic[T]):
         self._closed = False
 
     def __repr__(self) -> str:
-        age = self.age
-        heard = "not heard yet" if age is None else f"{self._count} heard, age {age:.2f} s"
+        newest = self._history[-1] if self._history else None
+        heard = "not heard yet" if newest is None else f"{self._count} heard, age {newest.age:.2f} s"
         return f"<Feed {self.row.name} {self.row.type}: {heard}>"
 
     @property
@@ -137,14 +137,13 @@ class Feed(Generic[T]):
     @property
     def age(self) -> float | None:
         """Seconds since the newest value by our clock, None when nothing was heard yet."""
-        with self._condition:
-            newest = self._history[-1] if self._history else None
+        newest = self.reading
         return None if newest is None else newest.age
 
     @property
     def heard(self) -> bool:
         """True when at least one value has come."""
-        return self._count > 0
+        return self.reading is not None
 
     @property
     def count(self) -> int:
@@ -160,6 +159,7 @@ class Feed(Generic[T]):
     @property
     def history(self) -> tuple[Reading[T], ...]:
         """The last readings, oldest first."""
+        self.open()
         with self._condition:
             return tuple(self._history)
 

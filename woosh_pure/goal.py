@@ -9,6 +9,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from rosproto.errors import RosError
@@ -71,7 +72,9 @@ class GoalHandle(Generic[P]):
             seconds = time.monotonic() - self._started
             self._outcome = Outcome(kind, self.goal, text, code, stopped, seconds)
             self._condition.notify_all()
-        self._core.forget(self)
+        if kind is not OutcomeKind.CONNECTION_LOST:
+            # A goal whose link was lost may still run on the robot: `stop` and `close` must still cancel it.
+            self._core.forget(self)
 
     def _advance(self, progress: P) -> None:
         with self._condition:
@@ -104,6 +107,14 @@ class GoalHandle(Generic[P]):
         """The newest progress, None before the first."""
         with self._condition:
             return self._progress[-1] if self._progress else None
+
+    def progress_line(self) -> str:
+        """The newest progress in words, "" before the first."""
+        newest = self.latest_progress
+        return "" if newest is None else self._describe(newest)
+
+    def _describe(self, progress: P) -> str:
+        return str(progress)
 
     def on_progress(self, callback: Callable[[P], object]) -> None:
         """Call `callback(progress)` for each report, in a thread of the library."""
@@ -139,10 +150,18 @@ class GoalHandle(Generic[P]):
         seconds = self.default_timeout if timeout == _OWN_DEFAULT else timeout
         if not self._wait_until_done(seconds):
             self._time_out(seconds or 0.0)
-        outcome = self._outcome
-        assert outcome is not None, "a goal that is waited for has ended"
+        outcome = self._confirmed()
         if raises and not outcome.arrived:
             raise GoalFailed(outcome)
+        return outcome
+
+    def _confirmed(self) -> Outcome:
+        """The outcome; of one that is no arrival it is looked whether the robot stands still."""
+        outcome = self._outcome
+        assert outcome is not None, "a goal that is waited for has ended"
+        unknown = not outcome.arrived and outcome.stopped is None
+        if unknown and outcome.kind is not OutcomeKind.CONNECTION_LOST:
+            self._outcome = outcome = replace(outcome, stopped=self._core.wait_standing(2.0))
         return outcome
 
     def _wait_until_done(self, timeout: float | None) -> bool:
@@ -190,5 +209,8 @@ class GoalHandle(Generic[P]):
                     None,
                     self._core.wait_standing(2.0),
                 )
+        elif self._outcome is not None and self._outcome.kind is OutcomeKind.CONNECTION_LOST:
+            self._request_cancel(timeout)
+            self._core.forget(self)
         assert self._outcome is not None, "a cancelled goal has ended"
         return self._outcome

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import rosproto
-
 from .convert import pose_of
 from .geometry import quaternion_from_yaw
 from .gridmap import GridMap
+from .rostypes import message_type
 
 __all__ = ["grid_from_message", "grid_message"]
 
@@ -33,7 +32,7 @@ def grid_message(grid: GridMap, frame: str = "map") -> Any:
     """nav_msgs/OccupancyGrid of a map."""
     import numpy as np
 
-    message = rosproto.message_class("nav_msgs/OccupancyGrid")()
+    message = message_type("nav_msgs/OccupancyGrid")()
     message.header.frame_id = frame
     info = message.info
     info.resolution, info.width, info.height = grid.resolution, grid.width, grid.height

@@ -45,9 +45,8 @@ class MarkFile:
             entries = json.loads(self.path.read_text(encoding="utf-8"))
             self._marks = {name: _mark(name, entry) for name, entry in entries.items()}
         except (ValueError, TypeError, AttributeError, KeyError) as error:
-            raise ValueError(
-                f'{self.path}: not a mark file ({error}); expected {{"A1": {{"x": 3.0, "y": 1.0, "yaw": 1.57}}}}'
-            ) from error
+            example = '{"A1": {"x": 3.0, "y": 1.0, "yaw": 1.57}}'
+            raise ValueError(f"{self.path}: not a mark file ({error}); expected {example}") from error
 
     def __iter__(self) -> Iterator[UserMark]:
         return iter(self._marks.values())
@@ -96,8 +95,8 @@ def _mark(name: str, entry: dict[str, object]) -> UserMark:
     note = str(entry.get("note", ""))
     if "x" not in entry:
         return UserMark(name, None, note)
-    numbers = [float(str(entry.get(key, 0.0))) for key in ("x", "y", "yaw")]
-    return UserMark(name, Pose2D(*numbers).require_finite(), note)
+    x, y, yaw = (float(str(entry.get(key, 0.0))) for key in ("x", "y", "yaw"))
+    return UserMark(name, Pose2D(x, y, yaw).require_finite(), note)
 
 
 def _entry(mark: UserMark) -> dict[str, object]:

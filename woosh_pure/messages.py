@@ -6,16 +6,15 @@ import math
 import time
 from typing import Any
 
-import rosproto
-
 from .geometry import Footprint, Pose2D, Velocity, quaternion_from_yaw
 from .gridmap_message import grid_message
+from .rostypes import message_type
 
 __all__ = ["grid_message", "polygon", "pose_message", "pose_with_covariance", "stamped_pose", "twist"]
 
 
 def _new(name: str) -> Any:
-    return rosproto.message_class(name)()
+    return message_type(name)()
 
 
 def set_now(header: Any, frame: str) -> None:
@@ -69,6 +68,6 @@ def twist(velocity: Velocity) -> Any:
 def polygon(footprint: Footprint) -> Any:
     """geometry_msgs/Polygon."""
     message = _new("geometry_msgs/Polygon")
-    point = rosproto.message_class("geometry_msgs/Point32")
+    point = message_type("geometry_msgs/Point32")
     message.points = [point(x=x, y=y, z=0.0) for x, y in footprint.points]
     return message

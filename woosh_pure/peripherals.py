@@ -8,7 +8,6 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-import rosproto
 from rosproto.errors import RosTimeout
 
 from .convert import pose_of
@@ -18,6 +17,7 @@ from .geometry import Footprint, Pose2D
 from .gridmap import GridMap
 from .gridmap_message import grid_from_message, grid_message
 from .messages import polygon, pose_with_covariance, stamped_pose
+from .rostypes import message_type
 
 if TYPE_CHECKING:
     from .core import Core
@@ -64,7 +64,7 @@ class Peripherals:
         """
         if not 0 <= module <= 8:
             raise ValueError(f"module {module}: 0 for all, or 1 to 8")
-        message = rosproto.message_class("woosh_msgs/LED")()
+        message = message_type("woosh_msgs/LED")()
         message.submodule, message.normal, message.color = module, int(state), _rgb(color)
         message.urgency, message.abnormal = 0xFF * urgency, 0xFF * abnormal
         if strip not in (*_STRIPS, "both"):
@@ -89,7 +89,7 @@ class Peripherals:
         Raises:
             RosTimeout: This chassis has no voice.
         """
-        message = rosproto.message_class("std_msgs/String")(data=text)
+        message = message_type("std_msgs/String")(data=text)
         self._core.send("/voice_synthesis", message)
 
     # -- footprint -------------------------------------------------------------------------------------------
@@ -264,7 +264,7 @@ class Peripherals:
         for name, value in (("waiting_timeout", waiting_timeout), ("max_speed", max_speed)):
             if not (math.isfinite(value) and value >= 0.0):
                 raise ValueError(f"{name}={value}: must be a number of at least 0")
-        goal = rosproto.message_class("woosh_msgs/NavigationModeGoal")()
+        goal = message_type("woosh_msgs/NavigationModeGoal")()
         goal.id, goal.navigation_mode, goal.waiting_timeout = passage_id, int(mode), waiting_timeout
         goal.max_speed, goal.permitted_passage = max_speed, permitted_passage
         goal.capacity, goal.nav_dir = capacity, int(direction)

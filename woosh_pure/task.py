@@ -70,6 +70,10 @@ class TaskHandle(GoalHandle[RobotStatus]):
                 readiness=self._core.readiness(),
             )
 
+    def _describe(self, progress: RobotStatus) -> str:
+        pose = self._core.feed("pose").latest
+        return f"{progress.task_state}, {progress.action_type}; at {pose or 'a pose not heard'}"
+
     def _request_cancel(self, timeout: float) -> None:
         try:
             self._command(TaskCommand.CANCEL, timeout)

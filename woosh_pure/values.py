@@ -179,7 +179,8 @@ class LaserScan:
         import numpy as np
 
         steps = np.arange(self.ranges.size, dtype=np.float32)
-        return steps * np.float32(self.angle_increment) + np.float32(self.angle_min)
+        angles: NDArray[np.float32] = steps * np.float32(self.angle_increment) + np.float32(self.angle_min)
+        return angles
 
     def points(self) -> NDArray[np.float32]:
         """(M, 2) float32 x, y in m in `frame` of the valid ranges; a new array."""
@@ -228,7 +229,7 @@ class Image:
         import numpy as np
 
         if self.encoding in ("16UC1", "mono16"):
-            metres = self.pixels.astype(np.float32) / np.float32(1000.0)
+            metres: NDArray[np.float32] = self.pixels.astype(np.float32) / np.float32(1000.0)
             metres[self.pixels == 0] = np.nan
             return metres
         if self.encoding == "32FC1":

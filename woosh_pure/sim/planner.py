@@ -59,7 +59,7 @@ class Planner:
     def is_free(self, x: float, y: float, obstacles: Iterable[tuple[float, float, float]] = ()) -> bool:
         """True when the robot's centre may be there."""
         cell = self._cell(Pose2D(x, y))
-        return self._inside(cell) and not self._with(obstacles)[cell]
+        return self._inside(cell) and not bool(self._with(obstacles)[cell])
 
     def _coarse(self, occupied: NDArray[np.bool_]) -> NDArray[np.bool_]:
         f = self._factor
@@ -81,7 +81,8 @@ class Planner:
             for dc in range(-reach, reach + 1):
                 if math.hypot(dr, dc) * self._size <= self._radius:
                     rows, columns = occupied.shape
-                    out |= padded[reach + dr : reach + dr + rows, reach + dc : reach + dc + columns]
+                    near = padded[reach + dr : reach + dr + rows, reach + dc : reach + dc + columns]
+                    np.logical_or(out, near, out=out)
         return out
 
     def _with(self, obstacles: Iterable[tuple[float, float, float]]) -> NDArray[np.bool_]:

@@ -1,0 +1,39 @@
+"""Fixtures of the scenarios: a simulated chassis over real TCP, faster than real time, and a Chassis on it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from woosh_pure import Chassis, SimulatedChassis
+
+SPEED = 8.0
+
+
+@pytest.fixture
+def sim() -> Iterator[SimulatedChassis]:
+    """A simulated chassis at 8 times real time, without the parts of the graph that carry no content."""
+    with SimulatedChassis(speed=SPEED, full_graph=False) as simulated:
+        yield simulated
+
+
+@pytest.fixture
+def chassis(sim: SimulatedChassis) -> Iterator[Chassis]:
+    """A Chassis connected to it."""
+    with Chassis(sim.master_uri) as connected:
+        yield connected
+
+
+@pytest.fixture
+def until() -> Callable[..., None]:
+    """Wait for a condition with a deadline."""
+
+    def wait(condition: Callable[[], object], timeout: float = 10.0, what: str = "condition") -> None:
+        end = time.monotonic() + timeout
+        while not condition():
+            assert time.monotonic() < end, f"{what} did not come true within {timeout} s"
+            time.sleep(0.005)
+
+    return wait

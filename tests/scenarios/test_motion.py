@@ -1,0 +1,276 @@
+"""Navigation, precise moves and velocity over real TCP."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+
+import pytest
+
+from rosproto.errors import ConnectionLost
+from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, Pose2D, SimulatedChassis, StaleState
+from woosh_pure.geometry import Velocity
+from woosh_pure.sim import Settings
+from woosh_pure.sim.body import BodyLimits
+from woosh_pure.steps import Step
+from woosh_pure.velocity import DriveLimits, Shaper
+
+
+def test_go_to_a_pose(sim, chassis):
+    handle = chassis.go_to(2.0, 1.0, math.pi / 2)
+    seen = list(handle.progress())
+    assert handle.wait(20.0).arrived
+    assert sim.pose.distance_to(Pose2D(2.0, 1.0)) < 0.03
+    assert seen
+
+
+def test_follow_a_path_point_by_point(sim, chassis):
+    path = [Pose2D(1.0, 0.0), Pose2D(1.0, 1.0), Pose2D(0.0, 1.0)]
+    chassis.follow(path, point_by_point=True).wait(30.0)
+    assert sim.pose.distance_to(path[-1]) < 0.03
+
+
+def test_a_place_that_cannot_be_reached_is_an_error(chassis):
+    with pytest.raises(GoalFailed) as caught:
+        chassis.go_to(50.0, 0.0).wait(20.0)
+    assert caught.value.outcome.kind is OutcomeKind.FAILED
+
+
+def test_a_goal_of_the_robot_itself_replaces_ours_and_is_told(sim, chassis, until):
+    handle = chassis.go_to(2.5, 0.0)
+    until(lambda: not sim.world.body.velocity.is_standing())
+    sim.compete(0.0, 1.0)
+    with pytest.raises(GoalFailed) as caught:
+        handle.wait(10.0)
+    assert caught.value.outcome.kind is OutcomeKind.REPLACED
+
+
+def test_a_navigation_timeout_cancels_and_confirms_the_stop(sim, chassis):
+    with pytest.raises(GoalFailed) as caught:
+        chassis.go_to(2.8, 0.0).wait(0.3)
+    outcome = caught.value.outcome
+    assert (outcome.kind, outcome.stopped) == (OutcomeKind.TIMED_OUT, True)
+    with sim.lock:
+        assert sim.world.motion is None
+
+
+def test_move_and_rotate(sim, chassis):
+    chassis.move(0.5).wait()
+    assert sim.pose.x == pytest.approx(0.5, abs=0.01)
+    chassis.rotate(90, degrees=True, speed=0.5).wait()
+    assert sim.pose.yaw == pytest.approx(math.pi / 2, abs=0.01)
+    chassis.move(-0.3).wait()
+    assert sim.pose.y == pytest.approx(-0.3, abs=0.01)
+
+
+def test_several_steps_as_one_goal(sim, chassis):
+    steps = [Step.straight(0.4), Step.turn(math.pi / 2, 1.0), Step.straight(0.2)]
+    handle = chassis.steps(steps)
+    indices = [report.index for report in handle.progress()]
+    handle.wait()
+    assert sim.pose.distance_to(Pose2D(0.4, 0.2)) < 0.02
+    assert indices == sorted(indices)
+    assert handle.percent == 100.0
+
+
+def test_pause_and_resume_of_steps_send_what_remains(sim, chassis, until):
+    handle = chassis.steps([Step.straight(0.8), Step.turn(1.0, 1.0)])
+    until(lambda: handle.latest_progress and handle.latest_progress.percent > 20)
+    handle.pause()
+    chassis.measured_velocity.wait_for(Velocity.is_standing, 5.0)
+    held = sim.pose
+    time.sleep(0.2)
+    assert sim.pose.distance_to(held) < 0.01
+    assert not handle.done
+    assert len(handle.remaining()) == 2
+    handle.resume()
+    handle.wait(20.0)
+    # Steps are resent from the last report, a tenth of a second old at eight times real time.
+    assert sim.pose.x == pytest.approx(0.8, abs=0.25)
+    assert sim.pose.yaw == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_lateral_step_is_an_error_on_a_differential_base_and_works_on_another(chassis):
+    with pytest.raises(GoalFailed):
+        chassis.strafe(0.3).wait(5.0)
+    settings = Settings(limits=BodyLimits(omnidirectional=True))
+    with (
+        SimulatedChassis(speed=8, settings=settings, full_graph=False) as omni,
+        Chassis(omni.master_uri) as other,
+    ):
+        other.strafe(0.3).wait()
+        assert omni.pose.y == pytest.approx(0.3, abs=0.01)
+        other.move_diagonal(0.4, 45, degrees=True).wait()
+        assert omni.pose.x == pytest.approx(0.4 * math.cos(math.pi / 4), abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("call", "match"),
+    [
+        (lambda c: c.move(10.1), "10.0 m"),
+        (lambda c: c.move(math.nan), "finite"),
+        (lambda c: c.rotate(90), "degrees=True"),
+        (lambda c: c.rotate(63.0, several_turns=True), "62.8318"),
+        (lambda c: c.move(1.0, speed=-0.1), "positive"),
+        (lambda c: c.steps([]), "no steps"),
+        (lambda c: c.go_to(math.inf, 0.0), "finite"),
+        (lambda c: c.follow([]), "empty"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused_before_anything_is_sent(chassis, call, match):
+    with pytest.raises(ValueError, match=match):
+        call(chassis)
+    assert not chassis.moved
+
+
+def test_a_blocked_step_is_an_error(sim, chassis):
+    sim.add_obstacle(1.0, 0.0)
+    with pytest.raises(GoalFailed) as caught:
+        chassis.move(2.0, speed=0.5).wait(20.0)
+    assert caught.value.outcome.kind is OutcomeKind.FAILED
+    assert sim.pose.x < 0.6
+
+
+# -- velocity --------------------------------------------------------------------------------------------------
+
+
+def test_a_velocity_block_moves_and_ends_in_zero(sim, chassis, until):
+    with chassis.velocity(bypasses_protection=True) as drive:
+        drive.hold(0.2, seconds=0.5)
+        drive.set(0.2)
+        until(lambda: sim.world.body.velocity.vx > 0.1)
+    until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 3.0)
+    assert sim.pose.x > 0.3
+
+
+def test_an_exception_in_the_block_ends_in_zero(sim, chassis, until):
+    with pytest.raises(ZeroDivisionError), chassis.velocity(bypasses_protection=True) as drive:  # noqa: PT012  (the error must come out of the block)
+        drive.set(0.2, valid_for=5.0)
+        until(lambda: sim.world.body.velocity.vx > 0.1)
+        raise ZeroDivisionError
+    until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 3.0)
+
+
+def test_a_command_that_is_not_refreshed_lapses(sim, chassis, until):
+    with chassis.velocity(bypasses_protection=True) as drive:
+        drive.set(0.2, valid_for=0.3)
+        until(lambda: sim.world.body.velocity.vx > 0.1)
+        until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 3.0)
+        assert drive.active
+        drive.set(0.1)
+        until(lambda: sim.world.body.velocity.vx > 0.05)
+
+
+def test_without_acknowledgement_there_is_no_velocity(chassis):
+    with pytest.raises(MotionRefused, match="bypasses"):
+        chassis.velocity(bypasses_protection=False)
+    with pytest.raises(TypeError):
+        chassis.velocity()
+
+
+@pytest.mark.parametrize("bad", [(math.nan, 0.0), (5.0, 0.0), (0.0, math.inf), (0.0, 9.0)])
+def test_a_velocity_out_of_range_is_refused_not_clamped(chassis, bad):
+    with chassis.velocity(bypasses_protection=True) as drive, pytest.raises(ValueError, match="limit|finite"):
+        drive.set(*bad)
+
+
+def test_limits_come_from_the_chassis_and_the_caller_may_only_lower_them(chassis):
+    with chassis.velocity(bypasses_protection=True) as drive:
+        assert (drive.limits.linear, drive.limits.angular) == (1.0, 1.0)
+    with (
+        chassis.velocity(bypasses_protection=True, max_linear=0.1) as drive,
+        pytest.raises(ValueError, match=r"0\.1"),
+    ):
+        drive.set(0.2)
+    with pytest.raises(ValueError, match="at most"):
+        chassis.velocity(bypasses_protection=True, max_linear=3.0)
+
+
+def test_a_silent_parameter_topic_leaves_the_careful_limits():
+    with SimulatedChassis(full_graph=False) as sim:
+        sim.graph.first("/driver_base/parameter").close()
+        with Chassis(sim.master_uri) as chassis:
+            assert chassis.velocity(bypasses_protection=True).limits == DriveLimits(0.3, 0.5)
+
+
+def test_stop_ends_a_drive_and_it_cannot_be_revived(sim, chassis, until):
+    with pytest.raises(MotionRefused, match="stop"), chassis.velocity(bypasses_protection=True) as drive:  # noqa: PT012  (the error must come out of the block)
+        drive.set(0.2, valid_for=5.0)
+        until(lambda: sim.world.body.velocity.vx > 0.1)
+        thread = threading.Thread(target=chassis.stop)
+        thread.start()
+        thread.join(10.0)
+        assert sim.world.body.velocity.is_standing()
+        drive.set(0.2)
+    time.sleep(0.2)
+    assert sim.world.body.velocity.is_standing(0.0, 0.0)
+
+
+def test_a_lost_subscriber_ends_the_drive_at_once_and_zero_comes_first_afterwards(sim, chassis, until):
+    base = sim.graph.nodes["/mobile_base_nodelet_manager"]
+    with pytest.raises(ConnectionLost), chassis.velocity(bypasses_protection=True) as drive:  # noqa: PT012  (the error must come out of the block)
+        drive.set(0.2, valid_for=5.0)
+        until(lambda: sim.world.body.velocity.vx > 0.1)
+        for subscription in [s for s in sim.graph._keep if getattr(s, "topic", "") == "/smooth_cmd_vel"]:
+            subscription.close()
+        until(lambda: not drive.active, 3.0)
+        drive.set(0.1)
+    received: list[float] = []
+    again = base.subscriber(
+        "/smooth_cmd_vel", "geometry_msgs/Twist", callback=lambda m: received.append(m.linear.x)
+    )
+    until(lambda: received, 5.0)
+    time.sleep(0.2)
+    again.close()
+    assert set(received) == {0.0}
+
+
+def test_a_chassis_that_falls_silent_ends_the_drive_with_zero(sim, chassis, until):
+    with pytest.raises(ConnectionLost, match="silent"), chassis.velocity(bypasses_protection=True) as drive:  # noqa: PT012  (the error must come out of the block)
+        drive.set(0.2, valid_for=5.0)
+        until(lambda: sim.world.body.velocity.vx > 0.1)
+        sim.fall_silent(3.0)
+        drive.hold(0.2, seconds=5.0)
+    until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 3.0)
+
+
+def test_a_chassis_that_tells_no_velocity_is_not_driven_blind():
+    with SimulatedChassis(full_graph=False) as sim:
+        sim.fall_silent(60.0)
+        with Chassis(sim.master_uri) as chassis, pytest.raises(StaleState, match="odom_twist"):
+            chassis.velocity(bypasses_protection=True).__enter__()
+
+
+def test_only_one_block_is_open_at_a_time(chassis):
+    with (
+        chassis.velocity(bypasses_protection=True),
+        pytest.raises(MotionRefused, match="another"),
+        chassis.velocity(bypasses_protection=True),
+    ):
+        pass
+
+
+def test_what_remains_of_a_killed_process_is_the_chassis_own_behaviour(sim, until):
+    publisher_side = Chassis(sim.master_uri)
+    drive = publisher_side.velocity(bypasses_protection=True)
+    drive.__enter__()
+    drive.set(0.2, valid_for=5.0)
+    until(lambda: sim.world.body.velocity.vx > 0.1)
+    # A killed process sends nothing any more: take its sockets away without any of our own clean-up.
+    publisher_side._core.zero = lambda topic: None  # type: ignore[method-assign]
+    publisher_side.node.close()
+    time.sleep(0.5)
+    assert sim.world.body.velocity.vx > 0.1
+
+
+def test_the_shaper_ramps_up_and_stops_at_once():
+    shaper = Shaper(DriveLimits(1.0, 1.0, acceleration=0.5, angular_acceleration=1.0))
+    shaper.command(Velocity(0.5), now=0.0, valid_for=1.0)
+    assert shaper.next(0.0).vx == pytest.approx(0.025)
+    assert shaper.next(0.1).vx == pytest.approx(0.075)
+    assert shaper.next(1.5) == Velocity()
+    shaper.command(Velocity(0.5), now=2.0, valid_for=1.0)
+    shaper.next(2.0)
+    shaper.command(Velocity(0.0), now=2.1, valid_for=1.0)
+    assert shaper.next(2.1).vx == 0.0

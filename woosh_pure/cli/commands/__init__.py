@@ -1,0 +1,1 @@
+"""One file for each command of `woosh`; `woosh_pure.cli.registry` names them."""

@@ -1,0 +1,72 @@
+"""`woosh demo`: the whole tower on the simulated chassis, over real TCP sockets."""
+
+from __future__ import annotations
+
+import math
+import time
+from argparse import ArgumentParser, Namespace
+
+from ..connection import connect, follow
+from ..output import Output
+
+HELP = "start a simulated chassis and drive it: the first thing to try"
+_SPEED = 2.0
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    parser.add_argument("--mark", default="A1", help="mark to drive to (default A1)")
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    if args.master or args.chassis:
+        raise ValueError("the demo drives only its own simulated chassis; leave --master and --chassis out")
+    args.sim = True
+    began = time.monotonic()
+    from woosh_pure.sim.site import built_in_site
+
+    marks = built_in_site().marks
+    if args.mark not in marks:
+        raise ValueError(f"mark {args.mark!r} is not in the demo's hall; it has {', '.join(marks)}")
+    out.line(
+        f"woosh demo: a simulated chassis at {_SPEED:g} times real time; nothing outside this computer moves"
+    )
+    with connect(args, out, sim_speed=_SPEED) as chassis:
+        battery, start = chassis.battery.wait(), chassis.pose.wait()
+        out.line(f"battery {battery.percent} %, {battery.voltage:.1f} V; pose {start}")
+
+        follow(chassis.move(0.5, speed=0.3), out, "moving 0.5 m forward", 20.0)
+        chassis.measured_velocity.wait_for(lambda v: v.is_standing())
+        moved = chassis.pose.wait()
+        way = start.distance_to(moved)
+        out.line(f"  asked 0.500 m, measured {way:.3f} m")
+
+        follow(chassis.rotate(90, degrees=True, speed=0.8), out, "rotating 90° to the left", 20.0)
+        chassis.measured_velocity.wait_for(lambda v: v.is_standing())
+        turned = chassis.pose.wait()
+        angle = math.degrees(moved.angle_to(turned))
+        out.line(f"  asked 90.0°, measured {angle:.1f}°")
+
+        target = marks[args.mark].pose
+        handle = chassis.go_to_mark(args.mark)
+        outcome = follow(handle, out, f"going to mark {args.mark} ({target})", 60.0)
+        end = chassis.pose.wait()
+        off, off_angle = end.distance_to(target), math.degrees(end.angle_to(target))
+        out.line(f"  {outcome.sentence()}")
+        out.line(f"ended at {end}: {off * 1000:.0f} mm and {off_angle:.1f}° from the mark")
+        battery = chassis.battery.wait()
+        out.line(f"battery {battery.percent} %; travelled {chassis.odometer.wait():.2f} m")
+        good = abs(way - 0.5) < 0.05 and abs(angle - 90.0) < 5.0 and off < 0.1 and abs(off_angle) < 5.0
+        seconds = time.monotonic() - began
+        out.line(f"{'done' if good else 'FAILED: measured is too far from asked'} in {seconds:.1f} s")
+        out.result(
+            {
+                "ok": good,
+                "seconds": round(seconds, 2),
+                "moved": {"asked_m": 0.5, "measured_m": round(way, 4)},
+                "rotated": {"asked_degrees": 90.0, "measured_degrees": round(angle, 2)},
+                "mark": {"name": args.mark, "off_m": round(off, 4), "off_degrees": round(off_angle, 2)},
+            }
+        )
+        return 0 if good else 1

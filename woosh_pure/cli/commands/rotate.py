@@ -1,0 +1,36 @@
+"""`woosh rotate DEGREES`."""
+
+from __future__ import annotations
+
+import math
+from argparse import ArgumentParser, Namespace
+
+from ..connection import connect, follow
+from ..output import Output
+
+HELP = "turn in place by degrees (positive: to the left)"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    parser.add_argument("degrees", type=float, help="at most 3600")
+    parser.add_argument(
+        "--speed", type=float, default=0.0, metavar="DEG/S", help="default: the chassis's 5.7"
+    )
+    parser.add_argument("--no-avoid", action="store_true", help="switch obstacle avoidance off for this move")
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    with connect(args, out) as chassis:
+        handle = chassis.rotate(
+            args.degrees,
+            degrees=True,
+            speed=math.radians(args.speed),
+            several_turns=True,
+            avoid=not args.no_avoid,
+        )
+        outcome = follow(handle, out, f"turning {args.degrees:g}°", handle.default_timeout)
+        out.line(outcome.sentence())
+        out.result({"outcome": outcome.kind.value, "seconds": round(outcome.seconds, 2)})
+    return 0

@@ -1,0 +1,26 @@
+"""`woosh stop`."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from dataclasses import asdict
+
+from ..connection import connect
+from ..output import Output
+
+HELP = "stop: zero velocity and cancel everything, whoever started it (no emergency stop)"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    parser.add_argument("--timeout", type=float, default=5.0, metavar="S", help="to confirm the stop (5)")
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    with connect(args, out) as chassis:
+        # This process has started nothing itself: what runs was started by somebody else.
+        report = chassis.stop(everything=True, timeout=args.timeout)
+        out.line(report.sentence())
+        out.result(asdict(report))
+        return 0 if report.standing else 1

@@ -1,0 +1,33 @@
+"""The commands: one file each in `commands/`, named here. To add one, write the file and add its name.
+
+Such a file has `HELP` (one line), `add_arguments(parser)` and `run(args, out) -> int`.
+"""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from importlib import import_module
+from typing import Protocol, cast
+
+from .output import Output
+
+__all__ = ["COMMANDS", "Command", "load"]
+
+COMMANDS = ("demo", "status", "goto", "move", "rotate", "stop", "sim")
+
+
+class Command(Protocol):
+    """What a command file offers."""
+
+    HELP: str
+
+    def add_arguments(self, parser: ArgumentParser) -> None:
+        """Describe the command's own arguments."""
+
+    def run(self, args: Namespace, out: Output) -> int:
+        """Do it; the result is the exit code."""
+
+
+def load(name: str) -> Command:
+    """The command file of that name."""
+    return cast(Command, import_module(f"{__package__}.commands.{name}"))

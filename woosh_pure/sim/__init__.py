@@ -1,0 +1,30 @@
+"""The simulated chassis: a pure world (`world`, stepped by hand in tests) and its ROS side
+(`SimulatedChassis`).
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .chassis import SimulatedChassis
+    from .settings import Settings
+    from .site import Mark, Site
+    from .world import World
+
+__all__ = ["Mark", "Settings", "SimulatedChassis", "Site", "World"]
+
+_HOME = {
+    "Mark": "site",
+    "Settings": "settings",
+    "SimulatedChassis": "chassis",
+    "Site": "site",
+    "World": "world",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

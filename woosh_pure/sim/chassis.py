@@ -1,0 +1,354 @@
+"""`SimulatedChassis`: the world behind real ROS 1 nodes, over real TCP, at any speed.
+
+    with SimulatedChassis(speed=2) as sim, Chassis(sim.master_uri) as chassis: ...
+
+One thread drives the world in wall time times `speed` and publishes; handlers run in the library's threads
+and take
+`lock` for a moment. Stamps run with simulated time, from the moment of the start.
+
+Not modelled: what `world` names, the contents of IO, beacons, RFID and scanners (their topics exist and
+are silent), and
+what a real chassis does where its documentation is silent; such places are marked "assumed" in the code.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from typing import TYPE_CHECKING, Any
+
+import rosproto
+from rosproto.errors import RosError
+
+from ..enums import RobotMode
+from ..geometry import Pose2D
+from ..rostypes import message_type
+from .fill import FILLERS, RATES, fill_plan, fill_status, fill_transforms
+from .graph import Graph
+from .motions import PathMotion
+from .serve import Server
+from .settings import Settings
+from .site import Site
+from .world import World
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from .tasks import StatusRecord
+
+__all__ = ["SimulatedChassis"]
+
+logger = logging.getLogger("woosh_pure.sim")
+_TICK = 0.02
+_STEP = 0.02
+
+
+class SimulatedChassis:
+    """A chassis without a robot. Use it in a `with` block, or call `start` and `close`.
+
+    Args:
+        master_uri: Join this master; None starts one of its own.
+        host: Address to bind to; the default is reachable from this computer only.
+        port: Port of its own master; 0 takes a free one.
+        speed: Simulated seconds per second.
+        site: Map and marks; None is the built-in hall.
+        settings: Options of the world.
+        latch_status: Whether /robot_status is latched (not known of the real one; the harder case is the
+            default).
+        reply_delay: Seconds by which /exec_task answers late, so that status messages come first.
+        full_graph: Also the parts of the real graph that carry no content: second publishers, internal
+            listeners,
+            the internal clients of /ros_interface.
+
+    Attributes:
+        world: The simulated world; hold `lock` while touching it.
+        lock: A condition, notified after every step.
+    """
+
+    def __init__(
+        self,
+        *,
+        master_uri: str | None = None,
+        host: str = "127.0.0.1",
+        port: int = 0,
+        speed: float = 1.0,
+        site: Site | None = None,
+        settings: Settings | None = None,
+        latch_status: bool = False,
+        reply_delay: float = 0.0,
+        full_graph: bool = True,
+    ) -> None:
+        if not 0.05 <= speed <= 100.0:
+            raise ValueError(f"speed {speed}: expected 0.05 to 100 simulated seconds per second")
+        self.world = World(site, settings)
+        self.lock = threading.Condition()
+        self.speed = speed
+        self.reply_delay = reply_delay
+        self.closing = False
+        self._given_uri, self._host, self._port = master_uri, host, port
+        self._full, self._latch = full_graph, latch_status
+        self._master: rosproto.Master | None = None
+        self._graph: Graph | None = None
+        self._thread: threading.Thread | None = None
+        self._stop = threading.Event()
+        self._epoch = time.time()
+        self._silent_until = 0.0
+        self._due = dict.fromkeys(FILLERS, 0.0)
+        self._status: StatusRecord | None = None
+        self._plan: list[Pose2D] = []
+        self._tf_due = 0.0
+
+    # -- life ------------------------------------------------------------------------------------------------
+
+    def start(self) -> SimulatedChassis:
+        """Bring master, nodes and world up; returns this object."""
+        if self._thread is not None:
+            return self
+        if self._given_uri is None:
+            self._master = rosproto.Master(host=self._host, port=self._port)
+            self._port = int(self._master.uri.rstrip("/").rpartition(":")[2])
+        try:
+            self._build()
+        except BaseException:
+            self.close()
+            raise
+        self._thread = threading.Thread(target=self._run, name="woosh:simulation", daemon=True)
+        self._thread.start()
+        return self
+
+    def _build(self) -> None:
+        host = None if self._given_uri else self._host
+        self._graph = Graph(
+            self.master_uri, Server(self), host=host, full=self._full, latch_status=self._latch
+        )
+        self._graph.build()
+        self._publish_static()
+
+    def close(self) -> None:
+        """Take everything down; idempotent, bounded."""
+        with self.lock:
+            self.closing = True
+            self.lock.notify_all()
+        self._stop.set()
+        if self._thread is not None:
+            self._thread.join(2.0)
+        if self._graph is not None:
+            self._graph.close()
+        if self._master is not None:
+            self._master.close()
+
+    def __enter__(self) -> SimulatedChassis:
+        return self.start()
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    @property
+    def master_uri(self) -> str:
+        """Where to connect."""
+        if self._given_uri is not None:
+            return self._given_uri
+        if self._master is None:
+            raise RuntimeError("the simulated chassis is not started; use `with SimulatedChassis() as sim:`")
+        return self._master.uri
+
+    @property
+    def graph(self) -> Graph:
+        """Its nodes and publishers."""
+        if self._graph is None:
+            raise RuntimeError("the simulated chassis is not started; use `with SimulatedChassis() as sim:`")
+        return self._graph
+
+    @property
+    def now(self) -> float:
+        """Simulated time of day, s since 1970."""
+        return self._epoch + self.world.time
+
+    # -- time ------------------------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        next_tick = time.monotonic()
+        debt = 0.0
+        while not self._stop.is_set():
+            next_tick += _TICK
+            debt += _TICK * self.speed
+            with self.lock:
+                while debt >= _STEP and not self.closing:
+                    self.world.step(_STEP)
+                    debt -= _STEP
+                    self._note_status()
+                self.lock.notify_all()
+            try:
+                self._publish()
+            except RosError as error:
+                logger.debug("! publishing failed: %s", error)
+            rest = next_tick - time.monotonic()
+            if rest < -0.5:
+                next_tick = time.monotonic()  # the computer was busy: do not hurry after the lost time
+            self._stop.wait(max(rest, 0.001))
+
+    def _note_status(self) -> None:
+        """On change, and every change: a state that lasts one step only is published too."""
+        record = self.world.status()
+        if record != self._status:
+            self._status = record
+            self._send("/robot_status", fill_status, always=True)
+
+    def _publish(self) -> None:
+        now = time.monotonic()
+        if now < self._silent_until:
+            with self.lock:
+                self.world.take_reports()
+            return
+        for topic, filler in FILLERS.items():
+            if now >= self._due[topic]:
+                self._due[topic] = now + 1.0 / RATES[topic]
+                with self.lock:
+                    self._send(topic, filler)
+        with self.lock:
+            self._publish_events()
+            if now >= self._tf_due:
+                self._tf_due = now + 0.1
+                self._publish_transforms()
+
+    def _send(self, topic: str, filler: Any, *, always: bool = False) -> None:
+        publisher = self.graph.first(topic)
+        if publisher is None or not (always or publisher.connections):
+            return
+        if time.monotonic() < self._silent_until:
+            return
+        message = publisher.message_class()
+        filler(self.world, message, self.now)
+        publisher.publish(message)
+
+    def _publish_events(self) -> None:
+        for code in self.world.take_reports():
+            publisher = self.graph.publishers.get((_speaker(code), "/status_code")) or self.graph.first(
+                "/status_code"
+            )
+            if publisher is not None:
+                publisher.publish(data=code)
+        motion = self.world.motion
+        path = [*motion.path] if isinstance(motion, PathMotion) else []
+        if path and path[-1:] != self._plan[-1:]:
+            publisher = self.graph.publishers.get(("/move_base", "/move_base/global_plan"))
+            if publisher is not None:
+                message = publisher.message_class()
+                fill_plan([self.world.body.pose, *path], message, self.now)
+                publisher.publish(message)
+        self._plan = path
+
+    def _publish_transforms(self) -> None:
+        odometry = self.world.body.odometry
+        belief = self.world.believed_pose
+        turn = belief.yaw - odometry.yaw
+        base = Pose2D(0.0, 0.0, turn).transformed(odometry.x, odometry.y, 0.0)
+        for node, link in (
+            ("/woosh_localization", ("map", "odom", Pose2D(belief.x - base.x, belief.y - base.y, turn))),
+            ("/woosh_robot_pose_ekf", ("odom", "base_link", odometry)),
+        ):
+            publisher = self.graph.publishers.get((node, "/tf")) or self.graph.first("/tf")
+            if publisher is not None and publisher.connections:
+                message = publisher.message_class()
+                fill_transforms(message, self.now, link)
+                publisher.publish(message)
+
+    def _publish_static(self) -> None:
+        publisher = self.graph.first("/tf_static")
+        if publisher is not None:
+            message = publisher.message_class()
+            here = Pose2D(0.0, 0.0)
+            links = [
+                ("base_link", child, here) for child in ("laser", "imu", "camera_1_depth", "camera_1_color")
+            ]
+            fill_transforms(message, self.now, *links)
+            publisher.publish(message)
+
+    # -- things that happen to a robot -----------------------------------------------------------------------
+
+    def press_emergency_stop(self) -> None:
+        """Somebody presses the red button."""
+        with self.lock:
+            self.world.press_emergency_stop()
+
+    def release_emergency_stop(self) -> None:
+        """The button is pulled out again; nothing resumes."""
+        with self.lock:
+            self.world.release_emergency_stop()
+
+    def lose_localization(self) -> None:
+        """The robot no longer knows where it is."""
+        with self.lock:
+            self.world.lose_localization()
+
+    def set_mode(self, mode: RobotMode) -> None:
+        """The key switch."""
+        with self.lock:
+            self.world.set_mode(mode)
+
+    def plug_cable(self, plugged: bool = True) -> None:
+        """The charging cable."""
+        with self.lock:
+            self.world.plug_cable(plugged)
+
+    def fail_task(self, message: str = "injected failure") -> None:
+        """The running task, or the next one, fails."""
+        with self.lock:
+            self.world.tasks.fail_next = message
+
+    def add_obstacle(self, x: float, y: float, radius: float = 0.25) -> None:
+        """Put something round in the way, m in the map."""
+        with self.lock:
+            self.world.obstacles.append((x, y, radius))
+
+    def remove_obstacles(self) -> None:
+        """Take everything away again."""
+        with self.lock:
+            self.world.obstacles.clear()
+
+    def report(self, code: int) -> None:
+        """Publish a status code."""
+        with self.lock:
+            self.world.report(code)
+
+    def fall_silent(self, seconds: float) -> None:
+        """Publish nothing for a while, as when the cable is pulled; connections stay."""
+        self._silent_until = time.monotonic() + seconds
+
+    def crash_node(self, name: str) -> None:
+        """End one of its nodes."""
+        self.graph.nodes[name].close()
+
+    def compete(self, x: float, y: float, yaw: float = 0.0) -> None:
+        """The robot's own /ros_interface sends a goal to /move_base, as it does for its own tasks."""
+        from ..messages import stamped_pose
+
+        client = self.graph.client("/move_base")
+        client.wait_for_server(5.0)
+        goal = message_type("woosh_msgs/MoveBaseGoal")()
+        goal.target_pose = stamped_pose(Pose2D(x, y, yaw))
+        client.send_goal(goal)
+
+    def restart_master(self) -> None:
+        """The master ends and comes back empty on the same port."""
+        if self._master is None:
+            raise RuntimeError("this chassis uses a master that is not its own")
+        self._master.close()
+        self._master = rosproto.Master(host=self._host, port=self._port)
+
+    @property
+    def pose(self) -> Pose2D:
+        """Where the robot really is."""
+        with self.lock:
+            return self.world.body.pose
+
+
+def _speaker(code: int) -> str:
+    """Which node reports a code (assumed from its department)."""
+    text = f"{code:012d}"
+    if text[1:4] == "301":
+        return "/woosh_localization" if text[4:6] == "03" else "/move_base"
+    return "/mobile_base_nodelet_manager"

@@ -1,0 +1,251 @@
+"""From the world to messages: one function per published topic. Called with the world's lock held."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..geometry import Pose2D, Velocity, quaternion_from_yaw
+from ..rostypes import message_type
+from .camera import Camera
+from .raycast import cast
+
+if TYPE_CHECKING:
+    from .world import World
+
+__all__ = ["FILLERS", "RATES", "fill_plan", "fill_status", "fill_transforms", "stamp"]
+
+BEAMS = 360
+RANGE_MIN, RANGE_MAX = 0.05, 30.0
+_ANGLES = np.linspace(-math.pi, math.pi, BEAMS, endpoint=False)
+_CAMERA = Camera()
+
+
+def stamp(message: Any, frame: str, now: float) -> None:
+    """Fill a message's header."""
+    header = message.header
+    header.frame_id = frame
+    header.stamp.secs = int(now)
+    header.stamp.nsecs = int((now % 1.0) * 1e9)
+
+
+def _set_pose(target: Any, pose: Pose2D) -> None:
+    target.position.x, target.position.y, target.position.z = pose.x, pose.y, 0.0
+    q = target.orientation
+    q.x, q.y, q.z, q.w = quaternion_from_yaw(pose.yaw)
+
+
+def _set_twist(target: Any, velocity: Velocity) -> None:
+    target.linear.x, target.linear.y, target.angular.z = velocity.vx, velocity.vy, velocity.wz
+
+
+def fill_status(world: World, m: Any, now: float) -> None:
+    """woosh_msgs/RobotStatus."""
+    record = world.status()
+    m.task_id, m.task_type, m.task_state = record.task_id, int(record.task_type), int(record.task_state)
+    m.action_type, m.action_state = int(record.action_type), int(record.action_state)
+    m.robot_state, m.robot_mode = int(record.robot_state), int(record.robot_mode)
+    m.work_mode, m.wait_id = int(record.work_mode), record.wait_id
+    m.dest, m.msg, m.time = record.dest, record.message, int(now)
+
+
+def _pose2d(world: World, m: Any, now: float) -> None:
+    pose = world.believed_pose
+    m.x, m.y, m.theta = pose.x, pose.y, pose.yaw
+
+
+def _amcl(world: World, m: Any, now: float) -> None:
+    stamp(m, "map", now)
+    _set_pose(m.pose.pose, world.believed_pose)
+    spread = 0.0025 if world.located else 1.0
+    covariance = [0.0] * 36
+    covariance[0] = covariance[7] = covariance[35] = spread
+    m.pose.covariance = covariance
+
+
+def _odometer(world: World, m: Any, now: float) -> None:
+    m.data = world.body.distance
+
+
+def _battery(world: World, m: Any, now: float) -> None:
+    stamp(m, "", now)
+    b = world.battery
+    m.batteryPercentage = round(b.percent)
+    m.chargeMode, m.chargeStatus = int(b.automatic), int(b.charging)
+    m.batteryVoltage, m.batteryCurrent = b.voltage, b.current
+    m.timeRemain = 0.0 if b.charging else b.capacity / max(-b.current, 0.1) * 60.0
+    m.tempMax, m.tempMin = 27, 25
+    m.capacityRemain, m.capacityFull, m.capacityDesign = b.capacity, b.FULL_AH, b.FULL_AH
+    m.chargeCycle, m.batteryCycle = 12, 1000
+    m.cellVoltageMax, m.cellVoltageMin = b.voltage / 8 + 0.01, b.voltage / 8 - 0.01
+
+
+def _bms(world: World, m: Any, now: float) -> None:
+    stamp(m, "", now)
+    b = world.battery
+    m.current, m.voltageTotal = b.current, b.voltage
+    m.voltageMax, m.voltageMin = b.voltage / 8 + 0.01, b.voltage / 8 - 0.01
+    m.temperatureMax, m.temperatureMin = 27.0, 25.0
+    m.chargeCycle, m.capacityResidue, m.capacityTotal, m.switchStatus = 12, b.capacity, b.FULL_AH, 3
+
+
+def _parameter(world: World, m: Any, now: float) -> None:
+    stamp(m, "", now)
+    m.wheelPerimeter, m.wheelDistant = 0.534, 0.42
+    m.ratioLeft = m.ratioRight = 25.0
+    m.pulsePerCircle, m.maxRPM = 10000, 3000.0
+    m.minSpeed, m.maxSpeed = 0.01, world.body.limits.linear
+    m.maxLinear, m.maxAngular = 1.0, 1.0
+    m.joystickMaxLinear, m.joystickMaxAngular = 0.5, 0.8
+
+
+def _information(world: World, m: Any, now: float) -> None:
+    stamp(m, "", now)
+    m.hardwareVersion, m.softwareVersion, m.IAPSoftwareVersion = "sim-1", "woosh_pure simulation", "sim-iap"
+    m.movebaseType = "omnidirectional" if world.body.limits.omnidirectional else "differential"
+    _parameter(world, m.parameter, now)
+
+
+def _twist(world: World, m: Any, now: float) -> None:
+    _set_twist(m, world.body.velocity)
+
+
+def _odometry(world: World, m: Any, now: float) -> None:
+    stamp(m, "odom", now)
+    m.child_frame_id = "base_link"
+    _set_pose(m.pose.pose, world.body.odometry)
+    _set_twist(m.twist.twist, world.body.velocity)
+
+
+def _odometry_raw(world: World, m: Any, now: float) -> None:
+    _odometry(world, m, now)
+    _set_pose(m.pose.pose, world.body.wheel_odometry)
+
+
+def _scan(world: World, m: Any, now: float) -> None:
+    stamp(m, "laser", now)
+    m.angle_min, m.angle_increment = -math.pi, 2.0 * math.pi / BEAMS
+    m.angle_max = m.angle_min + m.angle_increment * (BEAMS - 1)
+    m.scan_time, m.time_increment = 0.1, 0.0
+    m.range_min, m.range_max = RANGE_MIN, RANGE_MAX
+    m.ranges = cast(world.site.grid, world.body.pose, _ANGLES, RANGE_MAX, world.obstacles)
+
+
+def _imu(world: World, m: Any, now: float) -> None:
+    stamp(m, "imu", now)
+    q = m.orientation
+    q.x, q.y, q.z, q.w = quaternion_from_yaw(world.body.odometry.yaw)
+    m.angular_velocity.z = world.body.velocity.wz + world.random.gauss(0.0, 0.002)
+    m.linear_acceleration.x = world.random.gauss(0.0, 0.02)
+    m.linear_acceleration.y = world.body.velocity.vx * world.body.velocity.wz
+    m.linear_acceleration.z = 9.81
+
+
+def _color(world: World, m: Any, now: float) -> None:
+    stamp(m, "camera_1_color", now)
+    _set_image(m, "rgb8", _CAMERA.color(world.site.grid, world.body.pose, world.obstacles))
+
+
+def _depth(world: World, m: Any, now: float) -> None:
+    stamp(m, "camera_1_depth", now)
+    _set_image(m, "16UC1", _CAMERA.depth(world.site.grid, world.body.pose, world.obstacles))
+
+
+def _set_image(m: Any, encoding: str, pixels: Any) -> None:
+    m.height, m.width, m.encoding = pixels.shape[0], pixels.shape[1], encoding
+    m.step = pixels.strides[0]
+    m.data = np.ascontiguousarray(pixels).reshape(-1).view(np.uint8)
+
+
+def _points(world: World, m: Any, now: float) -> None:
+    stamp(m, "camera_1_depth", now)
+    _set_cloud(m, _CAMERA.points(world.site.grid, world.body.pose, world.obstacles))
+
+
+def _obstacle_points(world: World, m: Any, now: float) -> None:
+    stamp(m, "camera_1_depth", now)
+    _set_cloud(m, _CAMERA.points(world.site.grid, world.body.pose, world.obstacles, floor=False))
+
+
+def _set_cloud(m: Any, points: Any) -> None:
+    field = message_type("sensor_msgs/PointField")
+    m.height, m.width, m.is_dense = 1, points.shape[0], True
+    m.fields = [field(name=n, offset=4 * i, datatype=7, count=1) for i, n in enumerate("xyz")]
+    m.point_step, m.row_step = 12, 12 * points.shape[0]
+    m.data = np.ascontiguousarray(points, np.float32).reshape(-1).view(np.uint8)
+
+
+def _localization_state(world: World, m: Any, now: float) -> None:
+    m.data = 1 if world.located else 0
+
+
+def fill_plan(path: list[Pose2D], m: Any, now: float) -> None:
+    """nav_msgs/Path."""
+    stamp(m, "map", now)
+    stamped = message_type("geometry_msgs/PoseStamped")
+    m.poses = []
+    for pose in path:
+        one = stamped()
+        stamp(one, "map", now)
+        _set_pose(one.pose, pose)
+        m.poses.append(one)
+
+
+def fill_transforms(m: Any, now: float, *links: tuple[str, str, Pose2D]) -> None:
+    """tf2_msgs/TFMessage of (parent, child, pose) links."""
+    transform = message_type("geometry_msgs/TransformStamped")
+    m.transforms = []
+    for parent, child, pose in links:
+        one = transform()
+        stamp(one, parent, now)
+        one.child_frame_id = child
+        one.transform.translation.x, one.transform.translation.y = pose.x, pose.y
+        q = one.transform.rotation
+        q.x, q.y, q.z, q.w = quaternion_from_yaw(pose.yaw)
+        m.transforms.append(one)
+
+
+FILLERS: dict[str, Callable[[World, Any, float], None]] = {
+    "/movebase_pose2d": _pose2d,
+    "/odometer": _odometer,
+    "/battery": _battery,
+    "/amcl_pose": _amcl,
+    "/information": _information,
+    "/driver_base/bms": _bms,
+    "/driver_base/parameter": _parameter,
+    "/odom_twist": _twist,
+    "/scan": _scan,
+    "/imu/data_raw": _imu,
+    "/odom_raw": _odometry_raw,
+    "/odom": _odometry,
+    "/camera_1/color/image_raw": _color,
+    "/camera_1/depth/image_raw": _depth,
+    "/camera_1/depth/points": _points,
+    "/camera_1/depth/cloud_without_planes": _obstacle_points,
+    "/localization_state": _localization_state,
+}
+"""Topics published steadily, by their first provider in the table."""
+
+RATES = {
+    "/movebase_pose2d": 10.0,
+    "/odometer": 2.0,
+    "/battery": 2.0,
+    "/amcl_pose": 5.0,
+    "/information": 2.0,
+    "/driver_base/bms": 2.0,
+    "/driver_base/parameter": 4.0,
+    "/odom_twist": 25.0,
+    "/scan": 10.0,
+    "/imu/data_raw": 25.0,
+    "/odom_raw": 25.0,
+    "/odom": 25.0,
+    "/camera_1/color/image_raw": 5.0,
+    "/camera_1/depth/image_raw": 5.0,
+    "/camera_1/depth/points": 5.0,
+    "/camera_1/depth/cloud_without_planes": 5.0,
+    "/localization_state": 1.0,
+}
+"""Messages per second of wall time (assumed: no rates of a real chassis are known)."""

@@ -1,0 +1,295 @@
+"""What the simulated chassis answers: services, commands it listens to, and action servers."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import TYPE_CHECKING, Any
+
+from ..convert import pose_of
+from ..enums import NavigationMode, StepControlMode, StepMode, TaskCommand, TaskType
+from ..geometry import Pose2D, Velocity
+from ..gridmap_message import grid_from_message, grid_message
+from ..messages import stamped_pose
+from ..rostypes import message_type
+from ..steps import Step
+from .fill import fill_plan
+from .motions import Motion, MotionState, PathMotion, StepMotion
+from .tasks import TaskRequest
+from .world import NavigationSettings
+
+if TYPE_CHECKING:
+    from .chassis import SimulatedChassis
+
+__all__ = ["Server"]
+
+
+def _poses(messages: Any) -> list[Pose2D]:
+    return [pose_of(m.pose, m.header.frame_id or "map") for m in messages]
+
+
+def _new(type_name: str, **fields: Any) -> Any:
+    return message_type(type_name)(**fields)
+
+
+def _finite(*numbers: float) -> bool:
+    return all(map(math.isfinite, numbers))
+
+
+class Server:
+    """Handlers, called by the library's threads; each takes the world's lock for a moment."""
+
+    def __init__(self, sim: SimulatedChassis) -> None:
+        self._sim = sim
+        self._world = sim.world
+        self.services = {
+            "/exec_task": self.exec_task,
+            "/start_localization": self.start_localization,
+            "/move_base/enable_costmaps": self.enable_costmaps,
+            "/aic_map_server/get_map": self.get_map,
+            "/set_map": self.set_map,
+            "/move_base/make_plan": self.make_plan,
+            "/move_base/clear_costmaps": self.clear_costmaps,
+        }
+        self.topics = {
+            "/base_cmd_vel": self.base_velocity,
+            "/smooth_cmd_vel": self.smooth_velocity,
+            "/key_cmd_vel": self.smooth_velocity,
+            "/initialpose": self.initial_pose,
+        }
+        self.actions = {
+            "/move_base": self.move_base,
+            "/cmd_vel_control": self.step_control,
+            "/navigation_mode": self.navigation_mode,
+        }
+
+    # -- services --------------------------------------------------------------------------------------------
+
+    def exec_task(self, request: Any) -> dict[str, object]:
+        """/exec_task."""
+        with self._sim.lock:
+            reply = self._world.tasks.request(
+                TaskRequest(
+                    TaskCommand(request.task_exect),
+                    request.task_id,
+                    TaskType(request.task_type),
+                    request.mark_no,
+                    _poses(request.poses),
+                    request.direction,
+                    request.task_type_no,
+                    request.custom,
+                )
+            )
+        # The reply may come long after the status: both orders happen.
+        time.sleep(self._sim.reply_delay)
+        return {"success": reply.success, "message": reply.message, "statusCode": reply.code}
+
+    def start_localization(self, request: Any) -> dict[str, object]:
+        """/start_localization."""
+        with self._sim.lock:
+            self._world.run_localization(bool(request.data))
+        return {"success": True, "message": ""}
+
+    def enable_costmaps(self, request: Any) -> dict[str, object]:
+        """/move_base/enable_costmaps."""
+        with self._sim.lock:
+            self._world.costmaps_enabled = bool(request.data)
+        return {"success": True, "message": ""}
+
+    def clear_costmaps(self, request: Any) -> dict[str, object]:
+        """/move_base/clear_costmaps."""
+        with self._sim.lock:
+            self._world.clear_costmaps()
+        return {}
+
+    def get_map(self, request: Any) -> dict[str, object]:
+        """/aic_map_server/get_map."""
+        with self._sim.lock:
+            grid = self._world.map_seen
+        return {"map": grid_message(grid)}
+
+    def set_map(self, request: Any) -> dict[str, object]:
+        """/set_map."""
+        try:
+            grid = grid_from_message(request.map)
+            pose = pose_of(request.initial_pose.pose.pose, "map").require_finite()
+        except ValueError:
+            return {"success": False}
+        with self._sim.lock:
+            self._world.set_map(grid, pose)
+        return {"success": True}
+
+    def make_plan(self, request: Any) -> dict[str, object]:
+        """/move_base/make_plan."""
+        start, goal = _poses([request.start])[0], _poses([request.goal])[0]
+        plan = message_type("nav_msgs/Path")()
+        with self._sim.lock:
+            usable = _finite(start.x, start.y, goal.x, goal.y, request.tolerance)
+            path = self._world.plan(start, goal, max(0.0, request.tolerance)) if usable else None
+            fill_plan(path or [], plan, self._sim.now)
+        return {"plan": plan}
+
+    # -- topics ----------------------------------------------------------------------------------------------
+
+    def base_velocity(self, message: Any) -> None:
+        """/base_cmd_vel."""
+        self._velocity(message, smooth=False)
+
+    def smooth_velocity(self, message: Any) -> None:
+        """/smooth_cmd_vel."""
+        self._velocity(message, smooth=True)
+
+    def _velocity(self, message: Any, *, smooth: bool) -> None:
+        velocity = Velocity(message.linear.x, message.linear.y, message.angular.z)
+        with self._sim.lock:
+            self._world.command_velocity(velocity, smooth=smooth)
+
+    def initial_pose(self, message: Any) -> None:
+        """/initialpose."""
+        pose = pose_of(message.pose.pose, "map")
+        if _finite(pose.x, pose.y, pose.yaw):
+            with self._sim.lock:
+                self._world.initial_pose(pose)
+
+    # -- actions ---------------------------------------------------------------------------------------------
+
+    def move_base(self, goal: Any) -> None:
+        """/move_base."""
+        target, path = _poses([goal.goal.target_pose])[0], _poses(goal.goal.poses)
+        if not _finite(*(n for p in (target, *path) for n in (p.x, p.y, p.yaw))):
+            goal.abort(text="a pose is not finite")
+            return
+        with self._sim.lock:
+            motion = self._world.navigate(
+                "move_base",
+                path or [target],
+                keep_path=bool(path),
+                point_by_point=goal.goal.execution_mode == 1,
+            )
+        self._attend(goal, motion, self._navigation_feedback, lambda ok: None)
+
+    def _navigation_feedback(self, motion: Motion) -> Any:
+        assert isinstance(motion, PathMotion)
+        where = stamped_pose(self._world.believed_pose)
+        return _new("woosh_msgs/MoveBaseFeedback", base_position=where, nav_state=len(motion.path))
+
+    def step_control(self, goal: Any) -> None:
+        """/cmd_vel_control."""
+        message = goal.goal
+        mode = StepControlMode(message.mode)
+        steps = [Step(StepMode(s.executeMode), s.data, s.speed, s.angle) for s in message.stepControl]
+        good = all(_finite(s.data, s.speed, s.angle) and s.mode in tuple(StepMode) for s in steps)
+        with self._sim.lock:
+            motion, done = self._step_motion(mode, steps if good else [], bool(message.useAvoid))
+        if motion is None:
+            result = _new("woosh_msgs/StepControlResult", result=1 if done else -1)
+            if done:
+                goal.succeed(result)
+            else:
+                goal.abort(result, text="nothing to do")
+            return
+        self._attend(goal, motion, self._step_feedback, lambda ok: self._step_result(motion, ok))
+
+    def _step_motion(
+        self, mode: StepControlMode, steps: list[Step], avoid: bool
+    ) -> tuple[Motion | None, bool]:
+        world = self._world
+        if mode is StepControlMode.EXECUTE:
+            return world.step_control(steps, avoid=avoid), True
+        if mode is StepControlMode.PAUSE:
+            return None, world.pause_step()
+        if mode is StepControlMode.RESUME:
+            return world.resume_step(steps, avoid=avoid), False
+        if isinstance(world.motion, StepMotion):
+            world.end_motion(world.motion, MotionState.CANCELLED, 120301000041)
+        return None, True
+
+    def _step_feedback(self, motion: Motion) -> Any:
+        assert isinstance(motion, StepMotion)
+        mode = int(motion.current.mode)
+        return _new("woosh_msgs/StepControlFeedback", feedback=1, executeMode=mode, percent=motion.percent)
+
+    def _step_result(self, motion: Motion, ok: bool) -> Any:
+        assert isinstance(motion, StepMotion)
+        mode, code = int(motion.current.mode), 1 if ok else -1
+        return _new("woosh_msgs/StepControlResult", result=code, executeMode=mode, percent=motion.percent)
+
+    def _attend(self, goal: Any, motion: Motion, feedback: Any, result: Any) -> None:
+        """Stay with a motion until it ends or the client wants it to end; never leave one without its
+        handler.
+        """
+        try:
+            self._attend_until_end(goal, motion, feedback, result)
+        finally:
+            with self._sim.lock:
+                if motion.state is MotionState.RUNNING:
+                    self._world.end_motion(motion, MotionState.CANCELLED)
+
+    def _attend_until_end(self, goal: Any, motion: Motion, feedback: Any, result: Any) -> None:
+        sim = self._sim
+        last = 0.0
+        while True:
+            with sim.lock:
+                if not motion.state.is_final and not goal.cancel_requested and not sim.closing:
+                    sim.lock.wait(0.1)
+                state, code = motion.state, motion.code
+                report = feedback(motion) if time.monotonic() - last > 0.1 else None
+                if goal.cancel_requested and not state.is_final:
+                    self._preempt(motion)
+                    outcome = result(False)
+                    break
+                if state.is_final or sim.closing:
+                    outcome = result(state is MotionState.DONE)
+                    break
+            if report is not None:
+                last = time.monotonic()
+                goal.publish_feedback(report)
+        if goal.cancel_requested and state is not MotionState.DONE:
+            goal.preempted(outcome, text="preempted")
+        elif state is MotionState.DONE:
+            goal.succeed(outcome)
+        elif state is MotionState.REPLACED:
+            goal.abort(outcome, text="replaced by another command")
+        else:
+            goal.abort(outcome, text=f"status code {code}")
+
+    def _preempt(self, motion: Motion) -> None:
+        # A pause arrives as a new goal, which preempts this one: what is left must survive it for a moment.
+        if isinstance(motion, StepMotion):
+            if self._world.motion is motion:
+                self._world.pause_step()
+        else:
+            self._world.end_motion(motion, MotionState.CANCELLED)
+
+    def navigation_mode(self, goal: Any) -> None:
+        """/navigation_mode."""
+        message = goal.goal
+        mode = NavigationMode(message.navigation_mode)
+        if mode is NavigationMode.WAIT_THEN_AVOID and not message.waiting_timeout > 0.0:
+            mode = NavigationMode.PRECISE_AVOIDANCE
+        if not mode.known or not _finite(message.waiting_timeout, message.max_speed):
+            goal.abort(_new("woosh_msgs/NavigationModeResult", result=-1), text="mode not known")
+            return
+        with self._sim.lock:
+            self._world.navigation = NavigationSettings(mode, message.waiting_timeout, message.max_speed)
+        goal.succeed(_new("woosh_msgs/NavigationModeResult", result=1))
+
+    def accessory(self, action_type: str, goal: Any) -> None:
+        """Lift, roller, tractor, docking ...: they take two simulated seconds and succeed (assumed)."""
+        sim = self._sim
+        with sim.lock:
+            end = self._world.time + 2.0
+            while self._world.time < end and not goal.cancel_requested and not sim.closing:
+                sim.lock.wait(0.1)
+        if goal.cancel_requested:
+            goal.preempted(_success(action_type, ok=False), text="cancelled")
+        else:
+            goal.succeed(_success(action_type))
+
+
+def _success(action_type: str, *, ok: bool = True) -> Any:
+    """A result message that says success, in the words of its own definition (SUCCESS, or 1)."""
+    result = message_type(f"{action_type}Result")()
+    if hasattr(result, "result"):
+        result.result = getattr(type(result), "SUCCESS", 1) if ok else -1
+    return result
