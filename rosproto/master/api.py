@@ -187,7 +187,9 @@ class MasterApi:
     @_method(0, v.api_uri("caller_api"), v.resolved_key)
     def subscribeParam(self, caller_id: str, caller_api: str, key: str) -> Answer:
         """The value (`{}` when unset), and paramUpdate calls from now on."""
-        answer = self.registry.subscribe_param(caller_id, subscription_key(key), caller_api)
+        answer = _named(caller_id) or self.registry.subscribe_param(
+            caller_id, subscription_key(key), caller_api
+        )
         if answer.code != SUCCESS:
             return answer
         value = self.parameters.get(key) if self.parameters.has(key) else {}

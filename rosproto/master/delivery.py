@@ -56,7 +56,7 @@ class NodeSender:
             return Delivery.SILENT
         except ConnectionLost as error:
             _log.debug("! %s to %s: %s", note.key, self.uri, error)
-            return Delivery.SILENT if _may_come_back(error) else Delivery.GONE
+            return Delivery.GONE if _is_refused(error) else Delivery.SILENT
         except RosError as error:  # it answered, if with nonsense or a fault
             _log.debug("! %s to %s: %s", note.key, self.uri, error)
         return Delivery.DONE
@@ -95,13 +95,11 @@ class NodeSender:
         client.call("shutdown", CALLER_ID, note.reason)
 
 
-def _may_come_back(error: ConnectionLost) -> bool:
-    """No route and unknown names heal (Wi-Fi, name server); a refused or broken connection is an answer."""
+def _is_refused(error: ConnectionLost) -> bool:
+    """Nobody listens: the one final answer. No route, unknown names and broken connections may heal."""
     cause: BaseException | None = error
     while cause is not None:
-        if isinstance(cause, (ConnectionRefusedError, ConnectionResetError, BrokenPipeError)):
-            return False
-        if isinstance(cause, OSError) and not isinstance(cause, ConnectionLost):
+        if isinstance(cause, ConnectionRefusedError):
             return True
         cause = cause.__cause__
     return False

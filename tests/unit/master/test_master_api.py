@@ -113,7 +113,7 @@ def test_bad_arguments_get_rosmasters_words(
 def test_what_nobody_could_look_up_is_not_registered(api: MasterApi, caller_id: str) -> None:
     """Asking is free; registering needs a node name."""
     assert api.dispatch("getSystemState", [caller_id])[0] == 1
-    for method in ("registerPublisher", "registerSubscriber", "registerService"):
+    for method in ("registerPublisher", "registerSubscriber", "registerService", "subscribeParam"):
         answer = api.dispatch(method, [caller_id, *EVERY_METHOD[method][1:]])
         assert answer[0] == -1
         assert answer[2] == METHODS[method].default
