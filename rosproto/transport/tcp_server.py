@@ -52,7 +52,8 @@ class TcpServer:
     """Listens on exactly one address and calls `on_connection(sock, (host, port))` in a thread per peer.
 
     The socket is blocking and tuned. It is closed when `on_connection` returns, so a handler stays in it
-    (as the reader of its link) as long as the connection lives; errors it raises cost that connection only.
+    (as the reader of its link) as long as the connection lives, or calls `hand_over` to let the connection
+    outlive its thread. Errors it raises cost that connection only.
     After its handshake it calls `established(sock)`; a connection that never does counts as established when
     `limits.handshake_seconds` are over.
 
@@ -93,6 +94,7 @@ class TcpServer:
         self._threads: dict[socket.socket, threading.Thread] = {}
         self._pending: OrderedDict[socket.socket, float] = OrderedDict()
         self._idle: OrderedDict[socket.socket, None] = OrderedDict()
+        self._handed_over: set[socket.socket] = set()
         self._accept_failing = False  # so that each spell of trouble is logged once
         self._closing = threading.Event()
         self._listener = listen(host, port)
@@ -124,7 +126,7 @@ class TcpServer:
     def connections(self) -> int:
         """Open connections, in whatever state."""
         with self._lock:
-            return len(self._threads)
+            return self._count()
 
     @property
     def pending(self) -> int:
@@ -146,6 +148,22 @@ class TcpServer:
             if sock in self._threads:
                 self._idle[sock] = None
 
+    def hand_over(self, sock: socket.socket) -> None:
+        """The connection lives on without its thread: whoever has the socket closes it, this server does not.
+
+        It is counted against `limits.connections` until `released` is called for it.
+        """
+        with self._lock:
+            self._pending.pop(sock, None)
+            self._idle.pop(sock, None)
+            if sock in self._threads:
+                self._handed_over.add(sock)
+
+    def released(self, sock: socket.socket) -> None:
+        """A connection that was handed over is closed."""
+        with self._lock:
+            self._handed_over.discard(sock)
+
     def close(self, timeout: float = 5.0) -> None:
         """Stop listening, drop all connections, wait for their threads up to `timeout` seconds."""
         deadline = Deadline(timeout, self._clock)
@@ -153,9 +171,10 @@ class TcpServer:
             first = not self._closing.is_set()
             self._closing.set()
             threads = dict(self._threads)
+            sockets = self._threads.keys() - self._handed_over
         if first:
             self._wake_sender.send(b"x")
-        for sock in threads:
+        for sock in sockets:
             interrupt(sock)
         for thread in (self._acceptor, *threads.values()):
             if thread is not threading.current_thread():
@@ -232,16 +251,20 @@ class TcpServer:
             oldest, _ = self._pending.popitem(last=False)
             self.stats.dropped_pending += 1
             interrupt(oldest)  # its thread wakes up, closes it and ends
-        if len(self._threads) < self._limits.connections:
+        if self._count() < self._limits.connections:
             return True
         if not self._idle:
             self.stats.refused_full += 1
-            log.warning("! %s: %d connections are open, no more", self._name, len(self._threads))
+            log.warning("! %s: %d connections are open, no more", self._name, self._count())
             return False
         longest, _ = self._idle.popitem(last=False)
         self.stats.dropped_idle += 1
         interrupt(longest)
         return True
+
+    def _count(self) -> int:
+        assert self._lock.locked()
+        return len(self._threads.keys() | self._handed_over)
 
     def _age_pending(self) -> None:
         limit = self._clock.monotonic() - self._limits.handshake_seconds
@@ -258,12 +281,14 @@ class TcpServer:
         except Exception:
             log.exception("! %s: handler for %s failed", self._name, format_address(*peer))
         finally:
-            self._forget(sock)
-            interrupt(sock)
-            sock.close()
+            if not self._forget(sock):
+                interrupt(sock)
+                sock.close()
 
-    def _forget(self, sock: socket.socket) -> None:
+    def _forget(self, sock: socket.socket) -> bool:
+        """The handler has returned; says whether it handed the connection over."""
         with self._lock:
             self._threads.pop(sock, None)
             self._pending.pop(sock, None)
             self._idle.pop(sock, None)
+            return sock in self._handed_over

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import logging
+import queue
 import socket
 import threading
 import time
@@ -187,6 +188,31 @@ def test_the_longest_idle_connection_makes_room(clients: list[socket.socket]) ->
         server.established(holder.seen[0][0])  # busy again: not to be dropped
         wait_until(lambda: server.connections == 2)
         assert is_closed(connect(server, clients))
+
+
+def test_a_connection_that_is_handed_over_outlives_its_thread_and_the_server(
+    clients: list[socket.socket],
+) -> None:
+    kept: queue.Queue[socket.socket] = queue.Queue()
+
+    def handler(sock: socket.socket, _peer: tuple[str, int]) -> None:
+        server.hand_over(sock)
+        kept.put(sock)
+
+    with TcpServer("127.0.0.1", 0, handler, limits=Limits(connections=1), name="handing") as server:
+        sock = connect(server, clients)
+        ours = kept.get(timeout=SOON)
+        wait_until(lambda: not any("handing 127" in thread.name for thread in threading.enumerate()))
+        assert (server.connections, server.pending) == (1, 0)
+        assert is_closed(connect(server, clients))
+        ours.sendall(b"x")
+        assert sock.recv(1) == b"x"
+        server.released(ours)
+        connect(server, clients)
+        second = kept.get(timeout=SOON)
+    with ours, second:
+        ours.sendall(b"y")
+        assert sock.recv(1) == b"y"
 
 
 def test_a_silent_peer_keeps_nobody_waiting(clients: list[socket.socket]) -> None:
