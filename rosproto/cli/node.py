@@ -124,7 +124,7 @@ def _of(table: dict[str, list[str]], name: str, types: dict[str, str]) -> dict[s
 
 
 def _connection(master: MasterClient, state: SystemState, row: BusConnection) -> dict[str, object]:
-    """A link; a subscriber knows its publishers by URI (so does rospy), which the master turns into a name."""
+    """A link. A subscriber knows publishers by URI (so does rospy); the master turns it into a name."""
     peer = row.destination
     if peer.startswith("http"):
         name = next((n for n in state.nodes if _same(master, n, peer)), None)
