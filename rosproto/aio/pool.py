@@ -32,24 +32,38 @@ class Pool:
         self._work: deque[Callable[[], None]] = deque()
         self._changed = threading.Condition()
         self._threads = self._idle = 0
+        self._closed = False
 
-    async def run(self, function: Callable[[], T], *, cancel: Callable[[], None] | None = None) -> T:
+    async def run(
+        self,
+        function: Callable[[], T],
+        *,
+        cancel: Callable[[], None] | None = None,
+        dispose: Callable[[T], None] | None = None,
+    ) -> T:
         """Await `function()` called in a thread.
 
         Args:
             function: Called without arguments.
             cancel: Called when the awaiting task is cancelled, to make `function` end early; what it
                 returns or raises after that is dropped.
+            dispose: Called in a thread with what `function` returned for nobody, to close it again.
         """
         loop = asyncio.get_running_loop()
         future: asyncio.Future[T] = loop.create_future()
-        self._put(lambda: _call(function, future, loop))
+        self._put(lambda: self._call(function, future, loop, dispose))
         try:
             return await future
         except asyncio.CancelledError:
             if cancel is not None:
                 cancel()
             raise
+
+    def close(self) -> None:
+        """End the threads that are idle now, and from now on each one that becomes idle. Does not wait."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
 
     def _put(self, work: Callable[[], None]) -> None:
         with self._changed:
@@ -65,7 +79,7 @@ class Pool:
             with self._changed:
                 if not self._work:
                     self._idle += 1
-                    self._changed.wait_for(lambda: bool(self._work), self.idle_seconds)
+                    self._changed.wait_for(lambda: self._work or self._closed, self.idle_seconds)
                     self._idle -= 1
                 if not self._work:
                     self._threads -= 1
@@ -73,24 +87,32 @@ class Pool:
                 work = self._work.popleft()
             work()
 
-
-def _call(function: Callable[[], T], future: asyncio.Future[T], loop: asyncio.AbstractEventLoop) -> None:
-    if future.cancelled():
-        return
-    try:
-        result, error = function(), None
-    except BaseException as problem:
-        result, error = None, problem
-
-    def settle() -> None:
-        if future.done():
-            return  # cancelled
-        if error is not None:
-            future.set_exception(error)
+    def _call(
+        self,
+        function: Callable[[], T],
+        future: asyncio.Future[T],
+        loop: asyncio.AbstractEventLoop,
+        dispose: Callable[[T], None] | None,
+    ) -> None:
+        if future.cancelled():
+            return
+        try:
+            result = function()
+        except BaseException as error:
+            notify(loop, _fail, future, error)
         else:
-            future.set_result(result)  # type: ignore[arg-type]
+            notify(loop, self._settle, future, result, dispose)
 
-    notify(loop, settle)
+    def _settle(self, future: asyncio.Future[T], result: T, dispose: Callable[[T], None] | None) -> None:
+        if not future.done():
+            future.set_result(result)
+        elif dispose is not None:
+            self._put(lambda: dispose(result))
+
+
+def _fail(future: asyncio.Future[T], error: BaseException) -> None:
+    if not future.done():
+        future.set_exception(error)
 
 
 def notify(loop: asyncio.AbstractEventLoop, function: Callable[..., Any], *arguments: Any) -> None:

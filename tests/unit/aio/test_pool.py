@@ -20,12 +20,13 @@ def test_a_result_and_an_exception_come_back():
     asyncio.run(main())
 
 
-def test_one_thread_serves_calls_that_follow_each_other():
+def test_calls_that_follow_each_other_use_the_same_threads():
     async def main() -> set[int]:
         pool = Pool(8)
         return {await pool.run(threading.get_ident) for _ in range(20)}
 
-    assert len(asyncio.run(main())) == 1
+    # A thread hands over its result a moment before it is free again, so a second one may be needed.
+    assert len(asyncio.run(main())) <= 2
 
 
 def test_no_more_threads_than_allowed_run_at_a_time():
@@ -84,6 +85,21 @@ def test_what_was_cancelled_before_it_began_is_not_called():
     assert asyncio.run(main()) == ["third"]
 
 
+def test_a_closed_pool_keeps_no_idle_thread_but_still_works():
+    async def main() -> Pool:
+        pool = Pool(4, idle_seconds=1000, name="close-test")
+        await pool.run(lambda: None)
+        pool.close()
+        assert await pool.run(lambda: 5) == 5
+        return pool
+
+    pool = asyncio.run(main())
+    for thread in threading.enumerate():
+        if thread.name == "rosproto:close-test":
+            thread.join(5)
+    assert pool._threads == 0
+
+
 def test_an_idle_thread_ends():
     async def main() -> Pool:
         pool = Pool(4, idle_seconds=0.01, name="idle-test")
@@ -95,3 +111,29 @@ def test_an_idle_thread_ends():
         if thread.name == "rosproto:idle-test":
             thread.join(5)
     assert pool._threads == 0
+
+
+def test_what_was_opened_for_a_cancelled_task_is_closed_again():
+    async def main() -> list[str]:
+        pool, gate, started, closed = Pool(2), threading.Event(), threading.Event(), []
+        done = threading.Event()
+
+        def opens() -> str:
+            started.set()
+            gate.wait(5)
+            return "link"
+
+        def dispose(opened: str) -> None:
+            closed.append(opened)
+            done.set()
+
+        task = asyncio.create_task(pool.run(opens, dispose=dispose))
+        while not started.is_set():
+            await asyncio.sleep(0)
+        task.cancel()
+        await asyncio.sleep(0)
+        gate.set()
+        await pool.run(lambda: done.wait(5))
+        return closed
+
+    assert asyncio.run(main()) == ["link"]

@@ -1,0 +1,26 @@
+"""The asyncio face: the same nodes, publishers, subscribers, services and parameters, awaited.
+
+    async with aio.Node("/laptop", master_uri="http://10.0.0.7:11311") as node:
+        async with node.subscriber("/odom", "nav_msgs/Odometry") as odom:
+            async for message in odom: ...
+
+The threads underneath do the receiving (measured faster than asyncio's); a loop is woken once for all that
+has arrived. Import it as `from rosproto import aio`: it is not imported with rosproto, since asyncio takes
+longer to import than all of rosproto.
+"""
+
+from rosproto.aio.node import Node, view
+from rosproto.aio.parameters import Parameters, ParameterSubscription
+from rosproto.aio.services import ServiceClient, ServiceServer
+from rosproto.aio.topics import Publisher, Subscriber
+
+__all__ = [
+    "Node",
+    "ParameterSubscription",
+    "Parameters",
+    "Publisher",
+    "ServiceClient",
+    "ServiceServer",
+    "Subscriber",
+    "view",
+]

@@ -1,0 +1,174 @@
+"""A node for asyncio: the same threaded node, seen from a loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from typing import TYPE_CHECKING, Any
+from weakref import WeakSet
+
+from rosproto.aio.mailbox import Mailbox
+from rosproto.aio.opening import Opening
+from rosproto.aio.parameters import Parameters
+from rosproto.aio.pool import Pool
+from rosproto.aio.services import ServiceClient, ServiceServer, handler_in_loop
+from rosproto.aio.topics import Publisher, Subscriber
+
+if TYPE_CHECKING:
+    from rosproto.node import Node as ThreadedNode
+
+__all__ = ["Node", "view"]
+
+
+class Node:
+    """A node whose blocking calls are awaited.
+
+        async with aio.Node("/laptop", master_uri=...) as node:
+            async with node.subscriber("/scan", LaserScan) as scans:
+                async for scan in scans: ...
+
+    Arguments are those of `rosproto.Node`. What it opens belongs to the loop it is opened in. Publishers,
+    subscribers, clients and servers are made by awaiting (`sub = await node.subscriber(...)`) or in an
+    `async with`, because registering them asks the master.
+
+    Attributes:
+        node: The threaded node underneath; None before it is opened.
+    """
+
+    def __init__(self, name: str, *, max_threads: int = 64, **options: Any) -> None:
+        self._arguments: tuple[str, dict[str, Any]] = (name, options)
+        self._pool = Pool(max_threads, name=f"aio {name}")
+        self._shared = False
+        self._mailboxes: WeakSet[Mailbox[Any]] = WeakSet()
+        self.node: ThreadedNode | None = None
+
+    async def _open(self) -> Node:
+        if self.node is None:
+            from rosproto.node import Node as ThreadedNode
+
+            name, options = self._arguments
+            self._attach(await self._pool.run(lambda: ThreadedNode(name, **options), dispose=_close))
+        return self
+
+    def __await__(self) -> Generator[Any, None, Node]:
+        return self._open().__await__()
+
+    async def __aenter__(self) -> Node:
+        return await self._open()
+
+    async def __aexit__(self, *exc_info: object) -> None:
+        await self.close()
+
+    @property
+    def _threaded(self) -> ThreadedNode:
+        if self.node is None:
+            raise RuntimeError("open the node first: `async with aio.Node(...) as node`, or `await` it")
+        return self.node
+
+    @property
+    def name(self) -> str:
+        """Full name in the graph."""
+        return self._threaded.name
+
+    @property
+    def params(self) -> Parameters:
+        """The parameters of the graph."""
+        return Parameters(self._threaded.params, self._pool, self._mailbox)
+
+    def _mailbox(self, size: int) -> Mailbox[Any]:
+        """A mailbox that ends with the node, whoever closes that."""
+        mailbox: Mailbox[Any] = Mailbox(size)
+        self._mailboxes.add(mailbox)
+        if self._threaded.closed:
+            mailbox.close()
+        return mailbox
+
+    def _end(self, reason: str) -> None:
+        for mailbox in list(self._mailboxes):
+            mailbox.close()
+
+    def _attach(self, node: ThreadedNode) -> None:
+        self.node = node
+        node.on_shutdown(self._end)
+
+    def publisher(self, topic: str, type: Any, **options: Any) -> Opening[Publisher]:
+        """Publish a topic; arguments as `rosproto.Node.publisher`."""
+        node = self._threaded
+
+        async def open_it() -> Publisher:
+            publisher = await self._pool.run(lambda: node.publisher(topic, type, **options), dispose=_close)
+            return Publisher(publisher, self._pool)
+
+        return Opening(open_it)
+
+    def subscriber(
+        self, topic: str, type: Any = None, *, queue_size: int = 10, **options: Any
+    ) -> Opening[Subscriber]:
+        """Subscribe to a topic; arguments as `rosproto.Node.subscriber`, without a callback."""
+        node = self._threaded
+
+        async def open_it() -> Subscriber:
+            mailbox = self._mailbox(queue_size)
+            subscriber = await self._pool.run(
+                lambda: node.subscriber(topic, type, callback=mailbox.put, queue_size=queue_size, **options),
+                dispose=_close,
+            )
+            return Subscriber(subscriber, mailbox, self._pool)
+
+        return Opening(open_it)
+
+    def service_client(self, name: str, type: Any, *, persistent: bool = False) -> Opening[ServiceClient]:
+        """A client of a service; arguments as `rosproto.Node.service_client`."""
+        node = self._threaded
+
+        async def open_it() -> ServiceClient:
+            client = await self._pool.run(
+                lambda: node.service_client(name, type, persistent=persistent), dispose=_close
+            )
+            return ServiceClient(client, self._pool)
+
+        return Opening(open_it)
+
+    def service_server(self, name: str, type: Any, handler: Callable[[Any], Any]) -> Opening[ServiceServer]:
+        """Provide a service; `handler`, a coroutine function or a quick plain one, is called in this loop."""
+        node = self._threaded
+
+        async def open_it() -> ServiceServer:
+            in_thread = handler_in_loop(handler)
+            server = await self._pool.run(lambda: node.service_server(name, type, in_thread), dispose=_close)
+            return ServiceServer(server, self._pool)
+
+        return Opening(open_it)
+
+    async def wait_for_service(self, name: str, timeout: float | None = 10.0) -> None:
+        """Wait until somebody provides a service.
+
+        Raises:
+            RosTimeout: Nobody does, in time.
+        """
+        node = self._threaded
+        await self._pool.run(lambda: node.wait_for_service(name, timeout=timeout))
+
+    async def close(self) -> None:
+        """Close the node and all that was opened with it; a view leaves its node open.
+
+        May be called again.
+        """
+        if self.node is not None and not self._shared:
+            await self._pool.run(self.node.close)
+        self._pool.close()
+
+
+def _close(opened: Any) -> None:
+    """What was opened for a task that has been cancelled meanwhile."""
+    opened.close()
+
+
+def view(node: ThreadedNode, *, max_threads: int = 64) -> Node:
+    """The asyncio face of a node that exists; both may be used at the same time.
+
+    Closing the view does not close the node: close what you opened in the view yourself (`async with`).
+    """
+    seen = Node(node.name, max_threads=max_threads)
+    seen._attach(node)
+    seen._shared = True
+    return seen

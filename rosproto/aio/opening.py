@@ -1,0 +1,37 @@
+"""What `node.subscriber(...)` and its sisters give: awaitable, and a context manager."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Generator
+from types import TracebackType
+from typing import Any, Generic, Protocol, TypeVar
+
+__all__ = ["Opening"]
+
+
+class Closing(Protocol):
+    async def close(self) -> None: ...
+
+
+T = TypeVar("T", bound=Closing)
+
+
+class Opening(Generic[T]):
+    """`sub = await node.subscriber(...)`, or `async with node.subscriber(...) as sub:`, which closes it."""
+
+    def __init__(self, open_it: Callable[[], Awaitable[T]]) -> None:
+        self._open_it = open_it
+        self._opened: T | None = None
+
+    def __await__(self) -> Generator[Any, None, T]:
+        return self._open_it().__await__()
+
+    async def __aenter__(self) -> T:
+        self._opened = await self._open_it()
+        return self._opened
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._opened is not None:
+            await self._opened.close()

@@ -1,0 +1,107 @@
+"""Parameters for asyncio."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Callable
+from typing import TYPE_CHECKING, Any
+
+from rosproto.aio.mailbox import Closed, Mailbox
+from rosproto.aio.opening import Opening
+from rosproto.aio.pool import Pool
+
+if TYPE_CHECKING:
+    from rosproto.node.parameters import Parameters as ThreadedParameters
+    from rosproto.node.parameters import ParameterSubscription as ThreadedSubscription
+
+__all__ = ["ParameterSubscription", "Parameters"]
+
+_REQUIRED = object()
+
+
+class Parameters:
+    """`await node.params.get("/key")`; what each method does is told at `rosproto.node.Parameters`."""
+
+    def __init__(
+        self, params: ThreadedParameters, pool: Pool, make_mailbox: Callable[[int], Mailbox[Any]] = Mailbox
+    ) -> None:
+        self._params = params
+        self._pool = pool
+        self._make_mailbox = make_mailbox
+
+    async def get(self, key: str, default: Any = _REQUIRED) -> Any:
+        """Value of a parameter; `default` when it is not set and one is given, else UnknownParameter."""
+        if default is _REQUIRED:
+            return await self._pool.run(lambda: self._params[key])
+        return await self._pool.run(lambda: self._params.get(key, default))
+
+    async def set(self, key: str, value: Any) -> None:
+        """Set a parameter; a dict replaces the whole namespace."""
+        await self._pool.run(lambda: self._params.set(key, value))
+
+    async def delete(self, key: str) -> None:
+        """Delete a parameter or a namespace; UnknownParameter when it is not set."""
+        await self._pool.run(lambda: self._params.delete(key))
+
+    async def has(self, key: str) -> bool:
+        """True when it is set."""
+        return await self._pool.run(lambda: self._params.has(key))
+
+    async def search(self, key: str) -> str | None:
+        """The nearest parameter of that name, upwards from the node's namespace; None when there is none."""
+        return await self._pool.run(lambda: self._params.search(key))
+
+    async def names(self) -> list[str]:
+        """All keys, sorted."""
+        return await self._pool.run(self._params.names)
+
+    def subscribe(self, key: str) -> Opening[ParameterSubscription]:
+        """Follow a parameter or a namespace; a thousand changes may wait, then the oldest is dropped.
+
+        async with node.params.subscribe("/speed") as changes:
+            async for key, value in changes: ...
+        """
+
+        async def open_it() -> ParameterSubscription:
+            mailbox: Mailbox[tuple[str, Any]] = self._make_mailbox(1000)
+            subscription = await self._pool.run(
+                lambda: self._params.subscribe(key, lambda k, v: mailbox.put((k, v))),
+                dispose=lambda opened: opened.close(),
+            )
+            return ParameterSubscription(subscription, mailbox, self._pool)
+
+        return Opening(open_it)
+
+
+class ParameterSubscription:
+    """Changes of one parameter or namespace, as (key, value); value None is a deletion."""
+
+    def __init__(
+        self, subscription: ThreadedSubscription, mailbox: Mailbox[tuple[str, Any]], pool: Pool
+    ) -> None:
+        self._subscription = subscription
+        self._mailbox = mailbox
+        self._pool = pool
+
+    @property
+    def key(self) -> str:
+        """The subscribed key."""
+        return self._subscription.key
+
+    @property
+    def value(self) -> Any:
+        """The present value, None when it is not set."""
+        return self._subscription.value
+
+    def __aiter__(self) -> AsyncIterator[tuple[str, Any]]:
+        return self
+
+    async def __anext__(self) -> tuple[str, Any]:
+        try:
+            return await self._mailbox.get()
+        except Closed:
+            raise StopAsyncIteration from None
+
+    async def close(self) -> None:
+        """End it. May be called again."""
+        self._mailbox.close()
+        await self._pool.run(self._subscription.close)

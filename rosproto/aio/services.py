@@ -1,0 +1,91 @@
+"""Service client and server for asyncio: views of the threaded ones."""
+
+from __future__ import annotations
+
+import asyncio
+import inspect
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from rosproto.aio.pool import Pool
+
+if TYPE_CHECKING:
+    from rosproto.node.service_client import ServiceClient as ThreadedClient
+    from rosproto.node.service_server import ServiceServer as ThreadedServer
+
+__all__ = ["ServiceClient", "ServiceServer", "handler_in_loop"]
+
+
+class ServiceClient:
+    """Calls one service; any number of tasks may call at the same time.
+
+    A call uses one of the node's pool of threads while it waits. Cancelling the task closes that call's
+    connection: if the request was not sent yet it will not be, else the provider may still carry it out.
+
+    Attributes:
+        client: The threaded one underneath: `name`, `type_name`, `md5sum`, `stats()`.
+    """
+
+    def __init__(self, client: ThreadedClient, pool: Pool) -> None:
+        self.client = client
+        self._pool = pool
+
+    async def call(self, request: Any = None, timeout: float | None = 10.0, **fields: Any) -> Any:
+        """Call the service; arguments, result and errors as `rosproto.node.ServiceClient.call` has them."""
+        from rosproto.node.service_client import Cancellation
+
+        cancellation = Cancellation()
+        return await self._pool.run(
+            lambda: self.client.call_cancellable(cancellation, request, timeout, **fields),
+            cancel=cancellation.cancel,
+        )
+
+    __call__ = call
+
+    async def wait(self, timeout: float | None = 10.0) -> None:
+        """Wait until a provider answers a probe.
+
+        Raises:
+            RosTimeout: Nobody did in time.
+        """
+        stop = threading.Event()
+        await self._pool.run(lambda: self.client.wait(timeout, stop=stop), cancel=stop.set)
+
+    async def close(self) -> None:
+        """Close; calls in progress raise ConnectionLost. May be called again."""
+        await self._pool.run(self.client.close)
+
+
+class ServiceServer:
+    """Provides one service.
+
+    Attributes:
+        server: The threaded one underneath: `name`, `type_name`, `md5sum`, `stats()`.
+    """
+
+    def __init__(self, server: ThreadedServer, pool: Pool) -> None:
+        self.server = server
+        self._pool = pool
+
+    async def close(self, timeout: float = 2.0) -> None:
+        """Withdraw the service; answers in progress may go out within `timeout`. May be called again."""
+        await self._pool.run(lambda: self.server.close(timeout))
+
+
+def handler_in_loop(handler: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """A handler for a threaded server that calls `handler` in the running loop.
+
+    A coroutine function becomes a task there; a plain function is called there and must not block. Either may
+    return what a threaded handler may.
+    """
+    loop = asyncio.get_running_loop()
+
+    async def answer(request: Any) -> Any:
+        result = handler(request)
+        return await result if inspect.isawaitable(result) else result
+
+    def in_thread(request: Any) -> Any:
+        return asyncio.run_coroutine_threadsafe(answer(request), loop).result()
+
+    return in_thread

@@ -1,0 +1,113 @@
+"""Publisher and subscriber for asyncio: views of the threaded ones."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from typing import TYPE_CHECKING, Any
+
+from rosproto.aio.mailbox import Closed, Mailbox
+from rosproto.aio.pool import Pool
+from rosproto.errors import ConnectionLost, RosTimeout
+
+if TYPE_CHECKING:
+    from rosproto.node import Publisher as ThreadedPublisher
+    from rosproto.node import Subscriber as ThreadedSubscriber
+
+__all__ = ["Publisher", "Subscriber"]
+
+
+class Publisher:
+    """A publisher; `publish` does not block and so is no coroutine.
+
+    Attributes:
+        publisher: The threaded one underneath: `topic`, `type_name`, `md5sum`, `stats()`.
+    """
+
+    def __init__(self, publisher: ThreadedPublisher, pool: Pool) -> None:
+        self.publisher = publisher
+        self._pool = pool
+
+    def publish(self, message: Any = None, **fields: Any) -> None:
+        """Queue a message for every subscriber; encoded when this returns."""
+        self.publisher.publish(message, **fields)
+
+    @property
+    def connections(self) -> int:
+        """Subscribers connected now."""
+        return self.publisher.connections
+
+    async def wait_for_connection(self, timeout: float | None = 5.0, count: int = 1) -> None:
+        """Wait until `count` subscribers are connected.
+
+        Raises:
+            RosTimeout: They are not, in time.
+        """
+        await self._pool.run(lambda: self.publisher.wait_for_connection(timeout=timeout, count=count))
+
+    async def close(self) -> None:
+        """Stop publishing. May be called again."""
+        await self._pool.run(self.publisher.close)
+
+
+class Subscriber:
+    """A subscriber: `async for message in subscriber`, or `await subscriber.next(timeout)`.
+
+    Messages wait in one queue of `queue_size`; when it is full the oldest is dropped and counted.
+
+    Attributes:
+        subscriber: The threaded one underneath: `topic`, `type_name`, `md5sum`, `stats()`.
+    """
+
+    def __init__(self, subscriber: ThreadedSubscriber, mailbox: Mailbox[Any], pool: Pool) -> None:
+        self.subscriber = subscriber
+        self._mailbox = mailbox
+        self._pool = pool
+
+    def __aiter__(self) -> AsyncIterator[Any]:
+        return self
+
+    async def __anext__(self) -> Any:
+        try:
+            return await self._mailbox.get()
+        except Closed:
+            raise StopAsyncIteration from None
+
+    async def next(self, timeout: float | None = 10.0) -> Any:
+        """The next message.
+
+        Raises:
+            RosTimeout: None came within `timeout` seconds.
+            ConnectionLost: The subscriber was closed.
+        """
+        topic = self.subscriber.topic
+        try:
+            return await self._mailbox.get(timeout)
+        except Closed:
+            raise ConnectionLost(f"{topic}: the subscriber is closed") from None
+        except asyncio.TimeoutError:
+            raise RosTimeout(
+                f"{topic}: no message within {timeout} s ({self.connections} publishers connected)",
+                what=f"message on {topic}",
+                seconds=timeout,
+            ) from None
+
+    @property
+    def connections(self) -> int:
+        """Publishers connected now."""
+        return self.subscriber.connections
+
+    @property
+    def latest(self) -> Any:
+        """The newest message received, taken from the queue or not; None before the first."""
+        return self.subscriber.latest
+
+    @property
+    def dropped(self) -> int:
+        """Messages dropped because the queue was full."""
+        return self._mailbox.dropped
+
+    async def close(self) -> None:
+        """End the subscription; who waits gets the end. May be called again."""
+        self._mailbox.close()
+        await self._pool.run(self.subscriber.close)
