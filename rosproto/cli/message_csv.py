@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from rosproto.codec import Message
 from rosproto.time import TVal
 
 __all__ = ["header", "row"]
@@ -25,7 +26,7 @@ def _items(value: Any) -> Any:
 
 def _names(value: Any, prefix: str) -> list[str]:
     value = _items(value)
-    if hasattr(value, "_slot_types"):
+    if isinstance(value, Message):
         return [n for f in value.__slots__ for n in _names(getattr(value, f), f"{prefix}.{f}")]
     if isinstance(value, (list, tuple, bytes)):
         return [n for i, item in enumerate(value) for n in _names(item, f"{prefix}{i}")]
@@ -34,7 +35,7 @@ def _names(value: Any, prefix: str) -> list[str]:
 
 def _cells(value: Any) -> list[str]:
     value = _items(value)
-    if hasattr(value, "_slot_types"):
+    if isinstance(value, Message):
         return [cell for f in value.__slots__ for cell in _cells(getattr(value, f))]
     if isinstance(value, (list, tuple, bytes)):
         return [cell for item in value for cell in _cells(item)]

@@ -1,0 +1,147 @@
+"""The graph commands against our own nodes: forms, JSON, exit codes. Beside ROS's tools: tests/interop."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from rosproto import Master, Node
+from rosproto.cli import main
+
+
+@pytest.fixture(scope="module")
+def graph() -> Iterator[str]:
+    """Master URI of a graph with a node, a latched topic, a service and parameters."""
+    with Master() as master, Node("/a", master_uri=master.uri) as node:
+        scans = node.publisher("/scan", "sensor_msgs/LaserScan", latch=True)
+        scans.publish(ranges=[1.0, 2.0, float("inf")], angle_min=-1.0)
+        node.service_server("/add", "std_srvs/SetBool", lambda r: {"success": r.data, "message": "as told"})
+        node.params["/p"] = {"a": 1, "b": [True, "x"]}
+        yield master.uri
+
+
+@pytest.fixture
+def rosproto(graph: str, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
+    """`rosproto("topic list")` -> (exit code, stdout, stderr)."""
+
+    def call(line: str, *more: str) -> tuple[int, str, str]:
+        code = main([*line.split(), *more, "--master", graph])
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return call
+
+
+Call = Callable[..., tuple[int, str, str]]
+
+
+def test_json_of_facts(rosproto: Call) -> None:
+    """Everything that prints facts prints them as JSON too."""
+    _, out, _ = rosproto("topic list --json")
+    assert {
+        "name": "/scan",
+        "type": "sensor_msgs/LaserScan",
+        "publishers": ["/a"],
+        "subscribers": [],
+    } in json.loads(out)
+    _, out, _ = rosproto("node info /a --json")
+    facts = json.loads(out)
+    assert facts["publications"]["/scan"] == "sensor_msgs/LaserScan"
+    assert "/add" in facts["services"]
+    _, out, _ = rosproto("param get /p --json")
+    assert json.loads(out) == {"a": 1, "b": [True, "x"]}
+    _, out, _ = rosproto("service info /add --json")
+    assert json.loads(out)["args"] == ["data"]
+
+
+def test_echo_forms(rosproto: Call) -> None:
+    """Text, CSV, JSON with valid numbers only, fields, elements, and arrays told by size."""
+    assert "ranges: [1.0, 2.0, inf]" in rosproto("topic echo -n 1 /scan")[1]
+    assert rosproto("topic echo -n 1 /scan/ranges[1]")[1] == "2.0\n---\n"
+    assert json.loads(rosproto("topic echo -n 1 --json /scan")[1])["ranges"] == [1.0, 2.0, None]
+    assert '"<array type: float32, length: 3>"' in rosproto("topic echo -n 1 --noarr /scan")[1]
+    header, row = rosproto("topic echo -n 1 -p /scan")[1].splitlines()
+    assert header.startswith(
+        "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.angle_min"
+    )
+    assert header.count(",") == row.count(",")
+
+
+def test_filter_of_echo(rosproto: Call) -> None:
+    """A filter that is false shows nothing; one that names no field is an error at once."""
+    code, out, err = rosproto("topic echo -n 1 --timeout 0.3 /scan", "--filter", "m.angle_min > 0")
+    assert (code, out) == (1, "")
+    assert "no message within" in err
+    code, _, err = rosproto("topic echo -n 1 /scan", "--filter", "m.angel_min < 0")
+    assert code == 1
+    assert "no field 'angel_min'" in err
+
+
+def test_pub_refuses_wrong_values_before_anything_is_sent(rosproto: Call) -> None:
+    """A typing error names the field and what there is."""
+    code, _, err = rosproto("topic pub -1 /cmd geometry_msgs/Twist", "{linaer: {x: 1}}")
+    assert code == 1
+    assert "linear, angular" in err
+    code, _, err = rosproto("topic pub -1 /cmd geometry_msgs/Twits", "{}")
+    assert code == 1
+    assert "geometry_msgs/Twist" in err
+
+
+def test_pub_at_a_rate_ends(rosproto: Call) -> None:
+    """-r with -n publishes that many."""
+    assert rosproto("topic pub -r 100 -n 3 /say std_msgs/String hello")[0] == 0
+
+
+def test_call(rosproto: Call) -> None:
+    """By position, by name, as JSON; a wrong field is refused."""
+    assert "success: True" in rosproto("service call /add true")[1]
+    assert json.loads(rosproto("service call --json /add", "{data: false}")[1]) == {
+        "success": False,
+        "message": "as told",
+    }
+    assert "has no field 'date'" in rosproto("service call /add", "{date: 1}")[2]
+
+
+def test_parameters_to_a_file_and_back(rosproto: Call, tmp_path: Path) -> None:
+    """What dump writes load reads."""
+    file = tmp_path / "p.yaml"
+    assert rosproto(f"param dump {file} /p")[0] == 0
+    assert rosproto(f"param load {file} /copy")[0] == 0
+    assert rosproto("param get /copy --json")[1] == rosproto("param get /p --json")[1]
+    assert rosproto("param delete /copy")[0] == 0
+    assert rosproto("param get /copy")[0] == 1
+    assert rosproto("param set /n/x", "[1, {a: b}]")[0] == 0
+    assert json.loads(rosproto("param get /n --json")[1]) == {"x": [1, {"a": "b"}]}
+
+
+def test_cleanup_takes_out_the_dead(capsys: pytest.CaptureFixture[str]) -> None:
+    """A node that does not answer is unregistered, a living one stays."""
+    with Master() as master, Node("/alive", master_uri=master.uri) as alive:
+        alive.publisher("/t", "std_msgs/String")
+        from rosproto.node import MasterClient
+
+        with MasterClient(master.uri, "/dead") as dead:
+            dead.register_publisher("/t", "std_msgs/String", "http://127.0.0.1:9/")
+        assert main(["node", "cleanup", "--master", master.uri]) == 0
+        assert capsys.readouterr().out == "Unregistering /dead\n"
+        assert alive.master.get_system_state().publishers["/t"] == ["/alive"]
+
+
+def test_kill_asks_a_node_to_end(capsys: pytest.CaptureFixture[str]) -> None:
+    """A plain node obeys a person."""
+    with Master() as master, Node("/victim", master_uri=master.uri, rosout=False) as node:
+        node.publisher("/t", "std_msgs/String")
+        assert main(["node", "kill", "/victim", "--master", master.uri]) == 0
+        assert "killed" in capsys.readouterr().out
+        assert node.wait(5.0)
+
+
+def test_no_master_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
+    """It names the address that was tried and what to check."""
+    assert main(["topic", "list", "--master", "http://127.0.0.1:9"]) == 1
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert "127.0.0.1:9" in err
