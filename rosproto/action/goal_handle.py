@@ -176,6 +176,11 @@ class GoalHandle:
         return True
 
     def _still(self, deadline: Deadline) -> str:
+        if self.done:
+            return (
+                f"{self._client.name}: goal {self.goal_id} has ended ({self.status.name}), but the "
+                f"transition callback for it has not returned after {deadline.seconds:g} s"
+            )
         text = f"{self._client.name}: goal {self.goal_id} is still {self.state.name}"
         text += f" after {deadline.seconds:g} s"
         if self.state is CommState.WAITING_FOR_GOAL_ACK:

@@ -156,7 +156,7 @@ class ActionServer:
             return list(self._live.values())
 
     def close(self) -> None:
-        """Ask handlers to stop, wait up to 2 s for them, abort what is left, unregister; may be called twice."""
+        """Ask handlers to stop, wait up to 2 s for them, abort the rest, unregister. May be called twice."""
         with self._lock:
             if self._closed:
                 return

@@ -510,9 +510,10 @@ def build_cpp_node(name: str, source: str, target: Path, headers: Path | None = 
             include = [f"-I{headers}"] if headers is not None else []
             built = program.with_suffix(".tmp")
             command = [str(compiler), "-O1", "-std=c++17", "-w", *include, str(text), "-o", str(built)]
-            done = subprocess.run(
-                [*command, *flags.stdout.split(), "-lpthread"], capture_output=True, text=True, timeout=300
-            )
+            libraries = [*flags.stdout.split(), "-lpthread"]
+            if "<actionlib/" in source:
+                libraries.insert(0, "-lactionlib")
+            done = subprocess.run([*command, *libraries], capture_output=True, text=True, timeout=300)
             assert done.returncode == 0, f"{name} does not compile:\n{done.stderr}"
             built.rename(program)
     return program
