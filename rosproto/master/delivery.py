@@ -49,6 +49,8 @@ class NodeSender:
         """Make one call; says what became of it."""
         if self._client is None:
             return Delivery.GONE
+        if not isinstance(note, Shutdown) and not self._names_at(self.uri):
+            return Delivery.GONE  # everybody there has unregistered since; who came after may be a stranger
         try:
             self._make(self._client, note)
         except RosTimeout as error:

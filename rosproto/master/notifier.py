@@ -9,8 +9,8 @@ the right tree.
 Two lanes keep the bounds honest. A node is served in the *prompt* lane until a call to it times out or its
 host cannot be reached; then it moves to the *patient* lane, which has few threads, and is tried again with
 growing pauses. So any number of dead nodes costs a few threads and delays only dead nodes. A refused
-connection is final: nobody listens there any more, and a node that comes back registers again, which gives
-it the whole list. Threads end when they have been idle for a moment.
+connection is final for what was queued before it: nobody listens there any more, and a node that comes back
+registers again, which gives it the whole list. Threads end when they have been idle for a moment.
 """
 
 from __future__ import annotations
@@ -30,7 +30,9 @@ __all__ = ["Delivery", "Notifier", "Sender"]
 
 _log = logging.getLogger("rosproto.master")
 
-PAUSES = (1.0, 2.0, 4.0, 8.0)  # seconds before each further attempt; then the node's queue is given up
+# Seconds before each further attempt, a quarter of an hour together: a laptop that was asleep gets the newest
+# lists within a minute of waking. Then the node's queue is given up.
+PAUSES = (1.0, 2.0, 4.0, 8.0, 16.0, 30.0, *(60.0,) * 14)
 IDLE_SECONDS = 1.0
 SUSPECTS = 1024  # nodes remembered as slow, so that the next call to them goes to the patient lane at once
 
@@ -56,13 +58,13 @@ class Sender(Protocol):
 
 
 class _Queue:
-    """What one node has to get."""
+    """What one node has to get: key -> (number of the post, notification), the oldest first."""
 
     __slots__ = ("attempts", "pending", "uri")
 
     def __init__(self, uri: str) -> None:
         self.uri = uri
-        self.pending: dict[tuple[str, str], Notification] = {}
+        self.pending: dict[tuple[str, str], tuple[int, Notification]] = {}
         self.attempts = 0
 
 
@@ -127,7 +129,7 @@ class Notifier:
             elif len(queue.pending) >= self._pending_per_node:
                 del queue.pending[next(iter(queue.pending))]
                 self._counts["dropped"] += 1
-            queue.pending[note.key] = note
+            queue.pending[note.key] = (next(self._order), note)
 
     def wait_until_quiet(self, timeout: float | None = 5.0) -> bool:
         """Wait until everything was delivered or given up; False when that took longer."""
@@ -224,10 +226,11 @@ class Notifier:
                     if self._closed or not queue.pending:
                         self._forget(queue)
                         return
-                    note = queue.pending.pop(next(iter(queue.pending)))
+                    _, note = queue.pending.pop(next(iter(queue.pending)))
+                    begun = next(self._order)
                 outcome = self._send(sender, note)
                 with self._lock:
-                    if self._settle(queue, note, outcome):
+                    if self._settle(queue, note, begun, outcome):
                         return
         finally:
             with self._lock:
@@ -241,8 +244,9 @@ class Notifier:
             _log.exception("! sending %s to %s failed", note.key, note.uri)
             return Delivery.GONE
 
-    def _settle(self, queue: _Queue, note: Notification, outcome: Delivery) -> bool:
+    def _settle(self, queue: _Queue, note: Notification, begun: int, outcome: Delivery) -> bool:
         """Book one call; True when this worker is done with the node for now."""
+        assert self._lock.locked()
         if outcome is Delivery.DONE:
             self._counts["sent"] += 1
             self._suspects.pop(queue.uri, None)
@@ -253,17 +257,19 @@ class Notifier:
         if outcome is Delivery.SILENT and queue.attempts < len(PAUSES):
             # Unless something newer replaced it meanwhile, the same call is made again, first of all.
             if note.key not in queue.pending:
-                queue.pending = {note.key: note, **queue.pending}
+                queue.pending = {note.key: (begun, note), **queue.pending}
             self._suspect(queue.uri)
             pause = PAUSES[queue.attempts]
             queue.attempts += 1
             self._schedule(self._patient, queue, pause)
             return True
-        self._counts["failed"] += 1 + len(queue.pending)
+        # What was posted during the call is for somebody who came meanwhile, perhaps to the same address.
+        later = {key: item for key, item in queue.pending.items() if item[0] > begun}
+        self._counts["failed"] += 1 + len(queue.pending) - len(later)
         level = logging.INFO if outcome is Delivery.GONE else logging.WARNING
         _log.log(level, "! %s is %s: gave up %s and what followed", queue.uri, outcome.value, note.key)
-        self._forget(queue)
-        return True
+        queue.pending, queue.attempts = later, 0
+        return False
 
     def _suspect(self, uri: str) -> None:
         self._suspects.pop(uri, None)

@@ -120,6 +120,7 @@ class Registry:
         self._types: dict[str, str] = {}
         self._retired: dict[str, None] = {}  # topics with a type and nobody on them, oldest first
         self._nodes: dict[str, _Node] = {}
+        self._at: dict[str, dict[str, None]] = {}  # host:port -> node names there
         self._evicted: dict[tuple[str, str], None] = {}  # (node name, URI) sent away, oldest first
         self._count = 0
 
@@ -233,8 +234,7 @@ class Registry:
 
     def names_at(self, uri: str) -> list[str]:
         """Names of the nodes registered with this URI (compared by host and port, pitfall 28)."""
-        wanted = _endpoint(uri)
-        return [node.name for node in self._nodes.values() if _endpoint(node.uri) == wanted]
+        return list(self._at.get(_endpoint(uri), ()))
 
     def __len__(self) -> int:
         """Registrations of all kinds."""
@@ -256,6 +256,7 @@ class Registry:
             if node is not None:
                 notes = self._bump(node)
             node = self._nodes[name] = _Node(name, uri)
+            self._at.setdefault(_endpoint(uri), {})[name] = None
         self._evicted.pop((name, uri), None)
         if (kind, key) not in node.held:
             node.held[kind, key] = None
@@ -296,7 +297,14 @@ class Registry:
         del node.held[kind, key]
         if not node.held:
             del self._nodes[name]
+            self._leave(node)
         return True
+
+    def _leave(self, node: _Node) -> None:
+        endpoint = _endpoint(node.uri)
+        del self._at[endpoint][node.name]
+        if not self._at[endpoint]:
+            del self._at[endpoint]
 
     def _publisher_updates(self, topics: Iterable[str]) -> list[Notification]:
         notes: list[Notification] = []

@@ -16,7 +16,7 @@ from tests.support.slaves import BlackHole, RecordingNode
 
 
 def send(uri: str, timeout: float = 5.0) -> Delivery:
-    sender = NodeSender(uri, lambda _: [], timeout=timeout, limits=Limits())
+    sender = NodeSender(uri, lambda _: ["/n"], timeout=timeout, limits=Limits())
     try:
         return sender.send(PublisherUpdate(uri, "/t", ("http://a:1/",)))
     finally:
@@ -49,12 +49,23 @@ def test_an_answer_of_any_kind_is_a_delivery() -> None:
     with RecordingNode() as node:
         assert send(node.uri) is Delivery.DONE
         assert node.calls == [("publisherUpdate", ["/t", ["http://a:1/"]])]
-        sender = NodeSender(node.uri, lambda _: [], timeout=5.0, limits=Limits())
+        sender = NodeSender(node.uri, lambda _: ["/n"], timeout=5.0, limits=Limits())
         assert sender.send(ParamUpdate(node.uri, "/k/", {"a": 1})) is Delivery.DONE
+        sender.close()
+        sender = NodeSender(node.uri, lambda _: [], timeout=5.0, limits=Limits())
         # getName is a fault of this node, its lists are empty: asked, and left alone.
         note = Shutdown(node.uri, "/n", "why", frozenset({"/t"}), frozenset())
         assert sender.send(note) is Delivery.DONE
         assert node.told("shutdown") == []
+        sender.close()
+
+
+def test_nobody_registered_there_gets_nothing() -> None:
+    """A retry must not tell a stranger, who has the port now, about topics it never asked for."""
+    with RecordingNode() as node:
+        sender = NodeSender(node.uri, lambda _: [], timeout=5.0, limits=Limits())
+        assert sender.send(PublisherUpdate(node.uri, "/t", ())) is Delivery.GONE
+        assert node.calls == []
         sender.close()
 
 
@@ -85,7 +96,7 @@ def test_a_broken_connection_is_silence_too(hangs_up: str) -> None:
 def test_closing_ends_a_call_that_is_under_way() -> None:
     """So that a master can close in bounded time."""
     with BlackHole() as hole:
-        sender = NodeSender(hole.uri, lambda _: [], timeout=60.0, limits=Limits())
+        sender = NodeSender(hole.uri, lambda _: ["/n"], timeout=60.0, limits=Limits())
         outcome: list[Delivery] = []
         call = threading.Thread(
             target=lambda: outcome.append(sender.send(PublisherUpdate(hole.uri, "/t", ()))), daemon=True

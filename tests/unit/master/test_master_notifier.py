@@ -174,6 +174,42 @@ def test_nobody_listening_is_final(nodes: Nodes, notifier: Notifier) -> None:
     assert len(nodes.calls) == 1
 
 
+def test_news_for_who_comes_to_a_dead_nodes_address_are_not_lost(nodes: Nodes, notifier: Notifier) -> None:
+    """What was queued before the refused call is dropped, what was posted during it is sent."""
+    release = threading.Event()
+
+    def first_refused(note: Notification) -> Delivery:
+        if note != update("a", topic="/1"):
+            return Delivery.DONE
+        release.wait(DEADLINE)
+        return Delivery.GONE
+
+    nodes.behave["a"] = first_refused
+    notifier.post(update("a", topic="/1"))
+    nodes.wait_for_calls(1)
+    notifier.post(update("a", topic="/2"))
+    release.set()
+    assert notifier.wait_until_quiet(DEADLINE)
+    assert nodes.calls == [update("a", topic="/1"), update("a", topic="/2")]
+    assert notifier.stats()["failed"] == 1
+
+
+def test_what_was_queued_for_a_dead_node_goes_with_it(nodes: Nodes, notifier: Notifier) -> None:
+    """One refused connection, not one per notification."""
+    holder, release = update("busy"), threading.Event()
+    nodes.behave["a"] = lambda _: Delivery.GONE
+    for name in ("b", "c", "d"):
+        nodes.behave[name] = lambda _: Delivery.DONE if release.wait(DEADLINE) else Delivery.GONE
+        notifier.post(holder._replace(uri=name))
+    nodes.wait_for_calls(3)  # all prompt workers are busy
+    notifier.post(update("a", topic="/1"))
+    notifier.post(update("a", topic="/2"))
+    release.set()
+    assert notifier.wait_until_quiet(DEADLINE)
+    assert nodes.calls[3:] == [update("a", topic="/1")]
+    assert notifier.stats()["failed"] == 2
+
+
 def test_a_failing_sender_costs_only_its_own_node(nodes: Nodes, notifier: Notifier) -> None:
     """An exception out of a sender is logged and the worker lives on."""
 

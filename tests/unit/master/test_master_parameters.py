@@ -212,7 +212,10 @@ NAME = st.sampled_from(["a", "b", "c"])
 LEAF: st.SearchStrategy[Any] = st.one_of(
     st.booleans(), st.integers(-(1 << 31), (1 << 31) - 1), st.floats(allow_nan=False), st.text(max_size=5)
 )
-VALUE = st.recursive(LEAF, lambda v: st.lists(v, max_size=3) | st.dictionaries(NAME, v, max_size=3))
+# No empty dicts: announcing one is announcing a deletion (paramUpdate knows no difference).
+VALUE = st.recursive(
+    LEAF, lambda v: st.lists(v, max_size=3) | st.dictionaries(NAME, v, min_size=1, max_size=3)
+)
 KEY = st.lists(NAME, min_size=1, max_size=4).map(lambda parts: "/" + "/".join(parts))
 
 

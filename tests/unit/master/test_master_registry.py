@@ -261,6 +261,8 @@ def test_any_history_leaves_a_consistent_graph_and_informed_subscribers(
     entries = [entry for kind in kinds for held in kind.providers.values() for entry in held]
     assert len(graph) == len(entries)
     assert all(graph.lookup_node(name).value == uri for name, uri in entries)
+    homes = {(name, uri) for uri in (A, B, C) for name in graph.names_at(uri)}
+    assert homes == set(entries)
     assert all(len(held) == 1 for held in graph.services.providers.values())
     for topic, subscribers in graph.subscribers.providers.items():
         for _, uri in subscribers:

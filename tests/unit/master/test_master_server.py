@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 
@@ -265,6 +266,28 @@ def test_many_masters_come_and_go_without_a_trace() -> None:
     for master in masters:
         master.close()
     assert threading.active_count() <= before
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="counts sockets in /proc")
+def test_fifty_lives_leave_no_socket_behind() -> None:
+    """Each with a caller, a subscriber to tell, and a silent one."""
+
+    def life() -> None:
+        with contextlib.ExitStack() as stack:
+            master = stack.enter_context(Master(call_timeout=5.0))
+            node, hole = stack.enter_context(RecordingNode()), stack.enter_context(BlackHole())
+            me, silent = (stack.enter_context(as_node(master, name)) for name in ("/s", "/silent"))
+            me.register_subscriber("/t", "*", node.uri)
+            silent.register_subscriber("/t", "*", hole.uri)
+            silent.register_publisher("/t", "a/B", hole.uri)
+            node.wait_for(lambda n: len(n.calls) == 1)
+
+    life()
+    before = len(list(Path("/proc/self/fd").iterdir())), threading.active_count()
+    for _ in range(50):
+        life()
+    assert len(list(Path("/proc/self/fd").iterdir())) <= before[0]
+    assert threading.active_count() <= before[1]
 
 
 def test_shutdown_is_answered_and_obeyed_where_allowed() -> None:
