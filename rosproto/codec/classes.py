@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.codec.binding import Binding
 from rosproto.codec.flavour import Flavour, flavour_named
 from rosproto.codec.layout import attribute_name, check_field_name
-from rosproto.codec.message import Message, MessageMeta, ServiceType
+from rosproto.codec.message import DynamicMessage, Message, MessageMeta, ServiceType
 from rosproto.errors import DefinitionError
 from rosproto.msg import bundled, library_from_full_text
 from rosproto.msg.spec import MessageSpec
@@ -20,7 +20,7 @@ __all__ = ["define", "message_class", "pickled", "restore", "service_class"]
 
 _lock = RLock()
 _DEFINED_KEPT = 256
-_defined: dict[tuple[str, str, Flavour], type[Message]] = {}
+_defined: dict[tuple[str, str, Flavour], type[DynamicMessage]] = {}
 
 
 def message_class(
@@ -28,7 +28,7 @@ def message_class(
     library: DefinitionLibrary | None = None,
     *,
     flavour: str | Flavour = "numpy",
-) -> type[Message]:
+) -> type[DynamicMessage]:
     """The class of a message type; the same object every time.
 
     Args:
@@ -46,7 +46,7 @@ def message_class(
 
 def _message_class(
     type_: str | MessageSpec, library: DefinitionLibrary, flavour: Flavour, kind: str
-) -> type[Message]:
+) -> type[DynamicMessage]:
     classes = _cache(library)
     name = type_ if isinstance(type_, str) else type_.name
     key = ("msg", "std_msgs/Header" if name == "Header" else name, flavour)
@@ -79,8 +79,10 @@ def _cache(library: DefinitionLibrary) -> dict[Any, Any]:
     return cache
 
 
-def _make_class(spec: MessageSpec, library: DefinitionLibrary, flavour: Flavour, kind: str) -> type[Message]:
-    def class_for(name: str) -> type[Message]:
+def _make_class(
+    spec: MessageSpec, library: DefinitionLibrary, flavour: Flavour, kind: str
+) -> type[DynamicMessage]:
+    def class_for(name: str) -> type[DynamicMessage]:
         return cls if name == spec.name else _message_class(name, library, flavour, "msg")
 
     binding = Binding(spec, library, flavour, class_for)
@@ -159,7 +161,7 @@ def define(
     *,
     base: DefinitionLibrary | None = None,
     flavour: str | Flavour = "numpy",
-) -> type[Message]:
+) -> type[DynamicMessage]:
     """A class from a full definition text, as connection headers and bags carry it.
 
     The text may come from anybody: it is bounded (`rosproto.msg.DefinitionLimits`), and only checked

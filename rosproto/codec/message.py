@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from rosproto.codec.binding import Binding
     from rosproto.msg import MessageSpec
 
-__all__ = ["AnyMsg", "Message", "MessageMeta", "ServiceType"]
+__all__ = ["AnyMsg", "DynamicMessage", "Message", "MessageMeta", "ServiceType"]
 
 
 class _Lazy:
@@ -114,6 +114,10 @@ class Message(metaclass=MessageMeta):
 
     _connection_header: dict[str, str] | None
 
+    if TYPE_CHECKING:  # at run time the metaclass does this
+
+        def __init__(self, *args: Any, **kwargs: Any) -> None: ...
+
     @staticmethod
     def _fill(message: Any) -> None:
         raise TypeError("Message is only a base: take a class of message_class() or msgdefs")
@@ -198,6 +202,21 @@ class Message(metaclass=MessageMeta):
         return new
 
 
+if TYPE_CHECKING:
+
+    class _DynamicMeta(MessageMeta):
+        def __getattr__(cls, name: str) -> Any: ...
+
+    class DynamicMessage(Message, metaclass=_DynamicMeta):
+        """A message whose fields and constants a type checker cannot know: any are allowed."""
+
+        def __getattr__(self, name: str) -> Any: ...
+        def __setattr__(self, name: str, value: Any) -> None: ...
+
+else:
+    DynamicMessage = Message
+
+
 def _equal(ours: Any, theirs: Any) -> bool:
     """Equality of field values; arrays, lists, tuples and bytes compare by element."""
     if ours is theirs and not hasattr(ours, "dtype"):
@@ -276,7 +295,7 @@ class ServiceType:
 
     _type: ClassVar[str] = ""
     _md5sum: ClassVar[str] = ""
-    Request: ClassVar[type[Message]]
-    Response: ClassVar[type[Message]]
-    _request_class: ClassVar[type[Message]]
-    _response_class: ClassVar[type[Message]]
+    Request: ClassVar[type[DynamicMessage]]
+    Response: ClassVar[type[DynamicMessage]]
+    _request_class: ClassVar[type[DynamicMessage]]
+    _response_class: ClassVar[type[DynamicMessage]]

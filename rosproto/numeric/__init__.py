@@ -1,0 +1,40 @@
+"""Sensor and geometry messages as numpy arrays, and back.
+
+Every function says the shape, dtype and frame of what it gives, and whether that is a view of the message or
+a copy. Views of a received message are read-only; `.copy()` gives an array of your own. Messages of both
+flavours are taken. numpy is imported with the first call.
+"""
+
+from __future__ import annotations
+
+from rosproto.numeric.clouds import cloud_to_array, cloud_to_points, points_to_cloud, scan_to_points
+from rosproto.numeric.grids import array_to_grid, grid_to_array
+from rosproto.numeric.images import array_to_image, compressed_image_bytes, image_to_array
+from rosproto.numeric.poses import (
+    matrix_to_pose,
+    matrix_to_quaternion,
+    matrix_to_transform,
+    pose_to_matrix,
+    quaternion_to_matrix,
+    quaternion_to_yaw,
+    yaw_to_quaternion,
+)
+
+__all__ = [
+    "array_to_grid",
+    "array_to_image",
+    "cloud_to_array",
+    "cloud_to_points",
+    "compressed_image_bytes",
+    "grid_to_array",
+    "image_to_array",
+    "matrix_to_pose",
+    "matrix_to_quaternion",
+    "matrix_to_transform",
+    "points_to_cloud",
+    "pose_to_matrix",
+    "quaternion_to_matrix",
+    "quaternion_to_yaw",
+    "scan_to_points",
+    "yaw_to_quaternion",
+]

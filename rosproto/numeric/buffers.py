@@ -1,0 +1,21 @@
+"""The octets of a uint8[] field, whatever it holds."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+__all__ = ["octets"]
+
+
+def octets(data: Any) -> NDArray[np.uint8]:
+    """A flat uint8 array: a view of arrays and bytes, a copy of lists."""
+    import numpy as np
+
+    if isinstance(data, (bytes, bytearray, memoryview)):
+        return np.frombuffer(data, np.uint8) if len(data) else np.empty(0, np.uint8)
+    array: NDArray[np.uint8] = np.asarray(data, np.uint8).reshape(-1)
+    return array

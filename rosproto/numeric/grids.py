@@ -1,0 +1,61 @@
+"""nav_msgs/OccupancyGrid and arrays."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from rosproto.codec import message_class
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+__all__ = ["array_to_grid", "grid_to_array"]
+
+
+def grid_to_array(grid: Any) -> NDArray[np.int8]:
+    """The cells of a nav_msgs/OccupancyGrid.
+
+    Returns:
+        (H, W) int8, `[row, column]`: -1 unknown, 0 free to 100 occupied. Row 0 is at the origin's y, so it is
+        the *lowest* row of the map (flip with `[::-1]` for a picture); cell [r, c] is centred at
+        ((c + 0.5), (r + 0.5)) * info.resolution in the frame of info.origin. A view of `grid.data` (a copy
+        of a list or tuple).
+
+    Raises:
+        ValueError: info and data contradict each other.
+    """
+    import numpy as np
+
+    cells = np.asarray(grid.data, np.int8).reshape(-1)
+    height, width = grid.info.height, grid.info.width
+    if cells.size != height * width:
+        raise ValueError(f"a grid of {width}x{height} has {height * width} cells, but data hold {cells.size}")
+    return cells.reshape(height, width)
+
+
+def array_to_grid(cells: NDArray[Any], resolution: float, *, origin: Any = None, header: Any = None) -> Any:
+    """A nav_msgs/OccupancyGrid of an array.
+
+    Args:
+        cells: (H, W) int8 as `grid_to_array` gives it.
+        resolution: Metres per cell.
+        origin: geometry_msgs/Pose of cell [0, 0]'s outer corner in the frame of `header`; zero by default.
+        header: A std_msgs/Header to use; a new one by default.
+
+    Raises:
+        ValueError: Shape or values do not fit.
+    """
+    import numpy as np
+
+    cells = np.asarray(cells)
+    if cells.ndim != 2 or (cells.size and (cells.min() < -1 or cells.max() > 100)):
+        raise ValueError(f"cells must be (H, W) of -1..100, not {cells.shape} of {cells.dtype}")
+    grid = message_class("nav_msgs/OccupancyGrid")(header=header, data=cells.astype(np.int8).reshape(-1))
+    grid.info.height, grid.info.width = cells.shape
+    grid.info.resolution = resolution
+    if origin is None:
+        grid.info.origin.orientation.w = 1.0
+    else:
+        grid.info.origin = origin
+    return grid

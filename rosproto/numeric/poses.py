@@ -1,0 +1,156 @@
+"""Poses, transforms and quaternions as matrices and angles. Source: REP 103 (right-handed, x forward)."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from rosproto.codec import message_class
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+__all__ = [
+    "matrix_to_pose",
+    "matrix_to_quaternion",
+    "matrix_to_transform",
+    "pose_to_matrix",
+    "quaternion_to_matrix",
+    "quaternion_to_yaw",
+    "yaw_to_quaternion",
+]
+
+
+def _unit(quaternion: Any) -> tuple[float, float, float, float]:
+    """x, y, z, w of length 1."""
+    x, y, z, w = quaternion.x, quaternion.y, quaternion.z, quaternion.w
+    length = math.sqrt(x * x + y * y + z * z + w * w)
+    if not math.isfinite(length) or length < 1e-9:
+        raise ValueError(
+            f"quaternion ({x}, {y}, {z}, {w}) is no rotation; one that turns nothing has w = 1, "
+            "a new message has w = 0"
+        )
+    return x / length, y / length, z / length, w / length
+
+
+def quaternion_to_matrix(quaternion: Any) -> NDArray[np.float64]:
+    """(3, 3) float64 rotation of a geometry_msgs/Quaternion, which is brought to length 1 first.
+
+    Raises:
+        ValueError: All its parts are 0, or not finite.
+    """
+    import numpy as np
+
+    x, y, z, w = _unit(quaternion)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def matrix_to_quaternion(matrix: NDArray[Any]) -> Any:
+    """A geometry_msgs/Quaternion, w >= 0, of the rotation in a (3, 3) or (4, 4) matrix.
+
+    Raises:
+        ValueError: The shape is another, or the matrix is no rotation.
+    """
+    import numpy as np
+
+    rotation = _rotation(matrix)
+    # Of four equal formulas the one with the largest divisor is used (Shepperd).
+    trace = float(np.trace(rotation))
+    squares = np.array([*(2 * np.diag(rotation) - trace), trace])
+    largest = int(np.argmax(squares))
+    scale = math.sqrt(max(float(squares[largest]) + 1.0, 0.0))
+    r = rotation
+    skew = (r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1])
+    parts = [0.0, 0.0, 0.0, 0.0]
+    parts[largest] = scale / 2
+    for other in range(3):
+        if largest == 3:
+            parts[other] = skew[other] / (2 * scale)
+        elif other != largest:
+            parts[other] = (r[other, largest] + r[largest, other]) / (2 * scale)
+    if largest != 3:
+        parts[3] = skew[largest] / (2 * scale)
+    sign = -1.0 if parts[3] < 0 else 1.0
+    return message_class("geometry_msgs/Quaternion")(*(float(part) * sign for part in parts))
+
+
+def _rotation(matrix: NDArray[Any]) -> NDArray[np.float64]:
+    import numpy as np
+
+    matrix = np.asarray(matrix, np.float64)
+    if matrix.shape not in ((3, 3), (4, 4)):
+        raise ValueError(f"a (3, 3) or (4, 4) matrix is expected, not {matrix.shape}")
+    rotation = matrix[:3, :3]
+    if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-4) or np.linalg.det(rotation) < 0:
+        raise ValueError("the matrix is no rotation: columns must be orthogonal, of length 1, right-handed")
+    return rotation
+
+
+def pose_to_matrix(pose: Any) -> NDArray[np.float64]:
+    """(4, 4) float64 matrix of a geometry_msgs/Pose or geometry_msgs/Transform; metres.
+
+    For a pose of frame B given in frame A it is A_T_B: it takes points of B, as columns (x, y, z, 1), to A.
+    The same holds for a TransformStamped's transform, with A its header.frame_id, B its child_frame_id.
+
+    Raises:
+        ValueError: The orientation is no rotation.
+    """
+    import numpy as np
+
+    where = pose.position if hasattr(pose, "position") else pose.translation
+    turned = pose.orientation if hasattr(pose, "orientation") else pose.rotation
+    matrix = np.eye(4)
+    matrix[:3, :3] = quaternion_to_matrix(turned)
+    matrix[:3, 3] = where.x, where.y, where.z
+    return matrix
+
+
+def matrix_to_pose(matrix: NDArray[Any]) -> Any:
+    """The geometry_msgs/Pose of a (4, 4) matrix; undoes `pose_to_matrix`.
+
+    Raises:
+        ValueError: It is no rigid transform.
+    """
+    point = message_class("geometry_msgs/Point")(*_translation(matrix))
+    return message_class("geometry_msgs/Pose")(position=point, orientation=matrix_to_quaternion(matrix))
+
+
+def matrix_to_transform(matrix: NDArray[Any]) -> Any:
+    """The geometry_msgs/Transform of a (4, 4) matrix; undoes `pose_to_matrix`.
+
+    Raises:
+        ValueError: It is no rigid transform.
+    """
+    vector = message_class("geometry_msgs/Vector3")(*_translation(matrix))
+    return message_class("geometry_msgs/Transform")(translation=vector, rotation=matrix_to_quaternion(matrix))
+
+
+def _translation(matrix: NDArray[Any]) -> list[float]:
+    import numpy as np
+
+    matrix = np.asarray(matrix, np.float64)
+    if matrix.shape != (4, 4) or not np.allclose(matrix[3], (0, 0, 0, 1)):
+        raise ValueError(f"a (4, 4) matrix with last row 0 0 0 1 is expected, not {matrix.shape}")
+    return [float(part) for part in matrix[:3, 3]]
+
+
+def quaternion_to_yaw(quaternion: Any) -> float:
+    """Rotation about z in radians, counter-clockwise positive, -pi..pi (the yaw of roll-pitch-yaw).
+
+    Raises:
+        ValueError: The quaternion is no rotation.
+    """
+    x, y, z, w = _unit(quaternion)
+    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+
+
+def yaw_to_quaternion(yaw: float) -> Any:
+    """The geometry_msgs/Quaternion of a rotation about z by `yaw` radians."""
+    return message_class("geometry_msgs/Quaternion")(z=math.sin(yaw / 2), w=math.cos(yaw / 2))
