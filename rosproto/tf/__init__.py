@@ -7,9 +7,11 @@
 Source: wiki.ros.org/tf2, REP 105.
 """
 
+from rosproto.tf.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
 from rosproto.tf.buffer import TransformBuffer
 from rosproto.tf.errors import ExtrapolationError, NotConnected, TransformError, UnknownFrame
 from rosproto.tf.history import History, Sample
+from rosproto.tf.listener import TransformListener
 from rosproto.tf.transform import Transform
 
 __all__ = [
@@ -17,8 +19,11 @@ __all__ = [
     "History",
     "NotConnected",
     "Sample",
+    "StaticTransformBroadcaster",
     "Transform",
+    "TransformBroadcaster",
     "TransformBuffer",
     "TransformError",
+    "TransformListener",
     "UnknownFrame",
 ]

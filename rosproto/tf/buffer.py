@@ -79,7 +79,7 @@ class TransformBuffer:
         """
         if not isinstance(transform, Transform):
             transform = Transform.from_message(transform)
-        child, sample = frame_name(transform.source), _checked(transform)
+        child, sample = frame_name(transform.source), checked(transform)
         with self._changed:
             edge = self._edges.get(child)
             if edge is None:
@@ -287,7 +287,7 @@ class TransformBuffer:
         )
 
 
-def _checked(transform: Transform) -> Sample:
+def checked(transform: Transform) -> Sample:
     parent, child = frame_name(transform.target), frame_name(transform.source)
     if parent == child:
         raise ValueError(f"frame {child} is said to be its own parent")

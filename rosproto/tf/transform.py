@@ -101,7 +101,7 @@ class Transform:
         """As a geometry_msgs/TransformStamped."""
         from rosproto.codec import message_class
 
-        message = message_class("geometry_msgs/TransformStamped")()
+        message: Any = message_class("geometry_msgs/TransformStamped")()
         message.header.frame_id, message.child_frame_id = self.target, self.source
         message.header.stamp = self.stamp
         t, r = message.transform.translation, message.transform.rotation

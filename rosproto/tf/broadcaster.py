@@ -1,0 +1,95 @@
+"""Publishes transforms to /tf and /tf_static.
+
+Source: tf2_ros transform_broadcaster.py, static_transform_broadcaster.py; REP 105.
+"""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING, Any
+
+from rosproto.codec import message_class
+from rosproto.tf.buffer import checked
+from rosproto.tf.transform import Transform
+
+if TYPE_CHECKING:
+    from rosproto.node import Node
+
+__all__ = ["StaticTransformBroadcaster", "TransformBroadcaster"]
+
+
+def _message(transform: Transform | Any) -> Any:
+    """A TransformStamped that every receiver takes, from one or from a Transform.
+
+    Raises:
+        ValueError: It is no transform: names, numbers, or a frame that is its own parent.
+    """
+    value = transform if isinstance(transform, Transform) else Transform.from_message(transform)
+    checked(value)
+    return value.to_message()
+
+
+class TransformBroadcaster:
+    """Sends poses of moving frames; call `send` for every new one.
+
+    Args:
+        node: The node that publishes.
+        queue_size: Messages that may wait for a slow subscriber; older ones are dropped.
+    """
+
+    def __init__(self, node: Node, *, queue_size: int = 100) -> None:
+        self._class: Any = message_class("tf2_msgs/TFMessage")
+        self._publisher = node.publisher("/tf", self._class, queue_size=queue_size)
+
+    def __enter__(self) -> TransformBroadcaster:
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        self.close()
+
+    def send(self, *transforms: Transform | Any) -> None:
+        """Send one message with these `Transform`s or geometry_msgs/TransformStamped, each with its stamp.
+
+        Raises:
+            ValueError: One of them is nonsense; nothing is sent.
+        """
+        self._publisher.publish(self._class(transforms=[_message(transform) for transform in transforms]))
+
+    def close(self) -> None:
+        """Stop publishing. May be called again."""
+        self._publisher.close()
+
+
+class StaticTransformBroadcaster:
+    """Sends poses of frames that never move, once; whoever comes later gets all of them (latched).
+
+    A latched topic gives a newcomer the last message only, so each message holds every frame sent so far;
+    sending a frame again replaces it. Use one broadcaster per node.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._class: Any = message_class("tf2_msgs/TFMessage")
+        self._publisher = node.publisher("/tf_static", self._class, latch=True, queue_size=10)
+        self._lock = threading.Lock()
+        self._sent: dict[str, Any] = {}
+
+    def __enter__(self) -> StaticTransformBroadcaster:
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        self.close()
+
+    def send(self, *transforms: Transform | Any) -> None:
+        """Add or replace frames: `Transform`s or geometry_msgs/TransformStamped.
+
+        Raises:
+            ValueError: One of them is nonsense; nothing is sent.
+        """
+        messages = [_message(transform) for transform in transforms]
+        with self._lock:
+            self._sent.update({message.child_frame_id: message for message in messages})
+            self._publisher.publish(self._class(transforms=list(self._sent.values())))
+
+    def close(self) -> None:
+        """Stop publishing; newcomers get nothing any more. May be called again."""
+        self._publisher.close()

@@ -1,0 +1,92 @@
+"""Feeds a transform buffer from /tf and /tf_static.
+
+Source: tf2_ros transform_listener.py; wiki.ros.org/tf2.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from typing import TYPE_CHECKING, Any
+
+from rosproto.tf.buffer import TransformBuffer
+
+if TYPE_CHECKING:
+    from rosproto.node import Node
+
+__all__ = ["TransformListener"]
+
+logger = logging.getLogger("rosproto.tf")
+MOST_NAMED = 1000  # frames whose first refusal is logged; a hostile sender may make up names for ever
+
+
+class TransformListener:
+    """Subscribes to /tf and /tf_static; what arrives goes into `buffer`.
+
+    The buffer is fed in the subscribers' own threads. Transforms that are none (names, numbers) are counted
+    and the first of each frame is logged. When simulated time jumps back, what moves is forgotten.
+
+    Args:
+        node: The node that subscribes.
+        buffer: The buffer to fill; a new one when left out.
+        queue_size: Messages of /tf that may wait; older ones are dropped.
+
+    Attributes:
+        buffer: The buffer.
+        refused: Transforms not taken so far because they are nonsense.
+    """
+
+    def __init__(self, node: Node, buffer: TransformBuffer | None = None, *, queue_size: int = 100) -> None:
+        self.buffer = buffer if buffer is not None else TransformBuffer()
+        self.refused = 0
+        self._node = node
+        self._lock = threading.Lock()
+        self._named: set[str] = set()
+        self._newest = 0.0
+        self._subscribers = [
+            node.subscriber("/tf", "tf2_msgs/TFMessage", callback=self._moving, queue_size=queue_size),
+            node.subscriber("/tf_static", "tf2_msgs/TFMessage", callback=self._static, queue_size=queue_size),
+        ]
+
+    def __enter__(self) -> TransformListener:
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        self.close()
+
+    def _moving(self, message: Any) -> None:
+        self._notice_jump()
+        self._take(message, static=False)
+
+    def _static(self, message: Any) -> None:
+        self._take(message, static=True)
+
+    def _notice_jump(self) -> None:
+        """As tf2_ros does: a clock that went back makes all that is known newer than anything to come."""
+        now = self._node.clock.now().to_sec()
+        with self._lock:
+            jumped, self._newest = now < self._newest - 1.0, now
+        if jumped:
+            logger.warning("time jumped back: clearing the transform buffer")
+            self.buffer.clear()
+
+    def _take(self, message: Any, *, static: bool) -> None:
+        authority = (message._connection_header or {}).get("callerid", "")
+        for transform in message.transforms:
+            try:
+                self.buffer.set_transform(transform, authority=authority, static=static)
+            except ValueError as error:
+                self._refuse(transform.child_frame_id, authority, error)
+
+    def _refuse(self, child: str, authority: str, error: ValueError) -> None:
+        with self._lock:
+            self.refused += 1
+            if child in self._named or len(self._named) >= MOST_NAMED:
+                return
+            self._named.add(child)
+        logger.warning("transform of %s from %s is not taken: %s", child[:100], authority, error)
+
+    def close(self) -> None:
+        """End both subscriptions; the buffer stays as it is. May be called again."""
+        for subscriber in self._subscribers:
+            subscriber.close()
