@@ -168,12 +168,12 @@ class TcpServer:
         """Stop listening, drop all connections, wait for their threads up to `timeout` seconds."""
         deadline = Deadline(timeout, self._clock)
         with self._lock:
-            first = not self._closing.is_set()
+            if not self._closing.is_set():
+                # Before the flag: an acceptor that has only just begun sees the flag and closes this pair.
+                self._wake_sender.send(b"x")
             self._closing.set()
             threads = dict(self._threads)
             sockets = self._threads.keys() - self._handed_over
-        if first:
-            self._wake_sender.send(b"x")
         for sock in sockets:
             interrupt(sock)
         for thread in (self._acceptor, *threads.values()):

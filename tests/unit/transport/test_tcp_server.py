@@ -245,6 +245,14 @@ def test_close_ends_connections_and_threads_promptly_and_frees_the_port(clients:
     assert "closed" in repr(server)
 
 
+def test_close_right_after_the_start_is_no_race() -> None:
+    """The accepting thread may not have run yet when it is told to end."""
+    for _ in range(300):
+        server = TcpServer("127.0.0.1", 0, lambda sock, peer: None)
+        server.close(SOON)
+        assert server.closed
+
+
 def test_close_waits_for_a_stubborn_handler_only_so_long(clients: list[socket.socket]) -> None:
     release, entered = threading.Event(), threading.Event()
 
