@@ -101,7 +101,13 @@ def _make_class(
         _type=spec.name,
         _spec=spec,
         _has_header=spec.has_header,
-        _names=frozenset([*names, *(attribute_name(name, names) for name in names)]),
+        _names=frozenset(
+            [
+                *names,
+                *(attribute_name(name, names) for name in names),
+                *second_names(library, spec.name, names),
+            ]
+        ),
         _binding=binding,
         _fill=staticmethod(binding.stub("fill")),
         _encode=staticmethod(binding.stub("encode")),
@@ -111,8 +117,17 @@ def _make_class(
     for name in names:
         if attribute_name(name, names) != name:
             type.__setattr__(cls, attribute_name(name, names), cls.__dict__[name])
+    for other, name in second_names(library, spec.name, names).items():
+        type.__setattr__(cls, other, cls.__dict__[name])
     binding.cls = cls
     return cls  # type: ignore[no-any-return]
+
+
+def second_names(library: DefinitionLibrary, type_name: str, names: list[str]) -> dict[str, str]:
+    """Other spellings of fields that this definition has: other name -> field."""
+    pairs = library.field_aliases(type_name)
+    both = [*pairs, *((field, other) for other, field in pairs)]
+    return {other: field for other, field in both if field in names and other not in names}
 
 
 def service_class(

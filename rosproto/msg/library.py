@@ -132,6 +132,17 @@ class DefinitionLibrary:
             known = self._revisions[kind, name] = self._collect_revisions(name, kind)
         return list(known)
 
+    def field_aliases(self, name: str) -> list[tuple[str, str]]:
+        """Pairs of names that mean the same field of a message: the vendor's page spells some otherwise."""
+        package, _, base = name.partition("/")
+        found = [
+            pair
+            for source in self._sources
+            for folder in source.folders.get(package, ())
+            for pair in folder.field_aliases(base)
+        ]
+        return found + (self._base.field_aliases(name) if self._base is not None else [])
+
     # What is there
 
     def packages(self) -> list[str]:

@@ -115,8 +115,8 @@ def _text(data: bytes) -> str:
 class Folder:
     """One package's folder: `msg/*.msg`, `srv/*.srv`, `action/*.action`.
 
-    Beside these it may hold `aliases.txt` (lines `other = Name`: a second name for the same definition) and
-    `revisions/` (see rosproto.msg.revisions).
+    Beside these it may hold `aliases.txt` (lines `other = Name`: a second name for the same definition, and
+    `Name.other = field`: a second name for a field) and `revisions/` (see rosproto.msg.revisions).
     """
 
     def __init__(self, tree: Tree, *parts: str) -> None:
@@ -147,15 +147,25 @@ class Folder:
         return self.tree.read(*parts), self.tree.describe(*parts)
 
     def aliases(self) -> dict[str, str]:
-        """Second names: alias -> name of the definition."""
+        """Second names of types: alias -> name of the definition."""
         if self._aliases is None:
-            self._aliases = {}
-            if "aliases.txt" in self.tree.names(*self.parts):
-                for line in self.tree.read(*self.parts, "aliases.txt").split("\n"):
-                    other, equals, name = line.partition("#")[0].partition("=")
-                    if equals:
-                        self._aliases[other.strip()] = name.strip()
+            self._aliases = {other: name for other, name in self._alias_lines() if "." not in other}
         return self._aliases
+
+    def field_aliases(self, base: str) -> list[tuple[str, str]]:
+        """Pairs of names that mean the same field of a message."""
+        return [
+            (other.partition(".")[2], name)
+            for other, name in self._alias_lines()
+            if other.partition(".")[0] == base and "." in other
+        ]
+
+    def _alias_lines(self) -> list[tuple[str, str]]:
+        if "aliases.txt" not in self.tree.names(*self.parts):
+            return []
+        lines = self.tree.read(*self.parts, "aliases.txt").split("\n")
+        pairs = [line.partition("#")[0].partition("=") for line in lines]
+        return [(other.strip(), name.strip()) for other, equals, name in pairs if equals]
 
 
 class Source:

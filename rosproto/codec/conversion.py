@@ -1,0 +1,172 @@
+"""Carry a message from one revision of its type to another, by field name.
+
+Robots of different firmware have different definitions of a type. A `Conversion` is planned once for a pair
+of classes and then used for every message: equal fields are handed over as they are, another width is checked
+for range, what one side lacks is dropped or gets its default, and what has become another kind of thing (text
+for a number, an array for a value, another message type) is refused when the plan is made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from rosproto.codec.classes import message_class
+from rosproto.codec.comparison import side_by_side
+from rosproto.codec.layout import FORMATS, RANGES_BY_CODE
+from rosproto.errors import CodecError
+from rosproto.msg.spec import Field
+
+if TYPE_CHECKING:
+    from rosproto.codec.message import Message
+
+__all__ = ["Conversion", "ConversionError"]
+
+Convert = Callable[[Any], Any]
+
+
+class ConversionError(CodecError):
+    """Two definitions of a type differ in a way that values cannot be carried over.
+
+    Attributes:
+        table: Both definitions side by side.
+    """
+
+    def __init__(self, message: str, *, type_name: str, field_path: str, table: str) -> None:
+        super().__init__(f"{message}\n{table}", type_name=type_name, field_path=field_path)
+        self.table = table
+
+
+class Conversion:
+    """Turns messages of `source` into messages of `target`.
+
+    Args:
+        source: A message class.
+        target: A class of the same type by another definition.
+
+    Attributes:
+        dropped: Paths of fields of `source` that `target` lacks.
+        defaulted: Paths of fields of `target` that `source` lacks: they get their default.
+
+    Raises:
+        ConversionError: A field changed its kind; both definitions are shown.
+    """
+
+    def __init__(self, source: type[Message], target: type[Message]) -> None:
+        self.source = source
+        self.target = target
+        self.dropped: list[str] = []
+        self.defaulted: list[str] = []
+        self._steps = self._plan()
+
+    def __repr__(self) -> str:
+        return f"<Conversion {self.source._type} {self.source._md5sum[:4]} to {self.target._md5sum[:4]}>"
+
+    def __call__(self, message: Any) -> Any:
+        """A new message of `target` with the values of `message`.
+
+        Raises:
+            CodecError: A value does not fit the target's width; names the field.
+        """
+        made = self.target()
+        for source_name, target_name, convert in self._steps:
+            value = getattr(message, source_name)
+            setattr(made, target_name, value if convert is None else convert(value))
+        made._connection_header = getattr(message, "_connection_header", None)
+        return made
+
+    def _plan(self) -> list[tuple[str, str, Convert | None]]:
+        given = {field.name: field for field in self.source._spec.fields}
+        steps: list[tuple[str, str, Convert | None]] = []
+        used = set()
+        for field in self.target._spec.fields:
+            name = self._counterpart(field.name, given)
+            if name is None:
+                self.defaulted.append(field.name)
+                continue
+            used.add(name)
+            steps.append((name, field.name, self._field(given[name], field)))
+        self.dropped += [name for name in given if name not in used]
+        return steps
+
+    def _counterpart(self, name: str, given: dict[str, Field]) -> str | None:
+        """The source's name for a field of the target: the same, or another spelling of it."""
+        if name in given:
+            return name
+        for library in (self.target._binding.library, self.source._binding.library):  # type: ignore[union-attr]
+            for pair in library.field_aliases(self.target._type):
+                if name in pair:
+                    other = pair[1 - pair.index(name)]
+                    if other in given:
+                        return other
+        return None
+
+    def _field(self, given: Field, wanted: Field) -> Convert | None:
+        old, new = given.type, wanted.type
+        if old.is_array != new.is_array or (
+            new.array_length is not None and old.array_length != new.array_length
+        ):
+            raise self._refuse(wanted, given)
+        if old.is_builtin and new.is_builtin:
+            return self._builtin(given, wanted)
+        if old.base != new.base:
+            raise self._refuse(wanted, given)
+        return self._nested(wanted)
+
+    def _nested(self, wanted: Field) -> Convert | None:
+        base = wanted.type.base
+        source = message_class(base, self.source._binding.library, flavour=self.source._binding.flavour)  # type: ignore[union-attr]
+        target = message_class(base, self.target._binding.library, flavour=self.target._binding.flavour)  # type: ignore[union-attr]
+        if source is target:
+            return None
+        inner = Conversion(source, target)
+        self.dropped += [f"{wanted.name}.{path}" for path in inner.dropped]
+        self.defaulted += [f"{wanted.name}.{path}" for path in inner.defaulted]
+        if wanted.type.is_array:
+            return lambda items: [inner(item) for item in items]
+        return inner
+
+    def _builtin(self, given: Field, wanted: Field) -> Convert | None:
+        old, new = given.type.base, wanted.type.base
+        if FORMATS.get(old, old) == FORMATS.get(new, new):
+            return None
+        if old not in FORMATS or new not in FORMATS or "bool" in (old, new):
+            raise self._refuse(wanted, given)
+        check = _number(new, wanted.name, self.target._type)
+        if wanted.type.is_array:
+            return lambda items: [check(item) for item in _plain(items)]
+        return check
+
+    def _refuse(self, wanted: Field, given: Field) -> ConversionError:
+        table = side_by_side(self.target._spec, self.source._spec, ("wanted", "given"))
+        return ConversionError(
+            f"is {given.type} on one side and {wanted.type} on the other: values cannot be "
+            "carried over; compare the definitions, and add the right one to your revisions folder",
+            type_name=self.target._type,
+            field_path=wanted.name,
+            table=table,
+        )
+
+
+def _plain(items: Any) -> Any:
+    return items.tolist() if hasattr(items, "tolist") else items
+
+
+def _number(kind: str, name: str, type_name: str) -> Convert:
+    """Checks a number against the range of `kind`; a float becomes an integer only when it is whole."""
+    code = FORMATS[kind]
+    if code in "fd":
+        return float
+    least, most = RANGES_BY_CODE[code]
+
+    def check(value: Any) -> int:
+        whole = int(value) if value == value and abs(value) != float("inf") else None
+        if whole is None or whole != value or not least <= whole <= most:
+            raise CodecError(
+                f"{value!r} does not fit {kind} ({least} to {most}), which the other side has for it",
+                type_name=type_name,
+                field_path=name,
+            )
+        return whole
+
+    return check
