@@ -88,7 +88,7 @@ class Node:
         anonymous: Make the name unique by appending host, process and a random number.
         remappings: Name -> other name, as on a ROS command line (`names.parse_arguments`).
         limits: Bounds for what peers may ask.
-        rosout: Publish /rosout.
+        rosout: Publish /rosout, and provide ~get_loggers and ~set_logger_level.
         use_environment: Take what is not given from ROS_MASTER_URI, ROS_HOSTNAME, ROS_IP, ROS_NAMESPACE.
         timeout: Seconds to find the master.
         allow: Addresses that may connect to this node; None for all.
@@ -209,9 +209,11 @@ class Node:
             intraprocess.note_node(self)
         self.clock.attach(self)
         if rosout:
+            from rosproto.node.loggers import Loggers
             from rosproto.node.rosout import Rosout
 
             self._rosout = Rosout(self)
+            Loggers(self)
         self._watchdog.start()
 
     # -- topics ---------------------------------------------------------------------------------------------
