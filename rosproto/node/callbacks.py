@@ -73,10 +73,16 @@ class CallbackRunner:
             began = perf_counter()
             self._call(batch[0])
             return 1 if perf_counter() - began < SLOW_CALL else -1
+        callback, inbox = self._callback, self._inbox
         began = last = perf_counter()
         for start in range(0, len(batch), CHUNK):
             for message in batch[start : start + CHUNK]:
-                self._call(message)
+                if inbox.closed:
+                    return len(batch)
+                try:
+                    callback(message)
+                except Exception:
+                    self._log_error()
             now = perf_counter()
             if now - last > SLOW_CALL or now - began > SLOW_BATCH:
                 done = min(start + CHUNK, len(batch))
@@ -90,9 +96,10 @@ class CallbackRunner:
         try:
             self._callback(message)
         except Exception:
-            _log.exception(
-                "! %s: the callback %r raised; the subscriber goes on", self._topic, self._callback
-            )
+            self._log_error()
+
+    def _log_error(self) -> None:
+        _log.exception("! %s: the callback %r raised; the subscriber goes on", self._topic, self._callback)
 
     def _start_thread(self) -> None:
         self._thread = threading.Thread(

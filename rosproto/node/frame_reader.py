@@ -22,6 +22,7 @@ __all__ = ["FrameReader"]
 
 BUFFER = 256 << 10
 LARGE = 128 << 10  # longer frames get their own memory
+BATCH = 64  # messages decoded at a time: their memory is then used again, and the collector is not woken
 STEP = 16 << 20  # memory follows the bytes that arrive, not the length announced (pitfall 10)
 
 _length = struct.Struct("<I").unpack_from
@@ -82,7 +83,9 @@ class FrameReader:
         batch: list[Any] = []
         append = batch.append
         try:
-            while end - start >= 4:
+            for _ in range(BATCH):
+                if end - start < 4:
+                    break
                 following = start + 4 + _length(buffer, start)[0]
                 if following > end:
                     break

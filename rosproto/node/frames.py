@@ -11,10 +11,10 @@ from typing import Any
 
 from rosproto.errors import CodecError
 
-__all__ = ["LARGE", "LargeFrame", "small_frame"]
+__all__ = ["LARGE", "LargeFrame", "prefix", "remaining", "small_frame"]
 
 LARGE = 32 << 10  # bytes; below this one copy costs less than a second system-call argument
-_prefix = struct.Struct("<I").pack
+prefix = struct.Struct("<I").pack
 _prefix_and_seq = struct.Struct("<II").pack
 
 Part = bytes | memoryview
@@ -23,7 +23,7 @@ Part = bytes | memoryview
 def small_frame(body: bytes, seq: int | None = None) -> bytes:
     """Length and body in one `bytes`; with `seq`, the first field (header.seq) is replaced by it."""
     if seq is None:
-        return _prefix(len(body)) + body
+        return prefix(len(body)) + body
     return _prefix_and_seq(len(body), seq) + body[4:]
 
 
@@ -46,7 +46,7 @@ class LargeFrame:
         if size > 0xFFFFFFFF:
             raise CodecError(f"a message of {size} bytes: TCPROS lengths end at 4294967295")
         if seq is None:
-            views.insert(0, memoryview(_prefix(size)))
+            views.insert(0, memoryview(prefix(size)))
         else:  # a Header is encoded in one part with whatever follows it, so seq is whole in the first one
             views[:1] = [memoryview(_prefix_and_seq(size, seq)), views[0][4:]]
         self.views = [view for view in views if view.nbytes]

@@ -22,6 +22,7 @@ class Inbox:
         received: Messages put in so far.
         dropped: Messages given up so far.
         latest: The newest message, taken or not; None before the first.
+        closed: Nothing more comes.
     """
 
     def __init__(self, size: int) -> None:
@@ -32,7 +33,7 @@ class Inbox:
         self.condition = threading.Condition(threading.Lock())
         self._queue: deque[tuple[Any, float]] = deque()
         self._waiters = 0
-        self._closed = False
+        self.closed = False
 
     def put(self, batch: Sequence[Any], stamp: float) -> None:
         """Add messages, the newest last."""
@@ -41,7 +42,7 @@ class Inbox:
 
     def put_locked(self, batch: Sequence[Any], stamp: float, *, older: bool = False) -> None:
         """As `put`, for a caller that holds `condition`; with `older` they go before what waits already."""
-        if self._closed:
+        if self.closed:
             return
         queue = self._queue
         if older:
@@ -67,10 +68,10 @@ class Inbox:
     def get(self, timeout: float | None) -> tuple[Any, float] | None:
         """Take the oldest message; None when there was none in time, or the inbox is closed and empty."""
         with self.condition:
-            if not self._queue and not self._closed:
+            if not self._queue and not self.closed:
                 self._waiters += 1
                 try:
-                    self.condition.wait_for(lambda: self._queue or self._closed, timeout)
+                    self.condition.wait_for(lambda: self._queue or self.closed, timeout)
                 finally:
                     self._waiters -= 1
             return self._queue.popleft() if self._queue else None
@@ -78,14 +79,10 @@ class Inbox:
     def close(self) -> None:
         """Nothing more comes; whoever waits is woken. What waits is dropped."""
         with self.condition:
-            self._closed = True
+            self.closed = True
             self.dropped += len(self._queue)
             self._queue.clear()
             self.condition.notify_all()
-
-    @property
-    def closed(self) -> bool:
-        return self._closed
 
     def __len__(self) -> int:
         return len(self._queue)

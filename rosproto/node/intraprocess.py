@@ -83,7 +83,7 @@ class _Pipe:
     def start(self) -> None:
         """The subscriber's thread runs already."""
 
-    def send(self, frame: bytes, burst: bool = False) -> None:
+    def send(self, frame: bytes) -> None:
         with self._condition:
             if self._closed:
                 return
@@ -96,6 +96,10 @@ class _Pipe:
                 self._dropped += 1
             if self._waiting:
                 self._condition.notify()
+
+    def send_soon(self, frame: bytes, now: float) -> bool:
+        self.send(frame)
+        return False
 
     def send_large(self, frame: LargeFrame) -> None:
         self.send(frame.owned())

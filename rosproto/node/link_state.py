@@ -7,7 +7,7 @@ never tries again, and roscpp tries the old port for ever (wire_pitfalls 10). It
 no longer names the publisher, or the subscriber closes.
 
 The wait is short and bounded: `RETRY` doubles from 50 ms to 0.6 s, so that a publisher that can be reached
-again is connected within a second. A refusal (other md5sum) is not cured by haste: it is tried every 5 s.
+again is connected within a second. A refusal (other md5sum) is not cured by haste: 0.5 s, doubling to 5 s.
 """
 
 from __future__ import annotations
@@ -16,9 +16,7 @@ import enum
 
 from rosproto.transport.backoff import Backoff
 
-__all__ = ["REFUSED_SECONDS", "LinkEvent", "LinkState", "next_state", "retry_backoff"]
-
-REFUSED_SECONDS = 5.0
+__all__ = ["LinkEvent", "LinkState", "next_state", "refused_backoff", "retry_backoff"]
 
 
 class LinkState(enum.Enum):
@@ -78,3 +76,8 @@ def next_state(state: LinkState, event: LinkEvent) -> LinkState:
 def retry_backoff() -> Backoff:
     """Waits between tries."""
     return Backoff(first=0.05, factor=2.0, most=0.6, jitter=0.2)
+
+
+def refused_backoff() -> Backoff:
+    """Waits after refusals: each is a warning in the publisher's log."""
+    return Backoff(first=0.5, factor=2.0, most=5.0, jitter=0.2)

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from rosproto.codec import AnyMsg
 from rosproto.errors import CodecError, ConnectionLost, RosError
 from rosproto.node.events import Event, EventKind
-from rosproto.node.frames import LARGE, LargeFrame, small_frame
+from rosproto.node.frames import LARGE, LargeFrame, prefix, small_frame
 from rosproto.node.subscriber_link import SubscriberLink
 from rosproto.node.tcpros_server import refuse
 from rosproto.node.topic_types import TopicType
@@ -55,7 +55,9 @@ class OutgoingLink(Protocol):
 
     def start(self) -> None: ...
 
-    def send(self, frame: bytes, burst: bool = False) -> None: ...
+    def send(self, frame: bytes) -> None: ...
+
+    def send_soon(self, frame: bytes, now: float) -> bool: ...
 
     def send_large(self, frame: LargeFrame) -> None: ...
 
@@ -89,6 +91,10 @@ class Publication:
         self._seq = itertools.count(1)
         self._burst = 0
         self._returned = 0.0
+        # Most small messages have neither header nor arrays: then encoding is one call.
+        is_plain = not self._has_header and not type_.may_be_large
+        self._plain_class = type_.message_class if is_plain else None
+        self._plain_encode = type_.encode
         self._closed = False
         self._gone_bytes = 0
 
@@ -227,19 +233,32 @@ class Publication:
 
     def publish(self, handle: Publisher, message: Any) -> None:
         """Encode and hand to every subscriber; see `Publisher.publish`."""
-        if not self.links and not handle.latch:
+        links = self.links
+        if not links and not handle.latch:
             return
-        if perf_counter() - self._returned > BURST_GAP:
-            self._burst = 0
+        now = perf_counter()
+        self._burst = self._burst + 1 if now - self._returned < BURST_GAP else 0
+        frame: Frame
+        if type(message) is self._plain_class:
+            body = self._plain_encode(message)
+            frame = prefix(len(body)) + body
         else:
-            self._burst += 1
-        frame = self._encode(message)
-        links = self._latch(handle, frame) if handle.latch else self.links
-        if isinstance(frame, bytes):
-            burst = self._burst >= BURST_LENGTH
-            for link in links:
-                link.send(frame, burst)
+            frame = self._encode(message)
+        if handle.latch:
+            links = self._latch(handle, frame)
+        if type(frame) is bytes:
+            if self._burst > BURST_LENGTH:
+                waited = len(links) > 4
+                for link in links:
+                    waited |= link.send_soon(frame, now)
+                if not waited:  # the clock need not be asked again
+                    self._returned = now
+                    return
+            else:
+                for link in links:
+                    link.send(frame)
         else:
+            assert isinstance(frame, LargeFrame)
             for link in links:
                 link.send_large(frame)
         self._returned = perf_counter()

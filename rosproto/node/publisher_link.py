@@ -21,8 +21,9 @@ from rosproto.errors import (
     TooLarge,
 )
 from rosproto.node.events import Event, EventKind
-from rosproto.node.link_state import REFUSED_SECONDS, LinkEvent, LinkState, next_state, retry_backoff
+from rosproto.node.link_state import LinkEvent, LinkState, next_state, refused_backoff, retry_backoff
 from rosproto.node.stats import LinkStats
+from rosproto.protocol.handshake import HandshakeRefused
 from rosproto.transport.os_errors import translate
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ __all__ = ["PublisherLink"]
 
 _log = logging.getLogger("rosproto.node")
 
-REFUSALS = (Md5sumMismatch, DefinitionError, CodecError, TooLarge)
+REFUSALS = (HandshakeRefused, Md5sumMismatch, DefinitionError, CodecError, TooLarge)
 """Errors that trying again at once does not cure."""
 
 
@@ -117,12 +118,13 @@ class PublisherLink:
     # -- the thread -----------------------------------------------------------------------------------------
 
     def _run(self) -> None:
-        backoff = retry_backoff()
+        backoff, refused = retry_backoff(), refused_backoff()
         while self._step(LinkEvent.DUE) is LinkState.REQUESTING:
             try:
                 self._open()
                 if self._step(LinkEvent.ACCEPTED) is LinkState.RECEIVING:
                     backoff.reset()
+                    refused.reset()
                     self._begun()
                     self._receive()
             except (RosError, OSError) as error:
@@ -132,7 +134,7 @@ class PublisherLink:
                 self._failed(error)
             finally:
                 self._end_session()
-            self._wait(REFUSED_SECONDS if self._state is LinkState.REFUSED else backoff.next())
+            self._wait((refused if self._state is LinkState.REFUSED else backoff).next())
         self.subscription.link_closed(self)
 
     def _step(self, event: LinkEvent) -> LinkState:

@@ -20,7 +20,7 @@ import logging
 import socket
 import threading
 from collections.abc import Callable, Sequence
-from time import perf_counter
+from time import perf_counter, sleep
 
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.node.frames import LargeFrame, remaining
@@ -33,7 +33,7 @@ __all__ = ["SubscriberLink"]
 _log = logging.getLogger("rosproto.node")
 
 BATCH_BYTES = 16 << 10
-BATCH_SECONDS = 100e-6
+BATCH_SECONDS = 200e-6
 RETRY_SECONDS = (
     500e-6  # a blocked link is tried again by publish() this often: the monitor may not get to run
 )
@@ -88,7 +88,8 @@ class SubscriberLink:
         self._outbox = Outbox(queue_size)
         self._batch: list[bytes] = []
         self._batch_bytes = 0
-        self._batch_since = 0.0
+        self._batch_due = 0.0
+        self._blocked = False
         self._tried = 0.0
         self._messages = 0
         self._bytes = 0
@@ -102,21 +103,11 @@ class SubscriberLink:
 
     # -- sending --------------------------------------------------------------------------------------------
 
-    def send(self, frame: bytes, burst: bool = False) -> None:
-        """Send a small frame now, soon, or put it in the outbox; never waits.
-
-        Args:
-            frame: A whole frame with its length.
-            burst: True when the caller publishes faster than a send each is worth.
-        """
+    def send(self, frame: bytes) -> None:
+        """Send a small frame now, after what is in the batch, or put it in the outbox; never waits."""
         error = None
         with self._lock:
-            if self._outbox:
-                self._outbox.put(frame)
-                error = self._retry()
-            elif burst:
-                error = self._add_to_batch(frame)
-            elif self._batch:
+            if self._blocked or self._batch:
                 self._batch.append(frame)
                 error = self._send_batch()
             else:
@@ -124,21 +115,50 @@ class SubscriberLink:
         if error is not None:
             self._end(error)
 
+    def send_soon(self, frame: bytes, now: float) -> bool:
+        """Add a small frame to the batch, and send the batch when it is due; never waits.
+
+        No lock is taken for the batch alone: `append` is atomic, and whoever sends takes frames from the
+            front.
+
+        Args:
+            frame: A whole frame with its length.
+            now: `perf_counter()`.
+
+        Returns:
+            True when something was sent.
+        """
+        batch = self._batch
+        batch.append(frame)
+        size = self._batch_bytes = self._batch_bytes + len(frame)
+        if size < BATCH_BYTES and now < self._batch_due:
+            return False
+        if size == len(frame):  # the first one
+            self._batch_due = now + BATCH_SECONDS
+            self._monitor.flush_later(self)
+            return False
+        self.flush()
+        if self._blocked:
+            sleep(0)  # as in send_large
+        return True
+
     def send_large(self, frame: LargeFrame) -> None:
         """Send a frame in parts; what the socket does not take is copied. Never waits."""
         error = None
         with self._lock:
             if self._batch:
                 error = self._send_batch()
-            if self._outbox and error is None:
+            elif self._blocked:
                 error = self._retry()
             if error is None:
-                if self._outbox:
+                if self._blocked:
                     self._outbox.put(frame.owned())
                 else:
                     error = self._send_views(frame)
         if error is not None:
             self._end(error)
+        elif self._blocked:
+            sleep(0)  # let the monitor, and on a busy computer the subscriber, get on
 
     def _send_direct(self, frame: bytes) -> OSError | None:
         try:
@@ -154,20 +174,15 @@ class SubscriberLink:
             self._block([frame], sent)
         return None
 
-    def _add_to_batch(self, frame: bytes) -> OSError | None:
-        batch = self._batch
-        batch.append(frame)
-        self._batch_bytes += len(frame)
-        if len(batch) == 1:
-            self._batch_since = perf_counter()
-            self._monitor.flush_later(self)
-        elif self._batch_bytes >= BATCH_BYTES or perf_counter() - self._batch_since > BATCH_SECONDS:
-            return self._send_batch()
-        return None
-
     def _send_batch(self) -> OSError | None:
-        batch, self._batch = self._batch, []
+        """Send what is in the batch, or move it to the outbox."""
+        batch = self._batch[:]
+        del self._batch[: len(batch)]
         self._batch_bytes = 0
+        if self._blocked:
+            for frame in batch:
+                self._outbox.put(frame)
+            return self._retry()
         data = b"".join(batch)
         try:
             sent = self.sock.send(data)
@@ -212,6 +227,7 @@ class SubscriberLink:
         return None
 
     def _watch_writing(self) -> None:
+        self._blocked = True
         self._tried = perf_counter()
         self._monitor.want_write(self, True)
 
@@ -237,6 +253,7 @@ class SubscriberLink:
             self._messages += outbox.sent(sent) if sent else 0
             if sent < size:
                 return None
+        self._blocked = False
         self._monitor.want_write(self, False)
         self._empty.notify_all()
         return None
@@ -306,6 +323,7 @@ class SubscriberLink:
                 self._send_batch()
             self._closed = True
             self._error = str(error) if error is not None else ""
+            self._blocked = False
             self._outbox.dropped += self._outbox.clear()
             self._empty.notify_all()
         try:
@@ -346,7 +364,7 @@ class SubscriberLink:
                 messages=self._messages,
                 dropped=self._outbox.dropped,
                 queued=len(self._outbox) + len(self._batch),
-                state="closed" if self._closed else "blocked" if self._outbox else "connected",
+                state="closed" if self._closed else "blocked" if self._blocked else "connected",
                 last_error=self._error,
             )
 
