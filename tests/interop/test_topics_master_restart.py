@@ -1,0 +1,75 @@
+"""The master is killed with -9 and started again on its port: everybody of ours finds everybody again."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from rosproto.node import Event, EventKind, MasterClient, Node
+from tests.support import ros
+
+OURS = "from rosproto.master import Master; import sys, time; Master(port=int(sys.argv[1])); time.sleep(600)"
+
+
+def start_master(kind: str, port: int) -> ros.RosProcess:
+    """A master in a process of its own."""
+    import sys
+    from pathlib import Path
+
+    env = ros.environment(f"http://127.0.0.1:{port}")
+    if kind == "ours":
+        env["PYTHONPATH"] = str(Path(__file__).resolve().parents[2])
+        return ros.RosProcess([sys.executable, "-c", OURS, str(port)], env)
+    return ros.RosProcess([ros.PYTHON, str(ros.BIN / "rosmaster"), "--core", "-p", str(port)], env)
+
+
+def wait_for_master(uri: str) -> float:
+    """When it answered first, monotonic."""
+    end = time.monotonic() + 30
+    while time.monotonic() < end:
+        try:
+            with MasterClient(uri, "/test") as client:
+                client.get_pid(timeout=1.0)
+            return time.monotonic()
+        except OSError:
+            time.sleep(0.02)
+    raise AssertionError("the master does not start")
+
+
+@pytest.mark.parametrize("kind", ["ours", "debian"])
+def test_everything_is_registered_again_within_two_seconds(kind: str, ros_installed: None) -> None:
+    """Publisher, subscriber, service and parameter subscription; links meanwhile go on."""
+    port = ros.free_port()
+    uri = f"http://127.0.0.1:{port}/"
+    events: list[Event] = []
+    with start_master(kind, port) as first:
+        wait_for_master(uri)
+        with (
+            Node("/a", master_uri=uri, on_event=events.append, intraprocess=False) as a,
+            Node("/b", master_uri=uri) as b,
+        ):
+            publisher = a.publisher("/t", "std_msgs/String")
+            subscriber = b.subscriber("/t", "std_msgs/String")
+            a.service_server("/s", "std_srvs/Empty", lambda request: {})
+            publisher.wait_for_connection()
+            first.kill()
+            publisher.publish(data="without a master")
+            assert subscriber.next(2).data == "without a master"
+            with start_master(kind, port):
+                back = wait_for_master(uri)
+                with MasterClient(uri, "/test") as master:
+                    while True:
+                        state = master.get_system_state()
+                        if (
+                            state.publishers.get("/t") == ["/a"]
+                            and state.subscribers.get("/t") == ["/b"]
+                            and "/s" in state.services
+                        ):
+                            break
+                        assert time.monotonic() < back + 2.0, state
+                        time.sleep(0.02)
+                with Node("/c", master_uri=uri) as late:
+                    assert late.subscriber("/t").connections >= 0
+                    assert late.wait_for_service("/s") is None
+    assert EventKind.MASTER_BACK in [event.kind for event in events]
