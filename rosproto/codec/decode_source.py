@@ -44,6 +44,12 @@ PROBE_FROM = 3
 """Elements from which guessing that all strings are as long as the first one's pays."""
 
 
+LEARN_AT_MOST = 4096
+"""Messages of unforeseen lengths after which a type is taken for one whose lengths never repeat."""
+LEARN_SIZES = 8192
+"""Bytes of a message up to which the struct for its size is remembered."""
+
+
 def decode_function(
     layout: Layout,
     flavour: Flavour,
@@ -91,6 +97,8 @@ class _DecodeWriter:
         self.loops = 0
         self.statements = 0
         self.string_targets: list[tuple[str, str]] = []
+        self.view_targets: list[tuple[str, str]] = []
+        self.lengths: list[str] = []
 
     # -- the frame ---------------------------------------------------------------------------
 
@@ -107,6 +115,7 @@ class _DecodeWriter:
             src.indent("try:")
         if self.views and self.general and not partial:
             src.line(f"b = {src.constant(arrays.read_only)}(b)")
+        learn = "" if partial or self.general else self.known_size()
         top = src.fresh("m")
         src.line(f"{top} = {self.create(self.layout.spec.name)}()")
         if not partial:
@@ -117,11 +126,44 @@ class _DecodeWriter:
             src.line(f"return {top}, {self.at()}")
             return
         src.line(f"if {self.at()} != e: raise ValueError")
+        if learn:
+            src.line(f"{learn}(e-o, ({', '.join(self.lengths)},))")
         src.line(f"return {top}")
         src.dedent()
         src.indent(f"except {src.constant(ERRORS)} as x:")
         src.line(f"return {src.constant(fail)}(b, o, e, x)")
         src.dedent()
+
+    def known_size(self) -> str:
+        """For fixed fields and strings: as if this message were like the last one of its size.
+
+        Then one struct reads everything, strings too, and its size has been compared already. The strings'
+        lengths are compared afterwards; where they differ the message is decoded in steps. (With a single
+        string the guess is always right, but saves nothing.) Gives the name of the function to tell lengths
+        to, "" when there is no such way.
+        """
+        src = self.src
+        strings = _strings_only(self.layout, views=self.flavour.views)
+        if strings is None or not 2 <= strings <= 4 or self.layout.objects > MAX_STATEMENTS:
+            return ""
+        get, learn = _sizes(merge_codes(_flat_codes(self.layout)))
+        src.line(f"u = {src.constant(get, 'g')}(e-o)")
+        src.indent("if u:")
+        lengths: list[str] = []
+        texts: list[str] = []
+        top, targets = self.flat_targets(self.layout, lengths, texts)
+        src.line(f"{top}._connection_header = None")
+        src.line(f"{targets} = u(b, o)")
+        same = " and ".join(f"{n} == len({text})" for n, text in zip(lengths, texts, strict=True))
+        src.indent(f"if {same}:")
+        for target, text in self.string_targets:
+            src.line(f"{target} = {self.text(text)}")
+        for target, expression in self.view_targets:
+            src.line(f"{target} = {expression}")
+        src.line(f"return {top}")
+        src.dedent()
+        src.dedent()
+        return src.constant(learn, "l")
 
     def create(self, name: str) -> str:
         return self.src.constant(self.maker(name), "c")
@@ -156,6 +198,7 @@ class _DecodeWriter:
     def count(self) -> str:
         """Read a count that ends the run; the position moves behind it."""
         n = self.src.fresh("n")
+        self.lengths.append(n)
         self.add("I", 4, n)
         self.flush()
         return n
@@ -358,14 +401,23 @@ class _DecodeWriter:
         """Create one element's objects; give its variable and the targets of the unpacking.
 
         Strings are unpacked into locals, named in `lengths` and `texts`; where they belong is left in
-        `string_targets`.
+        `string_targets`, and what fixed arrays are views of in `view_targets`.
         """
         targets: list[str] = []
         self.string_targets.clear()
+        self.view_targets.clear()
+        position = 0
 
         def walk(layout: Layout, var: str) -> None:
+            nonlocal position
             for field in layout.fields:
                 target = f"{var}.{field.attr}"
+                if field.is_array:
+                    where = "+".join(["o", *lengths, str(position)])
+                    self.view_targets.append((target, self.number_array(field, str(field.length), where)))
+                    position += field.min_size
+                    continue
+                position += field.min_size if field.layout is None else 0
                 if field.kind == "number":
                     targets.append(target)
                 elif field.kind == "string":
@@ -445,7 +497,9 @@ class _DecodeWriter:
 def _flat_codes(layout: Layout) -> list[str]:
     codes: list[str] = []
     for field in layout.fields:
-        if field.kind == "string":
+        if field.is_array:
+            codes.append(f"{field.min_size}x")
+        elif field.kind == "string":
             codes.extend(("I", "%ds"))
         elif field.layout is not None:
             codes.extend(_flat_codes(field.layout))
@@ -465,16 +519,21 @@ def _length_offsets(codes: list[str]) -> list[int]:
     return offsets
 
 
-def _strings_only(layout: Layout) -> int | None:
-    """How many strings an element of numbers, times and strings has; None when it holds an array."""
+def _strings_only(layout: Layout, *, views: bool = False) -> int | None:
+    """How many strings a message of numbers, times and strings has; None when it holds an array.
+
+    With `views`, arrays of numbers of fixed length are no hindrance.
+    """
     total = 0
     for field in layout.fields:
+        if field.is_array and views and field.kind == "number" and field.length:
+            continue
         if field.is_array:
             return None
         if field.kind == "string":
             total += 1
         elif field.layout is not None:
-            inner = _strings_only(field.layout)
+            inner = _strings_only(field.layout, views=views)
             if inner is None:
                 return None
             total += inner
@@ -494,6 +553,25 @@ def _iter_cache(form: str) -> Callable[[Any], Any]:
         return found
 
     return iterator
+
+
+def _sizes(form: str) -> tuple[Callable[[int], Any], Callable[[int, tuple[int, ...]], None]]:
+    """Remembers for sizes of messages the struct that read the last one of that size.
+
+    Gives `get(size)` and `learn(size, lengths)`. Where lengths never repeat it gives up.
+    """
+    known: dict[int, Any] = {}
+    learned = 0
+
+    def learn(size: int, lengths: tuple[int, ...]) -> None:
+        nonlocal learned
+        learned += 1
+        if learned > LEARN_AT_MOST:
+            known.clear()
+        elif size <= LEARN_SIZES and len(known) < 512:
+            known[size] = struct.Struct(quickest(form % lengths, packs=False)).unpack_from
+
+    return known.get, learn
 
 
 def _plain_bytes(buffer: Any, count: int, offset: int) -> bytes:

@@ -1,0 +1,36 @@
+"""Importing the codec is cheap; numpy comes with the first array."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[3]
+
+PROGRAM = """
+import sys
+from rosproto.codec import message_class, encode, decode
+twist = message_class("geometry_msgs/Twist")
+decode(twist, encode(twist()))
+assert "numpy" not in sys.modules, "a message without arrays"
+heavy = {"asyncio", "http", "xmlrpc", "ssl", "xml", "logging", "yaml", "inspect"} & set(sys.modules)
+assert not heavy, heavy
+import rosproto.numeric
+assert "numpy" not in sys.modules, "rosproto.numeric"
+message_class("sensor_msgs/LaserScan")()
+assert "numpy" in sys.modules
+"""
+
+
+def test_numpy_is_imported_with_the_first_array() -> None:
+    """Not with the package, nor with messages of plain fields."""
+    done = subprocess.run(
+        [sys.executable, "-S", "-c", "import site; site.main();" + PROGRAM],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+        cwd=ROOT,
+    )
+    assert done.returncode == 0, done.stderr
