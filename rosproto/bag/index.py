@@ -252,7 +252,7 @@ class _Scan:
         """A chunk and the index records after it; returns the position of what comes next."""
         after = head.data_pos + head.data_size
         if ChunkHeader.from_fields(head.fields).compression not in COMPRESSIONS:
-            raise self._source.error(f"a chunk with compression {head.fields['compression']!r}", at)
+            raise self._source.error(f"a chunk with compression {head.fields.get('compression')!r}", at)
         if head.data_size == 0 or after > self._source.size:
             self._found.damage.append(f"the chunk at byte {at} is cut off; what is whole in it is kept")
             self._open_chunk(ChunkInfo(at, 0, 0, indexed=False, partial=True))

@@ -83,7 +83,8 @@ def _sorted_piece(number: int, rows: Rows) -> _Piece:
     import numpy as np
 
     time = rows.time
-    if len(time) > 1 and not (time[1:] >= time[:-1]).all():
+    step = np.diff(time)
+    if not ((step > 0) | ((step == 0) & (np.diff(rows.start) > 0))).all():
         # By time, then by place in the file: rows come connection by connection.
         order = np.lexsort((rows.start, time))
         return _Piece(number, rows.take(order), time[order])
