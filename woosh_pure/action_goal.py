@@ -20,6 +20,8 @@ from .rostypes import message_type
 from .steps import Step, check_steps
 
 if TYPE_CHECKING:
+    import rosproto
+
     from .core import Core
 
 __all__ = ["ActionHandle", "NavigationHandle", "NavigationProgress", "StepHandle", "StepProgress"]
@@ -43,10 +45,13 @@ class ActionHandle(GoalHandle[Any]):
         client = self._core.action(self._name)
         self._core.remember(self)
         try:
-            self._goal = client.send_goal(message, feedback=self._on_feedback, transition=self._on_transition)
-        except BaseException:
+            self._send_shielded(lambda: self._send_to(client, message))
+        except RosError:
             self._core.forget(self)
             raise
+
+    def _send_to(self, client: rosproto.ActionClient, message: Any) -> None:
+        self._goal = client.send_goal(message, feedback=self._on_feedback, transition=self._on_transition)
 
     @property
     def result(self) -> Any:
@@ -63,6 +68,7 @@ class ActionHandle(GoalHandle[Any]):
         self._check()
 
     def _request_cancel(self, timeout: float) -> None:
+        self._await_sent(timeout)
         if self._goal is not None:
             self._goal.cancel()
 
@@ -216,7 +222,7 @@ class StepHandle(ActionHandle):
             self._index, self._percent = 0, 0.0
         goal = step_goal(StepControlMode.RESUME, self._steps, self._avoid)
         client = self._core.action(self._name)
-        self._goal = client.send_goal(goal, feedback=self._on_feedback, transition=self._on_transition)
+        self._send_shielded(lambda: self._send_to(client, goal))
         self._paused = False
 
     def _check(self) -> None:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["GoalHandle"]
 
 P = TypeVar("P")
+R = TypeVar("R")
 logger = logging.getLogger("woosh_pure.goal")
 
 # Waiting is cut into slices: on Windows a lock that waits cannot be interrupted by Ctrl-C.
@@ -48,6 +49,7 @@ class GoalHandle(Generic[P]):
         self._progress: list[P] = []
         self._callbacks: list[Callable[[P], object]] = []
         self._cancelled_by_us = False
+        self._sending: threading.Thread | None = None
 
     def __repr__(self) -> str:
         return (
@@ -59,6 +61,34 @@ class GoalHandle(Generic[P]):
     def _request_cancel(self, timeout: float) -> None:
         """Ask the chassis to end this goal; must not wait longer than `timeout`."""
         raise NotImplementedError
+
+    def _send_shielded(self, send: Callable[[], R]) -> R:
+        """Run `send` so that Ctrl-C interrupts the waiting for it, but never the sending.
+
+        Otherwise a goal could be under way that nobody knows of: sent, but without a handle to cancel it.
+        """
+        result: list[R] = []
+        error: list[BaseException] = []
+
+        def work() -> None:
+            try:
+                result.append(send())
+            except BaseException as problem:
+                error.append(problem)
+
+        self._sending = threading.Thread(target=work, name="woosh:send", daemon=True)
+        self._sending.start()
+        while self._sending.is_alive():
+            self._sending.join(_SLICE)
+        if error:
+            raise error[0]
+        return result[0]
+
+    def _await_sent(self, timeout: float) -> None:
+        """A cancel must not overtake the goal: wait, with a bound, until it has been sent."""
+        sending = self._sending
+        if sending is not None and sending is not threading.current_thread():
+            sending.join(timeout)
 
     def _check(self) -> None:
         """Look for an ending that comes without an event (a lost link)."""

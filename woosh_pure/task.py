@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 
@@ -75,6 +75,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
         return f"{progress.task_state}, {progress.action_type}; at {pose or 'a pose not heard'}"
 
     def _request_cancel(self, timeout: float) -> None:
+        self._await_sent(min(timeout, 2.0))
         try:
             self._command(TaskCommand.CANCEL, timeout)
         except MotionRefused:
@@ -142,7 +143,7 @@ def _send(
     type_number: int,
     custom: int,
 ) -> None:
-    try:
+    def execute() -> Any:
         reply = core.exec_task(
             TaskCommand.EXECUTE,
             handle.task_id,
@@ -154,6 +155,12 @@ def _send(
             poses=[stamped_pose(pose) for pose in poses],
             custom=custom,
         )
+        if handle._cancelled_by_us:  # the cancel did not wait long enough for this reply: repeat it
+            core.exec_task(TaskCommand.CANCEL, handle.task_id, timeout=2.0)
+        return reply
+
+    try:
+        reply = handle._send_shielded(execute)
     except (ConnectionLost, RosTimeout):
         # It may have been taken all the same: undo it if the chassis can be reached, and say so.
         handle._off()
@@ -165,7 +172,7 @@ def _send(
             OutcomeKind.CONNECTION_LOST, "no reply to the request; it was cancelled again if possible"
         )
         raise
-    except BaseException:
+    except RosError:
         handle._off()
         core.forget(handle)
         raise

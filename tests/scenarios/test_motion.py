@@ -171,7 +171,10 @@ def test_without_acknowledgement_there_is_no_velocity(chassis):
 
 @pytest.mark.parametrize("bad", [(math.nan, 0.0), (5.0, 0.0), (0.0, math.inf), (0.0, 9.0)])
 def test_a_velocity_out_of_range_is_refused_not_clamped(chassis, bad):
-    with chassis.velocity(bypasses_protection=True) as drive, pytest.raises(ValueError, match="limit|finite"):
+    with (
+        chassis.velocity(bypasses_protection=True) as drive,
+        pytest.raises(ValueError, match=r"limit|finite"),
+    ):
         drive.set(*bad)
 
 

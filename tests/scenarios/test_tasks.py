@@ -92,14 +92,32 @@ def test_leave_running_lets_it_run(sim):
 
 
 def test_ctrl_c_in_a_wait_stops_the_robot(sim, until):
-    def interrupt(progress: object) -> None:
-        raise AssertionError("callbacks cannot interrupt")
-
-    with pytest.raises(KeyboardInterrupt), Chassis(sim.master_uri) as chassis:  # noqa: PT012  (the error must come out of the block)
+    with pytest.raises(KeyboardInterrupt), Chassis(sim.master_uri) as chassis:  # noqa: PT012  (out of the block)
         chassis.go_to_mark("B1")
         raise KeyboardInterrupt
     until(lambda: sim.world.body.velocity.is_standing() and not sim.world.tasks.busy)
-    assert interrupt is not None
+
+
+def test_ctrl_c_while_the_request_is_on_its_way_cancels_the_task_too(until, monkeypatch):
+    """The chassis has taken the task, its reply has not come: the interrupted program must still end it."""
+    real_join = threading.Thread.join
+
+    def interrupted_join(thread, timeout=None):
+        real_join(thread, timeout)
+        if (
+            thread.name == "woosh:send"
+            and threading.current_thread() is threading.main_thread()
+            and thread.is_alive()
+        ):
+            monkeypatch.undo()
+            raise KeyboardInterrupt
+
+    with SimulatedChassis(speed=2, full_graph=False, reply_delay=0.5) as sim:
+        with pytest.raises(KeyboardInterrupt), Chassis(sim.master_uri) as chassis:  # noqa: PT012
+            monkeypatch.setattr(threading.Thread, "join", interrupted_join)
+            chassis.go_to_mark("B1")
+        until(lambda: sim.world.tasks.state is TaskState.CANCELLED)
+        until(lambda: sim.world.body.velocity.is_standing())
 
 
 @pytest.mark.parametrize(

@@ -59,15 +59,15 @@ class Planner:
     def is_free(self, x: float, y: float, obstacles: Iterable[tuple[float, float, float]] = ()) -> bool:
         """True when the robot's centre may be there."""
         cell = self._cell(Pose2D(x, y))
-        return self._inside(cell) and not bool(self._with(obstacles)[cell])
+        blocked = self._with(obstacles)
+        return self._inside(cell) and not bool(blocked[cell])
 
     def _coarse(self, occupied: NDArray[np.bool_]) -> NDArray[np.bool_]:
         f = self._factor
         rows, columns = -(-occupied.shape[0] // f), -(-occupied.shape[1] // f)
         padded = np.ones((rows * f, columns * f), bool)
         padded[: occupied.shape[0], : occupied.shape[1]] = occupied
-        result: NDArray[np.bool_] = padded.reshape(rows, f, columns, f).any(axis=(1, 3))
-        return result
+        return np.asarray(padded.reshape(rows, f, columns, f).any(axis=(1, 3)), dtype=np.bool_)
 
     @property
     def _size(self) -> float:
@@ -110,7 +110,8 @@ class Planner:
         return o.x + (cell[1] + 0.5) * self._size, o.y + (cell[0] + 0.5) * self._size
 
     def _inside(self, cell: _Cell) -> bool:
-        return 0 <= cell[0] < self._static.shape[0] and 0 <= cell[1] < self._static.shape[1]
+        rows, columns = self._static.shape
+        return bool(0 <= cell[0] < rows and 0 <= cell[1] < columns)
 
     def _nearest_free(self, blocked: NDArray[np.bool_], cell: _Cell, tolerance: float) -> _Cell | None:
         if self._inside(cell) and not blocked[cell]:

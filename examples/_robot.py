@@ -1,0 +1,17 @@
+"""Where the examples drive: the chassis named on the command line, or a simulated one."""
+
+import sys
+from contextlib import contextmanager
+
+from woosh_pure import Chassis, SimulatedChassis
+
+
+@contextmanager
+def robot(speed=4.0):
+    """A Chassis: `python examples/x.py 169.254.128.2` takes a real one."""
+    if len(sys.argv) > 1:
+        with Chassis(sys.argv[1]) as chassis:
+            yield chassis
+    else:
+        with SimulatedChassis(speed=speed) as sim, Chassis(sim.master_uri) as chassis:
+            yield chassis

@@ -1,0 +1,17 @@
+"""Precise moves: straight, turning, and several as one goal."""
+
+import math
+
+from _robot import robot
+
+from woosh_pure.steps import Step
+
+with robot() as chassis:
+    print(chassis.move(0.5).wait().sentence())
+    print(chassis.rotate(90, degrees=True, speed=0.5).wait().sentence())
+
+    square = [Step.straight(0.4), Step.turn(math.pi / 2, speed=0.8)] * 4
+    handle = chassis.steps(square)
+    for report in handle.progress():
+        print(f"  step {report.index + 1} of {len(square)}: {report.mode} {report.percent:.0f} %")
+    print(handle.wait().sentence())

@@ -1,0 +1,12 @@
+"""Stop from any thread, at any time. This is no emergency stop: keep the red button in reach."""
+
+import threading
+
+from _robot import robot
+
+with robot() as chassis:
+    handle = chassis.go_to(2.5, 0.0)
+    threading.Timer(0.5, lambda: print(chassis.stop().sentence())).start()
+    outcome = handle.wait(timeout=30, raises=False)
+    print(outcome.sentence())
+    assert not outcome.arrived
