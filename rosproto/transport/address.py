@@ -132,30 +132,50 @@ def _family(host: str) -> socket.AddressFamily | None:
     return None
 
 
-def _look_up(host: str, deadline: Deadline) -> list[str]:
-    answer: list[list[str]] = []
-    failure: list[Exception] = []
+class _Lookup:
+    """A question to the name server that is under way, in a thread of its own."""
 
-    def ask() -> None:
+    def __init__(self, host: str) -> None:
+        self.host = host
+        self.addresses: list[str] = []
+        self.failure: Exception | None = None
+        self.done = threading.Event()
+
+    def run(self) -> None:
         try:
-            found = socket.getaddrinfo(host, None, 0, socket.SOCK_STREAM)
+            found = socket.getaddrinfo(self.host, None, 0, socket.SOCK_STREAM)
+            found.sort(key=lambda entry: entry[0] != socket.AF_INET)
+            self.addresses = list(dict.fromkeys(str(entry[4][0]) for entry in found))
         except (OSError, UnicodeError) as error:  # UnicodeError: a label longer than 63 characters
-            failure.append(error)
-        else:
-            answer.append([str(entry[4][0]) for entry in sorted(found, key=lambda e: e[0] != socket.AF_INET)])
+            self.failure = error
+        finally:
+            with _lookups_lock:
+                del _lookups[self.host]
+            self.done.set()
 
-    thread = threading.Thread(target=ask, name=f"rosproto:resolve {host}", daemon=True)
-    thread.start()
-    thread.join(deadline.remaining())
-    if answer:
-        return list(dict.fromkeys(answer[0]))
-    if not failure:
+
+# Lookups under way, so that many links retrying one unknown name share one thread. It may hang for half a
+# minute, and nothing can end it earlier.
+_lookups: dict[str, _Lookup] = {}
+_lookups_lock = threading.Lock()
+
+
+def _look_up(host: str, deadline: Deadline) -> list[str]:
+    with _lookups_lock:
+        lookup = _lookups.get(host)
+        if lookup is None:
+            lookup = _Lookup(host)
+            threading.Thread(target=lookup.run, name=f"rosproto:resolve {host}", daemon=True).start()
+            _lookups[host] = lookup
+    if not lookup.done.wait(deadline.remaining()):
         raise deadline.error(f"look up host name {host!r}")
+    if lookup.addresses:
+        return list(lookup.addresses)
     raise ConnectionLost(
-        f"host name {host!r} cannot be resolved ({failure[0]}); add it to the hosts file or the name server, "
-        "or let the other side announce a numeric address (ROS_IP or ROS_HOSTNAME there)",
+        f"host name {host!r} cannot be resolved ({lookup.failure}); add it to the hosts file or the name "
+        "server, or let the other side announce a numeric address (ROS_IP or ROS_HOSTNAME there)",
         peer=host,
-    ) from failure[0]
+    ) from lookup.failure
 
 
 def local_address_towards(host: str, port: int, timeout: float | None = 5.0) -> str:

@@ -187,13 +187,13 @@ class TcpServer:
             while not self._closing.is_set():
                 selector.select()
                 if not self._closing.is_set():
-                    self._accept_one()
+                    self._accept_one(self._listener)
         for sock in (self._listener, self._wake_receiver, self._wake_sender):
             sock.close()
 
-    def _accept_one(self) -> None:
+    def _accept_one(self, listener: socket.socket) -> None:
         try:
-            sock, address = self._listener.accept()
+            sock, address = listener.accept()
         except (BlockingIOError, InterruptedError):
             return
         except OSError as error:

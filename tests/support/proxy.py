@@ -147,6 +147,7 @@ class _Link:
         self._open_directions = 2
         self._lock = threading.Lock()
         self.left: int | None = None
+        self._ended = False
         for sock in self._sockets:
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
@@ -156,6 +157,7 @@ class _Link:
             threading.Thread(target=self._pump, args=pair, name="fault proxy pump", daemon=True).start()
 
     def end(self, *, reset: bool) -> None:
+        self._ended = True  # before a pump wakes up: its FIN must not come before our RST
         for sock in self._sockets:
             with suppress(OSError):
                 if reset:
@@ -176,7 +178,8 @@ class _Link:
                 if not self._forward(sink, data):
                     self.end(reset=False)
                     break
-            sink.shutdown(socket.SHUT_WR)
+            if not self._ended:
+                sink.shutdown(socket.SHUT_WR)
         self._direction_ended()
 
     def _forward(self, sink: socket.socket, data: bytes) -> bool:

@@ -139,10 +139,29 @@ def test_a_silent_name_server_costs_the_deadline_only(monkeypatch: pytest.Monkey
     release = threading.Event()
     monkeypatch.setattr(socket, "getaddrinfo", lambda *_: release.wait(10) and [])
     try:
-        with pytest.raises(RosTimeout, match="'robot'"):
-            address.resolve("robot", Deadline(0.02))
+        with pytest.raises(RosTimeout, match="'silent-robot'"):  # a name of its own: lookups are shared
+            address.resolve("silent-robot", Deadline(0.02))
     finally:
         release.set()
+
+
+def test_links_that_ask_for_the_same_name_share_one_lookup(monkeypatch: pytest.MonkeyPatch) -> None:
+    release, asked = threading.Event(), []
+
+    def slow(*arguments: object) -> list[object]:
+        asked.append(arguments[0])
+        release.wait(10)
+        return [(socket.AF_INET, 0, 0, "", ("10.0.0.7", 0))]
+
+    monkeypatch.setattr(socket, "getaddrinfo", slow)
+    try:
+        for _ in range(3):
+            with pytest.raises(RosTimeout):
+                address.resolve("slow-robot", Deadline(0.01))
+        assert asked == ["slow-robot"]
+    finally:
+        release.set()
+    assert address.resolve("slow-robot", Deadline(10)) == ["10.0.0.7"]
 
 
 def test_the_address_towards_a_loopback_peer_is_loopback() -> None:

@@ -279,10 +279,8 @@ def test_running_out_of_file_descriptors_is_survived_and_logged_once(
     monkeypatch.setattr(tcp_server, "_ACCEPT_PAUSE", 0)
     holder = Holder()
     with TcpServer("127.0.0.1", 0, holder) as server, caplog.at_level(logging.WARNING):
-        listener, server._listener = server._listener, Exhausted()  # type: ignore[assignment]
         for _ in range(3):
-            server._accept_one()
-        server._listener = listener
+            server._accept_one(Exhausted())  # type: ignore[arg-type]
         connect(server, clients)
         holder.wait()
         assert server.stats.failed == 3

@@ -282,11 +282,12 @@ def test_an_idle_connection_makes_room_for_a_new_one() -> None:
         RawClient(server) as first,
         RawClient(server) as second,
     ):
-        assert first.call("echo") == second.call("echo") == []
-        end = time.monotonic() + SOON
-        while len(server._server._idle) < 2:  # they are idle once the server waits again
-            assert time.monotonic() < end
-            time.sleep(0.001)
+        for number, client in enumerate((first, second), 1):
+            assert client.call("echo") == []
+            end = time.monotonic() + SOON
+            while len(server._server._idle) < number:  # idle once the server waits for the next request
+                assert time.monotonic() < end
+                time.sleep(0.001)
         with RawClient(server) as third:
             assert third.call("echo") == []
             assert first.receive() is None
@@ -337,6 +338,17 @@ def test_a_peer_that_does_not_read_its_answer_costs_its_own_connection_only() ->
         while server.connections > 1:
             assert time.monotonic() < end
             time.sleep(0.002)
+
+
+def test_a_flood_of_silent_connections_keeps_nobody_out() -> None:
+    with XmlRpcServer("127.0.0.1", 0, dispatch, limits=Limits(pending_handshakes=5)) as server:
+        silent = [RawClient(server) for _ in range(40)]
+        with RawClient(server) as client:
+            assert client.call("echo") == []
+            for each in silent:
+                each.sock.close()
+            assert client.call("echo") == []
+        assert server.stats.dropped_pending >= 35
 
 
 def test_a_reset_in_the_middle_is_silent(server: XmlRpcServer, caplog: pytest.LogCaptureFixture) -> None:
