@@ -1,7 +1,7 @@
 """Messages as dicts of plain values, and dicts (or lists) as messages: JSON, YAML and the command line.
 
 `fill` takes what `rostopic pub` and `rosservice call` take: a dict by field name, a list by position, one
-bare value for a message of one field, `now` for a time, `auto` for a Header (genpy.message.fill_message_args).
+bare value for a message of one field, `now` for a time, `auto` for a Header (genpy: fill_message_args).
 """
 
 from __future__ import annotations

@@ -1,0 +1,167 @@
+"""`rosproto doctor`: why does the graph not work from here? Each check says what it found and what to do.
+
+The chassis has a doctor of its own (`woosh doctor`), which begins with these checks.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from rosproto.errors import ConnectionLost, RosError, RosTimeout
+from rosproto.node.master_client import MasterClient, SystemState
+from rosproto.transport.address import is_loopback, local_address_towards, parse_uri, resolve
+
+from .graph import add_graph_options, master_client, master_uri, node_client, print_json
+
+__all__ = ["Finding", "add_arguments", "examine", "run"]
+
+PATIENCE = 2.0
+
+
+class Finding(NamedTuple):
+    """One check.
+
+    Attributes:
+        check: What was looked at.
+        ok: True fine, False a problem, None worth knowing.
+        text: What was found.
+        advice: What to do; "" when there is nothing to.
+    """
+
+    check: str
+    ok: bool | None
+    text: str
+    advice: str = ""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Which master."""
+    add_graph_options(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print the findings; 1 when one of them is a problem."""
+    findings = []
+    for finding in _all(arguments):
+        findings.append(finding)
+        if not arguments.json:
+            mark = {True: "ok     ", False: "PROBLEM", None: "note   "}[finding.ok]
+            print(f"{mark} {finding.check}: {finding.text}")
+            if finding.advice:
+                print(f"        -> {finding.advice}", flush=True)
+    if arguments.json:
+        print_json([finding._asdict() for finding in findings])
+    return 1 if any(finding.ok is False for finding in findings) else 0
+
+
+def _all(arguments: argparse.Namespace) -> Iterator[Finding]:
+    with master_client(arguments) as master:
+        yield from examine(master_uri(arguments), master)
+
+
+def examine(uri: str, master: MasterClient) -> Iterator[Finding]:
+    """All checks, each resting on the one before; ends early where the next would be pointless."""
+    try:
+        host, port = parse_uri(uri)
+    except ValueError as error:
+        yield Finding("master URI", False, str(error), "write it as http://HOST:11311")
+        return
+    own = _own_address(host, port)
+    yield own
+    if own.ok is False:
+        return
+    began = time.monotonic()
+    try:
+        master.get_pid()
+    except RosError as error:
+        yield Finding("master", False, str(error), _master_advice(error, host))
+        return
+    yield Finding("master", True, f"{master.uri} answers after {1e3 * (time.monotonic() - began):.1f} ms")
+    yield from _named(master, host)
+    state = master.get_system_state()
+    yield from _nodes(master, state)
+    yield from _topics(state)
+
+
+def _own_address(host: str, port: int) -> Finding:
+    try:
+        address = resolve(host)[0]
+        own = local_address_towards(address, port)
+    except (RosError, OSError) as error:
+        return Finding(
+            "route",
+            False,
+            str(error),
+            "is the cable in, is the name right, is this computer on that network?",
+        )
+    if is_loopback(own) and not is_loopback(address):
+        return Finding(
+            "route", False, f"{host} is reached through {own}", "check the routes of this computer"
+        )
+    return Finding("route", True, f"{host} is {address}, reached from our address {own}")
+
+
+def _master_advice(error: RosError, host: str) -> str:
+    if isinstance(error, RosTimeout):
+        return (
+            f"nothing answers at {host}: check its power, the cable, the address, and a firewall on the way"
+        )
+    if isinstance(error, ConnectionLost):
+        return f"{host} is there but no master listens on that port: start one, or check the port"
+    return "is that a ROS master?"
+
+
+def _named(master: MasterClient, host: str) -> Iterator[Finding]:
+    """A master that calls itself by a name which we cannot resolve was started without ROS_IP."""
+    try:
+        name, _ = parse_uri(master.get_uri())
+        resolve(name)
+    except (RosError, ValueError) as error:
+        yield Finding(
+            "master's own URI",
+            None,
+            str(error),
+            "its computer should set ROS_IP; we use the address you gave",
+        )
+    else:
+        if is_loopback(resolve(name)[0]) and not is_loopback(resolve(host)[0]):
+            yield Finding(
+                "master's own URI",
+                None,
+                f"the master calls itself {name}",
+                "start it with ROS_IP set, for others' sake",
+            )
+
+
+def _nodes(master: MasterClient, state: SystemState) -> Iterator[Finding]:
+    """Every node must be reachable at the URI it registered."""
+    good = 0
+    for node in state.nodes:
+        try:
+            uri = master.lookup_node(node)
+            with node_client(uri) as client:
+                client.get_pid(timeout=PATIENCE)
+            good += 1
+        except RosError as error:
+            yield Finding(f"node {node}", False, str(error), _node_advice(error))
+    yield Finding("nodes", True, f"{good} of {len(state.nodes)} nodes answer from here")
+
+
+def _node_advice(error: RosError) -> str:
+    text = str(error)
+    if "resolve" in text or "unknown" in text:
+        return "this computer does not know that host name: set ROS_IP on the node's computer, or see hosts"
+    if isinstance(error, RosTimeout):
+        return (
+            "not reachable from here, or a firewall drops us: set ROS_IP on the node's computer, check routes"
+        )
+    return "it has probably died without unregistering: rosproto node cleanup"
+
+
+def _topics(state: SystemState) -> Iterator[Finding]:
+    waiting = sorted(t for t, nodes in state.subscribers.items() if nodes and not state.publishers.get(t))
+    if waiting:
+        yield Finding("topics", None, f"subscribed but published by nobody: {', '.join(waiting)}")
