@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from rosproto.codec.decode_source import MAX_STATEMENTS
+from rosproto.codec.array_source import MAX_STATEMENTS
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
 from rosproto.codec.source import Source
 

@@ -26,8 +26,10 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import arrays
-from rosproto.codec.decode_source import ERRORS, MAX_LOOP_DEPTH, MAX_STATEMENTS, _dtype
+from rosproto.codec.array_source import MAX_LOOP_DEPTH, MAX_STATEMENTS
+from rosproto.codec.decode_source import ERRORS
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
+from rosproto.codec.run_source import shared_dtype
 from rosproto.codec.source import Source, merge_codes, quickest
 
 if TYPE_CHECKING:
@@ -311,7 +313,7 @@ class _EncodeWriter:
             return (f"type({array}) is bytes", f"len({array})") if field.code == "B" else ("0", "0")
         import numpy as np
 
-        dtype = src.constant(_dtype(np, name), "t")
+        dtype = src.constant(shared_dtype(np, name), "t")
         return (
             f"type({array}) is {src.constant(np.ndarray, 'n')} and {array}.dtype is {dtype}",
             f"{array}.size",

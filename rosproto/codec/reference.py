@@ -129,8 +129,8 @@ class _Reader:
                 "utf-8", "surrogateescape"
             )
         if field.kind == "time":
-            return struct.unpack("<" + field.code, self.take(8, path, f"a {field.base} of 8 bytes"))
-        return struct.unpack("<" + field.code, self.take(field.size, path, f"a {field.base}"))[0]
+            return struct.unpack("<" + field.code, self.take(8, path, f"{field.base}, 8 bytes,"))
+        return struct.unpack("<" + field.code, self.take(field.size, path, f"{field.base}"))[0]
 
 
 def encode_layout(layout: Layout, value: dict[str, Any]) -> bytes:

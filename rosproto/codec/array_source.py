@@ -1,0 +1,201 @@
+"""Writes how arrays are decoded: numbers as views, the rest as lists, element by element or many at once."""
+
+from __future__ import annotations
+
+from rosproto.codec import pause
+from rosproto.codec.guesses import flat_codes, iterators, length_offsets, strings_inside
+from rosproto.codec.layout import FieldLayout, Layout
+from rosproto.codec.run_source import RunWriter
+from rosproto.codec.source import merge_codes
+
+__all__ = ["MAX_LOOP_DEPTH", "MAX_STATEMENTS", "ArrayWriter"]
+
+MAX_LOOP_DEPTH = 3
+"""Deeper arrays of messages are decoded by a function of their own (Python allows 20 nested blocks)."""
+MAX_STATEMENTS = 3000
+PAUSE_FROM = 2000
+"""Objects in one array from which switching the collector off pays."""
+PROBE_FROM = 3
+"""Elements from which guessing that all strings are as long as the first one's pays."""
+
+
+class ArrayWriter(RunWriter):
+    """Adds arrays to runs; single fields and nested messages are the subclass's."""
+
+    def fields(self, layout: Layout, var: str) -> None:
+        raise NotImplementedError
+
+    def call(self, layout: Layout, target: str) -> None:
+        raise NotImplementedError
+
+    def array(self, field: FieldLayout, target: str) -> None:
+        if field.kind == "number":
+            if field.length is None:
+                self.numbers(field, target)
+            else:
+                self.fixed_numbers(field, target)
+            return
+        if field.length is None:
+            n = self.count()
+        else:
+            self.flush()
+            n = str(field.length)
+        self.rebase()
+        if field.size:
+            # Refuse a count that the bytes left cannot hold before any object is made.
+            self.src.line(f"if {n}*{field.size} > e-i: raise ValueError")
+        if field.kind == "string":
+            self.strings(n, target)
+        elif field.kind == "time":
+            self.times(field, n, target)
+        else:
+            self.messages(field, n, target)
+
+    def numbers(self, field: FieldLayout, target: str) -> None:
+        n = self.count()
+        where = self.at()
+        if self.delta:
+            self.src.line(f"p = {where}")
+            where = "p"
+        self.src.line(f"{target} = {self.number_array(field, n, where)}")
+        self.src.line(f"i = {where}+{n}*{field.size}" if field.size > 1 else f"i = {where}+{n}")
+        self.base, self.delta = "i", 0
+
+    def fixed_numbers(self, field: FieldLayout, target: str) -> None:
+        length = field.length or 0
+        if length:
+            expression = self.number_array(field, str(length), self.at(self.run))
+        else:
+            # np.frombuffer refuses an empty buffer, which is what a message of this field alone is.
+            expression = self.number_array(field, "0", "0").replace("(b,", "(Z,")
+            self.src.globals["Z"] = b"\0"
+        self.src.line(f"{target} = {expression}")
+        self.skip(length * field.size)
+
+    def strings(self, n: str, target: str) -> None:
+        src = self.src
+        items, q = src.fresh("l"), src.fresh("n")
+        src.line(f"{items} = []")
+        src.indent(f"for _ in range({n}):")
+        src.line(f"{q}, = {src.struct(['I'], 'unpack_from')}(b, i)")
+        src.line("p = i+4")
+        src.line(f"i = p+{q}")
+        src.line(f"{items}.append({self.text('b[p:i]')})")
+        src.dedent()
+        src.line(f"{target} = {items}")
+
+    def times(self, field: FieldLayout, n: str, target: str) -> None:
+        src = self.src
+        items, var = src.fresh("l"), src.fresh("t")
+        src.line(f"{items} = []")
+        src.line(f"p = i+{n}*8")
+        src.indent(f"for x in {src.struct([field.code], 'iter_unpack')}(b[i:p]):")
+        src.line(f"{var} = {self.create(field.base)}()")
+        src.line(f"{var}.secs, {var}.nsecs = x")
+        src.line(f"{items}.append({var})")
+        src.dedent()
+        src.line("i = p")
+        src.line(f"{target} = {items}")
+
+    # -- arrays of messages ------------------------------------------------------------------
+
+    def messages(self, field: FieldLayout, n: str, target: str) -> None:
+        assert field.layout is not None
+        src, element = self.src, field.layout
+        items = src.fresh("l")
+        src.line(f"{items} = []")
+        src.line(f"{target} = {items}")
+        add = f"{items}.append"  # written out: Python 3.11 has an instruction for list.append
+        src.line(
+            f"g = {n} > {PAUSE_FROM // element.objects} and {src.constant(pause.pause)}()"
+            if not self.loops
+            else "pass"
+        )
+        if not self.loops:
+            src.indent("try:")
+        self.loops += 1
+        strings = strings_inside(element)
+        if strings is None or strings > 4:
+            self.element_loop(element, f"range({n})", add)
+        elif strings == 0 and element.min_size:
+            self.fixed_loop(element, n, add)
+        else:
+            if strings:
+                src.indent(f"if {n} >= {PROBE_FROM}:" if not n.isdigit() or int(n) >= PROBE_FROM else "if 0:")
+                self.probe_loop(element, n, items, add, strings)
+                src.dedent()
+            self.element_loop(element, f"range({n}-len({items}))", add)
+        self.loops -= 1
+        if not self.loops:
+            src.dedent()
+            src.indent("finally:")
+            src.line(f"if g: {src.constant(pause.resume)}()")
+            src.dedent()
+
+    def element_loop(self, element: Layout, span: str, add: str) -> None:
+        """One element after the other; right for everything."""
+        src = self.src
+        src.indent(f"for _ in {span}:")
+        var = src.fresh("m")
+        if self.loops > MAX_LOOP_DEPTH or self.statements > MAX_STATEMENTS:
+            self.call(element, var)
+        else:
+            src.line(f"{var} = {self.create(element.spec.name)}()")
+            self.fields(element, var)
+            self.flush()
+        self.rebase()
+        src.line(f"{add}({var})")
+        src.dedent()
+
+    def fixed_loop(self, element: Layout, n: str, add: str) -> None:
+        """Elements of numbers and times only: one iter_unpack over the whole run."""
+        src = self.src
+        src.line(f"p = i+{n}*{element.fixed_size}")
+        mark = src.fresh("x")
+        src.indent(f"for {mark} in {src.struct(flat_codes(element), 'iter_unpack')}(b[i:p]):")
+        top, targets = self.flat_targets(element, [], [])
+        src.line(f"{targets} = {mark}")
+        src.line(f"{add}({top})")
+        src.dedent()
+        src.line("i = p")
+
+    def probe_loop(self, element: Layout, n: str, items: str, add: str, strings: int) -> None:
+        """Elements with strings: as if every element's strings were as long as the first one's.
+
+        That is so for every Path and nearly every TFMessage. Where it is not, the loop ends early and
+        `element_loop` continues at that element.
+        """
+        src = self.src
+        codes = flat_codes(element)
+        first = [src.fresh("q") for _ in range(strings)]
+        before = ""
+        for name, offset in zip(first, length_offsets(codes), strict=True):
+            src.line(f"{name}, = {src.struct(['I'], 'unpack_from')}(b, i+{offset}{before})")
+            before += f"+{name}"
+        size = src.fresh("z")
+        src.line(f"{size} = {element.min_size}{before}")
+        src.line(f"p = i+{n}*{size}")
+        src.indent("if p <= e:")
+        cache = src.constant(iterators(merge_codes(codes)), "j")
+        key = first[0] if strings == 1 else f"({', '.join(first)})"
+        last = [src.fresh("r") for _ in range(strings)]
+        done = [src.fresh("v") for _ in range(strings)]
+        src.line(f"{' = '.join(last)} = None")
+        mark = src.fresh("x")
+        src.indent(f"for {mark} in {cache}({key})(b[i:p]):")
+        lengths: list[str] = []
+        texts: list[str] = []
+        top, targets = self.flat_targets(element, lengths, texts)
+        src.line(f"{targets} = {mark}")
+        differs = " or ".join(f"{a} != {q}" for a, q in zip(lengths, first, strict=True))
+        src.line(f"if {differs}: break")
+        for (target, text), old, value in zip(self.string_targets, last, done, strict=True):
+            src.indent(f"if {text} != {old}:")
+            src.line(f"{old} = {text}")
+            src.line(f"{value} = {self.text(text)}")
+            src.dedent()
+            src.line(f"{target} = {value}")
+        src.line(f"{add}({top})")
+        src.dedent()
+        src.line(f"i += {size}*len({items})")
+        src.dedent()

@@ -1,0 +1,169 @@
+"""Writes what all parts of a decode function need: runs of fixed-size fields, positions, texts, views."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from rosproto.codec import arrays
+from rosproto.codec.layout import DTYPES, FieldLayout, Layout
+from rosproto.codec.source import Source
+
+if TYPE_CHECKING:
+    from rosproto.codec.flavour import Flavour
+
+__all__ = ["RunWriter", "shared_dtype"]
+
+
+class RunWriter:
+    """Collects fixed-size fields until something of variable size comes, then reads them with one struct.
+
+    `base` is the local that holds a position, `delta` what is known to lie between it and the present one.
+    """
+
+    def __init__(
+        self, layout: Layout, flavour: Flavour, maker: Callable[[str], Any], *, general: bool
+    ) -> None:
+        self.layout = layout
+        self.flavour = flavour
+        self.maker = maker
+        self.general = general
+        self.views = flavour.views and layout.has_numbers
+        self.src = Source("def decode(b, o, e):")
+        self.src.globals["ValueError"] = ValueError
+        self.src.globals["range"] = range
+        self.src.globals["len"] = len
+        self.base = "o"
+        self.delta = 0
+        self.codes: list[str] = []
+        self.targets: list[str] = []
+        self.run = 0
+        self.loops = 0
+        self.statements = 0
+        self.string_targets: list[tuple[str, str]] = []
+        self.view_targets: list[tuple[str, str]] = []
+        self.lengths: list[str] = []
+
+    def create(self, name: str) -> str:
+        return self.src.constant(self.maker(name), "c")
+
+    def at(self, extra: int = 0) -> str:
+        total = self.delta + extra
+        return f"{self.base}+{total}" if total else self.base
+
+    # -- runs of fixed-size fields -----------------------------------------------------------
+
+    def add(self, code: str, size: int, target: str) -> None:
+        self.codes.append(code)
+        self.targets.append(target)
+        self.run += size
+
+    def skip(self, size: int) -> None:
+        if size:
+            self.codes.append(f"{size}x")
+            self.run += size
+
+    def flush(self) -> None:
+        """Read the collected run with one struct."""
+        if self.targets:
+            while self.codes[-1].endswith("x"):
+                self.codes.pop()
+            comma = "," if len(self.targets) == 1 else ""
+            unpack = self.src.struct(self.codes, "unpack_from")
+            self.src.line(f"{', '.join(self.targets)}{comma} = {unpack}(b, {self.at()})")
+        self.delta += self.run
+        self.codes, self.targets, self.run = [], [], 0
+
+    def count(self) -> str:
+        """Read a count that ends the run; the position moves behind it."""
+        n = self.src.fresh("n")
+        self.lengths.append(n)
+        self.add("I", 4, n)
+        self.flush()
+        return n
+
+    def rebase(self) -> None:
+        """Make `i` hold the present position."""
+        if self.base != "i" or self.delta:
+            self.src.line(f"i = {self.at()}")
+        self.base, self.delta = "i", 0
+
+    def text(self, expression: str) -> str:
+        if not self.general:
+            return f"{expression}.decode()"
+        self.src.globals["str"] = str
+        return f"str({expression}, 'utf-8', {self.src.constant(self.flavour.text_errors)})"
+
+    def number_array(self, field: FieldLayout, n: str, where: str) -> str:
+        src = self.src
+        if self.flavour.views:
+            import numpy as np
+
+            if field.code == "?":
+                return f"{src.constant(arrays.bool_view)}(b, {n}, {where})"
+            dtype = src.constant(shared_dtype(np, DTYPES[field.base]), "t")
+            return f"{src.constant(np.frombuffer, 'f')}(b, {dtype}, {n}, {where})"
+        if field.code == "B":
+            return f"{src.constant(plain_bytes)}(b, {n}, {where})"
+        code = "B" if field.code == "?" else field.code
+        unpacked = f"{src.constant(struct.unpack_from)}('<%d{code}' % {n}, b, {where})"
+        return f"{src.constant(arrays.plain_bools)}({unpacked})" if field.code == "?" else unpacked
+
+    def flat_targets(self, element: Layout, lengths: list[str], texts: list[str]) -> tuple[str, str]:
+        """Create one element's objects; give its variable and the targets of the unpacking.
+
+        Strings are unpacked into locals, named in `lengths` and `texts`; where they belong is left in
+        `string_targets`, and what fixed arrays are views of in `view_targets`.
+        """
+        targets: list[str] = []
+        self.string_targets.clear()
+        self.view_targets.clear()
+        position = 0
+
+        def walk(layout: Layout, var: str) -> None:
+            nonlocal position
+            for field in layout.fields:
+                target = f"{var}.{field.attr}"
+                if field.is_array:
+                    where = "+".join(["o", *lengths, str(position)])
+                    self.view_targets.append((target, self.number_array(field, str(field.length), where)))
+                    position += field.min_size
+                    continue
+                position += field.min_size if field.layout is None else 0
+                if field.kind == "number":
+                    targets.append(target)
+                elif field.kind == "string":
+                    lengths.append(self.src.fresh("n"))
+                    texts.append(self.src.fresh("s"))
+                    targets.extend((lengths[-1], texts[-1]))
+                    self.string_targets.append((target, texts[-1]))
+                else:
+                    inner = self.src.fresh("m")
+                    self.src.line(f"{inner} = {target} = {self.create(field.base)}()")
+                    if field.kind == "time":
+                        targets.extend((f"{inner}.secs", f"{inner}.nsecs"))
+                    else:
+                        assert field.layout is not None
+                        walk(field.layout, inner)
+
+        top = self.src.fresh("m")
+        self.src.line(f"{top} = {self.create(element.spec.name)}()")
+        walk(element, top)
+        comma = "," if len(targets) == 1 else ""
+        return top, ", ".join(targets) + comma
+
+
+def plain_bytes(buffer: Any, count: int, offset: int) -> bytes:
+    return bytes(buffer[offset : offset + count])
+
+
+_dtypes: dict[str, Any] = {}
+
+
+def shared_dtype(np: Any, name: str) -> Any:
+    """One dtype object per name: the encoder compares by identity."""
+    found = _dtypes.get(name)
+    if found is None:
+        found = _dtypes[name] = np.dtype(name)
+    return found
