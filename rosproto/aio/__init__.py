@@ -9,12 +9,16 @@ has arrived. Import it as `from rosproto import aio`: it is not imported with ro
 longer to import than all of rosproto.
 """
 
+from rosproto.aio.actions import ActionClient, ActionServer, GoalHandle
 from rosproto.aio.node import Node, view
 from rosproto.aio.parameters import Parameters, ParameterSubscription
 from rosproto.aio.services import ServiceClient, ServiceServer
 from rosproto.aio.topics import Publisher, Subscriber
 
 __all__ = [
+    "ActionClient",
+    "ActionServer",
+    "GoalHandle",
     "Node",
     "ParameterSubscription",
     "Parameters",

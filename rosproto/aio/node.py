@@ -6,6 +6,7 @@ from collections.abc import Callable, Generator
 from typing import TYPE_CHECKING, Any
 from weakref import WeakSet
 
+from rosproto.aio.actions import ActionClient, ActionServer
 from rosproto.aio.mailbox import Mailbox
 from rosproto.aio.opening import Opening
 from rosproto.aio.parameters import Parameters
@@ -136,6 +137,35 @@ class Node:
             in_thread = handler_in_loop(handler)
             server = await self._pool.run(lambda: node.service_server(name, type, in_thread), dispose=_close)
             return ServiceServer(server, self._pool)
+
+        return Opening(open_it)
+
+    def action_client(self, name: str, type: Any, **options: Any) -> Opening[ActionClient]:
+        """A client of an action; arguments as `rosproto.ActionClient`."""
+        node = self._threaded
+
+        async def open_it() -> ActionClient:
+            from rosproto.action import ActionClient as ThreadedClient
+
+            client = await self._pool.run(lambda: ThreadedClient(node, name, type, **options), dispose=_close)
+            return ActionClient(client, self._pool)
+
+        return Opening(open_it)
+
+    def action_server(
+        self, name: str, type: Any, handler: Callable[[Any], Any], **options: Any
+    ) -> Opening[ActionServer]:
+        """Provide an action; `handler`, a coroutine function, is called in this loop with each ServerGoal."""
+        node = self._threaded
+
+        async def open_it() -> ActionServer:
+            from rosproto.action import ActionServer as ThreadedServer
+
+            in_thread = handler_in_loop(handler)
+            server = await self._pool.run(
+                lambda: ThreadedServer(node, name, type, in_thread, **options), dispose=_close
+            )
+            return ActionServer(server, self._pool)
 
         return Opening(open_it)
 

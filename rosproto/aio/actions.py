@@ -1,0 +1,200 @@
+"""Action client and server for asyncio: views of the threaded ones.
+
+No thread waits for a goal: the client's own thread tells the loop about feedback and transitions. Only a
+server that falls silent tells nobody, so a waiting task looks now and then.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from typing import TYPE_CHECKING, Any
+
+from rosproto.aio.mailbox import Closed, Mailbox
+from rosproto.aio.pool import Pool, notify
+from rosproto.errors import RosTimeout
+from rosproto.transport.deadline import Deadline
+
+if TYPE_CHECKING:
+    from rosproto.action import ActionClient as ThreadedClient
+    from rosproto.action import ActionServer as ThreadedServer
+    from rosproto.action import CommState, GoalStatus
+    from rosproto.action import GoalHandle as ThreadedHandle
+
+__all__ = ["ActionClient", "ActionServer", "GoalHandle"]
+
+FEEDBACK_KEPT = 100
+LOOK_AGAIN = 0.25  # seconds, as the threaded handle does
+SETTLE = 5.0  # seconds for the last callback of a goal to return
+
+
+class ActionClient:
+    """A client of one action server.
+
+    Attributes:
+        client: The threaded one underneath: `name`, `type`.
+    """
+
+    def __init__(self, client: ThreadedClient, pool: Pool) -> None:
+        self.client = client
+        self._pool = pool
+
+    async def wait_for_server(self, timeout: float | None = 5.0) -> None:
+        """Wait until a server runs and every connection to it stands.
+
+        Raises:
+            RosTimeout: There is none; the text says which part is missing.
+        """
+        await self._pool.run(lambda: self.client.wait_for_server(timeout))
+
+    async def send_goal(self, goal: Any) -> GoalHandle:
+        """Send a goal and follow it; errors as `rosproto.ActionClient.send_goal` has them.
+
+        Cancelling a task that waits for the goal does not cancel the goal: call `cancel` for that.
+        """
+        from rosproto.action import CommState
+
+        loop, over = asyncio.get_running_loop(), asyncio.Event()
+        feedback: Mailbox[Any] = Mailbox(FEEDBACK_KEPT)
+
+        def changed(handle: ThreadedHandle) -> None:
+            # Not `handle.done`: that may hold already while earlier changes and feedback are being told.
+            if handle.state is CommState.DONE:
+                feedback.close()
+                notify(loop, over.set)
+
+        handle = await self._pool.run(
+            lambda: self.client.send_goal(
+                goal, feedback=lambda _, message: feedback.put(message), transition=changed
+            )
+        )
+        return GoalHandle(handle, over, feedback, self._pool)
+
+    def cancel_all(self) -> None:
+        """Ask the server to cancel every goal it has, also those of other clients."""
+        self.client.cancel_all()
+
+    async def close(self) -> None:
+        """Stop following goals; they go on at the server. May be called again."""
+        await self._pool.run(self.client.close)
+
+
+class GoalHandle:
+    """One goal; made by `ActionClient.send_goal`. `await handle` waits for its result.
+
+    Attributes:
+        handle: The threaded one underneath.
+    """
+
+    def __init__(
+        self, handle: ThreadedHandle, over: asyncio.Event, feedback: Mailbox[Any], pool: Pool
+    ) -> None:
+        self.handle = handle
+        self._over = over
+        self._feedback = feedback
+        self._pool = pool
+
+    @property
+    def status(self) -> GoalStatus:
+        """What the server last said of it."""
+        return self.handle.status
+
+    @property
+    def state(self) -> CommState:
+        """Where the goal is, seen from here."""
+        return self.handle.state
+
+    @property
+    def text(self) -> str:
+        """The server's words that came with the status."""
+        return self.handle.text
+
+    @property
+    def done(self) -> bool:
+        """True when nothing will change any more."""
+        return self.handle.done
+
+    @property
+    def result(self) -> Any:
+        """The result message; None until it arrived."""
+        return self.handle.result
+
+    async def wait(self, timeout: float | None = 60.0) -> Any:
+        """Wait for the result, whatever the goal's end; look at `status`, too.
+
+        Raises:
+            RosTimeout: The goal is still under way; it goes on.
+            ConnectionLost: The server is not heard any more, or no longer knows the goal.
+        """
+        deadline = Deadline(timeout)
+        while not await self._ended(deadline):
+            if deadline.expired:
+                raise RosTimeout(
+                    self.handle._still(deadline),
+                    what=f"result of goal {self.handle.goal_id}",
+                    seconds=timeout,
+                )
+        # It is over, or cut off: the threaded handle knows which result or error that is.
+        return await self._pool.run(lambda: self.handle.wait(SETTLE))
+
+    def __await__(self) -> Any:
+        return self.wait(None).__await__()
+
+    async def feedback(self, timeout: float | None = 60.0) -> AsyncIterator[Any]:
+        """Feedback messages until the goal ends; the last 100 are kept for a slow reader.
+
+        Args:
+            timeout: Seconds for each of them; None waits for ever, though not for a silent server.
+
+        Raises:
+            RosTimeout: None came in time; the goal goes on.
+            ConnectionLost: The server is not heard any more.
+        """
+        deadline = Deadline(timeout)
+        while True:
+            left = deadline.remaining()
+            try:
+                message = await self._feedback.get(LOOK_AGAIN if left is None else min(left, LOOK_AGAIN))
+            except Closed:
+                return
+            except asyncio.TimeoutError:
+                if (error := self.handle.connection_error) is not None:
+                    raise error from None
+                if deadline.expired:
+                    raise RosTimeout(
+                        self.handle._still(deadline),
+                        what=f"feedback of goal {self.handle.goal_id}",
+                        seconds=timeout,
+                    ) from None
+                continue
+            yield message
+            deadline = Deadline(timeout)
+
+    async def _ended(self, deadline: Deadline) -> bool:
+        """Wait a little; True when the goal is over or cut off."""
+        left = deadline.remaining()
+        try:
+            await asyncio.wait_for(self._over.wait(), LOOK_AGAIN if left is None else min(left, LOOK_AGAIN))
+        except asyncio.TimeoutError:
+            return self.handle.connection_error is not None
+        return True
+
+    def cancel(self) -> bool:
+        """Ask the server to cancel this goal; then wait for its end, which may still be a success."""
+        return self.handle.cancel()
+
+
+class ActionServer:
+    """Provides an action.
+
+    Attributes:
+        server: The threaded one underneath: `name`, `type`, `goals`.
+    """
+
+    def __init__(self, server: ThreadedServer, pool: Pool) -> None:
+        self.server = server
+        self._pool = pool
+
+    async def close(self) -> None:
+        """Withdraw the action. May be called again."""
+        await self._pool.run(self.server.close)
