@@ -24,6 +24,7 @@ from rosproto.protocol.header import encode_header
 from rosproto.protocol.limits import Limits
 from rosproto.transport import Deadline
 from rosproto.transport.tcpros_io import read_header
+from tests.support.proxy import FaultProxy
 from tests.support.small_node import MemoryMaster, SmallNode
 
 SetBool = service_class("std_srvs/SetBool")
@@ -526,3 +527,42 @@ def test_closing_the_node_is_bounded_with_many_hanging_handlers():
         small._services.close()
         assert deadline.remaining() > 7
         gate.set()
+
+
+def test_many_services_and_clients_leave_nothing_behind(node):
+    def threads() -> int:
+        return sum(t.name.startswith("rosproto:") for t in threading.enumerate())
+
+    before = threads()
+    for persistent in (False, True) * 50:
+        with (
+            node.service_server("/set", SetBool, tell),
+            node.service_client("/set", SetBool, persistent=persistent) as client,
+        ):
+            assert client.call(data=True).success
+    deadline = Deadline(5)
+    while threads() > before and not deadline.expired:
+        threading.Event().wait(0.005)
+    assert threads() <= before
+    assert node._services.stats() == {"servers": {}, "clients": {}}
+    assert len(node._registrations) == 0
+
+
+def test_clients_through_a_broken_network_get_documented_errors(node):
+    node.service_server("/set", SetBool, tell)
+    with FaultProxy("127.0.0.1", node._tcpros.port) as proxy:
+        node.master.services["/set"] = f"rosrpc://127.0.0.1:{proxy.port}"
+        client = node.service_client("/set", SetBool, persistent=True)
+        assert client.call(data=True).success
+        proxy.reset()
+        deadline = Deadline(5)
+        while client._kept.usable and not deadline.expired:
+            threading.Event().wait(0.001)  # the reset is on its way
+        assert client.call(data=True, timeout=5.0).success  # found dead before a request was sent
+        proxy.byte_at_a_time = True
+        assert client.call(data=True, timeout=5.0).success
+        proxy.stall()
+        with pytest.raises(RosTimeout):
+            client.call(data=True, timeout=0.1)
+        with pytest.raises(RosTimeout):
+            node.service_client("/set", SetBool).call(data=True, timeout=0.1)
