@@ -7,7 +7,7 @@ import errno
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.transport.deadline import Deadline
 
-__all__ = ["closed_by_peer", "peer_is_gone", "translate"]
+__all__ = ["closed_by_peer", "connection_is_over", "translate"]
 
 _REFUSED = {errno.ECONNREFUSED, 10061}  # 100xx: Windows' own numbers
 _UNREACHABLE = {errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENETDOWN, 10051, 10065, 10050}
@@ -42,9 +42,9 @@ def _code(error: OSError) -> int | None:
     return getattr(error, "winerror", None) or error.errno
 
 
-def peer_is_gone(error: OSError) -> bool:
-    """Does this say no more than that the other side has closed or reset the connection?"""
-    return _code(error) in _RESET
+def connection_is_over(error: OSError) -> bool:
+    """Does this say no more than that either side has closed or reset the connection?"""
+    return _code(error) in _RESET | _CLOSED_HERE
 
 
 def _reason(error: OSError) -> str:

@@ -24,7 +24,7 @@ from rosproto.protocol.limits import Limits
 from rosproto.transport.address import format_address
 from rosproto.transport.clock import SYSTEM, Clock
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.os_errors import peer_is_gone
+from rosproto.transport.os_errors import connection_is_over
 from rosproto.transport.tcp import interrupt, listen, tune
 
 __all__ = ["Allow", "OnConnection", "ServerStats", "TcpServer"]
@@ -197,7 +197,7 @@ class TcpServer:
         except (BlockingIOError, InterruptedError):
             return
         except OSError as error:
-            if peer_is_gone(error):
+            if connection_is_over(error):
                 return  # before we came
             if not self._accept_failing:
                 log.warning("! %s: accept failed: %s; trying again", self._name, error)
@@ -278,7 +278,9 @@ class TcpServer:
             self._on_connection(sock, peer)
         except RosError as error:
             log.debug("! %s: %s: %s", self._name, format_address(*peer), error)
-        except Exception:
+        except Exception as error:
+            if isinstance(error, OSError) and connection_is_over(error):
+                return  # a handler that reads the socket itself met its end
             log.exception("! %s: handler for %s failed", self._name, format_address(*peer))
         finally:
             if not self._forget(sock):

@@ -13,11 +13,12 @@ from __future__ import annotations
 import selectors
 import socket
 import struct
+import sys
 import threading
 import time
 from contextlib import suppress
 
-_LINGER_RESET = struct.pack("ii", 1, 0)
+_LINGER_RESET = struct.pack("hh" if sys.platform == "win32" else "ii", 1, 0)
 
 
 class FaultProxy:

@@ -104,6 +104,20 @@ def test_a_failing_handler_costs_its_own_connection(
     assert "test: handler for 127.0.0.1" in caplog.text
 
 
+@pytest.mark.parametrize(
+    "error", [ConnectionResetError(errno.ECONNRESET, "reset"), OSError(errno.EBADF, "closed")]
+)
+def test_the_end_of_a_connection_is_no_failure_of_its_handler(
+    clients: list[socket.socket], caplog: pytest.LogCaptureFixture, error: OSError
+) -> None:
+    def handler(_sock: socket.socket, _peer: tuple[str, int]) -> None:
+        raise error
+
+    with TcpServer("127.0.0.1", 0, handler) as server, caplog.at_level(logging.INFO):
+        assert is_closed(connect(server, clients))
+    assert not caplog.records
+
+
 def test_a_peer_that_is_not_allowed_is_closed_at_once(clients: list[socket.socket]) -> None:
     holder = Holder()
     for allow in ([], {"10.0.0.7"}, lambda host: host != "127.0.0.1"):
