@@ -18,7 +18,7 @@ from rosproto.protocol.handshake import HandshakeRefused
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.tcp import connect, tune
+from rosproto.transport.tcp import connect
 from rosproto.transport.tcpros_io import read_header, write_header
 
 __all__ = ["ServiceLink"]
@@ -75,7 +75,6 @@ class ServiceLink:
         peer = format_address(*address)
         sock = connect(address[0], address[1], deadline)
         try:
-            tune(sock)
             write_header(sock, fields, deadline)
             header = read_header(sock, limits, deadline)
             if "error" in header:
