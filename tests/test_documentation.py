@@ -29,6 +29,7 @@ def snippets() -> list[tuple[str, str]]:
 SNIPPETS = snippets()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("place", "code"), SNIPPETS, ids=[place for place, _ in SNIPPETS])
 def test_a_snippet_runs(place: str, code: str, tmp_path: Path) -> None:
     """A reader who pastes it into a file gets what the page promises: no error."""

@@ -1,0 +1,29 @@
+"""SECURITY.md names every limit with its default, so that nobody has to read the source for it."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from pathlib import Path
+
+from rosproto.msg import DefinitionLimits
+from rosproto.protocol.limits import Limits
+
+PAGE = (Path(__file__).resolve().parent.parent / "SECURITY.md").read_text("utf-8")
+
+
+def rows(title: str) -> dict[str, str]:
+    """Name -> default of one table."""
+    table = PAGE.partition(f"| `{title}` field |")[2].partition("\n\n")[0]
+    return dict(re.findall(r"^\| `(\w+)` \| ([\d.]+) \|", table, re.MULTILINE))
+
+
+def test_limits() -> None:
+    """The table is the dataclass."""
+    assert rows("Limits") == {field.name: str(field.default) for field in dataclasses.fields(Limits)}
+
+
+def test_definition_limits() -> None:
+    """The table is the tuple."""
+    expected = {name: str(value) for name, value in DefinitionLimits._field_defaults.items()}
+    assert rows("DefinitionLimits") == expected
