@@ -199,7 +199,7 @@ class _EncodeWriter:
             self.src.line(f"{n} = len({text})")
         self.codes.append("I")
         self.values.append(n)
-        if self.layout.objects == 2:
+        if self.layout.objects == 2 and not self.loops:
             self.flush()  # std_msgs/String: two parts, so that a long text is copied once
             self.put(text)
             return
