@@ -121,11 +121,11 @@ class LinkMonitor:
     def _run(self) -> None:
         idle = 0
         while not self._closing:
+            while self._requests:
+                self._requests.popleft()()
             ready = self._selector.select(TICK if self._ticking else LONGEST_SLEEP)
             for key, events in ready:
                 self._serve(key.data, events)
-            while self._requests:
-                self._requests.popleft()()
             idle = 0 if self._flush_due() else idle + 1
             if self._ticking and idle > IDLE_TICKS:
                 self._ticking = False

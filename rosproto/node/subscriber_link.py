@@ -118,8 +118,7 @@ class SubscriberLink:
     def send_soon(self, frame: bytes, now: float) -> bool:
         """Add a small frame to the batch, and send the batch when it is due; never waits.
 
-        No lock is taken for the batch alone: `append` is atomic, and whoever sends takes frames from the
-            front.
+        No lock is taken for the batch: `append` is atomic, and whoever sends takes frames from the front.
 
         Args:
             frame: A whole frame with its length.

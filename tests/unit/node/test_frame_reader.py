@@ -1,0 +1,126 @@
+"""Messages cut out of a stream, however it arrives."""
+
+from __future__ import annotations
+
+import socket
+import struct
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from rosproto.errors import ConnectionLost, TooLarge
+from rosproto.node.frame_reader import BATCH, BUFFER, LARGE, FrameReader
+
+
+class Pieces:
+    """A socket that delivers a stream in given pieces."""
+
+    def __init__(self, pieces: Iterator[bytes] | list[bytes]) -> None:
+        self._pieces = iter(pieces)
+        self._rest = b""
+
+    def recv_into(self, view: memoryview, size: int = 0, flags: int = 0) -> int:
+        data = self._rest or next(self._pieces, b"")
+        count = min(len(view), len(data))
+        view[:count] = data[:count]
+        self._rest = data[count:]
+        return count
+
+
+def frames(*bodies: bytes) -> bytes:
+    return b"".join(struct.pack("<I", len(body)) + body for body in bodies)
+
+
+def as_bytes(buffer: Any, start: int, end: int) -> bytes:
+    return bytes(buffer[start:end])
+
+
+def read_all(
+    sock: Any, *, owns: bool = False, newest: int | None = None, limit: int = 1 << 30
+) -> list[bytes]:
+    reader = FrameReader(sock, limit, peer="test")
+    out: list[bytes] = []
+    while True:
+        try:
+            out += reader.receive(as_bytes, owns=owns, newest=newest)
+        except ConnectionLost:
+            return out
+
+
+BODIES = [b"", b"a", b"bc" * 10, b"", bytes(5000), b"end"]
+
+
+@pytest.mark.parametrize("owns", [False, True])
+@pytest.mark.parametrize("step", [1, 2, 3, 5, 7, 1000, 1 << 20])
+def test_any_split_gives_the_same_messages(owns: bool, step: int) -> None:
+    """Whole, byte by byte, cut anywhere; empty messages are messages."""
+    stream = frames(*BODIES)
+    pieces = [stream[i : i + step] for i in range(0, len(stream), step)]
+    assert read_all(Pieces(pieces), owns=owns) == BODIES
+
+
+def test_large_messages_get_their_own_memory() -> None:
+    """Around the bound, and larger than the buffer, between small ones."""
+    bodies = [b"s", bytes(LARGE), b"t", bytes([1]) * (LARGE + 1), b"u", bytes([2]) * (3 * BUFFER), b"v"]
+    stream = frames(*bodies)
+    for step in (4096, 100_000, len(stream)):
+        pieces = [stream[i : i + step] for i in range(0, len(stream), step)]
+        assert read_all(Pieces(pieces)) == bodies
+
+
+def test_many_small_messages_come_in_portions() -> None:
+    """A full buffer is handed on in portions, all of it."""
+    bodies = [struct.pack("<I", n) for n in range(1000)]
+    reader = FrameReader(Pieces([frames(*bodies)]), 100, peer="test")  # type: ignore[arg-type]
+    out: list[bytes] = []
+    while len(out) < 1000:
+        batch = reader.receive(as_bytes, owns=False)
+        assert len(batch) <= BATCH
+        out += batch
+    assert out == bodies
+    assert reader.messages == 1000
+    assert reader.bytes == 8000
+
+
+def test_only_the_newest_are_decoded() -> None:
+    """With a queue of two, eight of ten messages are passed over and counted."""
+    bodies = [bytes([n]) for n in range(10)]
+    reader = FrameReader(Pieces([frames(*bodies)]), 100, peer="test")  # type: ignore[arg-type]
+    assert reader.receive(as_bytes, owns=False, newest=2) == bodies[-2:]
+    assert reader.skipped == 8
+    assert reader.messages == 10
+
+
+def test_a_length_above_the_limit_is_refused_before_memory_is_taken() -> None:
+    """4 GiB announced: an error at once."""
+    reader = FrameReader(Pieces([b"\xff\xff\xff\xff"]), 1000, peer="test")  # type: ignore[arg-type]
+    with pytest.raises(TooLarge) as caught:
+        reader.receive(as_bytes, owns=False)
+    assert caught.value.what == "message_bytes"
+
+
+def test_memory_follows_what_arrives() -> None:
+    """900 MB announced and 1 MB sent: the end of the stream comes before the memory is taken."""
+    import tracemalloc
+
+    tracemalloc.start()
+    try:
+        reader = FrameReader(Pieces([struct.pack("<I", 900_000_000), bytes(1 << 20)]), 1 << 30, peer="p")  # type: ignore[arg-type]
+        with pytest.raises(ConnectionLost, match="inside a message"):
+            reader.receive(as_bytes, owns=False)
+        assert tracemalloc.get_traced_memory()[1] < 40 << 20
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_real_socket_with_a_message_larger_than_its_buffers() -> None:
+    """30 MB through a socket pair, growing in steps."""
+    left, right = socket.socketpair()
+    body = bytes(range(256)) * 120_000
+    sender = threading.Thread(target=lambda: (left.sendall(frames(body, b"after")), left.close()))
+    sender.start()
+    with right:
+        assert read_all(right) == [body, b"after"]
+    sender.join(5)

@@ -1,0 +1,124 @@
+"""Time of a node: real, simulated, jumping back."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from rosproto.master import Master
+from rosproto.node import MasterClient, Node
+from rosproto.time import Time
+
+
+def eventually(condition: Callable[[], object]) -> None:
+    end = time.monotonic() + 5
+    while not condition():
+        assert time.monotonic() < end, "it did not happen"
+        time.sleep(0.002)
+
+
+class Clock:
+    """A publisher of /clock."""
+
+    def __init__(self, node: Node) -> None:
+        self._publisher = node.publisher("/clock", "rosgraph_msgs/Clock", latch=True)
+        self._class: Any = self._publisher.message_class
+
+    def tell(self, seconds: float) -> None:
+        self._publisher.publish(self._class(clock=Time.from_sec(seconds)))
+
+
+@pytest.fixture
+def simulated() -> Iterator[tuple[Node, Clock]]:
+    with Master() as master:
+        with MasterClient(master.uri, "/test") as client:
+            client.set_param("/use_sim_time", True)
+        with (
+            Node("/time", master_uri=master.uri, rosout=False) as source,
+            Node("/n", master_uri=master.uri, rosout=False) as node,
+        ):
+            yield node, Clock(source)
+
+
+def test_real_time_and_rate() -> None:
+    """now() is the computer's; a rate keeps its pace; sleep ends early when the node closes."""
+    with Master() as master, Node("/n", master_uri=master.uri, rosout=False) as node:
+        assert not node.clock.simulated
+        assert abs(node.clock.now().to_sec() - time.time()) < 1
+        rate, began = node.clock.rate(100), time.monotonic()
+        for _ in range(5):
+            assert rate.sleep()
+        assert 0.03 < time.monotonic() - began < 2
+        woken: list[bool] = []
+        sleeper = threading.Thread(target=lambda: woken.append(node.clock.sleep(30)))
+        sleeper.start()
+        node.close()
+        sleeper.join(5)
+        assert woken == [False]
+
+
+def test_simulated_time_is_zero_first_and_follows_clock(simulated: tuple[Node, Clock]) -> None:
+    """The node subscribes /clock exactly when /use_sim_time is true."""
+    node, clock = simulated
+    assert node.clock.simulated
+    assert node.clock.now() == Time(0)
+    clock.tell(12.5)
+    assert node.clock.wait_for_time(5)
+    assert node.clock.now() == Time(12, 500_000_000)
+
+
+def test_sleepers_wake_in_simulated_time_and_on_a_jump_back(simulated: tuple[Node, Clock]) -> None:
+    """Ten simulated seconds pass as fast as /clock says; a jump back wakes with False."""
+    node, clock = simulated
+    clock.tell(100)
+    assert node.clock.wait_for_time(5)
+    results: list[bool] = []
+
+    def sleep() -> None:
+        results.append(node.clock.sleep(10))
+
+    first = threading.Thread(target=sleep)
+    first.start()
+    clock.tell(105)
+    eventually(lambda: node.clock.now().secs == 105)
+    assert results == []
+    clock.tell(110.5)
+    first.join(5)
+    assert results == [True]
+    jumps: list[int] = []
+    node.clock.on_jump(lambda: jumps.append(1))
+    second = threading.Thread(target=sleep)
+    second.start()
+    time.sleep(0.02)
+    clock.tell(3)
+    second.join(5)
+    assert results == [True, False]
+    assert jumps == [1]
+
+
+def test_timers(simulated: tuple[Node, Clock]) -> None:
+    """One call per simulated period, a one-shot once; an exception does not end a timer."""
+    node, clock = simulated
+    clock.tell(10)
+    assert node.clock.wait_for_time(5)
+    calls: list[int] = []
+    once: list[int] = []
+
+    def callback(event: Any) -> None:
+        calls.append(event.current_expected.secs)
+        raise ValueError("logged")
+
+    timer = node.clock.timer(1.0, callback)
+    node.clock.timer(1.0, lambda event: once.append(event.current_real.secs), oneshot=True)
+    for second in (11, 12, 13):
+        clock.tell(second)
+        eventually(lambda second=second: calls[-1:] == [second])
+    timer.close()
+    clock.tell(20)
+    eventually(lambda: node.clock.now().secs == 20)
+    assert calls == [11, 12, 13]
+    assert once == [11]
