@@ -43,6 +43,8 @@ __all__ = ["Cancellation", "ServiceClient"]
 
 logger = logging.getLogger("rosproto.node")
 
+LONGEST_GUESS = 3.0  # seconds for a handshake at a remembered address
+
 
 class _Refused(ServiceError):
     """The provider refused the connection, so no request was sent; a ServiceError to the caller."""
@@ -247,9 +249,12 @@ class ServiceClient:
         remembered = self._address
         if remembered is None:
             return self._open_link(self._look_up(deadline), deadline)
+        remaining = deadline.remaining()
+        # A computer that has gone answers nothing at all: that must leave time for the other address.
+        half = deadline.at_most(LONGEST_GUESS if remaining is None else min(LONGEST_GUESS, remaining / 2))
         try:
-            return self._open_link(remembered, deadline)
-        except (ConnectionLost, _Refused, Md5sumMismatch) as error:
+            return self._open_link(remembered, half)
+        except (ConnectionLost, RosTimeout, _Refused, Md5sumMismatch) as error:
             if self._stop.is_set():
                 raise
             logger.debug("= service %s: %s, looking it up again", self.name, error)

@@ -203,6 +203,16 @@ def test_another_node_on_the_remembered_port_is_noticed():
         assert client.call(data=True).message == "second"
 
 
+def test_a_remembered_address_that_has_fallen_silent_leaves_time_for_the_new_one(node):
+    node.service_server("/set", SetBool, tell)
+    client = node.service_client("/set", SetBool)
+    client.call(data=True)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        client._address = silent.getsockname()
+        assert client.call(data=True, timeout=0.5).success
+        assert client.stats()["lookups"] == 2
+
+
 def test_a_persistent_link_that_died_idle_is_made_anew():
     master = MemoryMaster()
     with SmallNode("/client", master) as caller:
