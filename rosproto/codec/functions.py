@@ -75,17 +75,17 @@ def encode_parts(msg: Message) -> list[bytes | memoryview]:
     gathered: list[bytes | memoryview] = []
     small: list[Any] = []
     for part in msg._binding.function("parts")(msg):
-        if type(part) is bytes and len(part) < LARGE_PART:
-            small.append(part)
-            continue
-        view = memoryview(part)
-        if view.nbytes < LARGE_PART:
+        if not isinstance(part, (bytes, bytearray)):
+            # An array; a strided one is copied. Through uint8, as memoryview.cast refuses unaligned ones.
+            contiguous = part if part.flags.c_contiguous else part.copy()
+            part = memoryview(contiguous.reshape(-1).view("u1"))
+        if len(part) < LARGE_PART:
             small.append(part)
             continue
         if small:
             gathered.append(b"".join(small))
             small = []
-        gathered.append(part if type(part) is bytes else view.cast("B"))
+        gathered.append(memoryview(part) if type(part) is bytearray else part)
     if small or not gathered:
         gathered.append(b"".join(small))
     return gathered

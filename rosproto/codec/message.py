@@ -83,8 +83,10 @@ class MessageMeta(type):
 class Message(metaclass=MessageMeta):
     """Base of all messages. Classes come from `message_class`, `define` and msgdefs, not from here.
 
-    Construct with all fields by position, or any by keyword; the others get defaults. Fields are plain
-    attributes. A field named like a Python keyword is reached with getattr and setattr.
+    Construct with all fields by position, or any by keyword; the others get defaults: zeros, empty strings,
+    default messages, lists for arrays of messages, strings and times, writable numpy arrays for arrays of
+    numbers. A list may be assigned where an array is meant, bytes to uint8[] and char[]. Fields are plain
+    attributes. One named like a Python keyword (`in`) is reached with getattr and setattr, or as `in_`.
 
     Comparing treats lists, tuples and arrays with equal elements as equal; NaN differs from itself, as in
     Python. Messages are mutable and not hashable.

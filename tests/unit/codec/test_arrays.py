@@ -151,6 +151,21 @@ def test_large_arrays_are_handed_out_uncopied() -> None:
     assert b"".join(parts) == encode(image)
 
 
+@pytest.mark.parametrize("padding", range(9))
+def test_parts_of_received_and_strided_arrays(padding: int) -> None:
+    """A relay hands on arrays that lie unaligned in what it received; a crop is not contiguous."""
+    cls = define("a/Relay", "string s\nfloat32[] f\nbool[] b\nfloat64[] d\nuint8[] u")
+    ramp = np.arange(5000)
+    message = cls(s="x" * padding, f=ramp.astype("f4"), b=ramp % 2 == 0, d=ramp * 0.5, u=bytearray(5000))
+    received = decode(cls, encode(message))
+    assert b"".join(encode_parts(received)) == encode(message) == b"".join(encode_parts(message))
+    assert len(encode_parts(received)) >= 5
+    message.f, message.d = ramp.repeat(2).astype("f4")[::2], np.asfortranarray((ramp * 0.5).reshape(50, 100))
+    assert b"".join(encode_parts(message)) == encode(received) == encode(message)
+    message.u = memoryview(bytes(10000))[::2]
+    assert b"".join(encode_parts(message)) == encode(received) == encode(message)
+
+
 def test_the_rospy_flavour_has_genpys_values() -> None:
     """Tuples, bytes for octets, lists by default."""
     cls = message_class("a/Numbers", NUMBERS._binding.library, flavour="rospy")  # type: ignore[union-attr]
