@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from struct import Struct
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -396,8 +397,6 @@ def _rows_at(blob: bytes, base: int, end: int, offsets: NDArray[np.integer]) -> 
 
 def _layout(head: bytes) -> tuple[np.dtype[np.void], NDArray[np.bool_]] | None:
     """Where a message header of 38 bytes has its values, and which of its bytes never change."""
-    import numpy as np
-
     try:
         fields = decode_fields(head, 4, 4 + _MESSAGE_HEADER)
     except BagError:
@@ -406,12 +405,20 @@ def _layout(head: bytes) -> tuple[np.dtype[np.void], NDArray[np.bool_]] | None:
         return None
     if len(fields["conn"]) != 4 or len(fields["time"]) != 8 or _U32.unpack_from(head)[0] != _MESSAGE_HEADER:
         return None
+    return _layout_of(tuple(fields))
+
+
+@lru_cache(maxsize=8)
+def _layout_of(names: tuple[str, ...]) -> tuple[np.dtype[np.void], NDArray[np.bool_]]:
+    """The same for an order of the three fields."""
+    import numpy as np
+
     at = 4
     places = {}
-    for name, value in fields.items():
+    for name in names:
         at += 4 + len(name) + 1
         places[name] = at
-        at += len(value)
+        at += {"conn": 4, "op": 1, "time": 8}[name]
     conn, time, size = places["conn"], places["time"], MESSAGE_HEAD - 4
     constant = np.ones(MESSAGE_HEAD, np.bool_)
     constant[conn : conn + 4] = constant[time : time + 8] = constant[size:] = False
