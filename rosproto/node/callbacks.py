@@ -19,7 +19,7 @@ from typing import Any
 
 from rosproto.node.inbox import Inbox
 
-__all__ = ["CallbackRunner"]
+__all__ = ["CallbackRunner", "InlineCaller"]
 
 _log = logging.getLogger("rosproto.node")
 
@@ -44,6 +44,11 @@ class CallbackRunner:
     def has_thread(self) -> bool:
         """True while the callback is found slow."""
         return self._thread is not None
+
+    @property
+    def takes_all(self) -> bool:
+        """True while it sees every message, however many one read brings."""
+        return self._thread is None
 
     def offer(self, batch: Sequence[Any], stamp: float) -> None:
         """Have the callback called with each message, now or soon; called by link threads."""
@@ -125,3 +130,38 @@ class CallbackRunner:
                 began = perf_counter()
                 self._call(item[0])
                 quick = quick + 1 if perf_counter() - began < SLOW_CALL else 0
+
+
+class InlineCaller:
+    """Calls the callback in the thread that received the message, however long it takes.
+
+    Nobody reads that connection meanwhile, so a slow callback makes its publisher's queue fill, and of what
+    one read brings, only the last `queue_size` messages are called with. That is rospy's way, and programs
+    written for rospy rely on it: messages of one publisher come one after the other in one thread; those of
+    two publishers may come at the same time.
+    """
+
+    takes_all = False
+
+    def __init__(self, callback: Callable[[Any], object], inbox: Inbox, topic: str) -> None:
+        self._callback = callback
+        self._inbox = inbox
+        self._topic = topic
+
+    def offer(self, batch: Sequence[Any], stamp: float) -> None:
+        """Call with each of the last messages; called by link threads."""
+        inbox = self._inbox
+        with inbox.condition:
+            open_ = not inbox.closed
+            if open_:
+                inbox.count(batch)
+                inbox.dropped += max(0, len(batch) - inbox.size)
+        for message in batch[-inbox.size :] if open_ else ():
+            if inbox.closed:
+                return
+            try:
+                self._callback(message)
+            except Exception:
+                _log.exception(
+                    "! %s: the callback %r raised; the subscriber goes on", self._topic, self._callback
+                )

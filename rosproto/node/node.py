@@ -264,6 +264,7 @@ class Node:
         raw: bool = False,
         tcp_nodelay: bool = False,
         on_error: Callable[[Exception], object] | None = None,
+        inline: bool = False,
     ) -> Subscriber:
         """Subscribe a topic; registered at the master when this returns.
 
@@ -278,6 +279,9 @@ class Node:
                 that use Nagle's algorithm (rospy, roscpp), and costs them more than half their rate in bursts
                 (performance.md section 5), therefore off. Our own publishers send at once in any case.
             on_error: Called with each error of a link (lost, refused), in a thread of the library.
+            inline: Call `callback` in the thread that received the message even when it is slow; the
+                connection is not read meanwhile (what rospy does). Callbacks for two publishers may then
+                run at the same time.
 
         Raises:
             LocalProtocolError: Another type than before, or the node is closed.
@@ -292,6 +296,7 @@ class Node:
             raw=raw,
             tcp_nodelay=tcp_nodelay,
             on_error=on_error,
+            inline=inline,
         )
 
     def wait_for_message(self, topic: str, type: TypeGiven = None, *, timeout: float | None = 10.0) -> Any:

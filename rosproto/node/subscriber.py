@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
-from rosproto.node.callbacks import CallbackRunner
+from rosproto.node.callbacks import CallbackRunner, InlineCaller
 from rosproto.node.inbox import Inbox
 
 if TYPE_CHECKING:
@@ -50,6 +50,7 @@ class Subscriber:
         queue_size: int,
         raw: bool,
         on_error: Callable[[Exception], object] | None,
+        inline: bool = False,
     ) -> None:
         self._node = node
         self._subscription = subscription
@@ -57,7 +58,10 @@ class Subscriber:
         self.raw = raw
         self.queue_size = queue_size
         self._inbox = Inbox(queue_size)
-        self._runner = CallbackRunner(callback, self._inbox, subscription.name) if callback else None
+        self._runner: CallbackRunner | InlineCaller | None = None
+        if callback:
+            kind = InlineCaller if inline else CallbackRunner
+            self._runner = kind(callback, self._inbox, subscription.name)
         self._on_error = on_error
         self._offer: Callable[[Sequence[Any], float], None] = (
             self._runner.offer if self._runner is not None else self._inbox.put
@@ -167,7 +171,7 @@ class Subscriber:
     @property
     def keeps(self) -> int | None:
         """How many messages of one read are of use; None when all are (a quick callback gets every one)."""
-        return None if self._runner is not None and not self._runner.has_thread else self.queue_size
+        return None if self._runner is not None and self._runner.takes_all else self.queue_size
 
     def wait_for_connection(self, timeout: float | None = 5.0, count: int = 1) -> None:
         """Wait until a publisher is connected.

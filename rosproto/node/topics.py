@@ -100,6 +100,7 @@ class TopicTable:
         raw: bool,
         tcp_nodelay: bool,
         on_error: Callable[[Exception], object] | None,
+        inline: bool = False,
     ) -> Subscriber:
         """See `Node.subscriber`."""
         with self._opening:
@@ -117,6 +118,7 @@ class TopicTable:
                 queue_size=queue_size,
                 raw=raw,
                 on_error=on_error,
+                inline=inline,
             )
             subscription.add_handle(subscriber)
             self._subscriptions[name] = subscription
