@@ -208,7 +208,9 @@ class StepHandle(ActionHandle):
         self._paused = True
         pause = self._core.action(self._name).send_goal(step_goal(StepControlMode.PAUSE, (), self._avoid))
         try:
-            pause.wait(5.0)
+            confirmed = pause.wait(5.0).result == 1
+            if not confirmed:
+                raise MotionRefused("it reports that nothing was paused")
         except RosError as error:
             self._paused = False
             raise MotionRefused(f"{self.goal}: the chassis did not confirm the pause: {error}") from error

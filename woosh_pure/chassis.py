@@ -63,8 +63,7 @@ class Chassis(Peripherals):
         leave_running: bool = False,
     ) -> None:
         self.master_uri = master_uri_of(address)
-        self.leave_running = leave_running
-        self._core = Core(self.master_uri, name=name, host=host, timeout=timeout)
+        self._core = Core(self.master_uri, name=name, host=host, timeout=timeout, leave_running=leave_running)
 
     def __enter__(self) -> Chassis:
         self._core.node  # noqa: B018  (an unreachable master is told here, not at the first verb)
@@ -81,7 +80,8 @@ class Chassis(Peripherals):
         """
         for drive in self._core.drives:
             drive.halt("the chassis was closed")
-        if not self.leave_running:
+            drive.finish()
+        if not self._core.leave_running:
             cancel_goals(self._core, StopReport(), 3.0)
         self._core.close()
 

@@ -5,6 +5,7 @@ Everything is made on first use and closed by `close`. Safe from any thread.
 
 from __future__ import annotations
 
+import atexit
 import logging
 import threading
 import time
@@ -44,10 +45,14 @@ class Core:
         master_uri: Where its master is.
         node: Our node, made on first use.
         moved: Whether a motion was ever started.
+        leave_running: Whether goals go on when this ends.
     """
 
-    def __init__(self, master_uri: str, *, name: str, host: str | None, timeout: float) -> None:
+    def __init__(
+        self, master_uri: str, *, name: str, host: str | None, timeout: float, leave_running: bool = False
+    ) -> None:
         self.master_uri = master_uri
+        self.leave_running = leave_running
         self.timeout = timeout
         self._name, self._host = name, host
         self._lock = threading.RLock()
@@ -316,13 +321,36 @@ class Core:
         except Exception as error:  # a closed node, an interpreter that is shutting down
             logger.debug("! %s: zero not sent: %s", topic, error)
 
+    def flush(self, topic: str) -> None:
+        """Give what was sent on a velocity topic to the operating system; never raises, as `zero`."""
+        publisher = self._publishers.get(topic)
+        try:
+            if publisher is not None and not publisher.closed:
+                publisher.flush(0.5)
+        except RosError as error:
+            logger.debug("! %s: not flushed: %s", topic, error)
+
     # -- what is running -------------------------------------------------------------------------------------
 
     def remember(self, goal: GoalHandle[Any]) -> None:
-        """Add a goal to what `stop` and `close` cancel."""
+        """Add a goal to what `stop` and `close` cancel, and an orderly exit of the program too."""
         with self._lock:
+            if not self.moved:
+                atexit.register(self._at_exit)
             self.moved = True
             self._goals.append(goal)
+
+    def _at_exit(self) -> None:
+        # A program that did not use `with`. No thread can be started any more here (CPython 3.12), so: one
+        # by one.
+        for drive in self.drives:
+            drive.halt("the program ends")
+            drive.finish()
+        for goal in [] if self.leave_running else self.goals:
+            try:
+                goal._request_cancel(2.0)
+            except Exception as error:  # nothing can be done about it any more
+                logger.debug("! %s: not cancelled at exit: %s", goal.goal, error)
 
     def forget(self, goal: GoalHandle[Any]) -> None:
         """Take off an ended goal."""
@@ -339,8 +367,10 @@ class Core:
         with self._lock:
             if self._drives:
                 raise MotionRefused("another velocity block is open on this Chassis; leave it first")
-            self.moved = True
             self._drives.append(drive)
+            if not self.moved:
+                atexit.register(self._at_exit)
+            self.moved = True
 
     def forget_drive(self, drive: Drive) -> None:
         """Take off an ended drive."""
@@ -373,6 +403,7 @@ class Core:
                 return
             self._closed = True
             feeds, node = list(self._feeds.values()), self._node
+        atexit.unregister(self._at_exit)
         for feed in feeds:
             feed.close()
         if node is not None:

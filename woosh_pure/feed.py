@@ -157,6 +157,11 @@ class Feed(Generic[T]):
         return 0 if self._subscriber is None else self._subscriber.connections
 
     @property
+    def errors(self) -> list[Exception]:
+        """What went wrong on its links, the last few: refused by a publisher, lost ..."""
+        return [] if self._subscriber is None else self._subscriber.errors
+
+    @property
     def history(self) -> tuple[Reading[T], ...]:
         """The last readings, oldest first."""
         self.open()

@@ -61,7 +61,7 @@ class MarkFile:
         try:
             return self._marks[name]
         except KeyError:
-            near = ", ".join(get_close_matches(name, self._marks, 3)) or "none is near"
+            near = ", ".join(get_close_matches(name, self._marks, 3, 0.4)) or "none is near"
             raise KeyError(f"mark {name!r} is not in {self.path}; near names: {near}") from None
 
     @property

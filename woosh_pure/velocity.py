@@ -209,6 +209,11 @@ class Drive:
         """End the drive from outside; zero follows at once and nothing resumes."""
         self._end(MotionRefused(f"the drive is over: {why}; open a new one with chassis.velocity(...)"))
 
+    def finish(self, timeout: float = 1.0) -> None:
+        """Wait, with a bound, until the zeros of a drive that is over have been sent."""
+        if self._thread.is_alive() and self._thread is not threading.current_thread():
+            self._thread.join(timeout)
+
     def _raise_if_over(self) -> None:
         if self._error is not None:
             raise self._error
@@ -257,6 +262,7 @@ class Drive:
         for _ in range(_ZEROS):
             self._core.zero(self.topic)
             time.sleep(0.02)
+        self._core.flush(self.topic)
 
     def _at_exit(self) -> None:
         # Orderly exit with the block still open in some thread: zero goes out before the interpreter ends.

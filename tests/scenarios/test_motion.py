@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import math
+import os
+import subprocess
+import sys
 import threading
 import time
+from pathlib import Path
 
 import pytest
 
@@ -277,3 +281,37 @@ def test_the_shaper_ramps_up_and_stops_at_once():
     shaper.next(2.0)
     shaper.command(Velocity(0.0), now=2.1, valid_for=1.0)
     assert shaper.next(2.1).vx == 0.0
+
+
+PROGRAM = """
+import sys
+from woosh_pure import Chassis
+chassis = Chassis(sys.argv[1])
+if sys.argv[2] == "goal":
+    chassis.go_to_mark("B1")
+    chassis.measured_velocity.wait_for(lambda v: v.vx > 0.1, 10)
+else:
+    drive = chassis.velocity(bypasses_protection=True)
+    drive.__enter__().set(0.2, valid_for=5.0)
+    chassis.measured_velocity.wait_for(lambda v: v.vx > 0.1, 10)
+print("the program ends")
+"""
+
+
+@pytest.mark.parametrize("what", ["goal", "velocity"])
+def test_an_orderly_exit_without_with_stops_the_robot_too(sim, until, what):
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])}
+    command = [sys.executable, "-c", PROGRAM, sim.master_uri, what]
+    result = subprocess.run(command, capture_output=True, text=True, timeout=60, env=environment)
+    assert result.stdout == "the program ends\n", result.stderr
+    until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 3.0)
+    assert not sim.world.tasks.busy
+
+
+def test_closing_the_chassis_from_another_thread_ends_the_drive_with_zero(sim, until):
+    chassis = Chassis(sim.master_uri)
+    with pytest.raises(MotionRefused, match="closed"), chassis.velocity(bypasses_protection=True) as drive:  # noqa: PT012
+        drive.set(0.2, valid_for=5.0)
+        until(lambda: sim.world.body.velocity.vx > 0.1)
+        chassis.close()
+    until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 3.0)

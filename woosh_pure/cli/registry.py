@@ -13,7 +13,7 @@ from .output import Output
 
 __all__ = ["COMMANDS", "Command", "load"]
 
-COMMANDS = ("demo", "status", "goto", "move", "rotate", "stop", "sim")
+COMMANDS = ("demo", "status", "goto", "move", "rotate", "stop", "sim", "doctor")
 
 
 class Command(Protocol):

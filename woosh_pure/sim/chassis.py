@@ -16,6 +16,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from collections import deque
 from typing import TYPE_CHECKING, Any
 
 import rosproto
@@ -94,6 +95,8 @@ class SimulatedChassis:
         self._stop = threading.Event()
         self._epoch = time.time()
         self._silent_until = 0.0
+        self._delay = 0.0
+        self._late: deque[tuple[float, rosproto.Publisher, Any]] = deque()
         self._due = dict.fromkeys(FILLERS, 0.0)
         self._status: StatusRecord | None = None
         self._plan: list[Pose2D] = []
@@ -113,6 +116,7 @@ class SimulatedChassis:
         except BaseException:
             self.close()
             raise
+        self._epoch = time.time()
         self._thread = threading.Thread(target=self._run, name="woosh:simulation", daemon=True)
         self._thread.start()
         return self
@@ -199,6 +203,7 @@ class SimulatedChassis:
 
     def _publish(self) -> None:
         now = time.monotonic()
+        self._post_late()
         if now < self._silent_until:
             with self.lock:
                 self.world.take_reports()
@@ -222,7 +227,19 @@ class SimulatedChassis:
             return
         message = publisher.message_class()
         filler(self.world, message, self.now)
-        publisher.publish(message)
+        self._post(publisher, message)
+
+    def _post(self, publisher: rosproto.Publisher, message: Any) -> None:
+        """Publish, after the delay of a slow network."""
+        if self._delay or self._late:
+            self._late.append((time.monotonic() + self._delay, publisher, message))
+        else:
+            publisher.publish(message)
+
+    def _post_late(self) -> None:
+        while self._late and self._late[0][0] <= time.monotonic():
+            _, publisher, message = self._late.popleft()
+            publisher.publish(message)
 
     def _publish_events(self) -> None:
         for code in self.world.take_reports():
@@ -317,6 +334,12 @@ class SimulatedChassis:
     def fall_silent(self, seconds: float) -> None:
         """Publish nothing for a while, as when the cable is pulled; connections stay."""
         self._silent_until = time.monotonic() + seconds
+
+    def slow_network(self, delay: float) -> None:
+        """Steady topics and /robot_status arrive `delay` s late from now on; 0 ends it. Commands are not
+        delayed.
+        """
+        self._delay = max(0.0, delay)
 
     def crash_node(self, name: str) -> None:
         """End one of its nodes."""

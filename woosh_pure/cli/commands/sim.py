@@ -4,10 +4,33 @@ from __future__ import annotations
 
 import time
 from argparse import ArgumentParser, Namespace
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..output import Output
 
+if TYPE_CHECKING:
+    from woosh_pure.sim import SimulatedChassis
+
+FAULTS = (
+    "estop",
+    "release",
+    "lost",
+    "manual",
+    "automatic",
+    "cable",
+    "uncable",
+    "obstacle:X:Y",
+    "clear",
+    "failtask",
+    "slow:SECONDS",
+    "silent:SECONDS",
+    "restart-master",
+    "crash:NODE",
+    "compete:X:Y",
+    "code:NUMBER",
+)
 HELP = "run a simulated chassis until interrupted"
 
 
@@ -24,6 +47,13 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--lost", action="store_true", help="switched on without knowing its position")
     parser.add_argument("--latch-status", action="store_true", help="latch /robot_status")
     parser.add_argument("--stops-on-silence", action="store_true", help="stop when velocity messages end")
+    parser.add_argument(
+        "--at",
+        action="append",
+        default=[],
+        metavar="S=FAULT",
+        help=f"let something happen after S seconds (10=estop), also repeated; one of {', '.join(FAULTS)}",
+    )
     parser.add_argument("--for", dest="seconds", type=float, metavar="S", help="end after so many seconds")
 
 
@@ -34,6 +64,7 @@ def run(args: Namespace, out: Output) -> int:
     from woosh_pure.sim import Settings, SimulatedChassis, Site
     from woosh_pure.sim.body import BodyLimits
 
+    schedule = sorted(_parse_at(text) for text in args.at)
     settings = Settings(
         seed=args.seed,
         located=not args.lost,
@@ -56,6 +87,52 @@ def run(args: Namespace, out: Output) -> int:
         out.line(f"try:   woosh --master {sim.master_uri} status")
         out.result({"master_uri": sim.master_uri, "marks": sorted(sim.world.site.marks)})
         end = None if args.seconds is None else time.monotonic() + args.seconds
+        began = time.monotonic()
         while end is None or time.monotonic() < end:
-            time.sleep(0.1)
+            while schedule and time.monotonic() - began >= schedule[0][0]:
+                _, text = schedule.pop(0)
+                out.line(f"now: {text}")
+                inject(sim, text)
+            time.sleep(0.05)
     return 0
+
+
+def _parse_at(text: str) -> tuple[float, str]:
+    seconds, equals, fault = text.partition("=")
+    names = [name.partition(":")[0] for name in FAULTS]
+    try:
+        after = float(seconds)
+    except ValueError:
+        after = -1.0
+    if not equals or after < 0.0 or fault.partition(":")[0] not in names:
+        raise ValueError(f"--at {text}: expected S=FAULT with one of {', '.join(FAULTS)}")
+    return after, fault
+
+
+def inject(sim: SimulatedChassis, fault: str) -> None:
+    """Let a fault of `FAULTS` happen."""
+    from woosh_pure.enums import RobotMode
+
+    name, *values = fault.split(":")
+    actions: dict[str, Callable[[], object]] = {
+        "estop": sim.press_emergency_stop,
+        "release": sim.release_emergency_stop,
+        "lost": sim.lose_localization,
+        "manual": lambda: sim.set_mode(RobotMode.MANUAL),
+        "automatic": lambda: sim.set_mode(RobotMode.AUTOMATIC),
+        "cable": sim.plug_cable,
+        "uncable": lambda: sim.plug_cable(False),
+        "obstacle": lambda: sim.add_obstacle(float(values[0]), float(values[1])),
+        "clear": sim.remove_obstacles,
+        "failtask": sim.fail_task,
+        "slow": lambda: sim.slow_network(float(values[0])),
+        "silent": lambda: sim.fall_silent(float(values[0])),
+        "restart-master": sim.restart_master,
+        "crash": lambda: sim.crash_node(values[0]),
+        "compete": lambda: sim.compete(float(values[0]), float(values[1])),
+        "code": lambda: sim.report(int(values[0])),
+    }
+    try:
+        actions[name]()
+    except (IndexError, KeyError) as error:
+        raise ValueError(f"{fault}: {error!r}; expected one of {', '.join(FAULTS)}") from error

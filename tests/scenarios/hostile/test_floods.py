@@ -1,0 +1,168 @@
+"""Peers that are silent, slow, half open, noisy or many: each costs a bounded amount, and nobody else anything."""
+
+from __future__ import annotations
+
+import random
+import socket
+import struct
+import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager, ExitStack
+
+import pytest
+
+from tests.support import attacks
+from tests.support.victim import Victim, eventually
+
+Unharmed = Callable[..., AbstractContextManager[None]]
+DOORS = ("master", "node", "tcpros")  # XML-RPC, XML-RPC, TCPROS
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_a_thousand_silent_connections(door: str, victim: Victim, unharmed: Unharmed) -> None:
+    """Connected, nothing sent: at most `pending_handshakes` of them are kept, and those end in time."""
+    with unharmed(memory=96), attacks.many(getattr(victim, door), 1000):
+        key = {"master": "master", "node": "slave", "tcpros": "tcpros"}[door]
+        eventually(lambda: victim.ask()[key] <= 20, 20, "the end of the silent connections")
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_a_thousand_half_open_connections(door: str, victim: Victim, unharmed: Unharmed) -> None:
+    """A request begun and the sending side closed: ended at once, no pile of CLOSE_WAIT (ros_comm#610)."""
+    begun = b"POST / HTTP/1.1\r\nContent-le" if door != "tcpros" else struct.pack("<I", 200) + b"topic"
+    with unharmed(), attacks.many(getattr(victim, door), 1000, begun) as sockets:
+        for sock in sockets:
+            try:
+                sock.shutdown(socket.SHUT_WR)
+            except OSError:
+                pass  # it has been dropped already
+        key = {"master": "master", "node": "slave", "tcpros": "tcpros"}[door]
+        eventually(lambda: victim.ask()[key] <= 20, Victim.HANDSHAKE_SECONDS + 10, "the end of half-open links")
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_one_byte_at_a_time_buys_no_time(door: str, victim: Victim, unharmed: Unharmed) -> None:
+    """Bytes that drip in do not extend the time for a header or a request."""
+    data = b"POST / HTTP/1.1\r\n" + b"X-Filler: 0\r\n" * 99 if door != "tcpros" else struct.pack("<I", 999) + b"a" * 999
+    with unharmed(), attacks.many(getattr(victim, door), 50) as sockets:
+        began = time.monotonic()
+        left = list(sockets)
+        for number in range(400):
+            left = [sock for sock in left if _goes_on(sock, data[number : number + 1])]
+            if not left:
+                break
+            time.sleep(0.05)
+        assert not left, f"{len(left)} connections live after {time.monotonic() - began:.1f} s"
+        assert time.monotonic() - began < Victim.HANDSHAKE_SECONDS + 6
+
+
+def _goes_on(sock: socket.socket, data: bytes) -> bool:
+    try:
+        sock.sendall(data)
+        sock.setblocking(False)
+        return sock.recv(1000) != b""
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+    finally:
+        sock.settimeout(10)
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_garbage(door: str, victim: Victim, unharmed: Unharmed) -> None:
+    """Three hundred connections with noise, each in another place of a good beginning."""
+    noise = random.Random(4)
+    good = attacks.http_post(b"<methodCall/>") if door != "tcpros" else attacks.subscriber_header("/tick")
+    with unharmed():
+        for _ in range(300):
+            cut = noise.randrange(len(good))
+            data = good[:cut] + noise.randbytes(noise.choice((1, 10, 1000, 20_000)))
+            with ExitStack() as stack:
+                try:
+                    sock = attacks.connect(getattr(victim, door))
+                    stack.callback(sock.close)
+                    sock.sendall(data)
+                except OSError:
+                    pass  # ended by the other side before all was sent
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_resets_anywhere(door: str, victim: Victim, unharmed: Unharmed) -> None:
+    """Five hundred connections end with RST, before, inside and after a header."""
+    good = attacks.http_post(b"<methodCall/>") if door != "tcpros" else attacks.subscriber_header("/tick")
+    with unharmed():
+        for number in range(500):
+            sock = attacks.connect(getattr(victim, door), good[: number % (len(good) + 1)])
+            attacks.reset(sock)
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_two_thousand_that_connect_and_close(door: str, victim: Victim, unharmed: Unharmed) -> None:
+    """As port scans and plain probes do (pitfall 8)."""
+    with unharmed():
+        for _ in range(2000):
+            attacks.connect(getattr(victim, door)).close()
+
+
+def test_a_thousand_requests_pipelined_and_never_read(victim: Victim, unharmed: Unharmed) -> None:
+    """Answers nobody reads do not pile up in memory: the sender is ended."""
+    body = (
+        b"<?xml version='1.0'?><methodCall><methodName>getSystemState</methodName><params><param><value>/a</value>"
+        b"</param></params></methodCall>"
+    )
+    with unharmed(memory=64), ExitStack() as stack:
+        for _ in range(5):
+            sock = attacks.connect(victim.master)
+            stack.callback(sock.close)
+            sock.settimeout(2)
+            try:
+                for _ in range(200):
+                    sock.sendall(attacks.http_post(body) * 20)
+            except OSError:
+                pass  # it does not take any more: as it should be
+
+
+def test_subscribers_that_never_read(victim: Victim, unharmed: Unharmed) -> None:
+    """A hundred subscribers of /tick that read nothing, and some that talk without end."""
+    with unharmed(), attacks.many(victim.tcpros, 100, attacks.subscriber_header("/tick")) as sockets:
+        for sock in sockets[:10]:
+            attacks.read_header(sock)
+        end = time.monotonic() + 2
+        while time.monotonic() < end:
+            for sock in sockets[:10]:
+                sock.sendall(b"x" * 50_000)
+
+
+def test_subscribers_that_come_and_go(victim: Victim, unharmed: Unharmed) -> None:
+    """Five hundred times, closing in every possible state."""
+    header = attacks.subscriber_header("/tick")
+    with unharmed():
+        for number in range(500):
+            sock = attacks.connect(victim.tcpros, header)
+            if number % 3 == 0:
+                attacks.read_header(sock)
+            if number % 2:
+                sock.close()
+            else:
+                attacks.reset(sock)
+
+
+def test_connections_are_counted_with_their_links(victim: Victim) -> None:
+    """`Limits.connections` bounds subscribers too, whose connections outlive their handshake's thread."""
+    from rosproto.master import Master
+    from rosproto.node import Node
+    from rosproto.protocol.limits import Limits
+
+    with Master() as master, Node("/few", master_uri=master.uri, limits=Limits(connections=20)) as node:
+        publisher = node.publisher("/t", "std_msgs/String")
+        address = ("127.0.0.1", node._tcpros.port)
+        with attacks.many(address, 15, attacks.subscriber_header("/t")):
+            publisher.wait_for_connection(10, 15)
+            with attacks.many(address, 30, attacks.subscriber_header("/t")) as more:
+                refused = sum(attacks.ended_by_peer(sock, 0.5) for sock in more)
+                assert refused >= 20
+            assert publisher.connections <= 20
+        eventually(lambda: publisher.connections == 0)
+        with attacks.many(address, 20, attacks.subscriber_header("/t")):
+            publisher.wait_for_connection(10, 20)

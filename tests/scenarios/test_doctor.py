@@ -1,0 +1,132 @@
+"""The doctor: each illness is made, and named."""
+
+from __future__ import annotations
+
+import functools
+import json
+import socket
+import threading
+
+import pytest
+
+import rosproto
+from woosh_pure import Chassis, SimulatedChassis
+from woosh_pure.cli import main
+from woosh_pure.doctor import Level, check_own_address, examine
+
+
+def findings(uri: str, **options: object) -> dict[str, list]:
+    """Findings by check."""
+    found: dict[str, list] = {}
+    for finding in examine(uri, listen=2.0, timeout=1.0, **options):
+        found.setdefault(finding.check, []).append(finding)
+    return found
+
+
+def problems(found: dict[str, list]) -> set[str]:
+    return {check for check, some in found.items() for f in some if f.level is Level.PROBLEM}
+
+
+@pytest.fixture(scope="module")
+def healthy():
+    with SimulatedChassis() as sim:
+        yield sim
+
+
+def test_a_healthy_chassis_has_no_problem(healthy):
+    found = findings(healthy.master_uri)
+    assert problems(found) == set()
+    assert found["back"][0].level is Level.OK
+    assert found["competitor"][0].level is Level.OK
+
+
+def test_no_master_is_told_with_what_to_check():
+    found = findings("http://127.0.0.1:1/")
+    assert problems(found) == {"reach"}
+    assert "refuses" in found["reach"][0].text
+
+
+def test_a_name_that_does_not_resolve():
+    assert problems(findings("http://no-such-robot.invalid:11311/")) == {"name"}
+
+
+def test_something_that_is_no_master():
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def hang_up() -> None:
+            for _ in range(4):
+                try:
+                    server.accept()[0].close()
+                except OSError:
+                    return
+
+        threading.Thread(target=hang_up, daemon=True).start()
+        assert problems(findings(f"http://127.0.0.1:{server.getsockname()[1]}/")) == {"master"}
+
+
+def test_another_robots_master():
+    with rosproto.Master() as master:
+        assert "interface" in problems(findings(master.uri))
+
+
+def test_a_chassis_that_cannot_reach_us(healthy, monkeypatch):
+    """The firewall case: our node turns every caller away, and a node of the robot is really asked to come."""
+    monkeypatch.setattr(rosproto, "Node", functools.partial(rosproto.Node, allow=["192.0.2.1"]))
+    found = findings(healthy.master_uri)
+    assert "back" in problems(found)
+    assert "firewall" in found["back"][0].advice
+
+
+def test_a_node_whose_name_does_not_resolve(healthy):
+    client = rosproto.MasterClient(healthy.master_uri, "/broken")
+    client.register_publisher("/battery", "woosh_msgs/Battery", "http://robot-name.invalid:4711/")
+    try:
+        found = findings(healthy.master_uri)
+        assert any("does not resolve" in f.text and "/broken" in f.text for f in found["node"])
+    finally:
+        client.unregister_publisher("/battery", "http://robot-name.invalid:4711/")
+
+
+def test_another_definition_is_named(healthy):
+    other = rosproto.define("woosh_msgs/BMS", "uint8 something_else\n")
+    with rosproto.Node("/old_firmware", master_uri=healthy.master_uri, intraprocess=False) as node:
+        node.publisher("/driver_base/bms", other)
+        found = findings(healthy.master_uri)
+    assert any("/driver_base/bms" in f.text for f in found["definition"])
+    assert "definition" in problems(found)
+
+
+def test_a_silent_topic_and_a_competitor():
+    with SimulatedChassis(full_graph=False) as sim, Chassis(sim.master_uri) as rival:
+        rival.move(0.1).wait()
+        sim.fall_silent(30.0)
+        found = findings(sim.master_uri)
+    assert "/battery" in found["silent"][0].text
+    assert any(rival._core._name in f.text for f in found["competitor"])
+
+
+def test_a_clock_that_is_off():
+    with SimulatedChassis(full_graph=False) as sim:
+        sim._epoch += 100.0
+        assert "100." in findings(sim.master_uri)["clock"][0].text
+
+
+@pytest.mark.parametrize(
+    ("robot", "own", "level"),
+    [
+        ("169.254.128.2", "169.254.128.20", Level.OK),
+        ("169.254.128.2", "169.254.128.49", Level.OK),
+        ("169.254.128.2", "169.254.128.50", Level.PROBLEM),
+        ("169.254.128.2", "192.168.1.5", Level.PROBLEM),
+        ("10.0.0.7", "10.0.0.9", Level.OK),
+    ],
+)
+def test_the_address_on_the_cable(robot, own, level):
+    assert check_own_address(robot, own).level is level
+
+
+def test_the_command_has_an_exit_code_and_json(healthy, capsys):
+    assert main(["doctor", "--master", healthy.master_uri, "--json", "--listen", "1"]) == 0
+    assert json.loads(capsys.readouterr().out)["ok"] is True
+    assert main(["doctor", "--master", "http://127.0.0.1:1"]) == 1
+    assert "->" in capsys.readouterr().out

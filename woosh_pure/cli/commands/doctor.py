@@ -1,0 +1,48 @@
+"""`woosh doctor`: why it does not work."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from contextlib import ExitStack
+
+from ..output import Output
+
+HELP = "say in plain words why it does not work; moves nothing"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    parser.add_argument(
+        "--listen", type=float, default=3.0, metavar="S", help="seconds to listen (default 3)"
+    )
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    from woosh_pure.address import master_uri_of
+    from woosh_pure.doctor import Level, examine
+
+    with ExitStack() as stack:
+        address = args.master or args.chassis
+        if args.sim:
+            from woosh_pure.sim import SimulatedChassis
+
+            address = stack.enter_context(SimulatedChassis()).master_uri
+        findings = []
+        for finding in examine(master_uri_of(address), host=args.host, listen=args.listen):
+            findings.append(finding)
+            out.line(f"{finding.level.value:8s} {finding.text}")
+            if finding.advice:
+                out.line(f"{'':8s} -> {finding.advice}")
+    bad = sum(f.level is Level.PROBLEM for f in findings)
+    out.line(f"{bad} problems" if bad else "no problem was found")
+    out.result(
+        {
+            "ok": bad == 0,
+            "findings": [
+                {"check": f.check, "level": f.level.value.lower(), "text": f.text, "advice": f.advice}
+                for f in findings
+            ],
+        }
+    )
+    return 1 if bad else 0

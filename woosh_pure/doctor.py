@@ -1,0 +1,301 @@
+"""`woosh doctor`: why it does not work, in plain words. Nothing is moved and nothing is sent to the robot.
+
+Each check looks at one link of the chain from our network card to the values of the robot, and stops the
+chain when
+the following ones would only repeat its failure.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import socket
+import statistics
+import time
+from collections.abc import Generator, Iterator
+from dataclasses import dataclass
+from enum import Enum
+
+import rosproto
+from rosproto.errors import MasterError, Md5sumMismatch, RosError, RosTimeout
+from rosproto.transport.address import parse_uri
+
+from . import interface
+from .feed import Feed
+from .interface import Row
+
+__all__ = ["Finding", "Level", "examine"]
+
+_CABLE = ipaddress.ip_network("169.254.128.0/24")
+_FIRST, _LAST = ipaddress.IPv4Address("169.254.128.20"), ipaddress.IPv4Address("169.254.128.49")
+_HARMLESS = "/rgbled"
+"""Announced, but nothing is published on it: the chassis's node connects back to us all the same."""
+
+
+class Level(Enum):
+    """How bad a finding is."""
+
+    OK = "ok"
+    WARNING = "warning"
+    PROBLEM = "PROBLEM"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What one check found.
+
+    Attributes:
+        check: Its name, for programs.
+        level: How bad it is.
+        text: What was found.
+        advice: What to do; "" when nothing is needed.
+    """
+
+    check: str
+    level: Level
+    text: str
+    advice: str = ""
+
+
+def examine(
+    master_uri: str, *, host: str | None = None, listen: float = 3.0, timeout: float = 3.0
+) -> Iterator[Finding]:
+    """Look at everything between here and a chassis; findings come as they are made.
+
+    Args:
+        master_uri: The master.
+        host: Our own address, when it is given by hand.
+        listen: Seconds to listen to the topics.
+        timeout: Seconds for each connection.
+    """
+    name, port = parse_uri(master_uri, default_port=11311)
+    address = yield from _name(name)
+    if address is None:
+        return
+    yield _own_address(address, port, host)
+    reached = _reach(address, port, timeout)
+    yield reached
+    if reached.level is Level.PROBLEM:
+        return
+    client = rosproto.MasterClient(master_uri, "/woosh_doctor", timeout=timeout)
+    answered = _master(client)
+    yield answered
+    if answered.level is Level.PROBLEM:
+        return
+    state = client.get_system_state()
+    yield _rows(state)
+    yield from _nodes(client, state, timeout)
+    yield from _competitors(state)
+    yield from _with_a_node(master_uri, host, state, listen, timeout)
+
+
+def _name(name: str) -> Generator[Finding, None, str | None]:
+    try:
+        address = str(socket.getaddrinfo(name, None, socket.AF_UNSPEC, socket.SOCK_STREAM)[0][4][0])
+    except (OSError, UnicodeError) as error:
+        advice = "use the numeric address, 169.254.128.2 on the debug port"
+        yield Finding("name", Level.PROBLEM, f"the name {name} does not resolve: {error}", advice)
+        return None
+    yield Finding("name", Level.OK, f"the master is at {address}")
+    return address
+
+
+def _own_address(address: str, port: int, given: str | None) -> Finding:
+    family = socket.AF_INET6 if ":" in address else socket.AF_INET
+    try:
+        with socket.socket(family, socket.SOCK_DGRAM) as probe:
+            probe.connect((address, port or 1))  # sends nothing: it only asks for the route
+            own = given or str(probe.getsockname()[0])
+    except OSError as error:
+        advice = "connect the cable or the Wi-Fi; give this computer an address of the robot's network"
+        return Finding("own_address", Level.PROBLEM, f"no route to {address}: {error}", advice)
+    return check_own_address(address, own)
+
+
+def check_own_address(robot: str, own: str) -> Finding:
+    """Whether our address fits the robot's network. Pure."""
+    if ipaddress.ip_address(robot) not in _CABLE:
+        return Finding("own_address", Level.OK, f"our address towards it is {own}")
+    if not _FIRST <= ipaddress.IPv4Address(own) <= _LAST:
+        return Finding(
+            "own_address",
+            Level.PROBLEM,
+            f"our address on the cable is {own}, outside of {_FIRST} to {_LAST}",
+            f"give the wired interface a static address such as {_FIRST}, netmask 255.255.255.0",
+        )
+    return Finding("own_address", Level.OK, f"our address on the cable is {own}")
+
+
+def _reach(address: str, port: int, timeout: float) -> Finding:
+    began = time.monotonic()
+    try:
+        socket.create_connection((address, port), timeout).close()
+    except ConnectionRefusedError:
+        advice = "is this the right port (11311)? the robot may still be starting: wait a minute"
+        return Finding(
+            "reach", Level.PROBLEM, f"{address}:{port} refuses the connection: no master there", advice
+        )
+    except OSError as error:
+        what = "does not answer" if isinstance(error, TimeoutError) else f"cannot be reached: {error}"
+        advice = f"ping {address}; check cable, Wi-Fi, address and firewall of this computer"
+        return Finding("reach", Level.PROBLEM, f"{address}:{port} {what}", advice)
+    return Finding("reach", Level.OK, f"connected in {(time.monotonic() - began) * 1000:.0f} ms")
+
+
+def _master(client: rosproto.MasterClient) -> Finding:
+    try:
+        client.get_pid()
+    except RosError as error:
+        advice = "something listens there, but it is no ROS master; check the port"
+        return Finding("master", Level.PROBLEM, f"no ROS master answers: {error}", advice)
+    return Finding("master", Level.OK, "the ROS master answers")
+
+
+def _rows(state: rosproto.node.SystemState) -> Finding:
+    missing = [row.name for row in interface.ROWS if row.source == "page" and not _is_there(row, state)]
+    page = sum(row.source == "page" for row in interface.ROWS)
+    if len(missing) == page:
+        advice = "it may be another robot's master, or the chassis's programs have not started"
+        return Finding(
+            "interface", Level.PROBLEM, "nothing of a Woosh chassis is registered at this master", advice
+        )
+    if missing:
+        advice = "this chassis may not have them (cameras, shelf lights), or a node has not started"
+        return Finding("interface", Level.WARNING, f"not registered: {', '.join(missing)}", advice)
+    return Finding("interface", Level.OK, f"all {page} rows of the vendor's page are registered")
+
+
+def _is_there(row: Row, state: rosproto.node.SystemState) -> bool:
+    names = (row.name, *row.aliases)
+    if row.kind == "service":
+        return any(name in state.services for name in names)
+    if row.kind == "action":
+        return f"{row.name}/goal" in state.subscribers
+    table = state.publishers if row.flow == "read" else state.subscribers
+    return any(name in table for name in names)
+
+
+def _nodes(
+    client: rosproto.MasterClient, state: rosproto.node.SystemState, timeout: float
+) -> Iterator[Finding]:
+    wanted = {row.name for row in interface.ROWS}
+    tables = (state.publishers, state.services)
+    nodes = sorted({node for table in tables for name in table if name in wanted for node in table[name]})
+    bad = 0
+    for node in nodes:
+        problem = _node_problem(client, node, timeout)
+        if problem:
+            bad += 1
+            advice = "it may have crashed (restart the robot), or announce a name that only the robot knows"
+            yield Finding("node", Level.PROBLEM, f"{node}: {problem}", advice)
+    if not bad:
+        yield Finding("node", Level.OK, f"{len(nodes)} nodes of the chassis can be reached")
+
+
+def _node_problem(client: rosproto.MasterClient, node: str, timeout: float) -> str:
+    try:
+        uri = client.lookup_node(node)
+        host, port = parse_uri(uri)
+    except (MasterError, ValueError) as error:
+        return f"the master cannot tell where it is: {error}"
+    try:
+        socket.getaddrinfo(host, port, socket.AF_UNSPEC, socket.SOCK_STREAM)
+    except OSError:
+        return f"it announces itself as {uri}, and the name {host} does not resolve here"
+    try:
+        socket.create_connection((host, port), timeout).close()
+    except OSError as error:
+        return f"{uri} cannot be reached: {error}"
+    return ""
+
+
+def _competitors(state: rosproto.node.SystemState) -> Iterator[Finding]:
+    rivals: dict[str, list[str]] = {}
+    for row in interface.actions():
+        for node in state.publishers.get(f"{row.name}/goal", []):
+            if node != "/ros_interface":
+                rivals.setdefault(node, []).append(row.name)
+    for topic in ("/smooth_cmd_vel", "/base_cmd_vel"):
+        for node in state.publishers.get(topic, []):
+            rivals.setdefault(node, []).append(topic)
+    for node, names in sorted(rivals.items()):
+        advice = "end that program, or agree who drives: two clients interrupt each other"
+        yield Finding("competitor", Level.WARNING, f"{node} also commands {', '.join(names)}", advice)
+    if not rivals:
+        yield Finding("competitor", Level.OK, "nobody else commands the chassis")
+
+
+def _with_a_node(
+    master_uri: str, host: str | None, state: rosproto.node.SystemState, listen: float, timeout: float
+) -> Iterator[Finding]:
+    try:
+        node = rosproto.Node("/woosh_doctor", master_uri=master_uri, host=host, anonymous=True)
+    except RosError as error:
+        yield Finding("join", Level.PROBLEM, f"we cannot join the graph: {error}", "see the text")
+        return
+    with node:
+        yield Finding("join", Level.OK, f"we joined as {node.name} at {node.uri}")
+        yield _connect_back(node, state, timeout)
+        yield from _topics(node, state, listen)
+
+
+def _connect_back(node: rosproto.Node, state: rosproto.node.SystemState, timeout: float) -> Finding:
+    if _HARMLESS not in state.subscribers:
+        return Finding("back", Level.WARNING, f"nobody listens to {_HARMLESS}: the way back was not tested")
+    publisher = node.publisher(_HARMLESS, interface.row(_HARMLESS).type)
+    try:
+        publisher.wait_for_connection(timeout=timeout)
+    except RosTimeout:
+        caller = ", ".join(state.subscribers[_HARMLESS])
+        text = f"we reach the chassis, but {caller} does not reach us at {node.uri}"
+        advice = "let Python be reached from outside in the firewall, or give our right address with --host"
+        return Finding("back", Level.PROBLEM, text, advice)
+    finally:
+        publisher.close()
+    return Finding("back", Level.OK, "the chassis connects back to us")
+
+
+def _topics(node: rosproto.Node, state: rosproto.node.SystemState, listen: float) -> Iterator[Finding]:
+    heavy = ("sensor_msgs/Image", "sensor_msgs/PointCloud2")
+    rows = [r for r in interface.feeds() if r.name in state.publishers and r.type not in heavy]
+    feeds = [Feed[object](row, lambda: node).open() for row in rows]
+    end = time.monotonic() + listen
+    while time.monotonic() < end and not all(feed.heard or feed.row.on_change for feed in feeds):
+        time.sleep(0.05)
+    yield from _definitions(feeds)
+    silent = [f.topic for f in feeds if not f.heard and not f.row.on_change and f.row.source == "page"]
+    if silent:
+        advice = "the node behind it hangs, or its links are blocked; restart the robot if it stays so"
+        text = f"registered, but silent for {listen:g} s: {', '.join(silent)}"
+        yield Finding("silent", Level.WARNING, text, advice)
+    else:
+        yield Finding("silent", Level.OK, f"{sum(f.heard for f in feeds)} topics were heard")
+    yield from _clock(feeds)
+    for feed in feeds:
+        feed.close()
+
+
+def _definitions(feeds: list[Feed[object]]) -> Iterator[Finding]:
+    differing = [(f.topic, e) for f in feeds for e in f.errors if isinstance(e, Md5sumMismatch)]
+    for topic, error in differing:
+        advice = "the chassis has another software version; report both md5sums"
+        yield Finding("definition", Level.PROBLEM, f"{topic}: {error}", advice)
+    if not differing:
+        yield Finding("definition", Level.OK, "all message definitions agree")
+
+
+def _clock(feeds: list[Feed[object]]) -> Iterator[Finding]:
+    offsets = [
+        reading.stamp - (time.time() - reading.age)
+        for feed in feeds
+        for reading in feed.history[-5:]
+        if reading.stamp is not None
+    ]
+    if not offsets:
+        return
+    offset = statistics.median(offsets)
+    text = f"the robot's clock is {abs(offset):.2f} s {'ahead of' if offset > 0 else 'behind'} ours"
+    if abs(offset) > 1.0:
+        advice = "ages here use our own clock and are right; set the clocks if you use the stamps"
+        yield Finding("clock", Level.WARNING, text, advice)
+    else:
+        yield Finding("clock", Level.OK, text)
