@@ -53,7 +53,7 @@ class CallbackRunner:
     def offer(self, batch: Sequence[Any], stamp: float) -> None:
         """Have the callback called with each message, now or soon; called by link threads."""
         inbox = self._inbox
-        with inbox.condition:
+        with inbox.lock:
             if inbox.closed:
                 return
             if self._running or self._thread is not None:
@@ -64,13 +64,14 @@ class CallbackRunner:
             self._running = True
             inbox.count(batch)
         done = self._call_some(batch)
-        with inbox.condition:
+        with inbox.lock:
             self._running = False
-            if done < len(batch) or len(inbox) or done < 0:
+            if done < len(batch):  # too slow
                 inbox.put_locked(batch[done:] if done >= 0 else (), stamp, older=True)
                 if self._thread is None and not inbox.closed:
                     self._start_thread()
-            inbox.condition.notify_all()
+            if self._thread is not None:
+                inbox.condition.notify_all()
 
     def _call_some(self, batch: Sequence[Any]) -> int:
         """Call with each; returns how many were called when it took too long, -1: all, but too slowly."""

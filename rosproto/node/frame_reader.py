@@ -68,6 +68,8 @@ class FrameReader:
             CodecError: A message does not fit its definition; the same.
             OSError: The connection broke.
         """
+        if self._start == self._end:
+            self._fill()
         while True:
             batch = self._cut(decode, owns) if newest is None else self._cut_newest(decode, owns, newest)
             if batch:

@@ -18,6 +18,7 @@ class Inbox:
     """Bounded queue of (message, receive time), oldest dropped; filled by link threads.
 
     Attributes:
+        lock, condition: Guard everything; two faces of one lock (the bare one is entered twice as fast).
         size: Most messages that wait.
         received: Messages put in so far.
         dropped: Messages given up so far.
@@ -30,18 +31,19 @@ class Inbox:
         self.received = 0
         self.dropped = 0
         self.latest: Any = None
-        self.condition = threading.Condition(threading.Lock())
+        self.lock = threading.Lock()
+        self.condition = threading.Condition(self.lock)
         self._queue: deque[tuple[Any, float]] = deque()
         self._waiters = 0
         self.closed = False
 
     def put(self, batch: Sequence[Any], stamp: float) -> None:
         """Add messages, the newest last."""
-        with self.condition:
+        with self.lock:
             self.put_locked(batch, stamp)
 
     def put_locked(self, batch: Sequence[Any], stamp: float, *, older: bool = False) -> None:
-        """As `put`, for a caller that holds `condition`; with `older` they go before what waits already."""
+        """As `put`, for a caller that holds `lock`; with `older` they go before what waits already."""
         if self.closed:
             return
         queue = self._queue
@@ -61,7 +63,7 @@ class Inbox:
             self.condition.notify_all()
 
     def count(self, batch: Sequence[Any]) -> None:
-        """Note messages that go to a callback directly; for a caller that holds `condition`."""
+        """Note messages that go to a callback directly; for a caller that holds `lock`."""
         self.received += len(batch)
         self.latest = batch[-1]
 

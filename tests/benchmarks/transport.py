@@ -112,7 +112,7 @@ class Bench:
         first = self.start(pub, pub_role, **options)
         try:
             result = _last(first, 40)
-            return result, (_last(second, 20) if sub_role in ("count", "one_way") else {})
+            return result, (_last(second, 40) if sub_role in ("count", "one_way") else {})
         finally:
             for process in (first, second):
                 process.kill()
@@ -200,9 +200,9 @@ class Bench:
         p99: dict[str, list[float]] = defaultdict(list)
         for _ in range(self.rounds):
             for lib in ("rospy", "roscpp", "ours"):
-                result, _ = self.pair(lib, "ping", lib, "pong", count=2000, nodelay=lib != "ours", life=60)
+                result, _ = self.pair(lib, "ping", lib, "pong", count=2000, life=60)
                 _percentiles(result["times"], p50[lib], p99[lib])
-        self._latency("ping-pong (rospy and roscpp with tcp_nodelay)", p50, p99, 0.75, 0.75)
+        self._latency("ping-pong", p50, p99, 0.75, 0.75)
 
     def measure_steady(self) -> None:
         """One way at 2 kHz and at 50 Hz."""
@@ -211,9 +211,7 @@ class Bench:
             p99: dict[str, list[float]] = defaultdict(list)
             for _ in range(self.rounds):
                 for lib in ("rospy", "roscpp", "ours"):
-                    _, got = self.pair(
-                        lib, "publish_steady", lib, "one_way", count=count, hz=hz, nodelay=lib != "ours"
-                    )
+                    _, got = self.pair(lib, "publish_steady", lib, "one_way", count=count, hz=hz)
                     _percentiles(got["times"], p50[lib], p99[lib])
             self._latency(f"one way at {hz} Hz", p50, p99, 0.8, 0.4)
 
@@ -328,7 +326,7 @@ def raw_socket(size: int, seconds: float) -> float:
 
 def _other_version() -> bool:
     done = subprocess.run(
-        ["/usr/bin/python3", "-c", "import sys; print(sys.version_info[:2])"], capture_output=True, text=True
+        [ros.PYTHON, "-c", "import sys; print(sys.version_info[:2])"], capture_output=True, text=True
     )
     return done.stdout.strip() != str(sys.version_info[:2])
 

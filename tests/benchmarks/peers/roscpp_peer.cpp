@@ -113,6 +113,8 @@ int main(int argc, char** argv) {
       twist.linear.x = now();
       pub.publish(twist);
     }
+    std::printf("{\"sent\": %d}\n", count);
+    std::fflush(stdout);
     usleep(700000);
   } else if (role == "one_way") {
     std::vector<double> times;
