@@ -27,7 +27,9 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import arrays
 from rosproto.codec.array_source import MAX_LOOP_DEPTH, MAX_STATEMENTS
+from rosproto.codec.at_once_source import AtOnceWriter, has_values
 from rosproto.codec.decode_source import ERRORS
+from rosproto.codec.guesses import strings_inside
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
 from rosproto.codec.run_source import shared_dtype
 from rosproto.codec.source import Source, merge_codes, quickest
@@ -69,7 +71,7 @@ def encode_function(
     return writer.src.compile("encode", layout.spec.name)
 
 
-class _EncodeWriter:
+class _EncodeWriter(AtOnceWriter):
     def __init__(self, layout: Layout, flavour: Flavour, *, general: bool, parts: bool, nested: bool) -> None:
         self.layout = layout
         self.flavour = flavour
@@ -136,7 +138,7 @@ class _EncodeWriter:
         self.put(f"{pack}({', '.join(self.values)})")
         self.codes, self.values, self.lengths = [], [], []
 
-    def chosen_struct(self) -> str:
+    def chosen_struct(self, *, always: bool = False) -> str:
         """The local that holds `pack` for the lengths of this run's strings."""
         src = self.src
         known: dict[Any, Any] = {}
@@ -144,7 +146,7 @@ class _EncodeWriter:
         cache = src.constant(known.get, "g")
         miss = src.constant(_struct_maker(merge_codes(self.codes), known), "x")
         pack = self.pack
-        unchanged = f"if {pack} is None: " if self.loops else ""
+        unchanged = f"if {pack} is None: " if self.loops and not always else ""
         src.line(f"{unchanged}{pack} = {cache}({key}) or {miss}({key})")
         return pack
 
@@ -323,7 +325,14 @@ class _EncodeWriter:
 
     def messages(self, field: FieldLayout, items: str) -> None:
         assert field.layout is not None
-        src, element = self.src, field.layout
+        element, strings = field.layout, strings_inside(field.layout)
+        if not self.nested and not self.general and strings in (0, 1) and has_values(element):
+            self.all_at_once(element, items, strings == 1)
+        self.element_loop(element, items)
+
+    def element_loop(self, element: Layout, items: str) -> None:
+        """One element after the other."""
+        src = self.src
         var = src.fresh("v")
         self.loops += 1
         src.indent(f"for {var} in {items}:")

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosproto.codec import decode, decoder, encode, encode_parts, message_class
+from rosproto.codec import at_once_source, decode, decoder, encode, encode_parts, message_class
 from rosproto.codec.decode_source import decode_function
 from rosproto.codec.encode_source import encode_function
 from rosproto.codec.reference import decode_layout, encode_layout
@@ -125,6 +125,9 @@ def test_the_fast_way_needs_no_help(case: Case) -> None:
     def refuse(*args: Any) -> Any:
         raise AssertionError(f"fast path failed: {args[-1]!r}") from args[-1]
 
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(at_once_source, "AT_ONCE_FROM", 2)  # arrays drawn here are short
+        at_once_encode = encode_function(binding.layout, binding.flavour, fail=refuse)
     general_decode = decode_function(
         binding.layout, binding.flavour, binding.maker, general=True, fail=refuse
     )
@@ -136,3 +139,4 @@ def test_the_fast_way_needs_no_help(case: Case) -> None:
     fast_decode = decode_function(binding.layout, binding.flavour, binding.maker, fail=refuse)
     fast_encode = encode_function(binding.layout, binding.flavour, fail=refuse)
     assert fast_encode(fast_decode(data, 0, len(data))) == data
+    assert at_once_encode(fast_decode(data, 0, len(data))) == data

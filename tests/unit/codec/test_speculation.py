@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from rosproto.codec import decode, define, encode
+import pytest
+
+from rosproto.codec import decode, define, encode, message_class
+from rosproto.errors import CodecError
 
 SEPARATOR = "\n" + "=" * 80 + "\nMSG: "
 
@@ -39,6 +42,26 @@ def test_elements_of_other_lengths_than_the_first() -> None:
         message = cls(x=1, p=[p(s=text, u=text[:1]) for text in texts], y=2)
         assert decode(cls, encode(message)) == message
         assert [item.s for item in decode(cls, encode(message)).p] == texts
+
+
+def test_long_arrays_with_one_string_and_with_many() -> None:
+    """The comprehension for equal strings gives up at the first other one, and the loop does the work."""
+    path, pose = message_class("nav_msgs/Path"), message_class("geometry_msgs/PoseStamped")
+    message = path(poses=[pose() for _ in range(100)])
+    for index, item in enumerate(message.poses):
+        item.header.seq, item.header.frame_id, item.pose.position.x = index, "map", index / 2
+    assert decode(path, encode(message)) == message
+    message.poses[99].header.frame_id = "odometry"
+    assert decode(path, encode(message)) == message
+    message.poses[50].pose.position.x = "far"
+    with pytest.raises(CodecError, match=r"poses\[50\].pose.position.x: float64 expected"):
+        encode(message)
+    hollow = define(
+        "a/H",
+        "P[] p" + SEPARATOR + "a/P\nE e\nQ q\nint8 x" + SEPARATOR + "a/E\n" + SEPARATOR + "a/Q\nE e\nint8 y",
+    )
+    element = type(hollow())._binding.class_for("a/P")  # type: ignore[union-attr]
+    assert decode(hollow, encode(hollow(p=[element(x=i) for i in range(50)]))).p[49].x == 49
 
 
 def test_a_message_is_encoded_as_it_is_now() -> None:
