@@ -1,0 +1,110 @@
+"""The table of what the master knows about a node."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from rosproto.errors import ConnectionLost, MasterError
+from rosproto.node.registrations import Registrations
+from rosproto.transport.deadline import Deadline
+
+
+class Thing:
+    """A registration that notes what is done with it, and raises what it is told."""
+
+    def __init__(self, kind: str, name: str, log: list[str]) -> None:
+        self.kind, self.name, self.log = kind, name, log
+        self.error: Exception | None = None
+        self.during: Any = None
+
+    def register(self, master: Any) -> None:
+        if self.error is not None:
+            raise self.error
+        self.log.append(f"+{self.name}")
+        if self.during is not None:
+            self.during()
+
+    def unregister(self, master: Any) -> None:
+        if self.error is not None:
+            raise self.error
+        self.log.append(f"-{self.name}")
+
+
+@pytest.fixture
+def table() -> Registrations:
+    return Registrations(None)  # type: ignore[arg-type]  the things above ask it nothing
+
+
+def test_adding_registers_and_removing_takes_back(table: Registrations) -> None:
+    """Once each; removing twice, or something never added, does nothing."""
+    log: list[str] = []
+    thing = Thing("publisher", "/a", log)
+    table.add(thing)
+    table.remove(thing)
+    table.remove(thing)
+    table.remove(Thing("publisher", "/b", log))
+    assert log == ["+/a", "-/a"]
+    assert len(table) == 0
+
+
+def test_what_the_master_refuses_is_not_remembered(table: Registrations) -> None:
+    """The error reaches the caller."""
+    thing = Thing("publisher", "/a", [])
+    thing.error = MasterError("registerPublisher", 0, "no")
+    with pytest.raises(MasterError):
+        table.add(thing)
+    assert len(table) == 0
+
+
+def test_after_a_restart_all_are_registered_and_one_refusal_stops_nothing(table: Registrations) -> None:
+    """The others stand; the refused one is not tried for ever."""
+    log: list[str] = []
+    things = [Thing("subscriber", f"/{name}", log) for name in "abc"]
+    for thing in things:
+        table.add(thing)
+    things[1].error = MasterError("registerSubscriber", -1, "no")
+    log.clear()
+    table.register_all()
+    assert log == ["+/a", "+/c"]
+
+
+def test_a_master_that_goes_away_in_the_middle_leaves_the_rest_pending(table: Registrations) -> None:
+    """They are registered when it is back, and only they."""
+    log: list[str] = []
+    things = [Thing("subscriber", f"/{name}", log) for name in "abc"]
+    for thing in things:
+        table.add(thing)
+    things[1].error = ConnectionLost("gone")
+    log.clear()
+    assert not table.register_all()
+    assert log == ["+/a"]
+    assert table.pending == {("subscriber", "/b"), ("subscriber", "/c")}
+    things[1].error = None
+    assert table.register_pending()
+    assert log == ["+/a", "+/b", "+/c"]
+
+
+def test_what_is_removed_while_it_is_registered_again_is_taken_back(table: Registrations) -> None:
+    """No ghost stays at the master."""
+    log: list[str] = []
+    thing = Thing("service", "/s", log)
+    table.add(thing)
+    thing.during = lambda: table.remove(thing)
+    table.register_all()
+    assert log[-1] == "-/s"
+    assert len(table) == 0
+
+
+def test_unregistering_all_goes_backwards_and_stops_when_the_master_is_gone(table: Registrations) -> None:
+    """The newest first; a dead master is not asked again for each."""
+    log: list[str] = []
+    things = [Thing("publisher", f"/{name}", log) for name in "abc"]
+    for thing in things:
+        table.add(thing)
+    log.clear()
+    things[1].error = ConnectionLost("gone")
+    table.unregister_all(Deadline(5.0), None)  # type: ignore[arg-type]
+    assert log == ["-/c"]
+    assert len(table) == 0
