@@ -34,9 +34,8 @@ _log = logging.getLogger("rosproto.node")
 
 BATCH_BYTES = 16 << 10
 BATCH_SECONDS = 200e-6
-RETRY_SECONDS = (
-    500e-6  # a blocked link is tried again by publish() this often: the monitor may not get to run
-)
+RETRY_SECONDS = 500e-6  # publish() tries a blocked link this often itself: the monitor may not get to run
+MOST_NOISE = 64 << 10  # bytes that a subscriber may send after its header
 MOST_VIEWS = 64  # buffers for one sendmsg; IOV_MAX is 1024 on Linux, 16 at the least by POSIX
 
 _has_sendmsg = hasattr(socket.socket, "sendmsg")  # not on Windows
@@ -91,6 +90,7 @@ class SubscriberLink:
         self._batch_due = 0.0
         self._blocked = False
         self._tried = 0.0
+        self._noise = 0
         self._messages = 0
         self._bytes = 0
         self._closed = False
@@ -276,11 +276,13 @@ class SubscriberLink:
             self._end(error)
 
     def on_readable(self) -> None:
-        """A subscriber says nothing after its header: this is its end. Anything else is thrown away."""
+        """A subscriber says nothing after its header: this is its end. One that talks on is cut off."""
         try:
-            if self.sock.recv(4096):
+            noise = len(self.sock.recv(4096))
+            self._noise += noise
+            if noise and self._noise < MOST_NOISE:
                 return
-            error: OSError | None = None
+            error = OSError("it sends where it should listen") if noise else None
         except BlockingIOError:
             return
         except OSError as reset:
@@ -329,6 +331,7 @@ class SubscriberLink:
             self.sock.shutdown(socket.SHUT_RDWR)
         except OSError:
             pass  # the other side was faster
+        # Not `tcp.interrupt`: nobody waits in this socket but the monitor's select, which must not lose it.
         self._monitor.remove(self)
         lost = None
         if told:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import struct
 import threading
@@ -352,6 +353,19 @@ def test_an_unknown_topic_and_a_wrong_md5sum_get_an_error_header(master: Master)
         assert "0" * 32 in header["error"]
         with pytest.raises(RosTimeout, match="refused"):
             publisher.wait_for_connection(0.05)
+
+
+def test_a_subscriber_that_talks_is_cut_off(master: Master) -> None:
+    """A flood after the header costs a bounded amount."""
+    with Node("/p", master_uri=master.uri, rosout=False) as node:
+        publisher = node.publisher("/talk", String)
+        raw = RawSubscriber(node, "/talk")
+        publisher.wait_for_connection()
+        with contextlib.suppress(OSError):
+            for _ in range(100):
+                raw.sock.sendall(bytes(10_000))
+        eventually(lambda: publisher.connections == 0)
+        raw.sock.close()
 
 
 def test_a_subscriber_that_leaves_is_noticed(master: Master) -> None:
