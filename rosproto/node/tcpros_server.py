@@ -79,9 +79,8 @@ class TcprosServer:
             self._server.established(sock)
             self.on_service(sock, fields, peer)
         elif "topic" in fields:
-            # A subscriber's link has no thread of its own, but the server closes a socket when its thread
-            # ends: so the connection moves to a socket object of ours.
-            self.on_topic(socket.socket(fileno=sock.detach()), fields, peer)
+            self._server.hand_over(sock)  # a subscriber's link has no thread of its own
+            self.on_topic(_CountedSocket(sock, self._server), fields, peer)
         else:
             self._refuse(sock, peer, "the connection header names neither a topic nor a service of this node")
 
@@ -89,6 +88,20 @@ class TcprosServer:
         self.refused += 1
         _log.warning("connection from %s:%s refused: %s", *peer[:2], why[:500])
         refuse(sock, why)
+
+
+class _CountedSocket(socket.socket):
+    """A subscriber's connection: it counts against `limits.connections` until it is closed."""
+
+    def __init__(self, accepted: socket.socket, server: TcpServer) -> None:
+        super().__init__(fileno=accepted.detach())
+        self._release: Callable[[], None] | None = lambda: server.released(accepted)
+
+    def close(self) -> None:
+        super().close()
+        release, self._release = self._release, None
+        if release is not None:
+            release()
 
 
 def refuse(sock: socket.socket, why: str) -> None:

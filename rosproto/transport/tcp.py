@@ -76,8 +76,11 @@ def _connect(address: str, port: int, seconds: float | None) -> socket.socket:
     return sock
 
 
-def listen(host: str, port: int = 0, backlog: int = 128) -> socket.socket:
+def listen(host: str, port: int = 0, backlog: int = 1024) -> socket.socket:
     """A listening socket on exactly this address; port 0 takes a free one (ask `getsockname`).
+
+    The backlog is long (systems cut it to what they allow): whoever finds it full in a flood of connections
+    is not refused but waits a whole second for TCP to ask again.
 
     "0.0.0.0" and "::" listen on every interface: only when the caller says so.
 

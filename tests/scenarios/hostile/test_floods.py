@@ -37,13 +37,19 @@ def test_a_thousand_half_open_connections(door: str, victim: Victim, unharmed: U
             except OSError:
                 pass  # it has been dropped already
         key = {"master": "master", "node": "slave", "tcpros": "tcpros"}[door]
-        eventually(lambda: victim.ask()[key] <= 20, Victim.HANDSHAKE_SECONDS + 10, "the end of half-open links")
+        eventually(
+            lambda: victim.ask()[key] <= 20, Victim.HANDSHAKE_SECONDS + 10, "the end of half-open links"
+        )
 
 
 @pytest.mark.parametrize("door", DOORS)
 def test_one_byte_at_a_time_buys_no_time(door: str, victim: Victim, unharmed: Unharmed) -> None:
     """Bytes that drip in do not extend the time for a header or a request."""
-    data = b"POST / HTTP/1.1\r\n" + b"X-Filler: 0\r\n" * 99 if door != "tcpros" else struct.pack("<I", 999) + b"a" * 999
+    data = (
+        b"POST / HTTP/1.1\r\n" + b"X-Filler: 0\r\n" * 99
+        if door != "tcpros"
+        else struct.pack("<I", 999) + b"a" * 999
+    )
     with unharmed(), attacks.many(getattr(victim, door), 50) as sockets:
         began = time.monotonic()
         left = list(sockets)

@@ -1,0 +1,249 @@
+"""A master and a node in a process of their own, to be attacked, measured from outside, and still work.
+
+`Victim` starts the process; `Bystander` is an innocent peer of it: a subscriber and service clients whose longest
+wait is measured while something else happens.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from rosproto.node import Node
+
+__all__ = ["Bystander", "Victim", "eventually"]
+
+ROOT = Path(__file__).resolve().parents[2]
+PATIENCE = 4.0  # seconds an innocent peer may wait for anything, on a busy computer, while others attack
+
+
+def eventually(condition: Callable[[], object], timeout: float = 10.0, what: str = "it") -> None:
+    """Wait until a condition holds."""
+    end = time.monotonic() + timeout
+    while not condition():
+        assert time.monotonic() < end, f"{what} did not happen within {timeout} s"
+        time.sleep(0.01)
+
+
+class Victim:
+    """The process, with small limits of time so that attacks which wait are over soon.
+
+    Its node /victim publishes /tick (std_msgs/String, 50 Hz), sends /in back on /out, answers /echo
+    (std_srvs/SetBool) and follows the parameter /watched.
+
+    Attributes:
+        master, node: (host, port) of their XML-RPC servers.
+        tcpros: (host, port) of the node's TCPROS server.
+        master_uri: For peers.
+        pid: Of the process.
+    """
+
+    HANDSHAKE_SECONDS = 1.5
+
+    def __init__(self) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", "from tests.support.victim import live; live()"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            cwd=ROOT,
+        )
+        assert self._process.stdout is not None
+        told = json.loads(self._process.stdout.readline())
+        self.pid = self._process.pid
+        self.master_uri: str = told["master_uri"]
+        self.node_uri: str = told["node_uri"]
+        self.master = ("127.0.0.1", told["master"])
+        self.node = ("127.0.0.1", told["node"])
+        self.tcpros = ("127.0.0.1", told["tcpros"])
+
+    def __enter__(self) -> Victim:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        assert self._process.stdin is not None
+        self._process.stdin.close()  # it ends with its input
+        try:
+            self._process.wait(10)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait(5)
+            raise AssertionError("the victim did not end by itself") from None
+
+    @property
+    def alive(self) -> bool:
+        return self._process.poll() is None
+
+    def ask(self, question: str = "stats") -> dict[str, Any]:
+        """What the process says of itself (one line each way over its pipes)."""
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._process.stdin.write(question + "\n")
+        self._process.stdin.flush()
+        answer: dict[str, Any] = json.loads(self._process.stdout.readline())
+        return answer
+
+    @property
+    def memory(self) -> int:
+        """Resident bytes; 0 where the system does not tell."""
+        try:
+            return int(Path(f"/proc/{self.pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+        except OSError:
+            return 0
+
+    def peak_since(self) -> Callable[[], int]:
+        """Start measuring; the function returned gives the bytes by which memory rose at its highest."""
+        before = self.memory
+        try:
+            Path(f"/proc/{self.pid}/clear_refs").write_text("5")
+        except OSError:
+            return lambda: max(0, self.memory - before)  # no peak here: what is still held, then
+
+        def peak() -> int:
+            for line in Path(f"/proc/{self.pid}/status").read_text().splitlines():
+                if line.startswith("VmHWM:"):
+                    return max(0, int(line.split()[1]) * 1024 - before)
+            return 0
+
+        return peak
+
+    @property
+    def threads(self) -> int:
+        """Its threads, Python's and others."""
+        return int(self.ask()["threads"])
+
+    @property
+    def files(self) -> int:
+        """Its open files and sockets; 0 where the system does not tell."""
+        try:
+            return len(os.listdir(f"/proc/{self.pid}/fd"))
+        except OSError:
+            return 0
+
+
+def live() -> None:
+    """What runs in the victim's process, until its input ends."""
+    from rosproto.master import Master
+    from rosproto.protocol.limits import Limits
+
+    limits = Limits(handshake_seconds=Victim.HANDSHAKE_SECONDS, idle_seconds=3.0)
+    with (
+        Master(limits=limits) as master,
+        Node("/victim", master_uri=master.uri, limits=limits, rosout=True, allow_shutdown=False) as node,
+    ):
+        tick = node.publisher("/tick", "std_msgs/String", queue_size=10)
+        out = node.publisher("/out", "std_msgs/String", queue_size=100)
+        node.subscriber("/in", "std_msgs/String", out.publish, queue_size=100)
+        node.service_server("/echo", "std_srvs/SetBool", lambda r: {"success": r.data, "message": "echo"})
+        watched: list[Any] = []
+        node.params.subscribe("/watched", watched.append)
+        print(
+            json.dumps(
+                {
+                    "master_uri": master.uri,
+                    "node_uri": node.uri,
+                    "master": master.port,
+                    "node": node._endpoints.slave.port,
+                    "tcpros": node._tcpros.port,
+                }
+            ),
+            flush=True,
+        )
+        threading.Thread(target=_tick, args=(node, tick), name="ticker", daemon=True).start()
+        for line in sys.stdin:
+            if line.startswith("stats"):
+                names = [thread.name for thread in threading.enumerate()]
+                answer: dict[str, Any] = {
+                    "threads": len(names),
+                    "names": names,
+                    "watched": watched[-5:],
+                    "closed": node.closed,
+                    "tcpros": node._tcpros._server.connections,
+                    "slave": node._endpoints.slave._server.connections,
+                    "master": master.stats()["connections"],
+                    "links": {
+                        uri: link.state.value for uri, link in node._topics.subscription("/in").links.items()
+                    },
+                }
+                print(json.dumps(answer), flush=True)
+
+
+def _tick(node: Node, publisher: Any) -> None:
+    while not node.closed:
+        publisher.publish(data="tick")
+        time.sleep(0.02)
+
+
+class Bystander:
+    """An innocent peer: hears /tick, calls /echo over a link it keeps and over new ones."""
+
+    def __init__(self, victim: Victim) -> None:
+        self._node = Node(f"/bystander{os.getpid()}", master_uri=victim.master_uri, rosout=False)
+        self._ticks = self._node.subscriber("/tick", "std_msgs/String", queue_size=1)
+        self._kept = self._node.service_client("/echo", "std_srvs/SetBool", persistent=True)
+        self._fresh = self._node.service_client("/echo", "std_srvs/SetBool")
+        self._ticks.wait_for_connection(20)
+
+    def __enter__(self) -> Bystander:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self._node.close()
+
+    @property
+    def node(self) -> Node:
+        return self._node
+
+    def check(self) -> float:
+        """Everything once; the longest wait in seconds. Raises when anything fails."""
+        waits = []
+        for step in (
+            lambda: self._ticks.next(PATIENCE),
+            lambda: self._kept.call(data=True, timeout=PATIENCE),
+            lambda: self._fresh.call(data=True, timeout=PATIENCE),
+            lambda: self._node.master.lookup_service("/echo", timeout=PATIENCE),
+        ):
+            began = time.monotonic()
+            step()
+            waits.append(time.monotonic() - began)
+        return max(waits)
+
+    @contextmanager
+    def goes_on(self) -> Iterator[None]:
+        """Check over and over from another thread while the block runs, and once more afterwards."""
+        ended = threading.Event()
+        problems: list[BaseException] = []
+        rounds = [0]
+
+        def watch() -> None:
+            while not ended.is_set():
+                try:
+                    self.check()
+                    rounds[0] += 1
+                except BaseException as error:
+                    problems.append(error)
+                    return
+                ended.wait(0.05)
+
+        links = self._ticks.stats()[0].reconnects
+        watcher = threading.Thread(target=watch, name="bystander", daemon=True)
+        watcher.start()
+        try:
+            yield
+        finally:
+            ended.set()
+            watcher.join(5 * PATIENCE)
+        if problems:
+            raise AssertionError(
+                f"after {rounds[0]} good rounds an innocent peer got: {problems[0]!r}"
+            ) from (problems[0])
+        self.check()
+        assert self._ticks.stats()[0].reconnects == links, "the innocent subscriber lost its connection"
