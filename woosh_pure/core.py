@@ -68,6 +68,7 @@ class Core:
         self._fault_lock = threading.Lock()
         self._missing_since: dict[str, float] = {}
         self._closed = False
+        self._watching = False
         self.moved = False
 
     # -- the graph -------------------------------------------------------------------------------------------
@@ -175,10 +176,10 @@ class Core:
     def watch_faults(self) -> None:
         """Begin to keep the set of active faults."""
         with self._lock:
-            feed = self.feed("status_code")
-            if not getattr(self, "_watching", False):
-                self._watching = True
-                feed.on(self._on_status_code)
+            watching, self._watching = self._watching, True
+        if not watching:
+            # Outside of the lock: a feed that opens takes its own lock first and ours second.
+            self.feed("status_code").on(self._on_status_code)
 
     def _on_status_code(self, code: StatusCode) -> None:
         with self._fault_lock:

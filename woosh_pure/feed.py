@@ -66,6 +66,7 @@ class Feed(Generic[T]):
         self.row = row
         self._node = node
         self._condition = threading.Condition()
+        self._open_lock = threading.Lock()  # apart from the condition: messages come while we still register
         self._history: deque[Reading[T]] = deque(maxlen=history)
         self._count = 0
         self._broken = 0
@@ -85,7 +86,7 @@ class Feed(Generic[T]):
 
     def open(self) -> Feed[T]:
         """Subscribe now; every other member does it by itself. Returns this feed."""
-        with self._condition:
+        with self._open_lock:
             if self._subscriber is None and not self._closed:
                 self._subscriber = self._node().subscriber(
                     self.row.name, self.row.type, callback=self._receive, queue_size=10
@@ -94,9 +95,10 @@ class Feed(Generic[T]):
 
     def close(self) -> None:
         """End the subscription and wake everybody who waits."""
-        with self._condition:
+        with self._open_lock:
             self._closed = True
             subscriber, self._subscriber = self._subscriber, None
+        with self._condition:
             self._condition.notify_all()
         if subscriber is not None:
             subscriber.close()

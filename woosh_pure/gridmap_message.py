@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .convert import pose_of
 from .geometry import quaternion_from_yaw
-from .gridmap import GridMap
 from .rostypes import message_type
+
+if TYPE_CHECKING:
+    from .gridmap import GridMap
 
 __all__ = ["grid_from_message", "grid_message"]
 
@@ -19,6 +21,8 @@ def grid_from_message(message: Any) -> GridMap:
         ValueError: Fewer cells than the message says.
     """
     import numpy as np
+
+    from .gridmap import GridMap
 
     info = message.info
     cells = np.asarray(message.data, dtype=np.int8)

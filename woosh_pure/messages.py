@@ -7,10 +7,9 @@ import time
 from typing import Any
 
 from .geometry import Footprint, Pose2D, Velocity, quaternion_from_yaw
-from .gridmap_message import grid_message
 from .rostypes import message_type
 
-__all__ = ["grid_message", "polygon", "pose_message", "pose_with_covariance", "stamped_pose", "twist"]
+__all__ = ["polygon", "pose_message", "pose_with_covariance", "stamped_pose", "twist"]
 
 
 def _new(name: str) -> Any:

@@ -14,13 +14,13 @@ from .convert import pose_of
 from .enums import LedState, NavDirection, NavigationMode
 from .errors import ChassisError, StaleState
 from .geometry import Footprint, Pose2D
-from .gridmap import GridMap
 from .gridmap_message import grid_from_message, grid_message
 from .messages import polygon, pose_with_covariance, stamped_pose
 from .rostypes import message_type
 
 if TYPE_CHECKING:
     from .core import Core
+    from .gridmap import GridMap
 
 __all__ = ["Peripherals"]
 

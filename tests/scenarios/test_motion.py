@@ -315,3 +315,33 @@ def test_closing_the_chassis_from_another_thread_ends_the_drive_with_zero(sim, u
         until(lambda: sim.world.body.velocity.vx > 0.1)
         chassis.close()
     until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 3.0)
+
+
+KILLED = """
+import sys, time
+from woosh_pure import Chassis
+chassis = Chassis(sys.argv[1])
+with chassis.velocity(bypasses_protection=True) as drive:
+    print("driving", flush=True)
+    while True:
+        drive.hold(0.1, seconds=1.0)
+"""
+
+
+@pytest.mark.parametrize("on_silence", ["keep", "stop"])
+def test_after_a_kill_only_the_chassis_own_behaviour_remains(until, on_silence):
+    """Nothing of ours can send a zero then. It is not known what a real chassis does; both are simulated."""
+    settings = Settings(on_silence=on_silence, silence_seconds=0.5)
+    with SimulatedChassis(full_graph=False, settings=settings) as sim:
+        environment = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])}
+        process = subprocess.Popen([sys.executable, "-c", KILLED, sim.master_uri], env=environment)
+        try:
+            until(lambda: sim.world.body.velocity.vx > 0.09, 20.0)
+        finally:
+            process.kill()
+            process.wait(10.0)
+        if on_silence == "keep":
+            time.sleep(1.5)
+            assert sim.world.body.velocity.vx > 0.09
+        else:
+            until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 5.0)

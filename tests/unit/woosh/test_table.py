@@ -156,3 +156,9 @@ def test_importing_the_package_loads_neither_numpy_nor_the_network():
     )
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
     assert out.stdout.strip() == "[]"
+
+
+def test_the_chassis_loads_numpy_with_its_first_array_only():
+    code = "import sys, woosh_pure.chassis; print('numpy' in sys.modules)"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert out.stdout.strip() == "False"
