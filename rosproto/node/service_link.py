@@ -18,7 +18,7 @@ from rosproto.protocol.handshake import HandshakeRefused
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.tcp import connect
+from rosproto.transport.tcp import connect, interrupt
 from rosproto.transport.tcpros_io import read_header, write_header
 
 __all__ = ["ServiceLink"]
@@ -188,8 +188,5 @@ class ServiceLink:
 
     def close(self) -> None:
         """End the connection; a call waiting in another thread gets ConnectionLost at once."""
-        try:
-            self._sock.shutdown(socket.SHUT_RDWR)
-        except OSError:
-            pass  # the other side was faster
+        interrupt(self._sock)
         self._sock.close()

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from rosproto.errors import RemoteProtocolError, TooLarge
 from rosproto.node.socket_waits import limit_waits
 from rosproto.protocol.limits import Limits
+from rosproto.transport.tcp import interrupt
 
 __all__ = ["ServiceSession"]
 
@@ -158,7 +159,4 @@ class ServiceSession:
         return done
 
     def _shutdown(self) -> None:
-        try:
-            self._sock.shutdown(socket.SHUT_RDWR)
-        except OSError:
-            pass  # already gone
+        interrupt(self._sock)

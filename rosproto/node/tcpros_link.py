@@ -15,7 +15,7 @@ from rosproto.node.publisher_link import PublisherLink
 from rosproto.protocol.handshake import check_publisher_header, subscriber_header
 from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.tcp import connect
+from rosproto.transport.tcp import connect, interrupt
 from rosproto.transport.tcpros_io import read_header, write_header
 
 if TYPE_CHECKING:
@@ -102,10 +102,7 @@ class TcprosLink(PublisherLink):
     def _interrupt(self) -> None:
         sock = self._sock
         if sock is not None:
-            try:
-                sock.shutdown(socket.SHUT_RDWR)
-            except OSError:
-                pass  # not connected, or gone already
+            interrupt(sock)
 
     def _end_session(self) -> None:
         sock, self._sock = self._sock, None

@@ -119,7 +119,7 @@ def test_pickles_here_and_in_another_process() -> None:
         check=True,
         cwd=Path(__file__).resolve().parents[3],
     )
-    assert done.stdout.decode().split("\n")[0] == "1.0 2000000000 [1.0, 2.0] a/B"
+    assert done.stdout.decode().splitlines()[0] == "1.0 2000000000 [1.0, 2.0] a/B"
 
 
 def test_a_pickle_of_another_definition_is_refused() -> None:

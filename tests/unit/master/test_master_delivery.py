@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+import sys
 import threading
 from collections.abc import Iterator
 
@@ -40,7 +41,10 @@ def hangs_up() -> Iterator[str]:
         thread = threading.Thread(target=accept, daemon=True)
         thread.start()
         yield f"http://127.0.0.1:{listener.getsockname()[1]}/"
-        listener.shutdown(socket.SHUT_RDWR)
+        if sys.platform == "win32":
+            listener.close()  # wakes accept there; shutting down a listening socket is an error
+        else:
+            listener.shutdown(socket.SHUT_RDWR)
         thread.join(5.0)
 
 

@@ -112,8 +112,14 @@ def test_an_exception_in_a_callback_is_logged_and_the_next_message_comes(caplog)
         if n == 1:
             raise ValueError("one")
 
-    runner = CallbackRunner(callback, Inbox(10), "/t")
+    inbox = Inbox(10)
+    runner = CallbackRunner(callback, inbox, "/t")
     runner.offer([1, 2], 0.0)
-    runner.offer([3], 0.0)
+    runner.offer([3], 0.0)  # in a thread of its own when the logging took long
+    for _ in range(500):
+        if len(seen) == 3:
+            break
+        threading.Event().wait(0.01)
+    inbox.close()
     assert seen == [1, 2, 3]
     assert "the subscriber goes on" in caplog.text
