@@ -341,12 +341,13 @@ class DefinitionLibrary:
             if md5sum != own:
                 found.setdefault(md5sum, Revision(name, label, md5sum, library, note))
         if self._base is not None:
-            for revision in self._base.revisions(name, kind=kind) if self._base._has(kind, name) else ():
+            for revision in self._base.revisions(name, kind=kind) if self._base.has(kind, name) else ():
                 if revision.md5sum != own:
                     found.setdefault(revision.md5sum, revision)
         return list(found.values())
 
-    def _has(self, kind: str, name: str) -> bool:
+    def has(self, kind: str, name: str) -> bool:
+        """Whether there is a definition of that kind: "msg", "srv" or "action"."""
         return self._look_up(kind, name) is not None
 
     def _revision_libraries(self, name: str, kind: str) -> Iterator[tuple[str, DefinitionLibrary, str]]:

@@ -30,6 +30,7 @@ from rosproto.transport.address import parse_uri
 if TYPE_CHECKING:
     from rosproto.node.node import Node
     from rosproto.node.publication import Publication
+    from rosproto.node.revisions import RevisedType
     from rosproto.node.subscription import Subscription
 
 __all__ = ["LocalLink", "find_node", "forget_node", "note_node"]
@@ -156,6 +157,7 @@ class LocalLink(PublisherLink):
     def __init__(self, subscription: Subscription, uri: str, id: int) -> None:
         super().__init__(subscription, uri, id)
         self._pipe: _Pipe | None = None
+        self._revised: RevisedType | None = None
         self._bytes = 0
         self._messages = 0
 
@@ -166,15 +168,20 @@ class LocalLink(PublisherLink):
         request = subscriber_header(
             topic=self.topic, type_name=wanted.name, md5sum=wanted.md5sum, callerid=self._node.name
         )
-        offered = publication.type
-        check_subscriber_header(
-            request, topic=self.topic, type_name=offered.name, md5sum=offered.md5sum, peer=self._node.uri
-        )
         header = publication.header()
-        reply = check_publisher_header(
-            header, topic=self.topic, type_name=wanted.name, md5sum=wanted.md5sum, peer=self.uri
-        )
-        self.subscription.learn(reply, self.uri)
+        offered = publication.type
+        if wanted.is_wildcard or wanted.name != offered.name or wanted.md5sum == offered.md5sum:
+            check_subscriber_header(
+                request, topic=self.topic, type_name=offered.name, md5sum=offered.md5sum, peer=self._node.uri
+            )
+            reply = check_publisher_header(
+                header, topic=self.topic, type_name=wanted.name, md5sum=wanted.md5sum, peer=self.uri
+            )
+        else:  # two revisions of one type: take the publisher's, and carry the values over
+            reply = check_publisher_header(
+                header, topic=self.topic, type_name=offered.name, md5sum=offered.md5sum, peer=self.uri
+            )
+        self._revised = self.subscription.learn(reply, self.uri)
         self.header = header
         self.caller_id = reply.callerid
         self._pipe = _Pipe(self, publication, publication.queue_size, self._node._next_link_id())
@@ -201,7 +208,8 @@ class LocalLink(PublisherLink):
                 raise ConnectionLost(
                     f"{self.topic}: the publisher {self.caller_id} was closed", peer=self.uri
                 )
-            sink = subscription.sink
+            revised = self._revised
+            sink = subscription.sink if revised is None else subscription.sink_for(revised)
             self._messages += len(frames)
             self._bytes += sum(map(len, frames))
             if sink.newest is not None and len(frames) > sink.newest:

@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import itertools
 import logging
+import os
 import threading
 import time
 from collections import deque
@@ -38,6 +39,7 @@ from rosproto.node.link_monitor import LinkMonitor
 from rosproto.node.master_client import MasterClient
 from rosproto.node.publisher import Publisher
 from rosproto.node.registrations import Registrations
+from rosproto.node.revisions import Revisions
 from rosproto.node.slave import SlaveApi
 from rosproto.node.subscriber import Subscriber
 from rosproto.node.tcpros_link import TcprosLink
@@ -94,6 +96,8 @@ class Node:
         allow: Addresses that may connect to this node; None for all.
         allow_shutdown: Obey `rosnode kill`.
         intraprocess: Exchange messages with nodes of this process without sockets.
+        msg_path: Folders with .msg, .srv and .action files in ROS layout: types of your own, and further
+            revisions of known ones, for peers that have those.
         on_event: Called with each `Event`, in a thread of the library.
 
     Raises:
@@ -119,6 +123,7 @@ class Node:
         allow: Iterable[str] | None = None,
         allow_shutdown: bool = True,
         intraprocess: bool = True,
+        msg_path: Iterable[str | os.PathLike[str]] = (),
         on_event: Callable[[Event], object] | None = None,
     ) -> None:
         if use_environment:
@@ -129,6 +134,7 @@ class Node:
             )
         self.name = _node_name(name, namespace, anonymous)
         self.limits = limits or Limits()
+        self.revisions = Revisions([*msg_path, *(_environment_path() if use_environment else ())])
         self._remappings = names.resolve_remappings(remappings or {}, self.name)
         self._host_given = host
         self._intraprocess = intraprocess
@@ -241,7 +247,7 @@ class Node:
             MasterError, ConnectionLost, RosTimeout: It could not be registered.
         """
         self._check_open()
-        type_ = resolve_type(type)
+        type_ = resolve_type(type, self.revisions)
         if type_.is_wildcard:
             raise LocalProtocolError(
                 f"{topic}: a publisher needs a definite type; give the class or name of what it publishes"
@@ -290,7 +296,7 @@ class Node:
         self._check_open()
         return self._topics.open_subscriber(
             self.resolve_name(topic),
-            resolve_type(type),
+            resolve_type(type, self.revisions),
             callback=callback,
             queue_size=_queue_size(queue_size),
             raw=raw,
@@ -566,6 +572,11 @@ def _node_name(name: str, namespace: str, anonymous: bool) -> str:
         space, _, base = resolved.rpartition("/")
         return f"{space}/{names.anonymous_name(base)}"
     return resolved
+
+
+def _environment_path() -> list[str]:
+    """Folders in $ROSPROTO_MSG_PATH, separated as in $PATH."""
+    return [path for path in os.environ.get("ROSPROTO_MSG_PATH", "").split(os.pathsep) if path]
 
 
 def _from_environment(

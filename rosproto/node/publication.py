@@ -18,9 +18,12 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rosproto.codec import AnyMsg
-from rosproto.errors import CodecError, ConnectionLost, RosError
+from rosproto.codec.conversion import ConversionError
+from rosproto.errors import CodecError, ConnectionLost, Md5sumMismatch, RosError
 from rosproto.node.events import Event, EventKind
 from rosproto.node.frames import LARGE, LargeFrame, prefix, small_frame
+from rosproto.node.revised_output import RevisedOutput
+from rosproto.node.revisions import explained, note_differences
 from rosproto.node.subscriber_link import SubscriberLink
 from rosproto.node.tcpros_server import refuse
 from rosproto.node.topic_types import TopicType
@@ -74,7 +77,8 @@ class Publication:
     Attributes:
         name: Resolved topic.
         type: Its type; never the wildcard.
-        links: The present subscribers; replaced, never changed, so it is read without a lock.
+        links: The present subscribers that want our own definition; replaced, never changed, so it is read
+            without a lock. Those that want another revision are in `_revised`, by md5sum.
     """
 
     kind = "publisher"
@@ -95,6 +99,7 @@ class Publication:
         is_plain = not self._has_header and not type_.may_be_large
         self._plain_class = type_.message_class if is_plain else None
         self._plain_encode = type_.encode
+        self._revised: dict[str, RevisedOutput] = {}
         self._closed = False
         self._gone_bytes = 0
 
@@ -113,7 +118,7 @@ class Publication:
         with self._lock:
             self._handles.append(handle)
             size = self.queue_size
-            for link in self.links:
+            for link in self.all_links:
                 link.queue_size = size
 
     def remove_handle(self, handle: Publisher) -> bool:
@@ -140,14 +145,19 @@ class Publication:
 
     # -- subscribers ----------------------------------------------------------------------------------------
 
+    @property
+    def all_links(self) -> tuple[OutgoingLink, ...]:
+        """Every present subscriber, whatever revision it wants."""
+        if not self._revised:
+            return self.links
+        return self.links + tuple(link for output in self._revised.values() for link in output.links)
+
     def accept(self, sock: socket.socket, fields: dict[str, str], peer: tuple[str, int]) -> None:
         """Answer a subscriber's header; from then on it gets messages. Owns the socket."""
         address = format_address(*peer[:2])
         try:
-            check_subscriber_header(
-                fields, topic=self.name, type_name=self.type.name, md5sum=self.type.md5sum, peer=address
-            )
-            write_header(sock, self.header(), Deadline(self._node.limits.handshake_seconds))
+            output = self.output_for(fields, address)
+            write_header(sock, self.header(output), Deadline(self._node.limits.handshake_seconds))
         except RosError as error:
             self._refused(sock, address, error)
             return
@@ -161,7 +171,39 @@ class Publication:
             on_closed=self._link_closed,
             id=self._node._next_link_id(),
         )
-        self.attach(link, address)
+        self.attach(link, address, output)
+
+    def output_for(self, fields: dict[str, str], address: str) -> RevisedOutput | None:
+        """The revision that a subscriber's header asks for; None for our own definition.
+
+        Raises:
+            Md5sumMismatch: It asks for a definition that nobody here knows, or that values cannot be carried
+                over to.
+            RemoteProtocolError: Something else is wrong with the header.
+        """
+        try:
+            check_subscriber_header(
+                fields, topic=self.name, type_name=self.type.name, md5sum=self.type.md5sum, peer=address
+            )
+            return None
+        except Md5sumMismatch as mismatch:
+            if mismatch.remote_type not in ("", self.type.name):
+                raise
+            known = self._revised.get(fields["md5sum"])
+            return known or self._revise(fields, mismatch)
+
+    def _revise(self, fields: dict[str, str], mismatch: Md5sumMismatch) -> RevisedOutput:
+        definition = fields.get("message_definition", "")
+        theirs = self._node.revisions.message(self.type.message_class, fields["md5sum"], definition)
+        if theirs is None:
+            raise explained(mismatch, self.type.message_class, definition) from None
+        try:
+            output = RevisedOutput(self.type, theirs)
+        except ConversionError as error:
+            raise explained(mismatch, self.type.message_class, definition, str(error)) from error
+        note_differences(self.name, fields.get("callerid", "a subscriber"), output.conversion)
+        with self._lock:
+            return self._revised.setdefault(fields["md5sum"], output)
 
     def _refused(self, sock: socket.socket, address: str, error: RosError) -> None:
         if isinstance(error, (ConnectionLost, TimeoutError)):
@@ -172,25 +214,29 @@ class Publication:
         refuse(sock, str(error))
         self._node._emit(Event(EventKind.REFUSED, self.name, address, error))
 
-    def header(self) -> dict[str, str]:
+    def header(self, output: RevisedOutput | None = None) -> dict[str, str]:
         """What we answer a subscriber."""
+        type_ = self.type if output is None else output.type
         return publisher_header(
             topic=self.name,
-            type_name=self.type.name,
-            md5sum=self.type.md5sum,
+            type_name=type_.name,
+            md5sum=type_.md5sum,
             callerid=self._node.name,
-            message_definition=self.type.definition,
+            message_definition=type_.definition,
             latching=self.latching,
         )
 
-    def attach(self, link: OutgoingLink, address: str) -> None:
+    def attach(self, link: OutgoingLink, address: str, output: RevisedOutput | None = None) -> None:
         """Add a subscriber: first the latched messages, then everything published from now on."""
         with self._lock:
             closed = self._closed
             if not closed:
                 for frame in self._latched.values():
-                    _send(link, frame)
-                self.links = (*self.links, link)
+                    _send(link, frame if output is None else output.convert_frame(frame))
+                if output is None:
+                    self.links = (*self.links, link)
+                else:
+                    output.links = (*output.links, link)
                 self._lock.notify_all()
                 callbacks = [handle.on_connect for handle in self._handles if handle.on_connect]
         if closed:
@@ -217,23 +263,32 @@ class Publication:
     def detach(self, link: OutgoingLink) -> None:
         """Forget a subscriber that is gone."""
         with self._lock:
-            if link in self.links:
-                self._gone_bytes += link.stats().bytes
-                self.links = tuple(other for other in self.links if other is not link)
-                self._lock.notify_all()
+            if link not in self.all_links:
+                return
+            self._gone_bytes += link.stats().bytes
+            self.links = tuple(other for other in self.links if other is not link)
+            for output in self._revised.values():
+                output.links = tuple(other for other in output.links if other is not link)
+            self._lock.notify_all()
 
     def wait_for(self, count: int, timeout: float | None) -> bool:
         """Wait until at least `count` subscribers are connected; False when they were not in time."""
         with self._lock:
-            return self._lock.wait_for(lambda: self._closed or len(self.links) >= count, timeout) and (
-                len(self.links) >= count
+            return self._lock.wait_for(lambda: self._closed or len(self.all_links) >= count, timeout) and (
+                len(self.all_links) >= count
             )
 
     # -- messages -------------------------------------------------------------------------------------------
 
-    def publish(self, handle: Publisher, message: Any) -> None:
-        """Encode and hand to every subscriber; see `Publisher.publish`."""
+    def publish(self, handle: Publisher, message: Any, own_only: bool = False) -> None:
+        """Encode and hand to every subscriber; see `Publisher.publish`.
+
+        `own_only` leaves out those that want another revision.
+        """
         links = self.links
+        if self._revised and not own_only:
+            self._publish_revised(handle, message)
+            return
         if not links and not handle.latch:
             return
         now = perf_counter()
@@ -262,6 +317,19 @@ class Publication:
             for link in links:
                 link.send_large(frame)
         self._returned = perf_counter()
+
+    def _publish_revised(self, handle: Publisher, message: Any) -> None:
+        """With subscribers of other revisions: everybody is served before a value's misfit is told."""
+        self.publish(handle, message, own_only=True)
+        problem: CodecError | None = None
+        for output in list(self._revised.values()):
+            if output.links:
+                try:
+                    output.send(message)
+                except CodecError as error:
+                    problem = error
+        if problem is not None:
+            raise problem
 
     def _latch(self, handle: Publisher, frame: Frame) -> tuple[OutgoingLink, ...]:
         """Remember the frame; the links that are to get it now (those that come later get it as latched)."""
@@ -302,7 +370,7 @@ class Publication:
     def flush(self, timeout: float) -> None:
         """Wait until every subscriber's outbox is empty."""
         deadline = Deadline(timeout)
-        for link in self.links:
+        for link in self.all_links:
             link.wait_empty(deadline.remaining() or 0.0)
 
     # -- end ------------------------------------------------------------------------------------------------
@@ -311,25 +379,25 @@ class Publication:
         """End all links; what is in the operating system's hands is still delivered."""
         with self._lock:
             self._closed = True
-            links = self.links
+            links = self.all_links
             self._lock.notify_all()
         for link in links:
             link.close()
 
     def drop_links(self) -> None:
         """Our address changed: subscribers connect again at the new one."""
-        for link in self.links:
+        for link in self.all_links:
             if link.transport == "TCPROS":
                 link.close()
 
     def stats(self) -> list[LinkStats]:
         """One entry per present subscriber."""
-        return [link.stats() for link in self.links]
+        return [link.stats() for link in self.all_links]
 
     @property
     def bytes_sent(self) -> int:
         """Bytes to all subscribers, those that left included."""
-        return self._gone_bytes + sum(link.stats().bytes for link in self.links)
+        return self._gone_bytes + sum(link.stats().bytes for link in self.all_links)
 
 
 def _raw_frame(data: bytes | bytearray | memoryview) -> Frame:

@@ -66,7 +66,7 @@ class Publisher:
     @property
     def connections(self) -> int:
         """Subscribers connected now."""
-        return len(self._publication.links)
+        return len(self._publication.all_links)
 
     @property
     def closed(self) -> bool:
@@ -76,7 +76,7 @@ class Publisher:
     @property
     def subscribers(self) -> list[str]:
         """Caller ids of the subscribers connected now."""
-        return [link.caller_id for link in self._publication.links]
+        return [link.caller_id for link in self._publication.all_links]
 
     def publish(self, message: Any = None, **fields: Any) -> None:
         """Send a message to everybody who subscribes; never waits for a slow subscriber.

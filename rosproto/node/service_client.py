@@ -27,6 +27,7 @@ from rosproto.errors import (
     ServiceError,
 )
 from rosproto.node import service_probe
+from rosproto.node.revisions import ServiceRevision, note_differences, revised_service
 from rosproto.node.service_link import ServiceLink
 from rosproto.protocol.handshake import (
     HandshakeRefused,
@@ -111,6 +112,7 @@ class ServiceClient:
             type_name=self.type_name,
             persistent=persistent,
         )
+        self._revision: ServiceRevision | None = None
         self._address: tuple[str, int] | None = None
         self._lock = threading.Lock()
         self._turn = threading.Lock()  # one call at a time on the persistent link
@@ -162,18 +164,22 @@ class ServiceClient:
         self, cancellation: Cancellation | None, request: Any, timeout: float | None, fields: dict[str, Any]
     ) -> Any:
         deadline = Deadline(timeout)
-        body = encode(self._request(request, fields))
+        request = self._request(request, fields)
+        body = encode(request)
         self._calls += 1
         try:
             exchange = self._call_kept if self.persistent else self._call_once
-            header, answer = exchange(body, deadline, cancellation)
+            link, answer = exchange(request, body, deadline, cancellation)
         except RosError as error:
             self._errors += 1
             if isinstance(error, RosTimeout):
                 error.seconds = timeout
             raise
-        response = decode(self._response_class, answer)
-        response._connection_header = header
+        if link.revision is None:
+            response = decode(self._response_class, answer)
+        else:
+            response = link.revision.response_to_ours(decode(link.revision.response_class, answer))
+        response._connection_header = link.header
         return response
 
     __call__ = call
@@ -191,17 +197,17 @@ class ServiceClient:
         return request
 
     def _call_once(
-        self, body: bytes, deadline: Deadline, cancellation: Cancellation | None
-    ) -> tuple[dict[str, str], bytes]:
+        self, request: Any, body: bytes, deadline: Deadline, cancellation: Cancellation | None
+    ) -> tuple[ServiceLink, bytes]:
         link = self._connect(deadline)
         try:
-            return link.header, self._exchange(link, body, deadline, cancellation)
+            return link, self._exchange(link, request, body, deadline, cancellation)
         finally:
             self._drop(link)
 
     def _call_kept(
-        self, body: bytes, deadline: Deadline, cancellation: Cancellation | None
-    ) -> tuple[dict[str, str], bytes]:
+        self, request: Any, body: bytes, deadline: Deadline, cancellation: Cancellation | None
+    ) -> tuple[ServiceLink, bytes]:
         if not self._turn.acquire(False):
             self._wait_for_turn(deadline)
         try:
@@ -209,7 +215,7 @@ class ServiceClient:
             if link is None or not link.usable:
                 link = self._kept = self._replaced(link, deadline)
             try:
-                return link.header, self._exchange(link, body, deadline, cancellation)
+                return link, self._exchange(link, request, body, deadline, cancellation)
             except ServiceError:
                 raise  # the provider said no; the link is in step
             except BaseException:
@@ -228,8 +234,15 @@ class ServiceClient:
         return self._connect(deadline)
 
     def _exchange(
-        self, link: ServiceLink, body: bytes, deadline: Deadline, cancellation: Cancellation | None
+        self,
+        link: ServiceLink,
+        request: Any,
+        body: bytes,
+        deadline: Deadline,
+        cancellation: Cancellation | None,
     ) -> bytes:
+        if link.revision is not None:
+            body = encode(link.revision.request_to_theirs(request))
         if cancellation is None:
             return link.call(body, deadline)
         with cancellation.covering(link):
@@ -268,32 +281,56 @@ class ServiceClient:
         if self._stop.is_set():
             raise LocalProtocolError(f"service {self.name}: this client is closed")
         self._address = None
-        self._connects += 1
         try:
-            link = ServiceLink.open(
-                address, self._header, service=self.name, limits=self._node.limits, deadline=deadline
-            )
-        except HandshakeRefused as refusal:
-            raise self._explained(refusal, address, deadline) from None
-        self._keep_track(link)
-        try:
-            self._check(link.header, link.peer)
-        except BaseException:
-            self._drop(link)
-            raise
+            link = self._shake_hands(address, deadline, self._revision)
+        except Md5sumMismatch as mismatch:
+            link = self._shake_hands(address, deadline, self._revise(mismatch))
+        self._revision = link.revision
         self._address = address
         return link
 
-    def _check(self, header: dict[str, str], peer: str) -> None:
+    def _shake_hands(
+        self, address: tuple[str, int], deadline: Deadline, revision: ServiceRevision | None
+    ) -> ServiceLink:
+        self._connects += 1
+        header = self._header if revision is None else {**self._header, "md5sum": revision.md5sum}
+        try:
+            link = ServiceLink.open(
+                address, header, service=self.name, limits=self._node.limits, deadline=deadline
+            )
+        except HandshakeRefused as refusal:
+            raise self._explained(refusal, address, deadline, header["md5sum"]) from None
+        link.revision = revision
+        self._keep_track(link)
+        try:
+            self._check(link.header, link.peer, header["md5sum"])
+        except BaseException:
+            self._drop(link)
+            raise
+        return link
+
+    def _revise(self, mismatch: Md5sumMismatch) -> ServiceRevision | None:
+        """The provider's revision; None when it has ours after all (it was replaced by another one)."""
+        if mismatch.remote_md5sum == self.md5sum:
+            return None
+        if mismatch.remote_type not in ("", self.type_name) or len(mismatch.remote_md5sum) != 32:
+            raise mismatch
+        revision = revised_service(self._node.revisions, self._class, mismatch.remote_md5sum, mismatch)
+        note_differences(self.name, mismatch.peer, revision.request_to_theirs)
+        return revision
+
+    def _check(self, header: dict[str, str], peer: str, md5sum: str) -> None:
         check_service_server_header(
-            header, service=self.name, type_name=self.type_name, md5sum=self.md5sum, peer=peer
+            header, service=self.name, type_name=self.type_name, md5sum=md5sum, peer=peer
         )
 
-    def _explained(self, refusal: HandshakeRefused, address: tuple[str, int], deadline: Deadline) -> RosError:
+    def _explained(
+        self, refusal: HandshakeRefused, address: tuple[str, int], deadline: Deadline, md5sum: str
+    ) -> RosError:
         """An error header is only text; a probe that takes any definition tells whether the two differ."""
         try:
             header = service_probe.probe(self._node, self.name, deadline, address=address)
-            self._check(header, format_address(*address))
+            self._check(header, format_address(*address), md5sum)
         except Md5sumMismatch as mismatch:
             return mismatch
         except RosError:

@@ -11,6 +11,7 @@ import select
 import socket
 import struct
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout, ServiceError, TooLarge
 from rosproto.node.socket_waits import limit_waits
@@ -20,6 +21,9 @@ from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp import connect, interrupt
 from rosproto.transport.tcpros_io import read_header, write_header
+
+if TYPE_CHECKING:
+    from rosproto.node.revisions import ServiceRevision
 
 __all__ = ["ServiceLink"]
 
@@ -35,9 +39,10 @@ class ServiceLink:
         header: The provider's connection header.
         peer: "host:port".
         calls: Answers received.
+        revision: The provider's revision of the service type; None when it has ours.
     """
 
-    __slots__ = ("_limit", "_limits", "_poll", "_service", "_sock", "calls", "header", "peer")
+    __slots__ = ("_limit", "_limits", "_poll", "_service", "_sock", "calls", "header", "peer", "revision")
 
     def __init__(
         self, sock: socket.socket, header: dict[str, str], *, service: str, peer: str, limits: Limits
@@ -50,6 +55,7 @@ class ServiceLink:
         self.header = header
         self.peer = peer
         self.calls = 0
+        self.revision: ServiceRevision | None = None
 
     @classmethod
     def open(

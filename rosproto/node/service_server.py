@@ -12,11 +12,12 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import decode
-from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout, ServiceError
+from rosproto.errors import ConnectionLost, Md5sumMismatch, RemoteProtocolError, RosTimeout, ServiceError
+from rosproto.node.revisions import ServiceRevision, note_differences, revised_service
 from rosproto.node.service_reply import encode_error, encode_reply, error_text, response_from
 from rosproto.node.service_session import ServiceSession
 from rosproto.node.tcpros_server import refuse
-from rosproto.protocol.handshake import check_service_client_header, service_server_header
+from rosproto.protocol.handshake import ServiceRequest, check_service_client_header, service_server_header
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcpros_io import write_header
 
@@ -49,6 +50,7 @@ class ServiceServer:
         self.type_name: str = service_class._type
         self.md5sum: str = service_class._md5sum
         self._node = node
+        self._class = service_class
         self._handler = handler
         self._request_class = service_class._request_class
         self._response_class = service_class._response_class
@@ -76,36 +78,60 @@ class ServiceServer:
             Md5sumMismatch, RemoteProtocolError: The client does not fit; it has been told so.
         """
         try:
-            asked = check_service_client_header(
-                header, service=self.name, type_name=self.type_name, md5sum=self.md5sum, peer=peer
-            )
+            asked, revision = self._understand(header, peer)
         except RemoteProtocolError as error:
             refuse(sock, str(error))
             raise
         try:
-            write_header(sock, self._header(), Deadline(self._node.limits.handshake_seconds))
+            write_header(sock, self._header(revision), Deadline(self._node.limits.handshake_seconds))
         except (ConnectionLost, RosTimeout):
             sock.close()  # rospy's wait_for_service closes without reading the answer
             return
         if asked.probe:
             sock.close()
         else:
-            self._serve(sock, dict(header), peer, asked.persistent)
+            self._serve(sock, dict(header), peer, asked.persistent, revision)
 
-    def _header(self) -> dict[str, str]:
+    def _understand(
+        self, header: Mapping[str, str], peer: str
+    ) -> tuple[ServiceRequest, ServiceRevision | None]:
+        """What the client wants, and its revision of the service when that is not ours."""
+        try:
+            return check_service_client_header(
+                header, service=self.name, type_name=self.type_name, md5sum=self.md5sum, peer=peer
+            ), None
+        except Md5sumMismatch as mismatch:
+            if mismatch.remote_type not in ("", self.type_name):
+                raise
+            revision = revised_service(self._node.revisions, self._class, header["md5sum"], mismatch)
+        asked = check_service_client_header(
+            header, service=self.name, type_name=self.type_name, md5sum=revision.md5sum, peer=peer
+        )
+        if not asked.probe:
+            note_differences(self.name, asked.callerid or peer, revision.request_to_ours)
+        return asked, revision
+
+    def _header(self, revision: ServiceRevision | None = None) -> dict[str, str]:
         return service_server_header(
             service=self.name,
             type_name=self.type_name,
-            md5sum=self.md5sum,
+            md5sum=self.md5sum if revision is None else revision.md5sum,
             callerid=self._node.name,
             request_type=self._request_class._type,
             response_type=self._response_class._type,
         )
 
-    def _serve(self, sock: socket.socket, header: dict[str, str], peer: str, persistent: bool) -> None:
+    def _serve(
+        self,
+        sock: socket.socket,
+        header: dict[str, str],
+        peer: str,
+        persistent: bool,
+        revision: ServiceRevision | None,
+    ) -> None:
         session = ServiceSession(
             sock,
-            lambda request: self._answer(request, header),
+            lambda request: self._answer(request, header, revision),
             peer=peer,
             callerid=header.get("callerid", ""),
             persistent=persistent,
@@ -123,13 +149,17 @@ class ServiceServer:
             with self._lock:
                 self._sessions.discard(session)
 
-    def _answer(self, data: bytes, header: dict[str, str]) -> bytes:
+    def _answer(self, data: bytes, header: dict[str, str], revision: ServiceRevision | None) -> bytes:
         """Bytes of the answer to one encoded request; never raises but for the end of the process."""
         self._calls += 1
         try:
-            request = decode(self._request_class, data)
+            if revision is None:
+                request = decode(self._request_class, data)
+            else:
+                request = revision.request_to_ours(decode(revision.request_class, data))
             request._connection_header = header
-            return encode_reply(response_from(self._handler(request), self._response_class))
+            response = response_from(self._handler(request), self._response_class)
+            return encode_reply(response if revision is None else revision.response_to_theirs(response))
         except Exception as error:
             self._errors += 1
             self._report(error, header)

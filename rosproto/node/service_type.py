@@ -11,6 +11,7 @@ from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
     from rosproto.node.node import Node
+    from rosproto.node.revisions import Revisions
 
 __all__ = ["ServiceTypeGiven", "ask_type", "resolve_service_type"]
 
@@ -20,15 +21,15 @@ ServiceTypeGiven = type | str | None
 PROBE_SECONDS = 10.0
 
 
-def resolve_service_type(type_: Any, service: str) -> Any:
-    """The service class.
+def resolve_service_type(type_: Any, service: str, revisions: Revisions | None = None) -> Any:
+    """The service class; a name that is not bundled is looked for in the node's own folders.
 
     Raises:
         DefinitionError: There is no such service type.
         LocalProtocolError: It is no service type.
     """
     if isinstance(type_, str):
-        return service_class(type_)
+        return service_class(type_, revisions.library_for(type_, "srv") if revisions else None)
     if hasattr(type_, "_request_class") and hasattr(type_, "_md5sum"):
         return type_
     raise LocalProtocolError(
@@ -46,4 +47,4 @@ def ask_type(node: Node, service: str) -> Any:
     name = service_probe.probe(node, service, Deadline(PROBE_SECONDS)).get("type", "")
     if not name or name == "*":
         raise ServiceError(service, "its provider does not tell the type; give it")
-    return service_class(name)
+    return service_class(name, node.revisions.library_for(name, "srv"))

@@ -70,7 +70,11 @@ class Services:
             type_: Service class or "package/Type"; None asks the provider, which must be there then.
             persistent: Keep the connection between calls.
         """
-        service_class = ask_type(self._node, name) if type_ is None else resolve_service_type(type_, name)
+        service_class = (
+            ask_type(self._node, name)
+            if type_ is None
+            else resolve_service_type(type_, name, self._node.revisions)
+        )
         client = ServiceClient(self._node, name, service_class, persistent=persistent)
         with self._lock:
             self._refuse_when_closed(name)
@@ -86,7 +90,9 @@ class Services:
         """
         if not callable(handler):
             raise TypeError(f"service {name}: the handler is a {type(handler).__name__}, expected a callable")
-        server = ServiceServer(self._node, name, resolve_service_type(type_, name), handler)
+        server = ServiceServer(
+            self._node, name, resolve_service_type(type_, name, self._node.revisions), handler
+        )
         registration = ServiceRegistration(self._node, name)
         with self._lock:
             self._refuse_when_closed(name)

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import AnyMsg
 from rosproto.errors import LocalProtocolError, Md5sumMismatch
+from rosproto.node.revisions import RevisedType, note_differences, revised_type
 from rosproto.node.topic_types import TopicType, learn_type
 from rosproto.transport.address import parse_uri
 
@@ -120,6 +121,7 @@ class Subscription:
         self._latched: dict[PublisherLink, Any] = {}
         self._generation = 0
         self._closed = False
+        self._revised_sinks: dict[RevisedType, Sink] = {}
         self.sink = Sink(self, (), type_)
 
     # -- master ---------------------------------------------------------------------------------------------
@@ -184,6 +186,15 @@ class Subscription:
 
     def _renew_sink(self) -> None:
         self.sink = Sink(self, self._handles, self._decode_type)
+        self._revised_sinks = {}
+
+    def sink_for(self, revised: RevisedType) -> Sink:
+        """As `sink`, for a publisher that sends another revision of the type."""
+        sink = self._revised_sinks.get(revised)
+        if sink is None:
+            with self._condition:
+                sink = self._revised_sinks[revised] = Sink(self, self._handles, revised)
+        return sink
 
     @property
     def handles(self) -> list[Subscriber]:
@@ -191,21 +202,23 @@ class Subscription:
 
     # -- called by links ------------------------------------------------------------------------------------
 
-    def learn(self, reply: PublisherReply, peer: str) -> None:
+    def learn(self, reply: PublisherReply, peer: str) -> RevisedType | None:
         """A wildcard subscription takes over the first publisher's own type.
 
+        Returns:
+            How to decode this publisher's messages when it has another revision of the type; None when it
+            has ours.
+
         Raises:
-            Md5sumMismatch: Another publisher of this topic told another type before.
+            Md5sumMismatch: It has another type, or a revision that nobody here knows.
             RemoteProtocolError: Its definition cannot be used.
         """
         with self._condition:
             known = self._decode_type
             if known.is_wildcard and all(handle.raw for handle in self._handles):
-                return
+                return None
         if not known.is_wildcard:
-            if known.md5sum != reply.md5sum:
-                raise self._mixed_types(reply, peer, known)
-            return
+            return None if known.md5sum == reply.md5sum else self._revise(reply, peer, known)
         learned = learn_type(
             reply.type_name, reply.md5sum, reply.message_definition, topic=self.name, peer=peer
         )
@@ -213,13 +226,21 @@ class Subscription:
             if self._decode_type.is_wildcard:
                 self._decode_type = learned
                 self._renew_sink()
-            elif self._decode_type.md5sum != learned.md5sum:
-                raise self._mixed_types(reply, peer, self._decode_type)
+            known = self._decode_type
+        return None if known.md5sum == learned.md5sum else self._revise(reply, peer, known)
+
+    def _revise(self, reply: PublisherReply, peer: str, known: TopicType) -> RevisedType:
+        mismatch = self._mixed_types(reply, peer, known)
+        if reply.type_name != known.name:
+            raise mismatch
+        revised = revised_type(self.node.revisions, known, reply.md5sum, reply.message_definition, mismatch)
+        note_differences(self.name, reply.callerid or peer, revised.conversion)
+        return revised
 
     def _mixed_types(self, reply: PublisherReply, peer: str, known: TopicType) -> Md5sumMismatch:
         return Md5sumMismatch(
             f"{self.name}: {peer} offers {reply.type_name} with md5sum {reply.md5sum}, but this subscription"
-            f" decodes {known.name} with md5sum {known.md5sum}; the publishers of this topic disagree",
+            f" decodes {known.name} with md5sum {known.md5sum}",
             name=self.name,
             peer=peer,
             type_name=known.name,

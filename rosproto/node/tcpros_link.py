@@ -8,17 +8,24 @@ from __future__ import annotations
 import socket
 from typing import TYPE_CHECKING
 
-from rosproto.errors import ConnectionLost, RemoteProtocolError
+from rosproto.errors import ConnectionLost, Md5sumMismatch, RemoteProtocolError
 from rosproto.node.frame_reader import FrameReader
 from rosproto.node.link_state import LinkEvent
 from rosproto.node.publisher_link import PublisherLink
-from rosproto.protocol.handshake import check_publisher_header, subscriber_header
+from rosproto.node.topic_types import ANY
+from rosproto.protocol.handshake import (
+    HandshakeRefused,
+    PublisherReply,
+    check_publisher_header,
+    subscriber_header,
+)
 from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp import connect, interrupt
 from rosproto.transport.tcpros_io import read_header, write_header
 
 if TYPE_CHECKING:
+    from rosproto.node.revisions import RevisedType
     from rosproto.node.subscription import Subscription
 
 __all__ = ["TcprosLink"]
@@ -37,6 +44,7 @@ class TcprosLink(PublisherLink):
         super().__init__(subscription, uri, id)
         self._sock: socket.socket | None = None
         self._reader: FrameReader | None = None
+        self._revised: RevisedType | None = None
 
     def _open(self) -> None:
         long = self._attempts % LONG_EVERY == LONG_EVERY - 1
@@ -48,7 +56,9 @@ class TcprosLink(PublisherLink):
         self._sock = sock
         # The publisher answered the connect, so it lives: give a busy one time to answer the header.
         deadline = Deadline(self._node.limits.handshake_seconds)
-        self._exchange_headers(sock, deadline)
+        sock, reply = self._agree(sock, (host, port), deadline)
+        self._revised = self.subscription.learn(reply, self.uri)
+        self.caller_id = reply.callerid
         self._reader = FrameReader(sock, self._node.limits.message_bytes, peer=self.address)
 
     def _request_topic(self, deadline: Deadline) -> tuple[str, int]:
@@ -69,33 +79,55 @@ class TcprosLink(PublisherLink):
             )
         return host, port
 
-    def _exchange_headers(self, sock: socket.socket, deadline: Deadline) -> None:
+    def _agree(
+        self, sock: socket.socket, address: tuple[str, int], deadline: Deadline
+    ) -> tuple[socket.socket, PublisherReply]:
+        """Exchange headers; ask a publisher that refuses our definition for its own, on a second connection.
+
+        The wildcard is not asked for at once: a publisher of ours converts to what we want, and errors name
+        both sums.
+        """
         wanted = self.subscription.type
+        try:
+            return sock, self._exchange_headers(sock, wanted.name, wanted.md5sum, deadline)
+        except (Md5sumMismatch, HandshakeRefused) as refusal:
+            if wanted.is_wildcard:
+                raise
+            sock.close()
+            sock = connect(*address, deadline)
+            self._sock = sock
+            reply = self._exchange_headers(sock, ANY, ANY, deadline)
+            if reply.md5sum == wanted.md5sum:
+                raise refusal  # it was refused for another reason
+            return sock, reply
+
+    def _exchange_headers(
+        self, sock: socket.socket, type_name: str, md5sum: str, deadline: Deadline
+    ) -> PublisherReply:
         write_header(
             sock,
             subscriber_header(
                 topic=self.topic,
-                type_name=wanted.name,
-                md5sum=wanted.md5sum,
+                type_name=type_name,
+                md5sum=md5sum,
                 callerid=self._node.name,
-                message_definition=wanted.definition,
+                message_definition="" if md5sum == ANY else self.subscription.type.definition,
                 tcp_nodelay=self.subscription.tcp_nodelay,
             ),
             deadline,
         )
         header = read_header(sock, self._node.limits, deadline)
         reply = check_publisher_header(
-            header, topic=self.topic, type_name=wanted.name, md5sum=wanted.md5sum, peer=self.uri
+            header, topic=self.topic, type_name=type_name, md5sum=md5sum, peer=self.uri
         )
-        self.subscription.learn(reply, self.uri)
         self.header = header
-        self.caller_id = reply.callerid
+        return reply
 
     def _receive(self) -> None:
-        reader, subscription, header = self._reader, self.subscription, self.header
+        reader, subscription, header, revised = self._reader, self.subscription, self.header, self._revised
         assert reader is not None
         while True:
-            sink = subscription.sink
+            sink = subscription.sink if revised is None else subscription.sink_for(revised)
             batch = reader.receive(sink.decode, owns=sink.owns, newest=sink.newest)
             sink.deliver(batch, header, self)
 

@@ -6,10 +6,13 @@ Source: wiki.ros.org/ROS/Connection Header; the wildcard "*" is what rostopic an
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import AnyMsg, Message, decoder, define, encode_parts, encoder, message_class
 from rosproto.errors import CodecError, DefinitionError, RemoteProtocolError
+
+if TYPE_CHECKING:
+    from rosproto.node.revisions import Revisions
 
 __all__ = ["ANY", "TopicType", "TypeGiven", "resolve_type"]
 
@@ -82,8 +85,8 @@ class TopicType:
 WILDCARD = TopicType(AnyMsg)
 
 
-def resolve_type(given: Any) -> TopicType:
-    """The type a caller meant.
+def resolve_type(given: Any, revisions: Revisions | None = None) -> TopicType:
+    """The type a caller meant; a name that is not bundled is looked for in the node's own folders.
 
     Raises:
         DefinitionError: No such type is known.
@@ -92,7 +95,7 @@ def resolve_type(given: Any) -> TopicType:
     if given is None or given == ANY:
         return WILDCARD
     if isinstance(given, str):
-        return TopicType(message_class(given))
+        return TopicType(message_class(given, revisions.library_for(given) if revisions else None))
     if isinstance(given, type) and hasattr(given, "_md5sum") and hasattr(given, "_type"):
         return TopicType(given)
     raise TypeError(

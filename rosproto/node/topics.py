@@ -217,7 +217,7 @@ class TopicTable:
         """[connectionId, destinationId, direction, transport, topic, connected, text] for each link."""
         rows: list[list[Any]] = []
         for publication in list(self._publications.values()):
-            for link in publication.links:
+            for link in publication.all_links:
                 stats = link.stats()
                 rows.append(
                     [link.id, stats.peer, "o", stats.transport, stats.topic, stats.connected, _text(stats)]
@@ -246,7 +246,7 @@ class TopicTable:
                 _int32(publication.bytes_sent),
                 [
                     [link.id, _int32(stats.bytes), _int32(stats.messages), stats.connected]
-                    for link in publication.links
+                    for link in publication.all_links
                     for stats in [link.stats()]
                 ],
             ]

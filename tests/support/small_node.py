@@ -8,6 +8,7 @@ from rosproto.errors import MasterError
 from rosproto.names import resolve
 from rosproto.node.parameters import Parameters
 from rosproto.node.registrations import Registrations
+from rosproto.node.revisions import Revisions
 from rosproto.node.services import Services
 from rosproto.node.tcpros_server import TcprosServer
 from rosproto.protocol.limits import Limits
@@ -105,6 +106,7 @@ class SmallNode:
         self.master = master or MemoryMaster()
         self.master_uri = self.master.uri
         self.limits = limits or Limits()
+        self.revisions = Revisions()
         self._closers: list[Any] = []
         self._slave = _Slave()
         self._registrations = Registrations(self.master)  # type: ignore[arg-type]

@@ -1,0 +1,277 @@
+"""Peers with another revision of a type: all five directions, over TCP and inside one process."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rosproto import ActionClient, ActionServer, Master, Node
+from rosproto.codec import define, message_class, service_class
+from rosproto.errors import CodecError, Md5sumMismatch, RosTimeout
+from rosproto.msg import bundled
+
+Battery = message_class("woosh_msgs/Battery")
+Parameter = message_class("woosh_msgs/Parameter")
+ExecTask = service_class("woosh_msgs/ExecTask")
+
+
+def revision(name: str, label: str, kind: str = "msg") -> Any:
+    """The class of a type as of a revision."""
+    found = next(r for r in bundled().revisions(name, kind=kind) if r.label == label)
+    return (message_class if kind == "msg" else service_class)(name, found.library)
+
+
+PageBattery = revision("woosh_msgs/Battery", "page")
+PageParameter = revision("woosh_msgs/Parameter", "page")
+PageExecTask = revision("woosh_msgs/ExecTask", "page", "srv")
+
+
+@pytest.fixture(params=[True, False], ids=["intraprocess", "tcp"])
+def nodes(request: pytest.FixtureRequest) -> Iterator[tuple[Node, Node]]:
+    """Two nodes of one master."""
+    inside = request.param
+    with (
+        Master() as master,
+        Node("/here", master_uri=master.uri, intraprocess=inside, rosout=False) as here,
+        Node("/robot", master_uri=master.uri, intraprocess=inside, rosout=False) as robot,
+    ):
+        yield here, robot
+
+
+def test_subscribing(nodes: tuple[Node, Node]) -> None:
+    """The robot's older definition is decoded, and the program gets the type it asked for."""
+    here, robot = nodes
+    publisher = robot.publisher("/battery", PageBattery)
+    subscriber = here.subscriber("/battery", Battery)
+    publisher.wait_for_connection(timeout=5)
+    publisher.publish(PageBattery(batteryPercentage=81, bmsStatus=7, cellVoltageMax=3.5))
+    message = subscriber.next(timeout=5)
+    assert type(message) is Battery
+    assert (message.batteryPercentage, message.bmsStatus, message.cellVoltageMax) == (81, 7, 3.5)
+    assert message._connection_header["topic"] == "/battery"
+
+
+def test_publishing_to_several_revisions(nodes: tuple[Node, Node]) -> None:
+    """Each subscriber gets the revision it asks for, the latched message too, and ours is not disturbed."""
+    here, robot = nodes
+    publisher = here.publisher("/battery", Battery, latch=True)
+    publisher.publish(Battery(batteryPercentage=1, bmsStatus=1))
+    old = robot.subscriber("/battery", PageBattery)
+    assert old.next(timeout=5).batteryPercentage == 1
+    new = here.subscriber("/battery", Battery)
+    assert new.next(timeout=5).batteryPercentage == 1
+    publisher.wait_for_connection(timeout=5, count=2)
+    assert publisher.connections == 2
+    publisher.publish(Battery(batteryPercentage=2, bmsStatus=9, cellVoltageMin=3.25))
+    for subscriber, cls in ((old, PageBattery), (new, Battery)):
+        message = subscriber.next(timeout=5)
+        assert type(message) is cls
+        assert (message.batteryPercentage, message.bmsStatus, message.cellVoltageMin) == (2, 9, 3.25)
+
+
+def test_publishing_raw_bytes_to_another_revision(nodes: tuple[Node, Node]) -> None:
+    """A relay that never decoded its messages is converted for the one peer that needs it."""
+    here, robot = nodes
+    publisher = here.publisher("/battery", Battery)
+    old = robot.subscriber("/battery", PageBattery)
+    publisher.wait_for_connection(timeout=5)
+    from rosproto.codec import encode
+
+    publisher.publish(encode(Battery(bmsStatus=5)))
+    assert old.next(timeout=5).bmsStatus == 5
+
+
+def test_a_value_that_does_not_fit_is_told(nodes: tuple[Node, Node]) -> None:
+    """The others get their message; who had to convert is told which field, and the next message arrives."""
+    here, robot = nodes
+    publisher = here.publisher("/parameter", PageParameter)
+    fine = here.subscriber("/parameter", PageParameter)
+    other = robot.subscriber("/parameter", Parameter)
+    publisher.wait_for_connection(timeout=5, count=2)
+    if here._intraprocess:  # there the subscriber converts, and its link is told
+        publisher.publish(PageParameter(pulsePerCircle=0.5))
+        with pytest.raises(RosTimeout, match="pulsePerCircle"):
+            other.next(timeout=0.3)
+        publisher.wait_for_connection(timeout=5, count=2)
+    else:
+        with pytest.raises(CodecError, match="pulsePerCircle"):
+            publisher.publish(PageParameter(pulsePerCircle=0.5))
+    assert fine.next(timeout=5).pulsePerCircle == 0.5
+    publisher.publish(PageParameter(pulsePerCircle=7.0))
+    assert other.next(timeout=5).pulsePerCircle == 7
+
+
+def test_service_client(nodes: tuple[Node, Node]) -> None:
+    """A provider with the page's spelling: the request arrives under its names, the answer under ours."""
+    here, robot = nodes
+    seen: list[Any] = []
+
+    def handler(request: Any) -> Any:
+        seen.append(request)
+        return PageExecTask.Response(statuscode=2)
+
+    robot.service_server("/exec_task", PageExecTask, handler)
+    for persistent in (False, True):
+        with here.service_client("/exec_task", ExecTask, persistent=persistent) as client:
+            for _ in range(2):
+                response = client.call(ExecTask.Request(task_exect=1, mark_no="A1"), timeout=5)
+                assert type(response) is ExecTask.Response
+                assert response.statusCode == 2
+    assert all((r.task_exec, r.mark_no) == (1, "A1") for r in seen)
+    assert len(seen) == 4
+
+
+def test_service_server(nodes: tuple[Node, Node]) -> None:
+    """A client with the page's spelling calls us."""
+    here, robot = nodes
+    with (
+        here.service_server("/exec_task", ExecTask, lambda r: {"statusCode": r.task_exect + 1}),
+        robot.service_client("/exec_task", PageExecTask) as client,
+    ):
+        assert client.call(task_exec=3, timeout=5).statuscode == 4
+
+
+@pytest.mark.parametrize("old_side", ["server", "client"])
+def test_actions(nodes: tuple[Node, Node], old_side: str) -> None:
+    """Goal, feedback and result each travel by their own revision."""
+    here, robot = nodes
+    old = revision("woosh_msgs/StepControlAction", "1.1.0")
+    new = message_class("woosh_msgs/StepControlAction")
+    server_type, client_type = (old, new) if old_side == "server" else (new, old)
+
+    def handler(goal: Any) -> None:
+        assert goal.goal.stepControl[0].data == 0.5
+        goal.succeed()
+
+    goal_class = message_class("woosh_msgs/StepControlGoal", client_type._binding.library)
+    step_class = message_class("woosh_msgs/StepControl", client_type._binding.library)
+    with (
+        ActionServer(robot, "/steps", server_type, handler),
+        ActionClient(here, "/steps", client_type) as client,
+    ):
+        client.wait_for_server(timeout=5)
+        handle = client.send_goal(goal_class(mode=1, stepControl=[step_class(executeMode=1, data=0.5)]))
+        handle.wait(timeout=5)
+        assert handle.status.name == "SUCCEEDED"
+
+
+def test_learned_from_the_header(nodes: tuple[Node, Node]) -> None:
+    """A definition nobody bundled is taken from what the publisher says about itself."""
+    here, robot = nodes
+    ours = define("robot_msgs/State", "uint8 mode\nfloat32 speed")
+    theirs = define("robot_msgs/State", "string mood\nfloat64 speed\nuint16 mode")
+    publisher = robot.publisher("/state", theirs)
+    subscriber = here.subscriber("/state", ours)
+    publisher.wait_for_connection(timeout=5)
+    publisher.publish(theirs(mode=3, speed=0.5, mood="calm"))
+    message = subscriber.next(timeout=5)
+    assert (message.mode, message.speed) == (3, 0.5)
+
+
+def test_a_kind_that_changed_shows_both_definitions(nodes: tuple[Node, Node]) -> None:
+    """Text for a number cannot be carried over: the subscriber's error has the two side by side."""
+    here, robot = nodes
+    ours = define("robot_msgs/State", "uint8 mode")
+    theirs = define("robot_msgs/State", "string mode")
+    robot.publisher("/state", theirs, latch=True).publish(theirs(mode="calm"))
+    subscriber = here.subscriber("/state", ours)
+    with pytest.raises(RosTimeout):
+        subscriber.next(timeout=1.0)
+    mismatch = next(e for e in subscriber.errors if isinstance(e, Md5sumMismatch))
+    assert "uint8 mode" in str(mismatch)
+    assert "string mode" in str(mismatch)
+
+
+def test_another_type_is_no_revision(nodes: tuple[Node, Node]) -> None:
+    """A topic with a different type altogether stays an error, though fields may be called alike."""
+    here, robot = nodes
+    robot.publisher("/t", "geometry_msgs/Point", latch=True).publish(x=1.0)
+    subscriber = here.subscriber("/t", "geometry_msgs/Point32")
+    with pytest.raises(RosTimeout):
+        subscriber.next(timeout=0.7)
+    assert isinstance(subscriber.errors[0], Md5sumMismatch)
+
+
+def test_one_log_line_a_link(nodes: tuple[Node, Node], caplog: pytest.LogCaptureFixture) -> None:
+    """What is dropped or defaulted is said once, not with every message."""
+    here, robot = nodes
+    ours = define("robot_msgs/State", "uint8 mode\nfloat32 speed")
+    theirs = define("robot_msgs/State", "uint8 mode\nstring mood")
+    publisher = robot.publisher("/state", theirs)
+    with caplog.at_level(logging.WARNING, "rosproto.node"):
+        subscriber = here.subscriber("/state", ours)
+        publisher.wait_for_connection(timeout=5)
+        for mode in range(3):
+            publisher.publish(theirs(mode=mode, mood="calm"))
+        assert [subscriber.next(timeout=5).mode for _ in range(3)] == [0, 1, 2]
+    lines = [r.getMessage() for r in caplog.records if "another revision" in r.getMessage()]
+    assert len(lines) == 1
+    assert "mood" in lines[0]
+    assert "speed" in lines[0]
+
+
+def write_package(folder: Path, service: str) -> Path:
+    """A folder with my_msgs: the service Ask and the message Note."""
+    for kind, name, text in (("srv", "Ask", service), ("msg", "Note", "string text\n")):
+        place = folder / "my_msgs" / kind
+        place.mkdir(parents=True)
+        (place / f"{name}.{kind}").write_text(text)
+    return folder
+
+
+def test_folders_of_the_user(tmp_path: Path) -> None:
+    """A revision nobody knows becomes known by a folder of definitions; and so do types of one's own."""
+    mine = write_package(tmp_path / "mine", "int32 a\n---\nint32 b\n")
+    robots = write_package(tmp_path / "robots", "int64 a\nstring why\n---\nint64 b\n")
+    ours = service_class("my_msgs/Ask", bundled().fork([mine]))
+    theirs = service_class("my_msgs/Ask", bundled().fork([robots]))
+    with (
+        Master() as master,
+        Node("/here", master_uri=master.uri, rosout=False, msg_path=[mine, robots]) as here,
+        Node("/plain", master_uri=master.uri, rosout=False) as plain,
+        Node("/robot", master_uri=master.uri, rosout=False) as robot,
+        robot.service_server("/ask", theirs, lambda r: theirs.Response(b=r.a + 1)),
+    ):
+        with (
+            plain.service_client("/ask", ours) as client,
+            pytest.raises(Md5sumMismatch, match="woosh learn"),
+        ):
+            client.call(a=1, timeout=5)
+        with here.service_client("/ask", "my_msgs/Ask") as client:
+            assert client.md5sum == ours._md5sum
+            assert client.call(a=1, timeout=5).b == 2
+        here.publisher("/note", "my_msgs/Note", latch=True).publish(text="hello")
+        assert plain.subscriber("/note", None).next(timeout=5).text == "hello"
+
+
+@pytest.fixture
+def counting(monkeypatch: pytest.MonkeyPatch) -> Callable[[], int]:
+    """How often a conversion was planned."""
+    from rosproto.codec import conversion
+
+    planned: list[int] = []
+    original = conversion.Conversion.__init__
+
+    def counted(self: Any, *args: Any) -> None:
+        planned.append(1)
+        original(self, *args)
+
+    monkeypatch.setattr(conversion.Conversion, "__init__", counted)
+    return lambda: len(planned)
+
+
+def test_nothing_is_planned_when_the_sums_agree(
+    nodes: tuple[Node, Node], counting: Callable[[], int]
+) -> None:
+    """The fast path never meets this machinery."""
+    here, robot = nodes
+    publisher = robot.publisher("/battery", Battery)
+    subscriber = here.subscriber("/battery", Battery)
+    publisher.wait_for_connection(timeout=5)
+    publisher.publish(Battery(bmsStatus=1))
+    subscriber.next(timeout=5)
+    assert counting() == 0
