@@ -13,6 +13,8 @@ PACKAGES = sorted(
     ".".join(path.parent.relative_to(ROOT).parts)
     for top in ("rosproto", "woosh_pure")
     for path in (ROOT / top).rglob("__init__.py")
+    # Stand-ins for ROS's own packages: importable under those names only, inside `rosproto run`.
+    if "rosproto/rospy/modules" not in path.as_posix()
 )
 
 
