@@ -10,8 +10,9 @@ from __future__ import annotations
 import select
 import socket
 import struct
+import sys
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout, ServiceError, TooLarge
 from rosproto.node.socket_waits import limit_waits
@@ -50,7 +51,7 @@ class ServiceLink:
         self._sock = sock
         self._service = service
         self._limits = limits
-        self._poll: select.poll | None = None
+        self._poll: Any = None  # a select.poll, which Windows has not
         self._limit: float | None = 0.0  # seconds a send or receive may wait; None is for ever
         self.header = header
         self.peer = peer
@@ -96,7 +97,7 @@ class ServiceLink:
         return self._sock.fileno() >= 0 and not self._readable()
 
     def _readable(self) -> bool:
-        if not hasattr(select, "poll"):  # Windows
+        if sys.platform == "win32" or not hasattr(select, "poll"):
             return bool(select.select([self._sock], [], [], 0)[0])
         if self._poll is None:
             self._poll = select.poll()
