@@ -10,58 +10,14 @@ graph listing did not show who provides a row, the node is our assumption and `n
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from .row import Flow, Row
 
 __all__ = ["PAGE_ALIASES", "ROWS", "Row", "actions", "feeds", "find", "row", "services", "topics"]
-
-Kind = Literal["topic", "service", "action"]
-Flow = Literal["read", "write", "call", "act"]
-Source = Literal["page", "seen"]
 
 _BASE = "/mobile_base_nodelet_manager"
 _RI = "/ros_interface"
 _MOVE = "/move_base"
 _LOC = "/woosh_localization"
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One line of the interface.
-
-    Attributes:
-        name: Resolved ROS name.
-        type: Message, service or action type, "package/Type".
-        kind: "topic", "service" or "action".
-        flow: From the user's side: "read" or "write" a topic, "call" a service, "act" through an action.
-        meaning: What it is, in our words.
-        unit: Unit and frame of its numbers, "" when there are none.
-        source: "page" (the vendor's page) or "seen" (only on a real chassis).
-        feed: Name of the feed on `Chassis`, "" when it has none.
-        providers: Nodes that publish or serve it (for written topics: that listen).
-        listeners: Nodes of the chassis that subscribe to a topic that is read, beside our own.
-        on_change: True when it is published on change only.
-        latched: None when it is not known; treat both.
-        node_assumed: True when `providers` is our assumption.
-        aliases: Other names of the same row, seen on some chassis or on the page.
-        bypasses_protection: True for velocity topics, which pass by the chassis's own safety.
-    """
-
-    name: str
-    type: str
-    kind: Kind
-    flow: Flow
-    meaning: str
-    unit: str = ""
-    source: Source = "page"
-    feed: str = ""
-    providers: tuple[str, ...] = (_BASE,)
-    listeners: tuple[str, ...] = ()
-    on_change: bool = False
-    latched: bool | None = False
-    node_assumed: bool = False
-    aliases: tuple[str, ...] = ()
-    bypasses_protection: bool = False
 
 
 def _read(name: str, type_: str, feed: str, meaning: str, unit: str = "", **more: object) -> Row:

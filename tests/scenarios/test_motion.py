@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -345,3 +346,27 @@ def test_after_a_kill_only_the_chassis_own_behaviour_remains(until, on_silence):
             assert sim.world.body.velocity.vx > 0.09
         else:
             until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 5.0)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="freezes a process with a POSIX signal")
+def test_velocities_that_were_stuck_on_the_way_move_nothing_afterwards(until):
+    """The chassis hangs, velocities pile up in the sockets, it goes on: the last thing in the pile is zero."""
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])}
+    command = [sys.executable, "-m", "woosh_pure", "sim", "--port", "0", "--for", "60"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
+    try:
+        assert process.stdout is not None
+        uri = process.stdout.readline().split()[3].rstrip(",")
+        with Chassis(uri) as chassis:
+            with pytest.raises(ConnectionLost), chassis.velocity(bypasses_protection=True) as drive:  # noqa: PT012
+                drive.set(0.2, valid_for=5.0)
+                chassis.measured_velocity.wait_for(lambda v: v.vx > 0.1, 10.0)
+                process.send_signal(signal.SIGSTOP)
+                drive.hold(0.2, seconds=10.0)
+            process.send_signal(signal.SIGCONT)
+            chassis.measured_velocity.wait_for(lambda v: v.is_standing(0.0, 0.0), 5.0)
+            for _ in range(10):
+                assert chassis.measured_velocity.wait(5.0).is_standing(0.0, 0.0)
+    finally:
+        process.kill()
+        process.wait(10.0)
