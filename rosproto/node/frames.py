@@ -59,6 +59,15 @@ class LargeFrame:
             self._owned = b"".join(self.views)
         return self._owned
 
+    def __len__(self) -> int:
+        return self.size
+
+    def frozen(self) -> LargeFrame | bytes:
+        """What may be kept after `publish()` returns: this, when its memory cannot change, else a copy."""
+        if self._owned is None and all(map(_is_immutable, self.views)):
+            return self
+        return self.owned()
+
     def rest(self, sent: int) -> list[memoryview]:
         """What follows the first `sent` bytes, in memory that nobody changes."""
         if self._owned is not None:

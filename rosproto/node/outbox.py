@@ -11,13 +11,13 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable
 
-from rosproto.node.frames import remaining
+from rosproto.node.frames import LargeFrame, remaining
 
 __all__ = ["Outbox"]
 
 BATCH = 64 << 10  # bytes joined for one send: more gains nothing (performance.md, section 2)
 
-Frame = bytes | memoryview
+Frame = bytes | LargeFrame
 
 
 class Outbox:
@@ -49,13 +49,15 @@ class Outbox:
         assert not self._begun, "one frame is begun at a time"
         self._begun = [view for view in rest if view.nbytes]
 
-    def take(self) -> list[Frame]:
+    def take(self) -> list[bytes | memoryview]:
         """What to send next: the frame begun, or some whole frames (about `BATCH` bytes); [] when empty."""
         if self._begun:
             return list(self._begun)
-        batch: list[Frame] = []
+        batch: list[bytes | memoryview] = []
         size = 0
         for frame in self._frames:
+            if isinstance(frame, LargeFrame):
+                return batch or list(frame.views)
             size += len(frame)
             if batch and size > BATCH:
                 break
@@ -75,7 +77,8 @@ class Outbox:
         while count:
             frame = self._frames.popleft()
             if len(frame) > count:
-                self._begun = [memoryview(frame)[count:]]
+                views = frame.views if isinstance(frame, LargeFrame) else [memoryview(frame)]
+                self._begun = remaining(views, count)
                 break
             count -= len(frame)
             done += 1

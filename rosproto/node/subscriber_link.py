@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import logging
 import socket
+import sys
 import threading
 from collections.abc import Callable, Sequence
 from time import perf_counter, sleep
@@ -38,7 +39,6 @@ RETRY_SECONDS = 500e-6  # publish() tries a blocked link this often itself: the 
 MOST_NOISE = 64 << 10  # bytes that a subscriber may send after its header
 MOST_VIEWS = 64  # buffers for one sendmsg; IOV_MAX is 1024 on Linux, 16 at the least by POSIX
 
-_has_sendmsg = hasattr(socket.socket, "sendmsg")  # not on Windows
 
 OnClosed = Callable[["SubscriberLink", "ConnectionLost | None"], None]
 
@@ -151,7 +151,7 @@ class SubscriberLink:
                 error = self._retry()
             if error is None:
                 if self._blocked:
-                    self._outbox.put(frame.owned())
+                    self._outbox.put(frame.frozen())
                 else:
                     error = self._send_views(frame)
         if error is not None:
@@ -221,7 +221,7 @@ class SubscriberLink:
         if sent:
             self._outbox.begin(frame.rest(sent))
         else:
-            self._outbox.put(frame.owned())
+            self._outbox.put(frame.frozen())
         self._watch_writing()
         return None
 
@@ -378,7 +378,7 @@ def _send_some(sock: socket.socket, views: Sequence[bytes | memoryview]) -> tupl
     """Send as much as the socket takes now: (bytes sent, error)."""
     total = 0
     try:
-        if _has_sendmsg:
+        if sys.platform != "win32":  # where there is no sendmsg
             rest: Sequence[bytes | memoryview] = views
             while rest:
                 some = rest[:MOST_VIEWS]

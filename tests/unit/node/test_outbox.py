@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from rosproto.node.frames import LargeFrame
 from rosproto.node.outbox import Outbox
 
 
@@ -51,6 +52,19 @@ def test_any_cut_gives_the_same_bytes() -> None:
         for frame in frames:
             outbox.put(frame)
         assert drain(outbox, at_most) == b"".join(frames)
+
+
+def test_a_frame_in_parts_is_sent_in_parts() -> None:
+    """Immutable parts are kept as they are, between small frames, and cut anywhere."""
+    for at_most in (1, 3, 7, 1000):
+        outbox = Outbox(10)
+        outbox.put(b"small")
+        large = LargeFrame([b"head", b"body" * 3])
+        kept = large.frozen()
+        assert kept is large
+        outbox.put(kept)
+        outbox.put(b"after")
+        assert drain(outbox, at_most) == b"small" + large.owned() + b"after"
 
 
 def test_clear_counts_what_is_lost() -> None:
