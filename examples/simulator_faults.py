@@ -15,6 +15,6 @@ with SimulatedChassis(speed=4) as sim, Chassis(sim.master_uri) as chassis:
     except MotionRefused as refused:
         print("refused:", refused)
     sim.release_emergency_stop()
-    chassis.wait_until(lambda status: status.robot_state == 2, timeout=10)
+    chassis.wait_until_ready(timeout=10)
     sim.add_obstacle(1.5, 0.0)
     print(chassis.go_to(2.8, 0.0).wait(timeout=60).sentence())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -102,6 +103,21 @@ class Chassis(Readings, Peripherals):
     def readiness(self) -> Readiness:
         """Why it would not move now, in words, as far as is known."""
         return self._core.readiness()
+
+    def wait_until_ready(self, timeout: float | None = 60.0) -> Readiness:
+        """Wait until nothing known blocks a motion, for example after the emergency stop was released.
+
+        State and status codes come on different topics, in any order; this looks at all of them.
+
+        Raises:
+            RosTimeout: Something still blocks; the text says what.
+        """
+        end = None if timeout is None else time.monotonic() + timeout
+        while not (readiness := self.readiness()):
+            if end is not None and time.monotonic() > end:
+                raise RosTimeout(f"not ready: {readiness.sentence()}", what="readiness", seconds=timeout)
+            time.sleep(0.05)
+        return readiness
 
     def wait_until(
         self, accept: Callable[[values.RobotStatus], bool], timeout: float | None = 60.0

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import rosproto
-from woosh_pure import Chassis, Footprint, Pose2D, SimulatedChassis, interface
+from woosh_pure import Chassis, Footprint, OutcomeKind, Pose2D, SimulatedChassis, interface
 from woosh_pure.enums import LedState, NavDirection, NavigationMode, RobotState
 from woosh_pure.errors import ChassisError, GoalFailed
 from woosh_pure.geometry import Velocity
@@ -158,8 +158,11 @@ def test_faults_are_kept_until_their_submodule_recovers(sim, chassis, until):
     until(lambda: chassis.faults)
     assert "emergency stop" in chassis.faults[0].english
     assert not chassis.readiness()
+    with pytest.raises(rosproto.RosTimeout, match="emergency stop"):
+        chassis.wait_until_ready(0.2)
     sim.release_emergency_stop()
-    until(lambda: not chassis.faults)
+    assert chassis.wait_until_ready(5.0)
+    assert not chassis.faults
 
 
 # -- writing ---------------------------------------------------------------------------------------------------
@@ -293,3 +296,11 @@ def test_md5sums_of_all_rows_are_those_of_the_vendors_package(full):
             assert rosproto.service_class(row.type)._md5sum == known[row.type], row.type
         else:
             assert rosproto.message_class(f"{row.type}ActionGoal")._md5sum == known[f"{row.type}ActionGoal"]
+
+
+@pytest.mark.parametrize("row", [r for r in interface.actions() if r.source == "seen"], ids=lambda r: r.name)
+def test_every_other_action_is_carried_out_and_can_be_cancelled(full, row):
+    with Chassis(full.master_uri) as chassis:
+        goal = message_type(f"{row.type}Goal")
+        assert chassis.action(row.name, goal()).wait(10.0)
+        assert chassis.action(row.name, goal()).cancel().kind is OutcomeKind.CANCELLED
