@@ -17,7 +17,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from rosproto.codec import AnyMsg
+from rosproto.codec import AnyMsg, encode
 from rosproto.errors import LocalProtocolError, Md5sumMismatch
 from rosproto.node.revisions import RevisedType, note_differences, revised_type
 from rosproto.node.topic_types import TopicType, learn_type
@@ -169,8 +169,19 @@ class Subscription:
             self._renew_sink()
             latched = list(self._latched.values())
         for message in latched:
-            if handle.raw == isinstance(message, AnyMsg):
-                handle._offer([message], self.node._wall_time())
+            handle._offer([self._as_wanted(message, handle.raw)], self.node._wall_time())
+
+    def _as_wanted(self, message: Any, raw: bool) -> Any:
+        """A remembered message for a subscriber that wants it raw, or decoded."""
+        if raw == isinstance(message, AnyMsg) or (not raw and self._decode_type.is_wildcard):
+            return message
+        if raw:
+            data = encode(message)
+            wanted: Any = raw_message(data, 0, len(data))
+        else:
+            wanted = self._decode_type.decode(message._buff, 0, len(message._buff))
+        wanted._connection_header = message._connection_header
+        return wanted
 
     def remove_handle(self, handle: Subscriber) -> bool:
         """True when that was the last one."""

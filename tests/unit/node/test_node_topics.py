@@ -96,6 +96,21 @@ def test_latched_messages_reach_every_later_subscriber(nodes: tuple[Node, Node])
     eventually(lambda: seen == ["x"])
 
 
+@pytest.mark.parametrize("raw_first", [False, True])
+def test_a_latched_message_reaches_raw_and_decoded_subscribers(
+    nodes: tuple[Node, Node], raw_first: bool
+) -> None:
+    """Whoever came first: the later one gets it in its own form."""
+    a, b = nodes
+    a.publisher("/kept2", String, latch=True).publish(data="x")
+    first = b.subscriber("/kept2", None if raw_first else String, raw=raw_first)
+    first.next(5)
+    second = b.subscriber("/kept2", String, raw=not raw_first).next(5)
+    expected = message_class(String)(data="x")
+    assert (second == expected) if raw_first else (second._buff == encode(expected))
+    assert second._connection_header["latching"] == "1"
+
+
 def test_several_publishers_are_merged(nodes: tuple[Node, Node]) -> None:
     """Two nodes publish, one subscribes; two subscribers of a node share the links."""
     a, b = nodes
