@@ -97,7 +97,7 @@ def _make_class(
         __slots__=names,
         __module__=flavour.module.format(package=package, kind=kind),
         __qualname__=base_name,
-        __doc__=spec.text,
+        __doc__=_docstring(spec.text),
         _type=spec.name,
         _spec=spec,
         _has_header=spec.has_header,
@@ -121,6 +121,11 @@ def _make_class(
         type.__setattr__(cls, other, cls.__dict__[name])
     binding.cls = cls
     return cls  # type: ignore[no-any-return]
+
+
+def _docstring(text: str) -> str:
+    """The definition, for `help()`. Bytes that were not UTF-8 are spelled out: no docstring holds them."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def second_names(library: DefinitionLibrary, type_name: str, names: list[str]) -> dict[str, str]:
@@ -159,7 +164,7 @@ def _make_service(name: str, library: DefinitionLibrary, flavour: Flavour) -> ty
         (ServiceType,),
         {
             "__module__": flavour.module.format(package=package, kind="srv"),
-            "__doc__": spec.text,
+            "__doc__": _docstring(spec.text),
             "_type": name,
             "_md5sum": library.md5sum(name, kind="srv"),
             "Request": request,

@@ -213,3 +213,11 @@ def test_raw_wire_times_are_kept() -> None:
     data = b"\xff\xff\xff\xff\0\0\0\x80" * 1 + b"\1\0\0\0" + b"\0\0\0\x80\xff\xff\xff\xff"
     assert decode(durations, data).many[0] == Duration._raw(-(1 << 31), -1)
     assert encode(decode(durations, data)) == data
+
+
+def test_definitions_with_comments_that_are_not_utf8() -> None:
+    """Such texts exist (vendors write Latin-1 or GBK comments); nested types have them too."""
+    text = b"Other o\n" + b"=" * 80 + b"\nMSG: my_msgs/Other\nint32 a # caf\xe9\n"
+    cls = define("my_msgs/Outer", text.decode("utf-8", "surrogateescape"))
+    assert decode(cls, encode(cls())).o.a == 0
+    assert "caf\\udce9" in (type(cls().o).__doc__ or "")
