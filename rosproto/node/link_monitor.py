@@ -25,6 +25,7 @@ _log = logging.getLogger("rosproto.node")
 
 TICK = 0.001  # seconds until the end of a burst is sent at the latest, when this thread gets to run
 IDLE_TICKS = 20  # after so many ticks without a batch the thread sleeps again
+MOST_IN_SELECT = 500  # Windows' select() takes 512 sockets
 LONGEST_SLEEP = 5.0  # seconds; only so that no wait is without an end
 
 
@@ -155,6 +156,11 @@ class LinkMonitor:
         return bool(count)
 
     def _watch(self, link: MonitoredLink, events: int) -> None:
+        selector = self._selector
+        if isinstance(selector, selectors.SelectSelector) and len(selector.get_map()) >= MOST_IN_SELECT:
+            # It still gets messages; only its end is not noticed before one is sent.
+            _log.warning("! %r is not watched: %d subscribers already are", link, MOST_IN_SELECT)
+            return
         try:
             self._selector.register(link.sock, events, link)
         except (ValueError, KeyError, OSError) as error:
