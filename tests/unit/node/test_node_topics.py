@@ -467,6 +467,17 @@ def test_publisher_updates_twice_late_and_empty(master: Master) -> None:
         assert update("publisherUpdate", ["/master", "/unknown", [a.uri]], "127.0.0.1") == [1, "", 0]
 
 
+def test_wait_for_message_takes_one_and_leaves(nodes: tuple[Node, Node]) -> None:
+    """Subscribed only as long as it waits; the timeout says what was missing."""
+    a, b = nodes
+    publisher = a.publisher("/single", String, latch=True)
+    publisher.publish(data="here")
+    assert b.wait_for_message("/single", String, timeout=5).data == "here"
+    eventually(lambda: publisher.connections == 0)
+    with pytest.raises(RosTimeout, match="no publisher is registered"):
+        b.wait_for_message("/nobody", timeout=0.01)
+
+
 def test_events_tell_of_links(master: Master) -> None:
     """Connected and disconnected, on both sides."""
     seen: list[tuple[EventKind, str, str]] = []
