@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import AnyMsg, encode
 from rosproto.errors import LocalProtocolError, Md5sumMismatch
-from rosproto.node.revisions import RevisedType, note_differences, revised_type
+from rosproto.node.revisions import RevisedType, Unfit, note_differences, revised_type
 from rosproto.node.topic_types import TopicType, learn_type
 from rosproto.transport.address import parse_uri
 
@@ -75,14 +75,48 @@ class Sink:
                 handle._offer(batch, stamp)
             if not self._handles:
                 return
-            batch = [self._decoded(message, header) for message in batch]
+            batch = self._decode_all(batch, header)
         for handle in self._handles:
             handle._offer(batch, stamp)
+
+    def _decode_all(self, batch: Sequence[Any], header: dict[str, str]) -> Sequence[Any]:
+        return [self._decoded(message, header) for message in batch]
 
     def _decoded(self, raw: AnyMsg, header: dict[str, str]) -> Any:
         message = self._decode_later(raw._buff, 0, len(raw._buff))
         message._connection_header = header
         return message
+
+
+class RevisedSink(Sink):
+    """As `Sink`, for a publisher of another revision: a message that cannot be carried over is dropped, told of
+    and counted, and the link lives on."""
+
+    __slots__ = ("_told",)
+
+    def __init__(self, subscription: Subscription, handles: Sequence[Subscriber], type_: TopicType) -> None:
+        super().__init__(subscription, handles, type_)
+        self._told = False
+
+    def deliver(self, batch: Sequence[Any], header: dict[str, str], link: PublisherLink) -> None:
+        batch = self._fitting(batch)
+        if batch:
+            super().deliver(batch, header, link)
+
+    def _decode_all(self, batch: Sequence[Any], header: dict[str, str]) -> Sequence[Any]:
+        return self._fitting(super()._decode_all(batch, header))
+
+    def _fitting(self, batch: Sequence[Any]) -> Sequence[Any]:
+        unfit = [item.error for item in batch if type(item) is Unfit]
+        if not unfit:
+            return batch
+        self.subscription.unfit += len(unfit)
+        for error in unfit:
+            self.subscription.report(error)
+        if not self._told:
+            self._told = True
+            _log.warning("! %s: messages are dropped that do not fit: %s", self.subscription.name, unfit[0])
+        return [item for item in batch if type(item) is not Unfit]
 
 
 def raw_message(buffer: Any, start: int, end: int) -> AnyMsg:
@@ -103,6 +137,7 @@ class Subscription:
         links: One per publisher, by its URI in canonical form.
         errors: The last errors of links and handshakes, the newest last.
         skipped: Messages not decoded because nobody keeps as many.
+        unfit: Messages of other revisions dropped because a value did not fit.
     """
 
     kind = "subscriber"
@@ -115,6 +150,7 @@ class Subscription:
         self.links: dict[str, PublisherLink] = {}
         self.errors: deque[Exception] = deque(maxlen=MOST_ERRORS)
         self.skipped = 0
+        self.unfit = 0
         self._decode_type = type_
         self._condition = threading.Condition()
         self._handles: list[Subscriber] = []
@@ -143,6 +179,8 @@ class Subscription:
             self._generation += 1
             if self._closed:
                 return
+            if len(wanted) > self.node.limits.publishers:
+                wanted = self._as_many_as_allowed(wanted)
             gone = [link for key, link in self.links.items() if key not in wanted]
             new = {key: uri for key, uri in wanted.items() if key not in self.links}
             for link in self.links.values():
@@ -157,6 +195,19 @@ class Subscription:
             link.close()
         for link in made.values():
             link.start()
+
+    def _as_many_as_allowed(self, wanted: dict[str, str]) -> dict[str, str]:
+        """So many that threads stay bounded; those connected go first, a crowd of newcomers ousts nobody."""
+        most = self.node.limits.publishers
+        _log.warning(
+            "! %s: the master names %d publishers, only %d of them are connected to (Limits.publishers)",
+            self.name,
+            len(wanted),
+            most,
+        )
+        first = [key for key in wanted if key in self.links and self.links[key].connected]
+        rest = [key for key in wanted if key not in first]
+        return {key: wanted[key] for key in [*first, *rest][:most]}
 
     # -- handles --------------------------------------------------------------------------------------------
 
@@ -204,7 +255,7 @@ class Subscription:
         sink = self._revised_sinks.get(revised)
         if sink is None:
             with self._condition:
-                sink = self._revised_sinks[revised] = Sink(self, self._handles, revised)
+                sink = self._revised_sinks[revised] = RevisedSink(self, self._handles, revised)
         return sink
 
     @property

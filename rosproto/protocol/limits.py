@@ -19,6 +19,8 @@ class Limits:
         http_head_bytes: Request or status line and headers of an HTTP message.
         pending_handshakes: Accepted TCPROS connections whose header has not arrived yet.
         connections: Open connections of one server (TCPROS and XML-RPC counted apart).
+        publishers: Publishers of one topic that a subscriber connects to; each costs a thread, and anybody
+            may register at a master.
         handshake_seconds: Time to send a complete connection header or HTTP head.
         idle_seconds: An idle keep-alive HTTP connection is closed after this.
     """
@@ -30,5 +32,6 @@ class Limits:
     http_head_bytes: int = 16 << 10
     pending_handshakes: int = 256
     connections: int = 4096
+    publishers: int = 1000
     handshake_seconds: float = 10.0
     idle_seconds: float = 60.0

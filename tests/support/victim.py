@@ -144,7 +144,7 @@ def live() -> None:
         node.subscriber("/in", "std_msgs/String", out.publish, queue_size=100)
         node.service_server("/echo", "std_srvs/SetBool", lambda r: {"success": r.data, "message": "echo"})
         watched: list[Any] = []
-        node.params.subscribe("/watched", watched.append)
+        node.params.subscribe("/watched", lambda key, value: watched.append(value))
         print(
             json.dumps(
                 {
