@@ -244,8 +244,8 @@ def test_rosbag_plays_our_bag(tmp_path, our_master, compression):
         node.subscriber("/chatter", String, queue_size=100) as chatter,
         ros.start_program(player, our_master.uri, "--wait-for-subscribers", str(path)) as process,
     ):
-        assert [chatter.next(20).data for _ in range(20)] == [str(i) for i in range(20)]
-        assert process.wait(20) == 0, process.output
+        assert [chatter.next(60).data for _ in range(20)] == [str(i) for i in range(20)]
+        assert process.wait(60) == 0, process.output
 
 
 @pytest.mark.parametrize("compression", COMPRESSIONS)
