@@ -126,6 +126,11 @@ class ActionClient:
         """Caller ids of the servers heard and fully connected now; there should not be more than one."""
         return [server for server in self._audible() if not self._missing(server)]
 
+    @property
+    def revisions(self) -> dict[str, type[Message]]:
+        """What each present server takes goals as, by caller id: `type.action_goal`, or a revision of it."""
+        return self._goal.revisions  # type: ignore[no-any-return]
+
     def wait_for_server(self, timeout: float | None = 5.0) -> None:
         """Wait until a server runs and every connection to it stands, so that no goal or answer is lost.
 

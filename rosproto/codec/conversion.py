@@ -20,7 +20,7 @@ from rosproto.msg.spec import Field
 if TYPE_CHECKING:
     from rosproto.codec.message import Message
 
-__all__ = ["Conversion", "ConversionError"]
+__all__ = ["Conversion", "ConversionError", "ValuesLost"]
 
 Convert = Callable[[Any], Any]
 
@@ -35,6 +35,25 @@ class ConversionError(CodecError):
     def __init__(self, message: str, *, type_name: str, field_path: str, table: str) -> None:
         super().__init__(f"{message}\n{table}", type_name=type_name, field_path=field_path)
         self.table = table
+
+
+class ValuesLost(CodecError):
+    """Values were given that the other side's definition has no field for, and none may get lost.
+
+    Attributes:
+        fields: Paths of those fields.
+        theirs: The other side's class.
+    """
+
+    def __init__(self, fields: list[str], theirs: type[Message]) -> None:
+        super().__init__(
+            f"the other side's definition (md5sum {theirs._md5sum}) has no place for the values of "
+            f"{', '.join(fields)}; leave them at their default, or use a peer of a newer revision",
+            type_name=theirs._type,
+            field_path=fields[0],
+        )
+        self.fields = fields
+        self.theirs = theirs
 
 
 class Conversion:
@@ -58,6 +77,7 @@ class Conversion:
         self.dropped: list[str] = []
         self.defaulted: list[str] = []
         self._steps = self._plan()
+        self._default: Any = None
 
     def __repr__(self) -> str:
         return f"<Conversion {self.source._type} {self.source._md5sum[:4]} to {self.target._md5sum[:4]}>"
@@ -74,6 +94,22 @@ class Conversion:
             setattr(made, target_name, value if convert is None else convert(value))
         made._connection_header = getattr(message, "_connection_header", None)
         return made
+
+    def lost(self, message: Any) -> list[str]:
+        """Paths of fields of a message that `target` lacks, and that hold something else than their default."""
+        if not self.dropped:
+            return []
+        if self._default is None:
+            self._default = self.source()
+        return [
+            path for path in self.dropped if _differs(message, self._default, path.split("."), self.source)
+        ]
+
+    def require_lossless(self, message: Any) -> None:
+        """Raise ValuesLost when `lost(message)` is not empty."""
+        lost = self.lost(message)
+        if lost:
+            raise ValuesLost(lost, self.target)
 
     def _plan(self) -> list[tuple[str, str, Convert | None]]:
         given = {field.name: field for field in self.source._spec.fields}
@@ -146,6 +182,24 @@ class Conversion:
             field_path=wanted.name,
             table=table,
         )
+
+
+def _differs(given: Any, default: Any, path: list[str], cls: type[Message]) -> bool:
+    """Whether a field holds something else than its default, in any element of the arrays on its path."""
+    value, usual = getattr(given, path[0]), getattr(default, path[0])
+    if len(path) == 1:
+        return _unequal(value, usual)
+    field = next(field for field in cls._spec.fields if field.name == path[0])
+    inner = message_class(field.type.base, cls._binding.library, flavour=cls._binding.flavour)  # type: ignore[union-attr]
+    blank = inner()
+    return any(_differs(item, blank, path[1:], inner) for item in (value if field.type.is_array else [value]))
+
+
+def _unequal(value: Any, usual: Any) -> bool:
+    """As `!=` for plain values and arrays."""
+    if isinstance(value, (list, tuple)) or hasattr(value, "tolist"):
+        return list(_plain(value)) != list(_plain(usual))
+    return bool(value != usual)
 
 
 def _plain(items: Any) -> Any:

@@ -80,6 +80,8 @@ class _Pipe:
         self._messages = 0
         self._dropped = 0
         self._closed = False
+        asked = link.subscription.present_type
+        self.wanted = None if asked.is_wildcard else asked.message_class  # what the messages become there
 
     def start(self) -> None:
         """The subscriber's thread runs already."""

@@ -33,6 +33,7 @@ from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcpros_io import write_header
 
 if TYPE_CHECKING:
+    from rosproto.codec import Message
     from rosproto.node.master_client import MasterClient
     from rosproto.node.node import Node
     from rosproto.node.publisher import Publisher
@@ -46,6 +47,8 @@ BURST_GAP = 20e-6  # seconds between two publishes that count as a burst
 BURST_LENGTH = 8  # messages in a row before a burst is believed
 
 Frame = bytes | LargeFrame
+RAW = (bytes, bytearray, memoryview, AnyMsg)
+"""What is published as it is, without being decoded: a relay."""
 
 
 class OutgoingLink(Protocol):
@@ -152,6 +155,15 @@ class Publication:
             return self.links
         return self.links + tuple(link for output in self._revised.values() for link in output.links)
 
+    @property
+    def wanted(self) -> list[tuple[OutgoingLink, type[Message]]]:
+        """Each present subscriber with the class it decodes: our own, or its revision's."""
+        own = self.type.message_class
+        pairs = [(link, getattr(link, "wanted", None) or own) for link in self.links]
+        for output in list(self._revised.values()):
+            pairs += [(link, output.type.message_class) for link in output.links]
+        return pairs
+
     def accept(self, sock: socket.socket, fields: dict[str, str], peer: tuple[str, int]) -> None:
         """Answer a subscriber's header; from then on it gets messages. Owns the socket."""
         address = format_address(*peer[:2])
@@ -232,7 +244,7 @@ class Publication:
             closed = self._closed
             if not closed:
                 for frame in self._latched.values():
-                    _send(link, frame if output is None else output.convert_frame(frame))
+                    self._send_latched(link, frame, output)
                 if output is None:
                     self.links = (*self.links, link)
                 else:
@@ -247,6 +259,17 @@ class Publication:
         self._node._emit(Event(EventKind.CONNECTED, self.name, address, peer=link.caller_id, direction="out"))
         for callback in callbacks:
             self._call(callback, link.caller_id)
+
+    def _send_latched(self, link: OutgoingLink, frame: Frame, output: RevisedOutput | None) -> None:
+        if output is not None:
+            try:
+                frame = output.convert_frame(frame)
+            except CodecError as error:  # published before anybody wanted it so: this one goes without it
+                _log.warning(
+                    "! %s: %s does not get the latched message: %s", self.name, link.caller_id, error
+                )
+                return
+        _send(link, frame)
 
     def _call(self, callback: Callable[[str], object], caller_id: str) -> None:
         try:
@@ -320,6 +343,8 @@ class Publication:
 
     def _publish_revised(self, handle: Publisher, message: Any) -> None:
         """With subscribers of other revisions: everybody is served before a value's misfit is told."""
+        if type(message) is not self.type.message_class and not isinstance(message, RAW):
+            self._check_class(message)
         self.publish(handle, message, own_only=True)
         problem: CodecError | None = None
         for output in list(self._revised.values()):

@@ -78,6 +78,11 @@ class Publisher:
         """Caller ids of the subscribers connected now."""
         return [link.caller_id for link in self._publication.all_links]
 
+    @property
+    def revisions(self) -> dict[str, type[Message]]:
+        """What each present subscriber decodes, by caller id: `message_class`, or a revision of it."""
+        return {link.caller_id: cls for link, cls in self._publication.wanted}
+
     def publish(self, message: Any = None, **fields: Any) -> None:
         """Send a message to everybody who subscribes; never waits for a slow subscriber.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from typing import TYPE_CHECKING, Any
 
+from rosproto.codec import AnyMsg
 from rosproto.codec.conversion import Conversion
 from rosproto.node.frames import LargeFrame, small_frame
 from rosproto.node.topic_types import TopicType
@@ -40,9 +41,9 @@ class RevisedOutput:
         Raises:
             CodecError: A value does not fit the revision; names the field.
         """
-        if not hasattr(message, "_slot_types"):
-            data = getattr(message, "_buff", message)
-            message = self._ours.decode(bytes(data), 0, len(data))
+        if isinstance(message, (bytes, bytearray, memoryview, AnyMsg)):  # a relay never decoded it
+            data = bytes(message._buff if isinstance(message, AnyMsg) else message)
+            message = self._ours.decode(data, 0, len(data))
         body = self.type.encode(self.conversion(message))
         seq = next(self._seq) & 0xFFFFFFFF if self.type.message_class._has_header else None
         return small_frame(body, seq)

@@ -29,6 +29,7 @@ __all__ = [
     "RevisedType",
     "Revisions",
     "ServiceRevision",
+    "Unfit",
     "explained",
     "note_differences",
     "revised_service",
@@ -126,6 +127,15 @@ class Revisions:
                 _log.debug("! %s: %s", name, error)
 
 
+class Unfit:
+    """In place of a message whose values do not fit our definition."""
+
+    __slots__ = ("_connection_header", "error")
+
+    def __init__(self, error: CodecError) -> None:
+        self.error = error
+
+
 class RevisedType(TopicType):
     """A peer's revision of our type, decoded as ours.
 
@@ -143,9 +153,17 @@ class RevisedType(TopicType):
 
     @property
     def decode(self) -> Callable[..., Any]:
-        """(buffer, start, end) -> message of our class."""
+        """(buffer, start, end) -> message of our class, or `Unfit`."""
         decode, convert = self.theirs.decode, self.conversion
-        return lambda buffer, start, end: convert(decode(buffer, start, end))
+
+        def decode_and_convert(buffer: Any, start: int, end: int) -> Any:
+            message = decode(buffer, start, end)  # an error here means that the stream is out of step
+            try:
+                return convert(message)
+            except CodecError as error:
+                return Unfit(error)
+
+        return decode_and_convert
 
     @property
     def may_be_large(self) -> bool:

@@ -94,6 +94,8 @@ class ServiceClient:
         type_name: "package/Type".
         md5sum: Of our definition.
         persistent: See above.
+        lossless: A request with values for which the provider's revision has no field is an error
+            (`ValuesLost`), and is not sent. False: such values are dropped. Set it as you like.
     """
 
     def __init__(self, node: Node, name: str, service_class: Any, *, persistent: bool = False) -> None:
@@ -101,6 +103,7 @@ class ServiceClient:
         self.type_name: str = service_class._type
         self.md5sum: str = service_class._md5sum
         self.persistent = persistent
+        self.lossless = False
         self._node = node
         self._class = service_class
         self._request_class = service_class._request_class
@@ -242,6 +245,8 @@ class ServiceClient:
         cancellation: Cancellation | None,
     ) -> bytes:
         if link.revision is not None:
+            if self.lossless:
+                link.revision.request_to_theirs.require_lossless(request)
             body = encode(link.revision.request_to_theirs(request))
         if cancellation is None:
             return link.call(body, deadline)

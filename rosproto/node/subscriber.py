@@ -150,8 +150,14 @@ class Subscriber:
 
     @property
     def errors(self) -> list[Exception]:
-        """The last errors of this topic's links, the newest last: lost links, refused handshakes."""
+        """The last errors of this topic's links, the newest last: lost links, refused handshakes, messages of
+        another revision that did not fit."""
         return list(self._subscription.errors)
+
+    @property
+    def unfit(self) -> int:
+        """Messages dropped because a publisher has another revision, and a value does not fit ours."""
+        return self._subscription.unfit
 
     @property
     def received(self) -> int:

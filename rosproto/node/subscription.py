@@ -89,8 +89,10 @@ class Sink:
 
 
 class RevisedSink(Sink):
-    """As `Sink`, for a publisher of another revision: a message that cannot be carried over is dropped, told of
-    and counted, and the link lives on."""
+    """As `Sink`, for a publisher of another revision.
+
+    A message that cannot be carried over is dropped, told of and counted, and the link lives on.
+    """
 
     __slots__ = ("_told",)
 
@@ -364,6 +366,10 @@ class Subscription:
         for link in links:
             said = f": {link.last_error}" if link.last_error is not None else ""
             parts.append(f"{link.caller_id or link.uri} is {link.state.value}{said}")
+        if self.unfit:
+            parts.append(
+                f"{self.unfit} messages of another revision did not fit, the last error: {self.errors[-1]}"
+            )
         return "; ".join(parts)
 
     def stats(self) -> list[LinkStats]:

@@ -11,6 +11,7 @@ import pytest
 
 from rosproto import ActionClient, ActionServer, Master, Node
 from rosproto.codec import define, message_class, service_class
+from rosproto.codec.conversion import Conversion, ValuesLost
 from rosproto.errors import CodecError, Md5sumMismatch, RosTimeout
 from rosproto.msg import bundled
 
@@ -154,6 +155,7 @@ def test_actions(nodes: tuple[Node, Node], old_side: str) -> None:
         ActionClient(here, "/steps", client_type) as client,
     ):
         client.wait_for_server(timeout=5)
+        assert client.revisions == {"/robot": type(server_type().action_goal)}
         handle = client.send_goal(goal_class(mode=1, stepControl=[step_class(executeMode=1, data=0.5)]))
         handle.wait(timeout=5)
         assert handle.status.name == "SUCCEEDED"
@@ -275,3 +277,103 @@ def test_nothing_is_planned_when_the_sums_agree(
     publisher.publish(Battery(bmsStatus=1))
     subscriber.next(timeout=5)
     assert counting() == 0
+
+
+def test_a_received_value_that_does_not_fit_costs_that_message_only(
+    nodes: tuple[Node, Node], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is dropped, counted and told; the link stays, and raw subscribers get the bytes all the same."""
+    here, robot = nodes
+    told: list[Exception] = []
+    # A robot that knows nothing of revisions: it refuses ours, and then sends its own to who takes anything.
+    monkeypatch.setattr(robot.revisions, "message", lambda *given: None)
+    publisher = robot.publisher("/parameter", PageParameter)
+    raw = here.subscriber("/parameter", Parameter, raw=True)
+    subscriber = here.subscriber("/parameter", Parameter, on_error=told.append)
+    publisher.wait_for_connection(timeout=5)
+    for value in (1.0, 0.5, 2.0):
+        publisher.publish(PageParameter(pulsePerCircle=value))
+    assert [subscriber.next(timeout=5).pulsePerCircle for _ in range(2)] == [1, 2]
+    assert len([raw.next(timeout=5) for _ in range(3)]) == 3
+    assert (subscriber.unfit, subscriber.stats()[0].reconnects) == (1, 0)
+    assert "pulsePerCircle" in str(told[-1])
+    assert subscriber.errors[-1] is told[-1]
+
+
+def test_a_latched_message_that_does_not_fit_is_left_out(nodes: tuple[Node, Node]) -> None:
+    """A late subscriber of another revision is connected without it."""
+    here, robot = nodes
+    publisher = here.publisher("/parameter", PageParameter, latch=True)
+    publisher.publish(PageParameter(pulsePerCircle=0.5))
+    subscriber = robot.subscriber("/parameter", Parameter)
+    publisher.wait_for_connection(timeout=5)
+    publisher.publish(PageParameter(pulsePerCircle=7.0))
+    assert subscriber.next(timeout=5).pulsePerCircle == 7
+
+
+def test_which_revision_subscribers_want(nodes: tuple[Node, Node]) -> None:
+    """A program can ask before it sends, by the subscriber's name."""
+    here, robot = nodes
+    publisher = here.publisher("/battery", Battery)
+    robot.subscriber("/battery", PageBattery)
+    publisher.wait_for_connection(timeout=5)
+    assert publisher.revisions == {"/robot": PageBattery}
+    here.subscriber("/battery", Battery)
+    publisher.wait_for_connection(timeout=5, count=2)
+    assert publisher.revisions == {"/robot": PageBattery, "/here": Battery}
+
+
+def test_a_message_of_another_type_is_refused_also_with_revised_subscribers(nodes: tuple[Node, Node]) -> None:
+    """The mistake is told as it is without them."""
+    here, robot = nodes
+    publisher = here.publisher("/battery", Battery)
+    old = robot.subscriber("/battery", PageBattery)
+    publisher.wait_for_connection(timeout=5)
+    with pytest.raises(CodecError, match="not as geometry_msgs/Point"):
+        publisher.publish(message_class("geometry_msgs/Point")())
+    publisher.publish(batteryPercentage=3)
+    assert old.next(timeout=5).batteryPercentage == 3
+
+
+def test_a_lossless_client_sends_nothing_that_would_be_dropped(nodes: tuple[Node, Node]) -> None:
+    """A value without a place is an error before the request; defaults may be left out."""
+    here, robot = nodes
+    new, old = "int32 a\nint32 extra\n---\nint32 b", "int32 a\n---\nint32 b"
+    ours, theirs = (service_class("my_msgs/Ask", library_with("my_msgs/Ask", text)) for text in (new, old))
+    here.revisions._folders.append(theirs._request_class._binding.library)
+    calls: list[Any] = []
+
+    def handler(request: Any) -> Any:
+        calls.append(request)
+        return theirs.Response(b=request.a)
+
+    with robot.service_server("/ask", theirs, handler), here.service_client("/ask", ours) as client:
+        assert client.call(a=1, extra=2, timeout=5).b == 1
+        client.lossless = True
+        assert client.call(a=1, timeout=5).b == 1
+        with pytest.raises(ValuesLost, match="extra") as caught:
+            client.call(a=1, extra=2, timeout=5)
+        assert caught.value.fields == ["extra"]
+        assert len(calls) == 2
+
+
+def library_with(name: str, text: str) -> Any:
+    """A library with one service more than the bundled ones."""
+    from rosproto.msg import parse_service
+
+    library = bundled().fork()
+    library.add(parse_service(text, name))
+    return library
+
+
+@pytest.mark.parametrize(
+    ("angles", "lost"), [((0.0, 0.0), []), ((0.0, 0.5), ["action_goal.goal.stepControl.angle"])]
+)
+def test_what_is_lost_is_seen_inside_arrays(angles: tuple[float, float], lost: list[str]) -> None:
+    """A field counts when any element holds something else than its default."""
+    new = message_class("woosh_msgs/StepControlAction")
+    conversion = Conversion(new, revision("woosh_msgs/StepControlAction", "1.1.0"))
+    message = new()
+    step = message_class("woosh_msgs/StepControl")
+    message.action_goal.goal.stepControl = [step(angle=angle) for angle in angles]
+    assert conversion.lost(message) == lost
