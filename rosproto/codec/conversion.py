@@ -96,7 +96,7 @@ class Conversion:
         return made
 
     def lost(self, message: Any) -> list[str]:
-        """Paths of fields of a message that `target` lacks, and that hold something else than their default."""
+        """Paths of fields that `target` lacks and that hold something else than their default."""
         if not self.dropped:
             return []
         if self._default is None:

@@ -16,7 +16,7 @@ from rosproto.msg.parser import (
     parse_message,
     parse_service,
 )
-from rosproto.msg.revisions import Revision, read_table, revision_source
+from rosproto.msg.revisions import Revision, Row, read_table, revision_source
 from rosproto.msg.sources import Source, bundled_source, folder_source
 from rosproto.msg.spec import ActionSpec, MessageSpec, ServiceSpec
 
@@ -52,6 +52,7 @@ class DefinitionLibrary:
         self._found: dict[tuple[str, str], Spec | None] = {}
         self._sums: dict[tuple[str, str], str] = {}
         self._revisions: dict[tuple[str, str], list[Revision]] = {}
+        self._tables_read: dict[str, list[tuple[Row, DefinitionLibrary]]] = {}
 
     # One definition
 
@@ -131,6 +132,11 @@ class DefinitionLibrary:
         if known is None:
             known = self._revisions[kind, name] = self._collect_revisions(name, kind)
         return list(known)
+
+    def package_revisions(self, package: str) -> dict[str, DefinitionLibrary]:
+        """Libraries as of each revision of a package, by label, the newest first; this one is not among them."""
+        found = {row.label: library for row, library in self._tables(package)}
+        return {**(self._base.package_revisions(package) if self._base is not None else {}), **found}
 
     def field_aliases(self, name: str) -> list[tuple[str, str]]:
         """Pairs of names that mean the same field of a message: the vendor's page spells some otherwise."""
@@ -353,6 +359,15 @@ class DefinitionLibrary:
     def _revision_libraries(self, name: str, kind: str) -> Iterator[tuple[str, DefinitionLibrary, str]]:
         used = {name, *self.dependencies(name, kind=kind)}
         for package in sorted({other.partition("/")[0] for other in used}):
+            for row, library in self._tables(package):
+                yield row.label, library, row.note_for(package, used)
+
+    def _tables(self, package: str) -> list[tuple[Row, DefinitionLibrary]]:
+        """Rows of the tables of a package's revisions, with the library of each; made once, so that equal
+        revisions of different types share their classes."""
+        known = self._tables_read.get(package)
+        if known is None:
+            known = []
             for source in self._sources:
                 for folder in source.folders.get(package, ()):
                     libraries: dict[str, DefinitionLibrary] = {"": self}
@@ -360,7 +375,9 @@ class DefinitionLibrary:
                         library = DefinitionLibrary(base=libraries[row.after])
                         library._sources = [revision_source(folder, package, row.label)]
                         libraries[row.label] = library
-                        yield row.label, library, row.note_for(package, used)
+                        known.append((row, library))
+            known = self._tables_read.setdefault(package, known)
+        return known
 
 
 def _parse(kind: str, text: str, name: str, file: str) -> Spec:

@@ -460,3 +460,14 @@ def test_reading_definitions_loads_no_heavy_modules() -> None:
         check=True,
     )
     assert done.stdout.strip() == "[]"
+
+
+def test_libraries_of_a_package_by_revision() -> None:
+    """One library for each label, shared by all types, so that their classes are the same."""
+    found = bundled().package_revisions("woosh_msgs")
+    assert {"1.1.1", "1.1.0", "1.0.8", "page"} < set(found)
+    assert found["1.1.0"].md5sum("woosh_msgs/StepControl") == "fee4a23e3d0493815f2ed5d9ce38a040"
+    for name in ("woosh_msgs/StepControl", "woosh_msgs/StepControlActionGoal"):
+        assert next(r for r in bundled().revisions(name) if r.label == "1.1.0").library is found["1.1.0"]
+    assert bundled().fork().package_revisions("woosh_msgs") == found
+    assert bundled().package_revisions("std_msgs") == {}
