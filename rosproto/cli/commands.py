@@ -51,5 +51,6 @@ COMMANDS: dict[str, Command] = {
     "graph": Command("rosproto.cli.graph_command", "draw who talks to whom: text, Graphviz, SVG"),
     "tf": Command("rosproto.cli.tf", "show the tree of frames and transforms in it"),
     "doctor": Command("rosproto.cli.doctor", "find out why a graph does not work from here"),
+    "run": Command("rosproto.cli.run", "run a program written for rospy"),
     "master": Command("rosproto.cli.master", "run a ROS master (what roscore does) until interrupted"),
 }

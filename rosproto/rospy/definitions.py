@@ -1,0 +1,24 @@
+"""Where message definitions come from: the bundled ones, behind those of `--msg-path`."""
+
+from __future__ import annotations
+
+import os
+from functools import cache
+from typing import TYPE_CHECKING
+
+from rosproto.msg import bundled
+
+if TYPE_CHECKING:
+    from rosproto.msg import DefinitionLibrary
+
+__all__ = ["MSG_PATH", "library"]
+
+MSG_PATH = "ROSPROTO_MSG_PATH"
+"""Environment: folders with definitions, joined as PATH is; children of a program find them there."""
+
+
+@cache
+def library() -> DefinitionLibrary:
+    """The definitions of this process; what the environment says when it is first asked for."""
+    folders = [folder for folder in os.environ.get(MSG_PATH, "").split(os.pathsep) if folder]
+    return bundled().fork(folders) if folders else bundled()

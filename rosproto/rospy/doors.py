@@ -1,0 +1,99 @@
+"""The modules of message packages: `woosh_msgs`, `woosh_msgs.msg`, `woosh_msgs.msg._Battery`, and for srv.
+
+They have no file. A class is made when it is first asked for and then stays in the module. `_Battery` is the
+module genpy would have written it to; pickles and `repr` of classes name it.
+"""
+
+from __future__ import annotations
+
+import importlib.abc
+import importlib.machinery
+import sys
+from types import ModuleType
+from typing import Any
+
+from rosproto.errors import DefinitionError
+from rosproto.rospy import messages
+from rosproto.rospy.definitions import library
+
+__all__ = ["DoorLoader"]
+
+
+class DoorLoader(importlib.abc.Loader):
+    """Fills a module by what its name says."""
+
+    def create_module(self, spec: importlib.machinery.ModuleSpec) -> None:
+        """Python's own kind of module will do."""
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Give it `__getattr__`, `__dir__` and, for a single class, that class.
+
+        Raises:
+            ImportError: There is no such type.
+        """
+        parts = module.__name__.split(".")
+        if len(parts) == 1:
+            return
+        if len(parts) == 2:
+            _open(module, *parts)
+            return
+        base = parts[2][1:]
+        if not parts[2].startswith("_") or base not in bases(parts[0], parts[1]):
+            raise ModuleNotFoundError(f"No module named {module.__name__!r}", name=module.__name__)
+        names = [base] if parts[1] == "msg" else [base, base + "Request", base + "Response"]
+        for name in names:
+            setattr(module, name, made(parts[0], parts[1], name))
+
+
+def _open(module: ModuleType, package: str, kind: str) -> None:
+    def get(name: str) -> Any:
+        if name == "__all__":  # asked for by `from ... import *`
+            return listed(package, kind)
+        if name.startswith("_") and name[1:] in bases(package, kind):
+            from importlib import import_module
+
+            return import_module(f"{module.__name__}.{name}")
+        if name.startswith("__"):
+            raise AttributeError(f"module {module.__name__!r} has no attribute {name!r}", name=name)
+        try:
+            found = made(package, kind, name)
+        except DefinitionError as error:
+            if error.file is not None:
+                raise  # it is there, but wrong: not to be taken for a missing name
+            raise AttributeError(f"module {module.__name__!r} has no attribute {name!r}", name=name) from None
+        setattr(module, name, found)
+        return found
+
+    def listing() -> list[str]:
+        return sorted({*vars(sys.modules[module.__name__]), *listed(package, kind)})
+
+    vars(module).update(__getattr__=get, __dir__=listing)
+
+
+def bases(package: str, kind: str) -> list[str]:
+    """Names of a package's definitions of one kind."""
+    known = library()
+    names = known.messages(package) if kind == "msg" else known.services(package)
+    return [name.partition("/")[2] for name in names]
+
+
+def listed(package: str, kind: str) -> list[str]:
+    """Names of its classes."""
+    suffixes = ("",) if kind == "msg" else ("", "Request", "Response")
+    return [base + suffix for base in bases(package, kind) for suffix in suffixes]
+
+
+def made(package: str, kind: str, name: str) -> Any:
+    """The class of that name.
+
+    Raises:
+        DefinitionError: There is none.
+    """
+    if kind == "msg":
+        return messages.message(f"{package}/{name}")
+    known = bases(package, kind)
+    for suffix in ("Request", "Response"):
+        base = name.removesuffix(suffix)
+        if base != name and base in known:
+            return getattr(messages.service(f"{package}/{base}"), suffix)
+    return messages.service(f"{package}/{name}")

@@ -1,0 +1,142 @@
+"""Makes `import rospy` and `from woosh_msgs.msg import Battery` work: finders at the front of sys.meta_path.
+
+Two kinds of names are served:
+
+* packages in `modules/` (rospy, actionlib, tf ...), loaded from there under their ROS name;
+* message packages that `definitions.library()` has definitions of: `<package>`, `<package>.msg`,
+  `<package>.srv` and `<package>.msg._Type`, modules without files (see `doors`).
+
+A message package that the user has with generated code (a catkin workspace, a folder beside the program) is
+left to Python's own import, and so runs on our genpy. What does not count: message packages that came with a
+ROS installation, known by the rospy beside them; they are served from our definitions like rospy itself.
+"""
+
+from __future__ import annotations
+
+import importlib.abc
+import importlib.machinery
+import importlib.util
+import os
+import sys
+from collections.abc import Sequence
+from types import ModuleType
+
+from rosproto.rospy.definitions import library
+
+__all__ = ["MODULES", "serve"]
+
+MODULES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modules")
+KINDS = ("msg", "srv")
+SPARE = frozenset({"rospkg"})
+"""Served only when they are not installed: the real ones know more and need no ROS."""
+
+
+def serve() -> None:
+    """Put the finder at the front; a second call does nothing."""
+    if not any(isinstance(finder, RosFinder) for finder in sys.meta_path):
+        sys.meta_path.insert(0, RosFinder())
+        sys.meta_path.append(SpareFinder())
+        if "multiprocessing.spawn" in sys.modules:
+            _serve_children(sys.modules["multiprocessing.spawn"])
+
+
+class RosFinder(importlib.abc.MetaPathFinder):
+    """Finds what is served; everything else is left to the finders behind."""
+
+    def __init__(self) -> None:
+        self._modules = frozenset(
+            entry.name if entry.is_dir() else entry.name.removesuffix(".py")
+            for entry in os.scandir(MODULES)
+            if entry.name != "__pycache__" and (entry.is_dir() or entry.name.endswith(".py"))
+        ).difference(SPARE)
+        # Asked for now: every import of the process comes by here, those of the library itself too.
+        self._packages = frozenset(library().packages())
+        self._ours: dict[str, bool] = {}
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> importlib.machinery.ModuleSpec | None:
+        """The spec of a served module, None for any other."""
+        if fullname == "multiprocessing.spawn":
+            return self._watched(fullname, path)
+        package, _, rest = fullname.partition(".")
+        if not rest:
+            if package in self._modules:
+                return _file_spec(package)
+            return self._door_spec(fullname) if self._is_ours(package) else None
+        kind, _, base = rest.partition(".")
+        if kind not in KINDS or "." in base:
+            return None
+        served = package in self._packages if package in self._modules else self._is_ours(package)
+        return self._door_spec(fullname) if served else None
+
+    @staticmethod
+    def _door_spec(name: str) -> importlib.machinery.ModuleSpec:
+        from rosproto.rospy.doors import DoorLoader
+
+        return importlib.machinery.ModuleSpec(
+            name, DoorLoader(), origin="rosproto", is_package=name.count(".") < 2
+        )
+
+    def _is_ours(self, package: str) -> bool:
+        if package not in self._packages:
+            return False
+        known = self._ours.get(package)
+        if known is None:
+            known = self._ours[package] = not _is_brought(package)
+        return known
+
+    def _watched(self, name: str, path: Sequence[str] | None) -> importlib.machinery.ModuleSpec | None:
+        """multiprocessing.spawn itself, but its children get the finder too."""
+        spec = importlib.machinery.PathFinder.find_spec(name, path)
+        if spec is not None and spec.loader is not None:
+            execute = spec.loader.exec_module
+
+            def execute_and_patch(module: ModuleType) -> None:
+                execute(module)
+                _serve_children(module)
+
+            spec.loader.exec_module = execute_and_patch  # type: ignore[method-assign]
+        return spec
+
+
+class SpareFinder(importlib.abc.MetaPathFinder):
+    """Behind all others: what programs import that is not installed."""
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> importlib.machinery.ModuleSpec | None:
+        """The spec of a spare module, None for any other."""
+        return _file_spec(fullname) if fullname in SPARE else None
+
+
+def _file_spec(name: str) -> importlib.machinery.ModuleSpec | None:
+    folder = os.path.join(MODULES, name)
+    if os.path.isdir(folder):
+        return importlib.util.spec_from_file_location(
+            name, os.path.join(folder, "__init__.py"), submodule_search_locations=[folder]
+        )
+    return importlib.util.spec_from_file_location(name, folder + ".py")
+
+
+def _is_brought(package: str) -> bool:
+    """True when the user's own path has generated code of that package."""
+    for entry in sys.path:
+        folder = os.path.join(entry or os.curdir, package)
+        if any(os.path.isfile(os.path.join(folder, kind, "__init__.py")) for kind in KINDS):
+            return not os.path.isfile(os.path.join(entry or os.curdir, "rospy", "__init__.py"))
+    return False
+
+
+def _serve_children(spawn: ModuleType) -> None:
+    """Processes that multiprocessing starts anew (Windows, macOS) import this layer first."""
+    command_line = spawn.get_command_line
+
+    def with_layer(**kwargs: object) -> list[str]:
+        line: list[str] = command_line(**kwargs)
+        if "-c" in line:
+            at = line.index("-c") + 1
+            line[at] = "import rosproto.rospy.install; " + line[at]
+        return line
+
+    spawn.get_command_line = with_layer  # type: ignore[attr-defined]

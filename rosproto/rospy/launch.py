@@ -1,0 +1,147 @@
+"""Runs a program file as Python itself would, with this layer's modules in reach.
+
+`__main__`, `sys.argv`, `sys.path[0]`, tracebacks and exit codes are what `python program.py` gives; the
+program's arguments are not touched.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from types import ModuleType, TracebackType
+
+from rosproto.rospy.definitions import MSG_PATH
+
+__all__ = ["add_arguments", "main", "run", "run_program"]
+
+DEFAULT_PORT = 11311
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options, then the program, then everything that is the program's."""
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument(
+        "--chassis", metavar="HOST", help="the chassis: sets ROS_MASTER_URI, and ROS_IP to our address there"
+    )
+    where.add_argument("--sim", action="store_true", help="run the program against a simulated chassis")
+    where.add_argument("--master", metavar="URI", help="sets ROS_MASTER_URI")
+    parser.add_argument(
+        "--msg-path",
+        metavar="FOLDER",
+        action="append",
+        default=[],
+        help="folder with packages of .msg, .srv, .action files (repeat for more)",
+    )
+    parser.add_argument("program", help="a Python file written for rospy")
+    parser.add_argument("arguments", nargs=argparse.REMAINDER, help="the program's arguments")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """`python -m rosproto.rospy`; the exit code."""
+    parser = argparse.ArgumentParser(
+        prog="rosproto.rospy", description="Run a program written for rospy, without ROS."
+    )
+    add_arguments(parser)
+    return run(parser.parse_args(argv))
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Set the environment up and run the program; its exit code."""
+    if arguments.msg_path:
+        given = [os.path.abspath(folder) for folder in arguments.msg_path]
+        before = os.environ.get(MSG_PATH, "")
+        os.environ[MSG_PATH] = os.pathsep.join([*given, *([before] if before else [])])
+    if arguments.master:
+        os.environ["ROS_MASTER_URI"] = arguments.master
+    elif arguments.chassis:
+        _go_to(arguments.chassis)
+    elif arguments.sim:
+        from rosproto.rospy.sim import start
+
+        os.environ.update(ROS_MASTER_URI=start(), ROS_IP="127.0.0.1")
+        os.environ.pop("ROS_HOSTNAME", None)
+    return run_program(arguments.program, arguments.arguments)
+
+
+def _go_to(host: str) -> None:
+    """The master of a chassis, and our own address towards it.
+
+    Raises:
+        RosError: There is no route to it.
+    """
+    from rosproto.transport.address import local_address_towards, make_uri, parse_uri
+
+    uri = host if "://" in host else make_uri(*parse_uri(f"http://{host}", DEFAULT_PORT))
+    os.environ["ROS_MASTER_URI"] = uri
+    os.environ["ROS_IP"] = local_address_towards(*parse_uri(uri))
+    os.environ.pop("ROS_HOSTNAME", None)
+
+
+def run_program(path: str, arguments: Sequence[str] = ()) -> int:
+    """Run a program as `__main__` of this process; it takes the process over.
+
+    Returns:
+        0 when it ended by itself, 1 after an exception, which was printed.
+
+    Raises:
+        SystemExit: The program called sys.exit.
+    """
+    from rosproto.rospy.finder import serve
+
+    try:
+        with open(path, "rb") as file:
+            source = file.read()
+    except OSError as error:
+        print(f"{sys.executable}: can't open file {path!r}: {error}", file=sys.stderr)
+        return 2
+    serve()
+    _forget_logging()
+    main_module = ModuleType("__main__")
+    vars(main_module).update(__file__=path, __builtins__=__builtins__, __cached__=None)
+    sys.modules["__main__"] = main_module
+    sys.argv[:] = [path, *arguments]
+    sys.path[:1] = [os.path.dirname(os.path.realpath(path))]
+    try:
+        exec(compile(source, path, "exec", dont_inherit=True), vars(main_module))
+    except SystemExit:
+        raise
+    except BaseException as error:
+        sys.excepthook(type(error), error, _from_program(error.__traceback__))
+        if isinstance(error, KeyboardInterrupt) and type(error) is KeyboardInterrupt:
+            _end_by_interrupt()
+        return 1
+    return 0
+
+
+def _from_program(trace: TracebackType | None) -> TracebackType | None:
+    """The traceback without our own frames; none is left for a program that cannot be compiled."""
+    while trace is not None and trace.tb_frame.f_code.co_filename == __file__:
+        trace = trace.tb_next
+    return trace
+
+
+def _forget_logging() -> None:
+    """The command's own log set-up is not the program's: it finds `logging` as Python starts it."""
+    import logging
+
+    for handler in list(logging.root.handlers):
+        logging.root.removeHandler(handler)
+    logging.root.setLevel(logging.WARNING)
+
+
+def _end_by_interrupt() -> None:
+    """Die of SIGINT, as Python does after a KeyboardInterrupt nobody caught: a shell looks at that."""
+    if os.name != "posix":
+        return
+    import atexit
+    import signal
+    import threading
+
+    threading._shutdown()  # type: ignore[attr-defined]
+    atexit._run_exitfuncs()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    os.kill(os.getpid(), signal.SIGINT)

@@ -1,0 +1,75 @@
+"""Calls to the master as Python's xmlrpc.client would make them: raw triples, OSError when nobody answers."""
+
+from __future__ import annotations
+
+import os
+import threading
+from typing import NoReturn
+
+from rosproto.errors import ConnectionLost, LocalProtocolError, MasterError, RosError, RosTimeout
+from rosproto.transport.xmlrpc_client import XmlRpcClient
+
+__all__ = ["call"]
+
+TIMEOUT = 60.0  # seconds; rospy waits for ever, but then for a master that hangs
+
+_clients: dict[tuple[int, str], XmlRpcClient] = {}
+_lock = threading.Lock()
+
+
+def call(uri: str, method: str, *params: object) -> object:
+    """Call a method of the master (or a node) and return the reply as it is.
+
+    Raises:
+        OSError: It cannot be reached; the operating system's own error where there is one.
+        TypeError, OverflowError: An argument cannot be sent.
+        xmlrpc.client.Fault: It answered a fault.
+    """
+    try:
+        return _client(uri).call(method, *params)
+    except RosError as error:
+        _refuse(error, params)
+
+
+def _client(uri: str) -> XmlRpcClient:
+    """One client per process and URI: a forked child must not share its parent's connections."""
+    key = (os.getpid(), uri)
+    with _lock:
+        client = _clients.get(key)
+        if client is None:
+            client = _clients[key] = XmlRpcClient(uri, timeout=TIMEOUT)
+        return client
+
+
+def _refuse(error: RosError, params: tuple[object, ...]) -> NoReturn:
+    if isinstance(error, MasterError):
+        from xmlrpc.client import Fault
+
+        raise Fault(error.code, error.text) from None
+    if isinstance(error, LocalProtocolError):
+        _refuse_argument(error, params)
+    if isinstance(error, (ConnectionLost, RosTimeout)):
+        cause: BaseException | None = error
+        while cause is not None:
+            if isinstance(cause, OSError) and cause.errno is not None:
+                raise cause from None
+            cause = cause.__cause__ or cause.__context__
+    raise error
+
+
+def _refuse_argument(error: LocalProtocolError, params: tuple[object, ...]) -> NoReturn:
+    """In the words of xmlrpc.client, which programs may have met before."""
+    for value in _leaves(params):
+        if value is None:
+            raise TypeError("cannot marshal None unless allow_none is enabled") from None
+        if isinstance(value, int) and not -(2**31) <= value < 2**31:
+            raise OverflowError("int exceeds XML-RPC limits") from None
+    raise TypeError(str(error)) from None
+
+
+def _leaves(value: object) -> list[object]:
+    if isinstance(value, dict):
+        return [leaf for item in value.values() for leaf in _leaves(item)]
+    if isinstance(value, (list, tuple)):
+        return [leaf for item in value for leaf in _leaves(item)]
+    return [value]

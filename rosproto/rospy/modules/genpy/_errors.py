@@ -1,0 +1,17 @@
+"""genpy's errors; their names in tracebacks are those of genpy.message."""
+
+
+class MessageException(Exception):
+    """Base of the others."""
+
+
+class DeserializationError(MessageException):
+    """Bytes and definition disagree."""
+
+
+class SerializationError(MessageException):
+    """A value does not fit its field."""
+
+
+for _error in (MessageException, DeserializationError, SerializationError):
+    _error.__module__ = "genpy.message"

@@ -1,0 +1,18 @@
+"""generate_dynamic: classes from a full definition text, as rosbag's readers use it."""
+
+from rosproto.msg import library_from_full_text
+
+from .message import FLAVOUR, MessageException
+
+
+def generate_dynamic(core_type, msg_cat):
+    """Classes of a type and all it uses, by "package/Type"."""
+    from rosproto.codec import message_class
+    from rosproto.errors import DefinitionError
+
+    try:
+        library = library_from_full_text(core_type, msg_cat)
+        names = [core_type, *library.dependencies(core_type)]
+        return {name: message_class(name, library, flavour=FLAVOUR) for name in names}
+    except DefinitionError as error:
+        raise MessageException(str(error)) from None

@@ -1,0 +1,84 @@
+"""The master by its API: triples unpacked, "no" raised.
+
+Source: wiki.ros.org/ROS/Master_API.
+"""
+
+from .names import make_caller_id
+from .rosenv import get_master_uri
+
+
+class MasterException(Exception):
+    """Base of what a master says when it does not do as asked."""
+
+
+class MasterFailure(MasterException):
+    """The master failed."""
+
+
+class MasterError(MasterException):
+    """The master refused: an argument is wrong, or what was asked for is not there."""
+
+
+ROSMasterException = MasterException
+Error = MasterError
+Failure = MasterFailure
+
+_METHODS = """
+    deleteParam setParam getParam searchParam subscribeParam unsubscribeParam hasParam getParamNames
+    registerService lookupService unregisterService registerSubscriber unregisterSubscriber
+    registerPublisher unregisterPublisher lookupNode getPublishedTopics getTopicTypes getSystemState
+    getUri getPid
+""".split()
+
+
+def is_online(master_uri=None):
+    """True when a master answers."""
+    return Master("rosgraph", master_uri=master_uri).is_online()
+
+
+class Master:
+    """One master; every method of its API by its name, without the caller id."""
+
+    def __init__(self, caller_id, master_uri=None):
+        self._reinit(get_master_uri() if master_uri is None else master_uri)
+        self.caller_id = make_caller_id(caller_id).rstrip("/") or "/"
+
+    def _reinit(self, master_uri):
+        from .network import parse_http_host_and_port
+
+        try:
+            parse_http_host_and_port(master_uri)
+        except ValueError:
+            raise ValueError("invalid master URI: %s" % master_uri) from None
+        self.master_uri = master_uri
+
+    def _call(self, method, *args):
+        from rosproto.rospy.master import call
+
+        code, text, value = call(self.master_uri, method, self.caller_id, *args)
+        if code == 1:
+            return value
+        if code == -1:
+            raise MasterError(text)
+        raise MasterFailure(text)
+
+    def is_online(self):
+        """True when the master answers."""
+        try:
+            self.getPid()
+            return True
+        except (OSError, MasterException):
+            return False
+
+
+def _method(name):
+    def method(self, *args):
+        return self._call(name, *args)
+
+    method.__name__ = name
+    method.__doc__ = "The master's %s." % name
+    return method
+
+
+for _name in _METHODS:
+    setattr(Master, _name, _method(_name))

@@ -1,0 +1,51 @@
+"""Addresses of this computer, as ROS announces them."""
+
+import os
+
+from .rosenv import ROS_HOSTNAME, ROS_IP, ROS_IPV6, get_master_uri
+
+
+def parse_http_host_and_port(url):
+    """Host and port of a URL."""
+    from rosproto.transport.address import parse_uri
+
+    return parse_uri(url)
+
+
+def get_address_override():
+    """ROS_HOSTNAME, else ROS_IP, else None."""
+    return os.environ.get(ROS_HOSTNAME) or os.environ.get(ROS_IP) or None
+
+
+def get_local_address():
+    """The address under which others reach this computer: the one that routes to the master."""
+    override = get_address_override()
+    if override:
+        return override
+    from rosproto.errors import RosError
+    from rosproto.transport.address import local_address_towards
+
+    try:
+        return local_address_towards(*parse_http_host_and_port(get_master_uri()), timeout=1.0)
+    except (RosError, OSError, ValueError):
+        return "127.0.0.1"
+
+
+get_host_name = get_local_address
+
+
+def create_local_xmlrpc_uri(port):
+    """http://host:port/ of this computer."""
+    return "http://%s:%s/" % (get_local_address(), port)
+
+
+def use_ipv6():
+    """True when ROS_IPV6 is on."""
+    return os.environ.get(ROS_IPV6) == "on"
+
+
+def is_local_address(hostname):
+    """True for a name of this computer."""
+    import socket
+
+    return hostname in ("localhost", "127.0.0.1", "::1", socket.gethostname(), get_local_address())

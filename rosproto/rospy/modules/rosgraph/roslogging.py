@@ -1,0 +1,126 @@
+"""Where log lines go: INFO and below to stdout, the rest to stderr, all to the node's log file."""
+
+import logging
+import os
+import sys
+import time
+
+_NAMES = {
+    "DEBUG": ("DEBUG", "\033[32m"),
+    "INFO": ("INFO", None),
+    "WARNING": ("WARN", "\033[33m"),
+    "ERROR": ("ERROR", "\033[31m"),
+    "CRITICAL": ("FATAL", "\033[31m"),
+}
+_RESET = "\033[0m"
+_plain = logging.Formatter()
+
+
+class LoggingException(Exception):
+    """Log files cannot be written."""
+
+
+class RosStreamHandler(logging.Handler):
+    """Writes `[INFO] [1234.567890]: text`, or what ROSCONSOLE_FORMAT says."""
+
+    def __init__(self, colorize=True, stdout=None, stderr=None):
+        super().__init__()
+        self._stdout = stdout or sys.stdout
+        self._stderr = stderr or sys.stderr
+        self._colorize = colorize
+
+    def emit(self, record):
+        """Write one record."""
+        from rospy.names import get_name
+
+        level, color = _NAMES.get(record.levelname, (record.levelname, None))
+        text = os.environ.get("ROSCONSOLE_FORMAT", "[${severity}] [${time}]: ${message}")
+        # The message first, and what is in it is replaced too: so does rospy.
+        for key, value in (
+            ("severity", level),
+            ("message", _plain.format(record)),
+            ("walltime", "%f" % time.time()),
+            ("thread", record.thread),
+            ("logger", record.name),
+            ("file", record.pathname),
+            ("line", record.lineno),
+            ("function", record.funcName),
+            ("node", get_name()),
+            ("time", "%f" % time.time() + _simulated()),
+        ):
+            text = text.replace("${%s}" % key, str(value))
+        text = _with_formats(_with_formats(text, "${walltime:", ""), "${time:", _simulated())
+        stream = self._stdout if record.levelno < logging.WARNING else self._stderr
+        if self._colorize and color and hasattr(stream, "isatty") and stream.isatty():
+            stream.write(color + text + "\n" + _RESET)
+        else:
+            stream.write(text + "\n")
+
+
+def _simulated():
+    """ ", seconds" of simulated time; "" when there is none."""
+    from rospy.rostime import get_time, is_wallclock
+
+    return "" if is_wallclock() else ", %f" % get_time()
+
+
+def _with_formats(text, begin, more):
+    while begin in text:
+        start = text.index(begin)
+        end = text.index("}", start)
+        pattern = text[start + len(begin) : end]
+        text = text.replace(text[start : end + 1], time.strftime(pattern) + more)
+    return text
+
+
+class _LazyFile(logging.Handler):
+    """The node's log file, opened with the first record; without a place to write, nothing is written."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.baseFilename = path
+        self._handler = None
+        self._formatter = logging.Formatter("[%(name)s][%(levelname)s] %(asctime)s: %(message)s")
+
+    def emit(self, record):
+        """Write one record."""
+        if self._handler is None:
+            self._handler = self._open()
+        self._handler.emit(record)
+
+    def _open(self):
+        from logging.handlers import RotatingFileHandler
+
+        try:
+            os.makedirs(os.path.dirname(self.baseFilename), exist_ok=True)
+            handler = RotatingFileHandler(
+                self.baseFilename, "a", maxBytes=50000000, backupCount=4, encoding="utf-8"
+            )
+        except OSError as error:
+            sys.stderr.write("WARNING: cannot write the log file [%s]: %s\n" % (self.baseFilename, error))
+            return logging.NullHandler()
+        handler.setFormatter(self._formatter)
+        return handler
+
+
+def configure_logging(logname, level=logging.INFO, filename=None, env=None):
+    """Set up Python's logging as ROS does; the name of the log file.
+
+    The root logger gets the file and the level INFO, "rosout" the terminal.
+    """
+    env = os.environ if env is None else env
+    home = env.get("ROS_HOME") or os.path.join(os.path.expanduser("~"), ".ros")
+    folder = env.get("ROS_LOG_DIR") or os.path.join(home, "log")
+    path = os.path.join(folder, filename or "%s-%s.log" % (logname or "unknown", os.getpid()))
+    os.environ["ROS_LOG_FILENAME"] = path
+    root = logging.getLogger()
+    for handler in list(root.handlers):
+        root.removeHandler(handler)
+    root.setLevel(logging.INFO)
+    root.addHandler(_LazyFile(path))
+    rosout = logging.getLogger("rosout")
+    for handler in list(rosout.handlers):
+        rosout.removeHandler(handler)
+    rosout.setLevel(logging.INFO)
+    rosout.addHandler(RosStreamHandler())
+    return path

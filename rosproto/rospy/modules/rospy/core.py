@@ -1,0 +1,393 @@
+"""rospy.core: the log functions, and the life and end of the node."""
+
+import atexit
+import logging
+import os
+import signal
+import sys
+import threading
+import time
+import traceback
+
+from rosgraph import roslogging
+
+from .exceptions import ROSException
+from .impl.validators import ParameterInvalid
+from .names import get_caller_id, get_mappings, get_name, get_namespace, resolve_name
+
+__all__ = [
+    "MASTER_NAME",
+    "ROSRPC",
+    "add_client_shutdown_hook",
+    "add_preshutdown_hook",
+    "add_shutdown_hook",
+    "configure_logging",
+    "get_caller_id",
+    "get_name",
+    "get_namespace",
+    "get_node_uri",
+    "get_ros_root",
+    "is_initialized",
+    "is_shutdown",
+    "is_shutdown_requested",
+    "logdebug",
+    "logerr",
+    "logerror",
+    "logfatal",
+    "loginfo",
+    "logout",
+    "logwarn",
+    "parse_rosrpc_uri",
+    "register_signals",
+    "resolve_name",
+    "rospydebug",
+    "rospyerr",
+    "rospyinfo",
+    "rospywarn",
+    "set_initialized",
+    "set_node_uri",
+    "signal_shutdown",
+    "xmlrpcapi",
+]
+
+MASTER_NAME = "master"
+ROSRPC = "rosrpc://"
+
+_logger = logging.getLogger("rospy.core")
+
+
+def parse_rosrpc_uri(uri):
+    """Host and port of rosrpc://host:port."""
+    if not uri.startswith(ROSRPC):
+        raise ParameterInvalid("Invalid protocol for ROS service URL: %s" % uri)
+    try:
+        host, port = uri[len(ROSRPC) :].partition("/")[0].split(":")
+        return host, int(port)
+    except ValueError:
+        raise ParameterInvalid("ROS service URL is invalid: %s" % uri) from None
+
+
+# -- log ----------------------------------------------------------------------------------------------------
+
+_internal = logging.getLogger("rospy.internal")
+rospydebug = _internal.debug
+rospyinfo = _internal.info
+rospyerr = _internal.error
+rospywarn = _internal.warning
+
+_FRAMES = 3  # from the logger's method to the program: _log, the function, its caller
+_last_times = {}
+_last_texts = {}
+_said = set()
+
+
+def _log(level, msg, args, kwargs, period=None, identical=False, once=False):
+    logger = logging.getLogger("rosout")
+    name = kwargs.pop("logger_name", None)
+    if name:
+        logger = logger.getChild(name)
+    if once or identical or period is not None:
+        frame = sys._getframe(2)
+        caller = (frame.f_code.co_filename, frame.f_lineno, frame.f_lasti)
+        if not _is_due(caller, msg, period, identical, once):
+            return
+    kwargs.setdefault("stacklevel", _FRAMES)
+    logger.log(level, msg, *args, **kwargs)
+
+
+def _is_due(caller, msg, period, identical, once):
+    if once:
+        new = caller not in _said
+        _said.add(caller)
+        return new
+    due = _period_is_over(caller, period)
+    if not identical:
+        return due
+    new = _last_texts.get(caller) != msg
+    _last_texts[caller] = msg
+    return new or due
+
+
+def _period_is_over(caller, period):
+    from .rostime import Duration, Time
+
+    now, last = Time.now(), _last_times.get(caller)
+    if last is None or last > now or now - last > Duration(period):
+        _last_times[caller] = now
+        return True
+    return False
+
+
+def logdebug(msg, *args, **kwargs):
+    """Log at the level DEBUG."""
+    _log(logging.DEBUG, msg, args, kwargs)
+
+
+def loginfo(msg, *args, **kwargs):
+    """Log at the level INFO."""
+    _log(logging.INFO, msg, args, kwargs)
+
+
+def logwarn(msg, *args, **kwargs):
+    """Log at the level WARN."""
+    _log(logging.WARNING, msg, args, kwargs)
+
+
+def logerr(msg, *args, **kwargs):
+    """Log at the level ERROR."""
+    _log(logging.ERROR, msg, args, kwargs)
+
+
+def logfatal(msg, *args, **kwargs):
+    """Log at the level FATAL."""
+    _log(logging.CRITICAL, msg, args, kwargs)
+
+
+logout = loginfo
+logerror = logerr
+
+
+def _variants(name, level):
+    def throttle(period, msg, *args, **kwargs):
+        _log(level, msg, args, kwargs, period=period or None)
+
+    def throttle_identical(period, msg, *args, **kwargs):
+        _log(level, msg, args, kwargs, period=period, identical=True)
+
+    def once(msg, *args, **kwargs):
+        _log(level, msg, args, kwargs, once=True)
+
+    texts = {
+        "throttle": "at most every `period` seconds",
+        "throttle_identical": "unless it is the same text as before, within `period` seconds",
+        "once": "only the first time",
+    }
+    for function in (throttle, throttle_identical, once):
+        kind = function.__name__
+        function.__name__ = function.__qualname__ = "%s_%s" % (name, kind)
+        function.__doc__ = "As `%s`, from one place %s." % (name, texts[kind])
+        globals()[function.__name__] = function
+
+
+for _name, _level in (
+    ("logdebug", logging.DEBUG),
+    ("loginfo", logging.INFO),
+    ("logwarn", logging.WARNING),
+    ("logerr", logging.ERROR),
+    ("logfatal", logging.CRITICAL),
+):
+    _variants(_name, _level)
+
+_log_filename = None
+
+
+def configure_logging(node_name, level=logging.INFO):
+    """Send log lines to the terminal and to the node's log file."""
+    global _log_filename
+    given = get_mappings().get("__log")
+    filename = os.path.abspath(given) if given else node_name.replace("/", "_").lstrip("_") + ".log"
+    if filename == ".log":
+        raise ROSException("invalid configure_logging parameter: %s" % node_name)
+    _log_filename = roslogging.configure_logging("rospy", level, filename=filename)
+
+
+# -- environment --------------------------------------------------------------------------------------------
+
+_uri = None
+
+
+def get_node_uri():
+    """URI of this node's slave API; None before there is one."""
+    return _uri
+
+
+def set_node_uri(uri):
+    """Note the URI."""
+    global _uri
+    _uri = uri
+
+
+def get_ros_root(required=False, env=None):
+    """ROS_ROOT of the environment."""
+    root = (os.environ if env is None else env).get("ROS_ROOT")
+    if required and not root:
+        raise ROSException("ROS_ROOT is not set")
+    return root
+
+
+class _Remote:
+    """A master or node by its API: any method, the raw reply."""
+
+    def __init__(self, uri):
+        self._uri = uri
+
+    def __getattr__(self, method):
+        if method.startswith("__"):
+            raise AttributeError(method)
+        from rosproto.rospy.master import call
+
+        return lambda *args: call(self._uri, method, *args)
+
+
+def xmlrpcapi(uri, cache=True):
+    """A master or node by its URI; None when that is none."""
+    if uri is None:
+        return None
+    scheme, separator, rest = uri.partition("://")
+    return _Remote(uri) if scheme and separator and rest.strip("/") else None
+
+
+# -- life and end -------------------------------------------------------------------------------------------
+
+_client_ready = False
+_shutdown_flag = False
+_in_shutdown = False
+_shutdown_lock = threading.RLock()
+_client_shutdown_hooks = []
+_preshutdown_hooks = []
+_shutdown_hooks = []
+_signalChain = {}
+
+
+def is_initialized():
+    """True when init_node has done its work."""
+    return _client_ready
+
+
+def set_initialized(initialized):
+    """Note that it has."""
+    global _client_ready
+    _client_ready = initialized
+
+
+def is_shutdown():
+    """True when the node is shut down."""
+    return _shutdown_flag
+
+
+def is_shutdown_requested():
+    """True when it is being shut down: the program's hooks may still run."""
+    return _in_shutdown
+
+
+def _add_hook(hook, hooks, *reason):
+    if not callable(hook):
+        raise TypeError("shutdown hook [%s] must be a function or callable object: %s" % (hook, type(hook)))
+    if _shutdown_flag:
+        _logger.warning("add_shutdown_hook called after shutdown")
+        hook(*reason)
+        return
+    with _shutdown_lock:
+        hooks.append(hook)
+
+
+def add_client_shutdown_hook(h):
+    """Call `h()` when shutdown begins; publishing still works then."""
+    _add_hook(h, _client_shutdown_hooks)
+
+
+def add_preshutdown_hook(h):
+    """Call `h(reason)` after those, before the node counts as shut down."""
+    _add_hook(h, _preshutdown_hooks, "already shutdown")
+
+
+def add_shutdown_hook(h):
+    """Call `h(reason)` when the node counts as shut down."""
+    _add_hook(h, _shutdown_hooks, "already shutdown")
+
+
+def signal_shutdown(reason):
+    """Shut the node down: the program's hooks, then everything else. Returns when that is done."""
+    global _shutdown_flag, _in_shutdown
+    _logger.info("signal_shutdown [%s]", reason)
+    if _shutdown_flag or _in_shutdown:
+        return
+    with _shutdown_lock:
+        if _shutdown_flag or _in_shutdown:
+            return
+        _in_shutdown = True
+        _run_hooks(_client_shutdown_hooks)
+        _run_hooks(_preshutdown_hooks, reason)
+        _shutdown_flag = True
+        for hook in _shutdown_hooks:
+            try:
+                hook(reason)
+            except Exception as error:
+                sys.stderr.write("signal_shutdown hook error[%s]\n" % error)
+        del _shutdown_hooks[:]
+
+
+def _run_hooks(hooks, *reason):
+    for hook in list(hooks):
+        try:
+            hook(*reason)
+        except BaseException:  # a hook that calls sys.exit must not keep the others from running
+            traceback.print_exc()
+    del hooks[:]
+
+
+def _ros_atexit():
+    signal_shutdown("atexit")
+
+
+atexit.register(_ros_atexit)
+
+
+class _Uninterrupted:
+    """While the main thread is in here, a signal waits until it is out.
+
+    The handler runs hooks that publish, and closes the node, in the main thread: it must not do that while
+    the same thread holds one of the node's locks.
+    """
+
+    def __init__(self):
+        self._depth = 0
+        self._pending = None
+
+    def __enter__(self):
+        if threading.current_thread() is threading.main_thread():
+            self._depth += 1
+
+    def __exit__(self, *exc):
+        if threading.current_thread() is threading.main_thread():
+            self._depth -= 1
+            if self._pending is not None and not self._depth:
+                pending, self._pending = self._pending, None
+                _handle(*pending)
+
+    def defer(self, number, frame):
+        """Keep a signal for later; False when it need not wait."""
+        if self._depth:
+            self._pending = (number, frame)
+        return bool(self._depth)
+
+
+uninterrupted = _Uninterrupted()
+
+
+def _ros_signal(number, frame):
+    if not uninterrupted.defer(number, frame):
+        _handle(number, frame)
+
+
+def _handle(number, frame):
+    signal_shutdown("signal-" + str(number))
+    before = _signalChain.get(number)
+    if callable(before):
+        try:
+            before(number, frame)
+        except KeyboardInterrupt:
+            pass  # Python's own handler; the shutdown flag tells the program
+
+
+def register_signals():
+    """Shut down on SIGTERM and SIGINT; only from the main thread."""
+    numbers = [signal.SIGTERM, signal.SIGINT]
+    if hasattr(signal, "SIGBREAK"):  # Windows: Ctrl-Break, the one that can be sent to a process group
+        numbers.append(signal.SIGBREAK)
+    for number in numbers:
+        _signalChain[number] = signal.signal(number, _ros_signal)
+
+
+def _wallsleep(seconds):
+    time.sleep(seconds)

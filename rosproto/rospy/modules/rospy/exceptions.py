@@ -1,0 +1,57 @@
+"""rospy's exceptions."""
+
+__all__ = [
+    "ROSException",
+    "ROSInitException",
+    "ROSInternalException",
+    "ROSInterruptException",
+    "ROSSerializationException",
+    "ROSTimeMovedBackwardsException",
+    "TransportException",
+    "TransportInitError",
+    "TransportTerminated",
+]
+
+
+class ROSException(Exception):
+    """Base of what a client may see."""
+
+
+class ROSSerializationException(ROSException):
+    """A message cannot be encoded."""
+
+
+class ROSInitException(ROSException):
+    """The node is not initialized, or cannot be."""
+
+
+class ROSInterruptException(ROSException, KeyboardInterrupt):
+    """The node was shut down while something waited."""
+
+
+class ROSTimeMovedBackwardsException(ROSInterruptException):
+    """Simulated time jumped back while something slept.
+
+    Attributes:
+        time: By how many seconds.
+    """
+
+    def __init__(self, time):
+        self.time = time
+        super().__init__("ROS time moved backwards")
+
+
+class ROSInternalException(Exception):
+    """Base of the library's own errors."""
+
+
+class TransportException(ROSInternalException):
+    """A connection failed."""
+
+
+class TransportTerminated(TransportException):
+    """A connection broke."""
+
+
+class TransportInitError(TransportException):
+    """A connection could not be made."""

@@ -1,0 +1,1 @@
+"""rospy.impl: what programs reach into."""

@@ -1,0 +1,121 @@
+"""rospy.impl.init: the node behind the module."""
+
+import os
+
+import rosgraph
+
+from rosproto.errors import RosError
+
+from .. import core, names
+
+node = None
+_DEBUGGED = {10: "DEBUG", 20: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
+
+
+def start_node(resolved_name, port=0, tcpros_port=0):
+    """Open the node, waiting for the master as long as it takes; then open the topics made before.
+
+    Raises:
+        ROSInitException: It was shut down meanwhile.
+    """
+    global node
+    from rosproto.rospy.host import ProgramNode
+    from rosproto.transport.address import host_from_environment
+
+    names._set_caller_id(resolved_name)
+    uri = rosgraph.get_master_uri()
+    opened = None
+    told = False
+    while opened is None and not core.is_shutdown():
+        try:
+            opened = ProgramNode(
+                resolved_name,
+                master_uri=uri,
+                host=host_from_environment(os.environ),
+                port=port,
+                tcpros_port=tcpros_port,
+                on_shutdown_request=_shutdown_requested,
+            )
+        except (RosError, OSError):
+            if not told:
+                _tell(uri)
+                told = True
+            _pause(0.2)
+    if opened is None:
+        from ..exceptions import ROSInitException
+
+        raise ROSInitException("Failed to initialize time. Please check logs for additional details")
+    node = opened
+    core.set_node_uri(node.uri)
+    core.add_shutdown_hook(_close)
+    from ..topics import manager
+
+    manager.attach(node)
+    from .tcpros_service import attach
+
+    attach(node)
+    return node
+
+
+def _pause(seconds):
+    from ..rostime import wallsleep
+
+    wallsleep(seconds)
+
+
+def _tell(uri):
+    from ..topics import manager
+
+    text = "master may not be running yet. Will keep trying."
+    if manager.get_topics():
+        core.logerr("Unable to immediately register with master node [%s]: %s" % (uri, text))
+    else:
+        print("Unable to register with master node [%s]: %s" % (uri, text))
+
+
+def _shutdown_requested(reason):
+    """The master or a tool ends this node; `reason` is "shutdown by CALLER at ADDRESS: TEXT"."""
+    caller, _, text = reason.partition(": ")
+    print("shutdown request: %s" % text if text else "shutdown requst")
+    core.signal_shutdown("external shutdown request from [%s]: [%s]" % (caller, text))
+
+
+def _close(reason):
+    node.close()
+
+
+def serve_loggers():
+    """Let tools see and set the levels of this process's loggers."""
+    from roscpp.srv import GetLoggers, SetLoggerLevel
+
+    from .tcpros_service import Service
+
+    Service("~get_loggers", GetLoggers, _get_loggers)
+    Service("~set_logger_level", SetLoggerLevel, _set_logger_level)
+
+
+def _get_loggers(request):
+    import logging
+
+    from roscpp.msg import Logger
+    from roscpp.srv import GetLoggersResponse
+
+    def level(name):
+        return _DEBUGGED.get(logging.getLogger(name).getEffectiveLevel(), "INFO")
+
+    found = list(logging.Logger.manager.loggerDict)
+    return GetLoggersResponse([Logger(name, level(name)) for name in found])
+
+
+def _set_logger_level(request):
+    import logging
+
+    from roscpp.srv import SetLoggerLevelResponse
+
+    levels = {name: level for level, name in _DEBUGGED.items()}
+    level = levels.get(request.level.upper())
+    if level is None:
+        logging.getLogger("rospy").error("Bad logging level: %s", request.level)
+    else:
+        logging.getLogger(request.logger).setLevel(level)
+    return SetLoggerLevelResponse()

@@ -1,0 +1,326 @@
+"""rospy.impl.tcpros_service: Service, ServiceProxy, wait_for_service."""
+
+import logging
+import sys
+import threading
+import time
+import traceback
+
+import genpy
+import rosgraph
+import rosgraph.names
+
+from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout, ServiceError
+from rosproto.rospy.messages import Encoded, carried_service
+
+from .. import core, names
+from ..exceptions import ROSException, ROSInterruptException
+from ..msg import args_kwds_to_message
+from ..rostime import Duration
+from ..service import ServiceException, manager
+
+__all__ = ["Service", "ServiceProxy", "wait_for_service"]
+
+logger = logging.getLogger("rospy.service")
+DEFAULT_BUFF_SIZE = 65536
+PAUSE = 0.1  # seconds between two looks for a service (rospy: 0.3)
+
+_node = None
+_lock = threading.RLock()
+_caller = None
+
+
+def attach(node):
+    """There is a node: provide the services that were made before."""
+    global _node
+    with _lock:
+        _node = node
+        for service in list(manager.map.values()):
+            service._open(node)
+
+
+def _caller_now():
+    """Who calls services: the node, or before there is one, a stand-in for the present environment."""
+    global _caller
+    if _node is not None:
+        return _node
+    from rosproto.rospy.host import Caller
+
+    uri = rosgraph.get_master_uri()
+    with _lock:
+        if _caller is None or _caller.master_given != uri:
+            _caller = Caller(names.get_caller_id(), uri)
+            _caller.master_given = uri
+        return _caller
+
+
+# -- waiting ------------------------------------------------------------------------------------------------
+
+
+def wait_for_service(service, timeout=None):
+    """Wait until a service is provided and its provider can be reached.
+
+    Raises:
+        ROSException: It was not in time.
+        ROSInterruptException: The node was shut down meanwhile.
+    """
+    if isinstance(timeout, Duration):
+        timeout = timeout.to_sec()
+    if timeout == 0.0:
+        raise ValueError("timeout must be non-zero")
+    resolved = names.resolve_name(service)
+    master = rosgraph.Master(names.get_caller_id())
+    end = time.time() + timeout if timeout else None
+    failed = False
+    while not core.is_shutdown() and (end is None or time.time() < end):
+        try:
+            uri = _contact(master, resolved, 10.0 if end is None else max(0.05, end - time.time()))
+            if uri:
+                if failed:
+                    core.loginfo("wait_for_service(%s): finally were able to contact [%s]" % (resolved, uri))
+                return
+        except KeyboardInterrupt:
+            raise
+        except Exception:
+            failed = True
+            core.logwarn_throttle(10, "wait_for_service(%s): failed to contact, will keep trying" % resolved)
+        time.sleep(PAUSE)
+    if core.is_shutdown():
+        raise ROSInterruptException("rospy shutdown")
+    raise ROSException("timeout exceeded while waiting for service %s" % resolved)
+
+
+def _contact(master, resolved, timeout):
+    """URI of a provider that answers, None when there is none."""
+    from rosproto.protocol.handshake import service_client_header
+    from rosproto.transport.deadline import Deadline
+    from rosproto.transport.tcp import connect
+    from rosproto.transport.tcpros_io import write_header
+
+    try:
+        uri = master.lookupService(resolved)
+    except rosgraph.MasterException:
+        return None
+    deadline = Deadline(timeout)
+    sock = connect(*core.parse_rosrpc_uri(uri), deadline)
+    try:
+        fields = service_client_header(
+            service=resolved, md5sum="*", callerid=names.get_caller_id(), probe=True
+        )
+        write_header(sock, fields, deadline)
+    finally:
+        sock.close()
+    return uri
+
+
+# -- calling ------------------------------------------------------------------------------------------------
+
+
+class _Service:
+    def __init__(self, name, service_class):
+        self.resolved_name = names.resolve_name(name)
+        self.service_class = service_class
+        self.request_class = service_class._request_class
+        self.response_class = service_class._response_class
+        self.uri = None
+
+
+class ServiceProxy(_Service):
+    """Calls a service: `proxy(request)`, `proxy(1, 2)`, `proxy(a=1, b=2)`, or `.call(...)`."""
+
+    def __init__(self, name, service_class, persistent=False, headers=None):
+        super().__init__(name, service_class)
+        self.persistent = persistent
+        self.headers = headers
+        self._client = None
+
+    def wait_for_service(self, timeout=None):
+        """Wait until the service is provided."""
+        wait_for_service(self.resolved_name, timeout=timeout)
+
+    def __call__(self, *args, **kwds):
+        """As `call`."""
+        return self.call(*args, **kwds)
+
+    def call(self, *args, **kwds):
+        """Call the service.
+
+        Raises:
+            ServiceException: Nobody provides it, or it failed.
+            ROSInterruptException: The node was shut down meanwhile.
+            genpy.SerializationError: A value does not fit its field.
+        """
+        request = args_kwds_to_message(self.request_class, args, kwds)
+        if not isinstance(request, genpy.Message):
+            raise TypeError("request object is not a valid request message instance")
+        if self.request_class._type != request._type:
+            raise TypeError(
+                "request object type [%s] does not match service type [%s]"
+                % (request.__class__, self.request_class)
+            )
+        try:
+            return self._opened().call(self._encoded(request), timeout=None)
+        except RosError as error:
+            raise self._translated(error) from error
+        except OSError as error:
+            raise ServiceException("unable to contact master") from error
+
+    def _opened(self):
+        caller = _caller_now()
+        client = self._client
+        if client is None or client._node is not caller:
+            from rosproto.node.service_client import ServiceClient
+
+            service = carried_service(self.service_class)
+            client = self._client = ServiceClient(
+                caller, self.resolved_name, service, persistent=self.persistent
+            )
+            if caller is _node:
+                with caller._services._lock:
+                    caller._services._clients.add(client)
+        return client
+
+    def _encoded(self, request):
+        """Its bytes; when it has none, a missing provider is the more important news."""
+        if getattr(request, "_has_header", False) and request.header.frame_id is None:
+            request.header.frame_id = "0"
+        from genpy.message import encode_message
+
+        try:
+            return Encoded(request._type, encode_message(request))
+        except genpy.SerializationError:
+            try:
+                rosgraph.Master(names.get_caller_id()).lookupService(self.resolved_name)
+            except rosgraph.MasterException:
+                raise ServiceException("service [%s] unavailable" % self.resolved_name) from None
+            raise
+
+    def _translated(self, error):
+        if core.is_shutdown():
+            return ROSInterruptException("node shutdown interrupted service call")
+        cause = error.__cause__
+        if isinstance(error, ServiceError):
+            if isinstance(cause, MasterError):
+                return ServiceException("service [%s] unavailable" % self.resolved_name)
+            if type(error) is not ServiceError:  # refused in the handshake
+                return ServiceException(
+                    "unable to connect to service: remote error reported: %s" % error.text
+                )
+            data = error.text.encode("utf-8", "surrogateescape")
+            return ServiceException("service [%s] responded with an error: %s" % (self.resolved_name, data))
+        if isinstance(error, (ConnectionLost, RosTimeout)) and isinstance(cause, OSError):
+            return ServiceException("unable to connect to service: %s" % cause)
+        if isinstance(error, ConnectionLost):
+            return ServiceException(
+                "transport error completing service call: unable to receive data from sender,"
+                " check sender's logs for details"
+            )
+        return ServiceException("unable to connect to service: %s" % error)
+
+    def close(self):
+        """Close the connection of a persistent proxy."""
+        if self._client is not None:
+            self._client.close()
+            self._client = None
+
+
+# -- providing ----------------------------------------------------------------------------------------------
+
+
+def convert_return_to_response(response, response_class):
+    """The response that a handler meant.
+
+    Raises:
+        ServiceException: It is none, or values are missing.
+    """
+    if isinstance(response, genpy.Message) and response._type == response_class._type:
+        return response
+    if type(response) is dict:
+        try:
+            return response_class(**response)
+        except AttributeError as error:
+            raise ServiceException("handler returned invalid value: %s" % str(error)) from None
+    if response is None:
+        raise ServiceException("service handler returned None")
+    if type(response) in (list, tuple):
+        try:
+            return response_class(*response)
+        except TypeError as error:
+            raise ServiceException("handler returned wrong number of values: %s" % str(error)) from None
+    try:
+        return response_class(response)
+    except TypeError as error:
+        raise ServiceException("handler returned invalid value: %s" % str(error)) from None
+
+
+class Service(_Service):
+    """Provides a service: `handler(request)` returns the response, a dict, a list, or a bare value."""
+
+    def __init__(self, name, service_class, handler, buff_size=DEFAULT_BUFF_SIZE, error_handler=None):
+        super().__init__(name, service_class)
+        if not name or not isinstance(name, str):
+            raise ValueError("service name is not a non-empty string")
+        if not rosgraph.names.is_legal_name(name):
+            import warnings
+
+            warnings.warn(
+                "'%s' is not a legal ROS graph resource name. This may cause problems with other ROS tools"
+                % name,
+                stacklevel=2,
+            )
+        self.handler = handler
+        self.done = False
+        self._server = None
+        if error_handler is not None:
+            self.error_handler = error_handler
+        with core.uninterrupted, _lock:
+            if self.resolved_name in manager.map:
+                raise ServiceException("service [%s] already registered" % self.resolved_name)
+            if _node is not None:
+                self._open(_node)
+            manager.map[self.resolved_name] = self
+
+    def _open(self, node):
+        self._server = node.service_server(
+            self.resolved_name, carried_service(self.service_class), self._answer
+        )
+        self.uri = node._rosrpc_uri
+
+    def error_handler(self, e, exc_type, exc_value, tb):
+        """Called when the handler raised."""
+        core.logerr(
+            "Error processing request: %s\n%s" % (e, traceback.format_exception(exc_type, exc_value, tb))
+        )
+
+    def _answer(self, request):
+        from genpy.message import encode_message
+
+        try:
+            response = convert_return_to_response(self.handler(request), self.response_class)
+            return Encoded(self.response_class._type, encode_message(response))
+        except ServiceException as error:
+            core.rospydebug("handler raised ServiceException: %s", error)
+            raise ServiceError(self.resolved_name, "service cannot process request: %s" % error) from None
+        except Exception as error:
+            self.error_handler(error, *sys.exc_info())
+            raise ServiceError(self.resolved_name, "error processing request: %s" % error) from None
+
+    def shutdown(self, reason=""):
+        """Provide it no more."""
+        self.done = True
+        with core.uninterrupted:
+            with _lock:
+                if manager.map.get(self.resolved_name) is self:
+                    del manager.map[self.resolved_name]
+            if self._server is not None:
+                self._server.close()
+
+    def spin(self):
+        """Wait until the service or the node is shut down."""
+        from ..rostime import wallsleep
+
+        try:
+            while not core.is_shutdown() and not self.done:
+                wallsleep(0.1)
+        except KeyboardInterrupt:
+            core.logdebug("keyboard interrupt, shutting down")

@@ -1,0 +1,5 @@
+"""ParameterInvalid."""
+
+
+class ParameterInvalid(Exception):
+    """An argument is not what it should be."""

@@ -1,0 +1,105 @@
+"""rospy.msproxy: the master, with this node's name and its names resolved; parameters as in a dict."""
+
+import threading
+
+from . import core, names
+from .exceptions import ROSException
+
+__all__ = ["MasterProxy"]
+
+_RESOLVED = {  # methods whose first argument is a name
+    "deleteParam",
+    "getParam",
+    "getPublishedTopics",
+    "hasParam",
+    "lookupNode",
+    "lookupService",
+    "registerPublisher",
+    "registerService",
+    "registerSubscriber",
+    "searchParam",
+    "setParam",
+    "subscribeParam",
+    "unregisterPublisher",
+    "unregisterService",
+    "unregisterSubscriber",
+    "unsubscribeParam",
+}
+
+
+class MasterProxy:
+    """Every method of the master's API, and `master[key]` for parameters."""
+
+    def __init__(self, uri):
+        self.target = core.xmlrpcapi(uri)
+        self._cached = {}
+        self._lock = threading.Lock()
+
+    def __getattr__(self, key):
+        if key.startswith("__"):
+            raise AttributeError(key)
+
+        def method(*args):
+            if key in _RESOLVED and args:
+                args = (names.resolve_name(args[0]), *args[1:])
+            return self._call(key, *args)
+
+        return method
+
+    def _call(self, method, *args):
+        with core.uninterrupted:
+            return getattr(self.target, method)(names.get_caller_id(), *args)
+
+    def __getitem__(self, key):
+        code, _, value = self._call("getParam", names.resolve_name(key))
+        if code != 1:
+            raise KeyError(key)
+        return value
+
+    def __setitem__(self, key, value):
+        self._call("setParam", names.resolve_name(key), value)
+
+    def __delitem__(self, key):
+        code, text, _ = self._call("deleteParam", names.resolve_name(key))
+        if code == -1:
+            raise KeyError(key)
+        if code != 1:
+            raise ROSException("cannot delete parameter: %s" % text)
+
+    def __contains__(self, key):
+        code, text, value = self._call("hasParam", names.resolve_name(key))
+        if code != 1:
+            raise ROSException("cannot check parameter on server: %s" % text)
+        return value
+
+    def __iter__(self):
+        code, text, value = self._call("getParamNames")
+        if code != 1:
+            raise ROSException("cannot retrieve parameter names: %s" % text)
+        return iter(value)
+
+    def search_param(self, key):
+        """Name of the parameter found upwards; None when there is none."""
+        key = names.get_mappings().get(key, key)
+        code, text, value = self._call("searchParam", key)
+        if code == 1:
+            return value
+        if code == -1:
+            return None
+        raise ROSException("cannot search for parameter: %s" % text)
+
+    def get_param_cached(self, key):
+        """Value of a parameter, asked for once and then kept up to date by the master's updates."""
+        from .impl import init
+
+        resolved = names.resolve_name(key)
+        if init.node is None:
+            return self[key]
+        with self._lock:
+            if resolved not in self._cached:
+                self._cached[resolved] = None
+                init.node.params.subscribe(resolved, lambda *_: None)
+        value = init.node.params.get(resolved)
+        if value is None or value == {}:
+            raise KeyError(key)
+        return value

@@ -1,0 +1,155 @@
+"""rospy.names: names of this node, remappings of its command line."""
+
+import sys
+
+import rosgraph.names
+from rosgraph.names import (
+    ANYTYPE,
+    GLOBALNS,
+    PRIV_NAME,
+    REMAP,
+    SEP,
+    get_ros_namespace,
+    is_global,
+    is_legal_name,
+    is_private,
+    isstring,
+    load_mappings,
+    namespace,
+    ns_join,
+)
+
+from .exceptions import ROSException, ROSInitException
+
+__all__ = [
+    "ANYTYPE",
+    "GLOBALNS",
+    "PRIV_NAME",
+    "REMAP",
+    "SEP",
+    "SERVICE_ANYTYPE",
+    "TOPIC_ANYTYPE",
+    "canonicalize_name",
+    "get_caller_id",
+    "get_mappings",
+    "get_name",
+    "get_namespace",
+    "get_resolved_mappings",
+    "get_ros_namespace",
+    "initialize_mappings",
+    "is_global",
+    "is_legal_name",
+    "is_private",
+    "isstring",
+    "load_mappings",
+    "namespace",
+    "ns_join",
+    "reload_mappings",
+    "remap_name",
+    "resolve_name",
+    "resolve_name_without_node_name",
+    "scoped_name",
+]
+
+TOPIC_ANYTYPE = ANYTYPE
+SERVICE_ANYTYPE = ANYTYPE
+
+_mappings = load_mappings(sys.argv)
+_resolved_mappings = {}
+_caller_namespace = get_ros_namespace()
+_caller_id = _caller_namespace + "unnamed"
+
+canonicalize_name = rosgraph.names.canonicalize_name
+
+
+def reload_mappings(argv):
+    """Take the remappings of another command line."""
+    global _mappings
+    _mappings = load_mappings(argv)
+
+
+def initialize_mappings(node_name):
+    """Resolve the remappings for a node."""
+    global _resolved_mappings
+    _resolved_mappings = {
+        name if name.startswith("__") else rosgraph.names.resolve_name(name, node_name): (
+            other if name.startswith("__") else rosgraph.names.resolve_name(other, node_name)
+        )
+        for name, other in _mappings.items()
+    }
+
+
+def get_mappings():
+    """The remappings as written."""
+    return _mappings
+
+
+def get_resolved_mappings():
+    """The remappings, both sides global."""
+    return _resolved_mappings
+
+
+def get_name():
+    """Global name of this node; "/unnamed" before there is one."""
+    return _caller_id
+
+
+get_caller_id = get_name
+
+
+def get_namespace():
+    """Namespace of this node, with a slash at its end."""
+    return _caller_namespace
+
+
+def _set_caller_id(caller_id):
+    global _caller_id, _caller_namespace
+    _caller_id = caller_id
+    _caller_namespace = namespace(caller_id)
+
+
+def resolve_name(name, caller_id=None):
+    """The global name that a name means here, remapped."""
+    if not caller_id:
+        caller_id = get_name()
+    if not name:
+        return namespace(caller_id)
+    name = canonicalize_name(str(name))
+    if name[0] == SEP:
+        resolved = name
+    elif is_private(name):
+        resolved = ns_join(caller_id, name[1:])
+    else:
+        resolved = namespace(caller_id) + name
+    return _resolved_mappings.get(resolved, resolved)
+
+
+def resolve_name_without_node_name(name):
+    """As `resolve_name`, for a topic made before the node has a name."""
+    if is_private(name):
+        raise ValueError("~name topics cannot be created before init_node() has been called")
+    node = ns_join(get_namespace(), "node")
+    resolved = rosgraph.names.resolve_name(name, node)
+    for one, other in _mappings.items():
+        if rosgraph.names.resolve_name(one, node) == resolved:
+            if is_private(other):
+                raise ROSInitException(
+                    "due to the way this node is written, %s cannot be remapped to a ~name. \n"
+                    "The declaration of topics/services must be moved after the call to init_node()" % name
+                )
+            return rosgraph.names.resolve_name(other, node)
+    return resolved
+
+
+def remap_name(name, caller_id=None, resolved=True):
+    """The name, resolved only when it is remapped."""
+    if name in _mappings:
+        return rosgraph.names.resolve_name(_mappings[name], caller_id or get_caller_id())
+    return name
+
+
+def scoped_name(caller_id, name):
+    """The name relative to a node's namespace."""
+    if not is_global(caller_id):
+        raise ROSException("caller_id must be global")
+    return canonicalize_name(name)[len(namespace(caller_id)) :]

@@ -1,0 +1,129 @@
+"""rospy.rostime: the clock, of this computer or simulated."""
+
+import threading
+import time
+
+import genpy
+
+from .exceptions import ROSInitException
+
+__all__ = [
+    "Duration",
+    "Time",
+    "get_rostime",
+    "get_rostime_cond",
+    "get_time",
+    "is_rostime_initialized",
+    "is_wallclock",
+    "set_rostime_initialized",
+    "switch_to_wallclock",
+    "wallsleep",
+]
+
+_rostime_initialized = False
+_rostime_current = None
+_rostime_cond = threading.Condition()
+
+SLICE = 0.1  # seconds between two looks whether the node is shut down
+
+
+class Duration(genpy.Duration):
+    """A span of time."""
+
+    __slots__ = ()
+
+    def __repr__(self):
+        return "rospy.Duration[%d]" % self.to_nsec()
+
+
+class Time(genpy.Time):
+    """A point in time."""
+
+    __slots__ = ()
+
+    def __repr__(self):
+        return "rospy.Time[%d]" % self.to_nsec()
+
+    @staticmethod
+    def now():
+        """The present time of this node's clock."""
+        return get_rostime()
+
+
+Duration.__slots__ = Time.__slots__ = ["secs", "nsecs"]
+
+
+def _set_rostime(t):
+    """Simulated time is now `t`."""
+    if not isinstance(t, genpy.Time):
+        raise ValueError("must be Time instance: %s" % t.__class__)
+    global _rostime_current
+    with _rostime_cond:
+        _rostime_current = Time(t.secs, t.nsecs)
+        _rostime_cond.notify_all()
+
+
+def get_rostime():
+    """The present time.
+
+    Raises:
+        ROSInitException: There is no node yet, so nobody knows whether time is simulated.
+    """
+    if not _rostime_initialized:
+        raise ROSInitException("time is not initialized. Have you called init_node()?")
+    if _rostime_current is not None:
+        return _rostime_current
+    now = time.time()
+    secs = int(now)
+    return Time(secs, int((now - secs) * 1000000000))
+
+
+def get_time():
+    """The present time as float seconds."""
+    return Time.now().to_sec()
+
+
+def set_rostime_initialized(val):
+    """From here on the time can be asked for."""
+    global _rostime_initialized
+    _rostime_initialized = val
+
+
+def is_rostime_initialized():
+    """True when the time can be asked for."""
+    return _rostime_initialized
+
+
+def get_rostime_cond():
+    """Notified with every step of simulated time."""
+    return _rostime_cond
+
+
+def is_wallclock():
+    """True unless time is simulated."""
+    return _rostime_current is None
+
+
+def switch_to_wallclock():
+    """Leave simulated time."""
+    global _rostime_current
+    with _rostime_cond:
+        _rostime_current = None
+        _rostime_cond.notify_all()
+
+
+def wallsleep(duration):
+    """Sleep by this computer's clock; ends early when the node is shut down meanwhile.
+
+    In slices, because time.sleep goes on after a signal, and an Event must not be set in a signal handler.
+    """
+    from . import core
+
+    end = time.monotonic() + duration
+    was_shutdown = core.is_shutdown()
+    left = duration
+    while left > SLICE and core.is_shutdown() == was_shutdown:
+        time.sleep(SLICE)
+        left = end - time.monotonic()
+    if core.is_shutdown() == was_shutdown:
+        time.sleep(max(0.0, left))

@@ -1,0 +1,25 @@
+"""rospy.service: ServiceException."""
+
+__all__ = ["ServiceException", "ServiceManager"]
+
+
+class ServiceException(Exception):
+    """A service call failed, or a handler says no."""
+
+
+class ServiceManager:
+    """The services this node provides, by resolved name."""
+
+    def __init__(self):
+        self.map = {}
+
+    def get_services(self):
+        """[(name, uri), ...]."""
+        return [(name, service.uri) for name, service in list(self.map.items())]
+
+    def get_service(self, resolved_service_name):
+        """The service of that name, None when there is none."""
+        return self.map.get(resolved_service_name)
+
+
+manager = ServiceManager()

@@ -1,0 +1,143 @@
+"""rospy.timer: sleep, Rate, Timer."""
+
+import threading
+import time
+
+import genpy
+
+from . import core, rostime
+from .exceptions import ROSInterruptException, ROSTimeMovedBackwardsException
+
+__all__ = ["Rate", "Timer", "TimerEvent", "sleep"]
+
+
+def sleep(duration):
+    """Sleep by the node's clock; ends early when the node is shut down.
+
+    By this computer's clock it then returns, by simulated time it raises: so does rospy 1.15 (measured).
+
+    Raises:
+        ROSInterruptException: The node was shut down meanwhile, and time is simulated.
+        ROSTimeMovedBackwardsException: Simulated time jumped back.
+    """
+    if rostime.is_wallclock():
+        if isinstance(duration, genpy.TVal):
+            duration = duration.to_sec()
+        if duration < 0:
+            return
+        rostime.wallsleep(duration)
+    else:
+        _sleep_simulated(duration if isinstance(duration, genpy.TVal) else genpy.Duration.from_sec(duration))
+
+
+def _sleep_simulated(duration):
+    changed = rostime.get_rostime_cond()
+    began = rostime.get_rostime()
+    while began == genpy.Time(0) and not core.is_shutdown():  # no /clock message yet
+        with changed:
+            changed.wait(0.3)
+        began = rostime.get_rostime()
+    end = began + duration
+    while began <= rostime.get_rostime() < end and not core.is_shutdown():
+        with changed:
+            changed.wait(0.1)
+    now = rostime.get_rostime()
+    if now < began:
+        raise ROSTimeMovedBackwardsException((began - now).to_sec())
+    if core.is_shutdown():
+        raise ROSInterruptException("ROS shutdown request")
+
+
+class Rate:
+    """Keeps a loop at `hz` rounds per second."""
+
+    def __init__(self, hz, reset=False):
+        self.last_time = rostime.get_rostime()
+        self.sleep_dur = rostime.Duration(0, int(1e9 / hz))
+        self._reset = reset
+
+    def _remaining(self, now):
+        if self.last_time > now:  # time jumped back
+            self.last_time = now
+        return self.sleep_dur - (now - self.last_time)
+
+    def remaining(self):
+        """What is left of this round."""
+        return self._remaining(rostime.get_rostime())
+
+    def sleep(self):
+        """Sleep until the round is over.
+
+        Raises:
+            ROSInterruptException: The node was shut down meanwhile.
+            ROSTimeMovedBackwardsException: Simulated time jumped back (unless `reset`).
+        """
+        now = rostime.get_rostime()
+        try:
+            sleep(self._remaining(now))
+        except ROSTimeMovedBackwardsException:
+            if not self._reset:
+                raise
+            self.last_time = rostime.get_rostime()
+            return
+        self.last_time = self.last_time + self.sleep_dur
+        if now - self.last_time > self.sleep_dur * 2:  # too slow, or time jumped: begin anew
+            self.last_time = now
+
+
+class TimerEvent:
+    """What a timer's callback gets.
+
+    Attributes:
+        last_expected, last_real: When the call before should have been, and was; None in the first.
+        current_expected, current_real: The same of this call.
+        last_duration: Seconds the callback took then.
+    """
+
+    def __init__(self, last_expected, last_real, current_expected, current_real, last_duration):
+        self.last_expected = last_expected
+        self.last_real = last_real
+        self.current_expected = current_expected
+        self.current_real = current_real
+        self.last_duration = last_duration
+
+
+class Timer(threading.Thread):
+    """Calls `callback(event)` every `period`, in a thread of its own, until `shutdown`."""
+
+    def __init__(self, period, callback, oneshot=False, reset=False):
+        super().__init__()
+        self._period = period
+        self._callback = callback
+        self._oneshot = oneshot
+        self._reset = reset
+        self._shutdown = False
+        self.daemon = True
+        self.start()
+
+    def shutdown(self):
+        """No more calls."""
+        self._shutdown = True
+
+    def run(self):
+        """Call back until told to stop."""
+        rate = Rate(1.0 / self._period.to_sec(), reset=self._reset)
+        expected = rostime.get_rostime() + self._period
+        last_expected = last_real = last_duration = None
+        while not core.is_shutdown() and not self._shutdown:
+            try:
+                rate.sleep()
+            except ROSInterruptException:
+                if core.is_shutdown():
+                    break
+                raise
+            if self._shutdown:
+                break
+            real = rostime.get_rostime()
+            began = time.time()
+            self._callback(TimerEvent(last_expected, last_real, expected, real, last_duration))
+            if self._oneshot:
+                break
+            last_duration = time.time() - began
+            last_expected, last_real = expected, real
+            expected += self._period
