@@ -16,12 +16,16 @@ from dataclasses import dataclass
 from enum import Enum
 
 import rosproto
-from rosproto.errors import MasterError, Md5sumMismatch, RosError, RosTimeout
+from rosproto.errors import MasterError, RosError, RosTimeout
 from rosproto.transport.address import parse_uri
+from rosproto.transport.deadline import Deadline
+from rosproto.transport.tcp import connect
+from rosproto.transport.tcpros_io import read_header, write_header
 
 from . import interface
 from .feed import Feed
 from .interface import Row
+from .rostypes import message_type
 
 __all__ = ["Finding", "Level", "examine"]
 
@@ -261,7 +265,7 @@ def _topics(node: rosproto.Node, state: rosproto.node.SystemState, listen: float
     end = time.monotonic() + listen
     while time.monotonic() < end and not all(feed.heard or feed.row.on_change for feed in feeds):
         time.sleep(0.05)
-    yield from _definitions(feeds)
+    yield from _definitions(node, state, feeds)
     silent = [f.topic for f in feeds if not f.heard and not f.row.on_change and f.row.source == "page"]
     if silent:
         advice = "the node behind it hangs, or its links are blocked; restart the robot if it stays so"
@@ -274,13 +278,37 @@ def _topics(node: rosproto.Node, state: rosproto.node.SystemState, listen: float
         feed.close()
 
 
-def _definitions(feeds: list[Feed[object]]) -> Iterator[Finding]:
-    differing = [(f.topic, e) for f in feeds for e in f.errors if isinstance(e, Md5sumMismatch)]
-    for topic, error in differing:
-        advice = "the chassis has another software version; report both md5sums"
-        yield Finding("definition", Level.PROBLEM, f"{topic}: {error}", advice)
+def _definitions(
+    node: rosproto.Node, state: rosproto.node.SystemState, feeds: list[Feed[object]]
+) -> Iterator[Finding]:
+    differing = 0
+    for feed in feeds:
+        ours = message_type(feed.row.type)._md5sum
+        for publisher in state.publishers.get(feed.topic, []):
+            theirs = _offered_md5sum(node, publisher, feed.topic)
+            if theirs not in ("", ours):
+                differing += 1
+                text = f"{feed.topic}: {publisher} has another {feed.row.type} (md5sum {theirs}, ours {ours})"
+                advice = "values are carried over by field name where that is possible; report both md5sums"
+                yield Finding("definition", Level.WARNING, text, advice)
     if not differing:
         yield Finding("definition", Level.OK, "all message definitions agree")
+
+
+def _offered_md5sum(node: rosproto.Node, publisher: str, topic: str) -> str:
+    """What a publisher's handshake says; "" when it cannot be asked (other checks tell that)."""
+    deadline = Deadline(2.0)
+    try:
+        with rosproto.NodeClient(node.master.lookup_node(publisher), node.name, timeout=2.0) as client:
+            answer = client.request_topic(topic)
+        if len(answer) < 3:
+            return ""
+        sock = connect(str(answer[1]), int(str(answer[2])), deadline)
+        with sock:
+            write_header(sock, {"callerid": node.name, "topic": topic, "type": "*", "md5sum": "*"}, deadline)
+            return read_header(sock, rosproto.Limits(), deadline).get("md5sum", "")
+    except (RosError, ValueError):
+        return ""
 
 
 def _clock(feeds: list[Feed[object]]) -> Iterator[Finding]:
