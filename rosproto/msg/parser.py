@@ -241,7 +241,7 @@ def _constant(line: str, clean: str, lenient: bool) -> Constant:
     if type_name == "string":
         # Everything after the first `=` is the value, `#` included: a string has no comment behind it.
         left, _, text = line.partition("=")
-        name = (left.split(None, 1) if lenient else left.split(" ", 1))[1].strip()
+        name = " ".join((left.split(None, 1) if lenient else left.split(" ", 1))[1:]).strip()
     else:
         halves = " ".join(words[1:]).split("=")
         if len(halves) != 2:

@@ -360,3 +360,10 @@ def test_definition_errors_are_ros_errors_and_value_errors() -> None:
         parse("x")
     with pytest.raises(ValueError):
         parse("x")
+
+
+@pytest.mark.parametrize("lenient", [True, False])
+def test_a_string_constant_without_a_name(lenient: bool) -> None:
+    """`string =x` is refused like any other nameless constant."""
+    with pytest.raises(DefinitionError, match="is not a name of a constant"):
+        parse_message("string =x\n", "my_msgs/T", file="T.msg", lenient=lenient)
