@@ -123,6 +123,14 @@ class Conversion:
             used.add(name)
             steps.append((name, field.name, self._field(given[name], field)))
         self.dropped += [name for name in given if name not in used]
+        if given and self.target._spec.fields and not used:
+            # Nothing but defaults would arrive, and look like values.
+            raise ConversionError(
+                "the two definitions share no field",
+                type_name=self.target._type,
+                field_path="",
+                table=side_by_side(self.target._spec, self.source._spec, ("wanted", "given")),
+            )
         return steps
 
     def _counterpart(self, name: str, given: dict[str, Field]) -> str | None:

@@ -119,3 +119,12 @@ def test_page_spelling_on_the_wire() -> None:
     assert request.task_exec == 4
     assert request.task_exect == 4
     assert Conversion(theirs.Response, ours.Response)(theirs.Response(statuscode=8)).statusCode == 8
+
+
+def test_definitions_that_share_no_field() -> None:
+    """All defaults would look like values: that is refused."""
+    ours, theirs = define("test_msgs/T", "float64 charge"), define("test_msgs/T", "float64 percent")
+    with pytest.raises(ConversionError, match="share no field"):
+        Conversion(theirs, ours)
+    empty = define("test_msgs/T", "")
+    assert Conversion(theirs, empty)(theirs(percent=1.0)) == empty()
