@@ -1,6 +1,21 @@
-"""Recording a live graph into bags, and playing bags to it."""
+"""Record a live graph into bags, and play bags to a live graph; nothing is decoded on the way."""
 
+from rosproto.recording.buffer import MessageBuffer
+from rosproto.recording.files import BagSeries, bag_name
+from rosproto.recording.pacer import Pacer
 from rosproto.recording.player import Player
-from rosproto.recording.recorder import Recorder
+from rosproto.recording.recorder import Recorder, RecorderStats
+from rosproto.recording.selection import TopicSelection
+from rosproto.recording.timeline import Timeline
 
-__all__ = ["Player", "Recorder"]
+__all__ = [
+    "BagSeries",
+    "MessageBuffer",
+    "Pacer",
+    "Player",
+    "Recorder",
+    "RecorderStats",
+    "Timeline",
+    "TopicSelection",
+    "bag_name",
+]

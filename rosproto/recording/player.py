@@ -1,85 +1,124 @@
-"""Player: a bag to a live graph, at the pace it was recorded."""
+"""Playing bags to a live graph: the recorded bytes, at the recorded times, under the recorded names.
+
+`Player.play` runs in the calling thread; `pause`, `step` and `stop` may be called from any other, or from
+`on_tick`, which is called in that thread about 20 times a second.
+
+Source: rosbag player.cpp for what its users rely on: delay after advertising, latched messages before the
+start, the clock that goes on while paused.
+"""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import TracebackType
+from typing import TYPE_CHECKING
 
-from rosproto.bag import BagReader, Connection, RawMessage
-from rosproto.codec import message_class
+from rosproto.bag import BagReader, Connection
+from rosproto.bag.types import message_class_of
+from rosproto.errors import BagError, LocalProtocolError, RosTimeout
+from rosproto.recording.pacer import Pacer
+from rosproto.recording.timeline import Timeline, TimelineEntry
 from rosproto.time import Time
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
-    from rosproto.node import Node
+    from rosproto.node import Node, Publisher
 
 __all__ = ["Player"]
 
-_CLOCK = "/clock"
-_QUEUE = 1000
+NS = 1_000_000_000
+SHORT = 0.01
+TICK = 0.05  # seconds between two calls of `on_tick`, and the longest sleep
+IMMEDIATE_BATCH = 64
 
 
 class Player:
-    """Plays a bag through a node. Use it in a `with` block: publishers exist from the beginning to the end
-    of it.
-
-    Topics that were latched are latched again. `pause`, `resume`, `step` and `stop` may be called from any
-    thread while `play` runs.
+    """Publishes what bags hold. Close it (or use it in a `with` block): its topics then leave the graph.
 
     Args:
-        node: The node to publish with.
-        bag: What to play; it stays open.
-        topics: Only these.
-        rate: 2.0 plays twice as fast.
-        start: Skip so many seconds of the bag.
-        duration: Play so many seconds of the bag; None to its end.
-        remap: Publish under another topic.
-        clock_hz: Publish /clock with the bag's time so often a second (of this computer's time); None not.
+        node: Publishes.
+        bags: An opened bag, or several that are played as one; they stay the caller's.
+        topics: Only these (recorded names).
+        rate: Times as fast as recorded.
+        start: Seconds to leave out at the beginning. What was latched before is published first.
+        duration: Play only so many seconds of the bags.
+        loop: Begin again at the end.
+        clock_hz: Publish /clock this often (real time), with the bags' time; None does not.
+        remap: Recorded name -> name to publish under.
+        prefix: Put in front of every name.
+        delay: Seconds between advertising and the first message, so that subscribers can connect.
+        queue_size: Most messages that wait for one slow subscriber.
+        keep_alive: Stay after the end, so that latched messages can be had, until `stop`.
+        paused: Begin paused.
+        skip_empty: Leave out times longer than this (s) without messages.
+        immediate: Do not wait at all: as fast as the subscribers take it.
+        on_tick: Called now and then while playing, paused or waiting.
+        pacer: For tests.
 
     Raises:
-        ValueError: The rate is not positive.
-        BagError: A connection has no usable definition, or no such topic.
+        BagError: A topic is in none of the bags, a connection has no usable definition, or two have different
+            ones for one topic.
+        ValueError: An option is out of range.
+
+    Attributes:
+        timeline: The span that is played.
+        published: Messages published so far.
+        position_ns: Time in the bags that has been reached, ns since 1970.
     """
 
     def __init__(
         self,
         node: Node,
-        bag: BagReader,
+        bags: BagReader | Sequence[BagReader],
         *,
         topics: Iterable[str] | None = None,
         rate: float = 1.0,
         start: float = 0.0,
         duration: float | None = None,
-        remap: Mapping[str, str] | None = None,
+        loop: bool = False,
         clock_hz: float | None = None,
+        remap: Mapping[str, str] | None = None,
+        prefix: str = "",
+        delay: float = 0.0,
+        queue_size: int = 1000,
+        keep_alive: bool = False,
+        paused: bool = False,
+        skip_empty: float | None = None,
+        immediate: bool = False,
+        on_tick: Callable[[Player], object] | None = None,
+        pacer: Pacer | None = None,
     ) -> None:
         if not rate > 0:
             raise ValueError(f"rate {rate}: it must be more than 0")
-        self._node, self._bag, self._rate = node, bag, rate
-        self._topics = None if topics is None else list(topics)
-        first = bag.start_time
-        self._from = None if first is None else first.to_sec() + start
-        self._to = None if self._from is None or duration is None else self._from + duration
-        self._clock_hz = clock_hz
-        self._changed = threading.Condition()
-        self._paused = self._stopped = False
+        if clock_hz is not None and not clock_hz > 0:
+            raise ValueError(f"clock_hz {clock_hz}: it must be more than 0")
+        bags = [bags] if isinstance(bags, BagReader) else bags
+        self.timeline = Timeline(bags, topics=topics, start=start, duration=duration)
+        self._node = node
+        self._rate = rate
+        self._loop = loop
+        self._remap = dict(remap or {})
+        self._prefix = prefix
+        self._delay = delay
+        self._keep_alive = keep_alive
+        self._skip_ns = None if skip_empty is None else round(skip_empty * NS)
+        self._immediate = immediate
+        self._on_tick = on_tick
+        self._pacer = pacer or Pacer()
+        self._paused = paused
         self._steps = 0
-        names = remap or {}
-        self._publishers = {
-            connection.id: node.publisher(
-                names.get(connection.topic, connection.topic),
-                bag.message_class(connection),
-                latch=connection.latching,
-                queue_size=_QUEUE,
-            )
-            for connection in self._connections()
-        }
-        self._clock_out = (
-            node.publisher(_CLOCK, "rosgraph_msgs/Clock", queue_size=1) if clock_hz is not None else None
-        )
+        self._stop = threading.Event()
+        self._next_tick = 0.0
+        self._next_call = 0.0
+        self._on_message: Callable[[str, Time], object] | None = None
+        self._anchor = 0.0  # the moment at which the bags' time was `_anchor_ns`
+        self._anchor_ns = self.timeline.start_ns
+        self.position_ns = self.timeline.start_ns
+        self.published = 0
+        self._clock = _ClockOutput(node, clock_hz) if clock_hz else None
+        self._outputs = self._advertise(queue_size)
+
+    # -- what a program calls -------------------------------------------------------------------------------
 
     def __enter__(self) -> Player:
         return self
@@ -89,108 +128,234 @@ class Player:
     ) -> None:
         self.close()
 
+    @property
+    def paused(self) -> bool:
+        """True while nothing is published."""
+        return self._paused
+
+    @property
+    def position(self) -> float:
+        """Seconds of the span that have been played."""
+        return (self.position_ns - self.timeline.start_ns) / NS
+
+    @property
+    def publishers(self) -> list[Publisher]:
+        """One for each connection that is played."""
+        return list(dict.fromkeys(self._outputs.values()))
+
+    def pause(self) -> None:
+        """Stop the bags' time."""
+        self._paused = True
+
+    def resume(self) -> None:
+        """Let the bags' time go on from where it stopped."""
+        self._steps = 0
+        self._paused = False
+
+    def step(self) -> None:
+        """While paused: publish the next message."""
+        if self._paused:
+            self._steps += 1
+
+    def stop(self) -> None:
+        """Let `play` return soon."""
+        self._stop.set()
+
     def wait_for_subscribers(self, timeout: float | None = 10.0) -> None:
-        """Wait until every topic has a subscriber.
+        """Wait until every topic has a subscriber, or until `stop`.
 
         Raises:
             RosTimeout: One has none.
         """
-        for publisher in self._publishers.values():
-            publisher.wait_for_connection(timeout)
+        end = None if timeout is None else self._pacer.now() + timeout
+        self._stop.clear()
+        while not self._stop.is_set() and (alone := [p.topic for p in self.publishers if not p.connections]):
+            if end is not None and self._pacer.now() > end:
+                raise RosTimeout(
+                    f"nobody subscribes {', '.join(sorted(set(alone)))} after {timeout:g} s",
+                    what="subscribers",
+                    seconds=timeout,
+                )
+            self._rest(SHORT)
 
     def play(self, on_message: Callable[[str, Time], object] | None = None) -> int:
-        """Publish everything once, each message at its time; returns how many.
+        """Publish everything; returns at the end, or after `stop`.
 
         Args:
-            on_message: Called with topic and recorded time after each message.
+            on_message: Called with recorded topic and time after each message.
+
+        Returns:
+            How many messages were published.
+
+        Raises:
+            BagError: A bag cannot be read on.
+            LocalProtocolError: The node was closed.
         """
-        count = 0
-        self._stopped = False
-        origin: float | None = None
-        began = 0.0
-        for topic, raw, stamp in self._messages():
-            at = stamp.to_sec()
-            if origin is None:
-                origin, began = at, perf_counter()
-            stepped, paused = self._wait_until(began + (at - origin) / self._rate, at)
-            began += paused
-            if self._stopped:
-                break
-            if stepped:  # the pace goes on from here
-                began = perf_counter() - (at - origin) / self._rate
-            self._publishers[raw.connection.id].publish(raw.data)
-            count += 1
-            if on_message is not None:
-                on_message(topic, stamp)
-        return count
-
-    def pause(self) -> None:
-        """Hold before the next message."""
-        with self._changed:
-            self._paused = True
-            self._changed.notify_all()
-
-    def resume(self) -> None:
-        """Go on."""
-        with self._changed:
-            self._paused = False
-            self._changed.notify_all()
-
-    def step(self) -> None:
-        """While paused: publish one message."""
-        with self._changed:
-            self._steps += 1
-            self._changed.notify_all()
-
-    def stop(self) -> None:
-        """End `play` before its next message."""
-        with self._changed:
-            self._stopped = True
-            self._changed.notify_all()
+        self._stop.clear()
+        before = self.published
+        self._on_message = on_message
+        self._rest(self._delay)
+        self._play_once()
+        while self._loop and self.published > before and not self._stop.is_set():
+            self._play_once()
+        self._flush(2.0)
+        while self._keep_alive and not self._stop.is_set():
+            self._rest(TICK)
+        return self.published - before
 
     def close(self) -> None:
-        """Stop, and stop publishing."""
-        self.stop()
-        for publisher in (*self._publishers.values(), self._clock_out):
-            if publisher is not None:
-                publisher.close()
+        """Take the topics off the graph; what waits for slow subscribers gets a moment. Twice is fine."""
+        self._stop.set()
+        for publisher in self.publishers:
+            publisher.close()
+        if self._clock is not None:
+            self._clock.close()
 
-    def _connections(self) -> list[Connection]:
-        names = self._bag.topics if self._topics is None else self._topics
-        return [connection for name in names for connection in self._bag._topic(name).connections]
+    # -- before the first message ---------------------------------------------------------------------------
 
-    def _messages(self) -> Iterator[tuple[str, RawMessage, Time]]:
-        return self._bag.read_messages(self._topics, self._from, self._to, raw=True)
+    def _advertise(self, queue_size: int) -> dict[tuple[int, int], Publisher]:
+        """A publisher for each recorded one: each latches its own message (three nodes on /tf_static)."""
+        shared: dict[tuple[str, str, str], Publisher] = {}
+        outputs: dict[tuple[int, int], Publisher] = {}
+        for number, connection in self.timeline.connections:
+            key = (connection.topic, connection.callerid, connection.md5sum)
+            if key not in shared:
+                shared[key] = self._publisher(connection, queue_size)
+            outputs[number, connection.id] = shared[key]
+        return outputs
 
-    def _wait_until(self, due: float, bag_time: float) -> tuple[bool, float]:
-        """Wait for the moment, /clock ticking; whether it was a step, and the seconds of pause."""
-        paused_since: float | None = None
-        paused = 0.0
-        with self._changed:
-            while not self._stopped:
-                now = perf_counter()
-                if self._paused:
-                    if self._steps:
-                        self._steps -= 1
-                        return True, 0.0
-                    paused_since = now if paused_since is None else paused_since
-                    self._changed.wait(1.0)
-                    continue
-                if paused_since is not None:
-                    paused += now - paused_since
-                    paused_since = None
-                left = due + paused - now
-                if left <= 0:
-                    self._tick(bag_time)
-                    return False, paused
-                tick = left if self._clock_hz is None else min(left, 1.0 / self._clock_hz)
-                self._tick(bag_time - left * self._rate)
-                self._changed.wait(tick)
-        return False, paused
+    def _publisher(self, connection: Connection, queue_size: int) -> Publisher:
+        topic = self._prefix + self._remap.get(connection.topic, connection.topic)
+        try:
+            return self._node.publisher(
+                topic, message_class_of(connection), latch=connection.latching, queue_size=queue_size
+            )
+        except LocalProtocolError as problem:
+            raise BagError(
+                f"{connection.topic} was recorded with different definitions, a node can publish one: choose "
+                f"topics, or play into another name ({problem})"
+            ) from problem
 
-    def _tick(self, bag_time: float) -> None:
-        if self._clock_out is None:
-            return
-        message: Any = message_class("rosgraph_msgs/Clock")()
-        message.clock = Time.from_sec(max(bag_time, 0.0))
-        self._clock_out.publish(message)
+    # -- playing --------------------------------------------------------------------------------------------
+
+    def _play_once(self) -> None:
+        self._anchor, self._anchor_ns = self._pacer.now(), self.timeline.start_ns
+        self.position_ns = self.timeline.start_ns
+        if self._clock is not None:
+            self._clock.publish(self.position_ns)
+        for entry in self.timeline.latched_before():
+            self._publish(entry)
+        for entry in self.timeline:
+            if not self._wait_for(entry.time_ns):
+                return
+            self._publish(entry)
+        if self._clock is not None:
+            self._clock.publish(self.position_ns)
+
+    def _publish(self, entry: TimelineEntry) -> None:
+        self._outputs[entry.bag, entry.message.connection.id].publish(entry.message.data)
+        self.published += 1
+        if self._on_message is not None:
+            self._on_message(entry.message.connection.topic, Time._raw(*divmod(entry.time_ns, NS)))
+
+    def _wait_for(self, time_ns: int) -> bool:
+        """Wait until the bags' time is `time_ns`; False after `stop`."""
+        if self._skip_ns is not None and time_ns - self.position_ns > self._skip_ns:
+            self._set_anchor(time_ns)
+        while not self._stop.is_set():
+            now = self._pacer.now()
+            if now >= self._next_tick:
+                self._tick(now)
+            if self._paused:
+                if self._steps:
+                    self._steps -= 1
+                    self._set_anchor(time_ns)
+                    return True
+                self._stand(now)
+                continue
+            if self._immediate:
+                self._hold_back()
+                self.position_ns = time_ns
+                return True
+            due = self._anchor + (time_ns - self._anchor_ns) / NS / self._rate
+            if self._wait_or_tick(now, due):
+                self.position_ns = time_ns
+                return True
+        return False
+
+    def _wait_or_tick(self, now: float, due: float) -> bool:
+        """Wait for a message that is due then, or for what comes before it; True when the message is due."""
+        if due <= now:
+            return True
+        until = min(due, self._next_tick)
+        if self._clock is not None:
+            until = min(until, self._clock.due)
+        self._pacer.wait_until(until)
+        if until == due:
+            return True
+        passed = (self._pacer.now() - self._anchor) * self._rate
+        self.position_ns = max(self.position_ns, self._anchor_ns + int(passed * NS))
+        return False
+
+    def _stand(self, now: float) -> None:
+        """Paused: time does not pass in the bags."""
+        self._set_anchor(self.position_ns)
+        self._pacer.wait_until(min(now + TICK, self._clock.due if self._clock is not None else now + TICK))
+
+    def _set_anchor(self, time_ns: int) -> None:
+        self._anchor, self._anchor_ns, self.position_ns = self._pacer.now(), time_ns, time_ns
+
+    def _tick(self, now: float) -> None:
+        self._next_tick = now + TICK
+        if self._clock is not None:
+            if now >= self._clock.due:
+                self._clock.publish(self.position_ns)
+                self._clock.advance(now)
+            self._next_tick = min(self._next_tick, self._clock.due)
+        if self._on_tick is not None and now >= self._next_call:
+            self._next_call = now + TICK
+            self._on_tick(self)
+
+    def _rest(self, seconds: float) -> None:
+        """Wait, with ticks."""
+        end = self._pacer.now() + seconds
+        while not self._stop.is_set() and (now := self._pacer.now()) < end:
+            if now >= self._next_tick:
+                self._tick(now)
+            self._pacer.wait_until(min(end, self._next_tick))
+
+    def _hold_back(self) -> None:
+        """Without waiting for time, wait for subscribers that cannot follow: nothing is to be dropped."""
+        if self.published % IMMEDIATE_BATCH == 0:
+            self._flush(10.0)
+
+    def _flush(self, timeout: float) -> None:
+        for publisher in self.publishers:
+            if not publisher.closed:
+                try:
+                    publisher.flush(timeout)
+                except (RosTimeout, ConnectionError):
+                    pass  # that subscriber is stuck or gone: its queue drops and counts, the others go on
+
+
+class _ClockOutput:
+    """Publishes /clock.
+
+    Attributes:
+        due: The moment of the next message.
+    """
+
+    def __init__(self, node: Node, hz: float) -> None:
+        self._publisher = node.publisher("/clock", "rosgraph_msgs/Clock", queue_size=100)
+        self._period = 1.0 / hz
+        self.due = 0.0
+
+    def publish(self, time_ns: int) -> None:
+        self._publisher.publish(clock=Time._raw(*divmod(time_ns, NS)))
+
+    def advance(self, now: float) -> None:
+        """The next moment; those missed are left out."""
+        self.due = max(self.due + self._period, now)
+
+    def close(self) -> None:
+        self._publisher.close()

@@ -1,111 +1,161 @@
-"""Recorder: topics of a live graph into bags, without decoding anything.
+"""Recording a live graph: every message as it came, with its publisher's own definition and header.
 
-Messages arrive in the node's threads and are put into a buffer of bounded size; one thread writes. A
-message is stored with its publisher's own type, md5sum, definition and caller id, under the time it was
-received.
+Threads: the node's link threads put messages into a `MessageBuffer`; one thread writes them to the files;
+one asks the master for topics that appear. Nothing that the disk does can hold up receiving: what does not
+fit into the buffer is dropped and counted.
 """
 
 from __future__ import annotations
 
 import logging
-import re
+import os
 import threading
-from collections import deque
+import time
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
 
-from rosproto.bag import BagWriter, Connection, RawMessage
-from rosproto.errors import RosError
+from rosproto.bag import Connection, RawMessage
+from rosproto.errors import DefinitionError, LocalProtocolError, RosError
+from rosproto.recording.buffer import Entry, MessageBuffer
+from rosproto.recording.files import BagSeries, Compression, bag_name
+from rosproto.recording.selection import TopicSelection
 from rosproto.time import Time
 
 if TYPE_CHECKING:
-    from types import TracebackType
+    from rosproto.node import Node, Subscriber
 
-    from rosproto.node import Node
-
-__all__ = ["Recorder"]
+__all__ = ["Recorder", "RecorderStats"]
 
 _log = logging.getLogger("rosproto.recording")
-_LOOK_SECONDS = 1.0
-_QUEUE = 10_000
 
-Item = tuple[str, RawMessage, Time]
+NS = 1_000_000_000
+WRITE_EVERY = 0.1  # seconds that a message may wait before it is put into the chunk
+FLUSH_EVERY = 5.0  # seconds after which even a small chunk goes to the disk: a crash loses no more
+ALL = 1 << 30  # a queue size: the node drops nothing, the buffer decides
+
+
+@dataclass(frozen=True, slots=True)
+class RecorderStats:
+    """How a recording stands.
+
+    Attributes:
+        messages: Messages written.
+        dropped: Messages given up because the buffer was full.
+        bytes: Bytes in the files.
+        waiting_bytes: Bytes received and not written yet.
+        topics: Topics subscribed.
+        seconds: Since it was started.
+        path: The bag being written.
+    """
+
+    messages: int
+    dropped: int
+    bytes: int
+    waiting_bytes: int
+    topics: int
+    seconds: float
+    path: str
 
 
 class Recorder:
-    """Records until closed. Use it in a `with` block.
+    """Records topics of a node's graph until it is closed; use it in a `with` block.
 
     Args:
-        node: The node to subscribe with.
-        path: The bag; with splitting, `name_0.bag`, `name_1.bag` and so on.
-        topics: These, also before they are published.
-        pattern: And every published topic that this regular expression matches wholly, looked for every
-        second. exclude: But none that this one matches wholly.
-        compression, chunk_bytes: As for `BagWriter`.
-        split_bytes: Begin a new bag when one has reached this size.
-        split_seconds: Begin a new bag when one covers this span.
-        limit: Record at most so many messages of each topic.
-        buffer_bytes: Messages waiting for the disk; what comes when it is full is dropped and counted.
+        node: Subscribes; its own publications are recorded too.
+        path: The bag, with splitting `name_0.bag`, `name_1.bag` and so on; None: `prefix` with date and time.
+        topics: Names to record, whoever publishes them, now or later.
+        pattern: And every topic that this regular expression matches wholly, as they appear.
+        exclude: But none that this one matches wholly.
+        selection: Instead of these three: several patterns, everything, a node's topics.
+        prefix: Path and beginning of the name (rosbag record -o).
+        compression: "none", "bz2" or "lz4".
+        chunk_bytes: Of each chunk.
+        split_bytes: Begin another bag at this size; names are then numbered from 0.
+        split_seconds: Begin another bag after this time.
+        keep: With splits, the most bags to keep; older ones are deleted.
+        repeat_latched: Repeat latched messages at the start of each split.
+        limit: Messages of each topic; the recording is finished when all have them.
+        most_seconds: Finish after this time.
+        most_bytes: Finish at this size.
+        buffer_bytes: Most bytes that wait for the disk; the oldest are dropped and counted.
+        poll: Seconds between two questions for new topics.
+        overwrite: Replace files of that name.
+        tcp_nodelay: See `Node.subscriber`.
 
     Raises:
-        BagError: The file cannot be opened.
-        ValueError: A pattern is not a regular expression, or nothing was asked for.
-
-    Attributes:
-        paths: Bags written so far, the one being written last.
-        messages: Messages taken.
-        bytes: Their size.
-        dropped: Messages lost because the buffer was full.
-        error: What ended the recording early (a full disk), None while all is well; `close` raises it.
+        BagError: The file cannot be opened, or exists.
+        ValueError: No topics, or an option out of range.
     """
 
     def __init__(
         self,
         node: Node,
-        path: str | Path,
+        path: str | os.PathLike[str] | None = None,
         topics: Iterable[str] = (),
         *,
         pattern: str | None = None,
         exclude: str | None = None,
-        compression: Literal["none", "bz2", "lz4"] = "none",
+        selection: TopicSelection | None = None,
+        prefix: str = "",
+        compression: Compression = "none",
         chunk_bytes: int = 768 * 1024,
         split_bytes: int | None = None,
         split_seconds: float | None = None,
+        keep: int | None = None,
+        repeat_latched: bool = True,
         limit: int | None = None,
+        most_seconds: float | None = None,
+        most_bytes: int | None = None,
         buffer_bytes: int = 256 << 20,
+        poll: float = 1.0,
+        overwrite: bool = False,
+        tcp_nodelay: bool = False,
     ) -> None:
         self._node = node
-        self._path = Path(path)
-        self._pattern, self._exclude = _compiled(pattern), _compiled(exclude)
-        self._names = [node.resolve_name(topic) for topic in topics]
-        if not self._names and self._pattern is None:
-            raise ValueError("nothing to record: name topics, or give a pattern ('.*' for everything)")
-        self._options: dict[str, Any] = {"compression": compression, "chunk_bytes": chunk_bytes}
-        self._split_bytes, self._split_seconds = split_bytes, split_seconds
-        self._limit, self._most = limit, buffer_bytes
-        self._ready = threading.Condition()
-        self._queue: deque[Item] = deque()
-        self._waiting = 0
-        self._ending = threading.Event()
+        self._selection = selection or TopicSelection(
+            [node.resolve_name(topic) for topic in topics],
+            patterns=() if pattern is None else [pattern],
+            exclude=() if exclude is None else [exclude],
+        )
+        self._limit = limit
+        self._most_seconds = most_seconds
+        self._most_bytes = most_bytes
+        self._poll = poll
+        self._nodelay = tcp_nodelay
+        splits = split_bytes is not None or split_seconds is not None
+        began = time.time()
+        self._buffer = MessageBuffer(buffer_bytes, chunk_bytes)
+        self._series = BagSeries(
+            lambda number: bag_name(
+                prefix if path is None else os.fspath(path),
+                dated=path is None,
+                number=number if splits else None,
+                now=began,
+            ),
+            compression=compression,
+            chunk_bytes=chunk_bytes,
+            split_bytes=split_bytes,
+            split_seconds=split_seconds,
+            keep=keep,
+            repeat_latched=repeat_latched,
+            overwrite=overwrite,
+        )
+        self._subscribers: dict[str, Subscriber] = {}
         self._counts: dict[str, int] = {}
-        self._connections: dict[tuple[str, int], tuple[Connection, dict[str, str]]] = {}
-        self._latched: dict[tuple[str, str], Item] = {}
-        self._subscribers: dict[str, Any] = {}
-        self._first: Time | None = None
-        self.paths: list[Path] = []
-        self.messages = self.bytes = self.dropped = 0
-        self.error: RosError | None = None
-        self._closed = False
-        self._writer = self._open()
-        self._threads = [
-            threading.Thread(target=target, name=f"rosproto:record {name}", daemon=True)
-            for target, name in ((self._write_all, "writer"), (self._look, "topics"))
-        ]
-        for name in self._names:
-            self._subscribe(name)
-        for thread in self._threads:
-            thread.start()
+        self._began = time.monotonic()
+        self._flushed = self._began
+        self._stopping = threading.Event()
+        self._finished = threading.Event()
+        self._error: RosError | None = None
+        self._raised = False
+        self._writer = threading.Thread(target=self._write, name="rosproto:record writer", daemon=True)
+        self._finder = threading.Thread(target=self._find, name="rosproto:record topics", daemon=True)
+        self._start()
+
+    # -- what a program calls -------------------------------------------------------------------------------
 
     def __enter__(self) -> Recorder:
         return self
@@ -115,148 +165,231 @@ class Recorder:
     ) -> None:
         self.close()
 
+    def __repr__(self) -> str:
+        return f"<Recorder {self._series.path}: {self.messages} messages, {self.dropped} dropped>"
+
     @property
     def topics(self) -> list[str]:
-        """Topics subscribed now."""
+        """Topics subscribed so far."""
         return sorted(self._subscribers)
 
     @property
-    def waiting_bytes(self) -> int:
-        """How much of the buffer is in use."""
-        return self._waiting
+    def paths(self) -> list[Path]:
+        """The bags, the one being written (until it is finished its name ends in `.active`) last."""
+        paths = [Path(path) for path in self._series.paths]
+        present = Path(self._series.path)
+        return paths if present in paths else [*paths, present]
 
-    def close(self, timeout: float = 10.0) -> None:
-        """Stop, write what waits, close the bag. May be called twice.
+    @property
+    def messages(self) -> int:
+        """Messages written."""
+        return self._series.messages
+
+    @property
+    def bytes(self) -> int:
+        """Bytes in the files."""
+        return self._series.size
+
+    @property
+    def dropped(self) -> int:
+        """Messages given up because the buffer was full."""
+        return self._buffer.dropped
+
+    @property
+    def error(self) -> RosError | None:
+        """What ended it early (a full disk), None while all is well; `wait` and `close` raise it."""
+        return self._error
+
+    @property
+    def finished(self) -> bool:
+        """True when a limit is reached, writing failed, or it is closed."""
+        return self._finished.is_set()
+
+    def stats(self) -> RecorderStats:
+        """How it stands now."""
+        return RecorderStats(
+            messages=self.messages,
+            dropped=self.dropped,
+            bytes=self.bytes,
+            waiting_bytes=self._buffer.bytes,
+            topics=len(self._subscribers),
+            seconds=time.monotonic() - self._began,
+            path=self._series.path,
+        )
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Wait until it is finished by itself; False when it was not in time.
 
         Raises:
-            RosError: What ended the recording early; the bag is readable up to its last whole chunk.
+            BagError: Writing failed (the disk is full); the bag is readable up to its last whole chunk.
         """
-        if self._closed:
-            return
-        self._closed = True
-        self._ending.set()
-        for subscriber in list(self._subscribers.values()):
-            subscriber.close()
-        with self._ready:
-            self._ready.notify_all()
-        for thread in self._threads:
-            if thread is not threading.current_thread():
-                thread.join(timeout)
-        if self.error is not None:
-            raise self.error
+        finished = self._finished.wait(timeout)
+        self._raise()
+        return finished
 
-    # -- topics ------------------------------------------------------------------------------
+    def wait_for_topics(self, count: int, timeout: float = 5.0) -> None:
+        """Wait until that many topics have a publisher connected.
+
+        Raises:
+            TimeoutError: They have not in time.
+        """
+        end = time.monotonic() + timeout
+        while sum(s.connections > 0 for s in list(self._subscribers.values())) < count:
+            if time.monotonic() > end:
+                raise TimeoutError(
+                    f"fewer than {count} of {self.topics} have a publisher after {timeout:g} s"
+                )
+            self._finished.wait(0.01)
+
+    def close(self) -> None:
+        """Stop receiving, write everything that waits, finish the bag. Twice is fine.
+
+        Raises:
+            BagError: Writing failed, and nobody was told yet.
+        """
+        self._stopping.set()
+        if self._finder.is_alive():
+            self._finder.join(10.0)
+        for subscriber in self._subscribers.values():
+            subscriber.close()
+        self._buffer.close()
+        self._writer.join()  # as long as the disk takes: what was received is not thrown away
+        self._finished.set()
+        self._raise()
+
+    # -- topics ---------------------------------------------------------------------------------------------
+
+    def _start(self) -> None:
+        self._writer.start()
+        try:
+            for topic in self._selection.topics:
+                self._subscribe(topic)
+            if self._selection.is_open:
+                self._look()
+                self._finder.start()
+        except BaseException:
+            self.close()
+            raise
+
+    def _find(self) -> None:
+        """Thread: subscribe topics that appear. The master may be away for a while."""
+        while not self._stopping.wait(self._poll):
+            try:
+                self._look()
+            except LocalProtocolError:
+                return  # the node is closed
+            except (RosError, OSError) as problem:
+                _log.warning("! cannot ask for new topics, trying again: %s", problem)
 
     def _look(self) -> None:
-        """Subscribe topics as they appear; a master that is away for a while is nothing special."""
-        while self._pattern is not None:
-            try:
-                for topic in self._node.master.get_published_topics():
-                    if self._is_wanted(topic):
-                        self._subscribe(topic)
-            except RosError as problem:
-                _log.debug("! looking for topics: %s", problem)
-            if self._ending.wait(_LOOK_SECONDS):
-                return
-
-    def _is_wanted(self, topic: str) -> bool:
-        assert self._pattern is not None
-        excluded = self._exclude is not None and self._exclude.fullmatch(topic)
-        return bool(self._pattern.fullmatch(topic)) and not excluded and topic not in self._subscribers
+        state = self._node.master.get_system_state()
+        for topic in state.publishers:
+            readers = state.subscribers.get(topic, ())
+            if topic not in self._subscribers and self._selection.takes(topic, readers):
+                self._subscribe(topic)
 
     def _subscribe(self, topic: str) -> None:
+        tap = _Tap(topic, self._node, self._buffer)
+        # Inline and with a queue that is never full: every message goes to the buffer in the thread that
+        # received it; only the buffer may drop, and it counts.
         self._subscribers[topic] = self._node.subscriber(
-            topic, None, lambda message: self._take(topic, message), queue_size=_QUEUE, raw=True
+            topic, None, tap, raw=True, queue_size=ALL, inline=True, tcp_nodelay=self._nodelay
         )
+        _log.info("= recording %s", topic)
 
-    def _take(self, topic: str, message: Any) -> None:
-        """A message arrived."""
-        raw = RawMessage("", message._buff, "", (0, 0), self._connection(topic, message._connection_header))
-        item = (topic, raw, self._node.clock.now())
-        size = len(raw.data)
-        with self._ready:
-            count = self._counts.get(topic, 0)
-            if self.error is not None or (self._limit is not None and count >= self._limit):
-                return
-            if self._waiting + size > self._most:
-                self.dropped += 1
-                return
-            self._counts[topic] = count + 1
-            self.messages += 1
-            self.bytes += size
-            self._waiting += size
-            self._queue.append(item)
-            self._ready.notify()
+    # -- writing --------------------------------------------------------------------------------------------
 
-    def _connection(self, topic: str, header: dict[str, str]) -> Connection:
-        known = self._connections.get((topic, id(header)))
-        if known is None:
-            definition = header.get("message_definition", "")
-            made = Connection(
-                0, topic, header.get("type", "*"), header.get("md5sum", "*"), definition, header
-            )
-            known = self._connections[topic, id(header)] = made, header  # kept: its id must not come back
-        return known[0]
-
-    # -- the bag -----------------------------------------------------------------------------
-
-    def _open(self) -> BagWriter:
-        path = self._path
-        if self._split_bytes is not None or self._split_seconds is not None:
-            path = path.with_name(f"{path.stem}_{len(self.paths)}{path.suffix or '.bag'}")
-        writer = BagWriter(path, **self._options)
-        self.paths.append(path)
-        self._first = None
-        return writer
-
-    def _write_all(self) -> None:
+    def _write(self) -> None:
+        """Thread: from the buffer to the files, until closed and empty, or a limit, or an error."""
         try:
-            while True:
-                with self._ready:
-                    while not self._queue and not self._ending.is_set():
-                        self._ready.wait(1.0)
-                    items, self._queue = self._queue, deque()
-                if not items:
+            while not self._is_done():
+                entries = self._buffer.take(WRITE_EVERY)
+                if not entries and self._stopping.is_set():
                     break
-                for item in items:
-                    self._write(item)
+                self._put(entries)
         except RosError as problem:
-            _log.error("! recording stopped: %s", problem)
-            self.error = problem
-        try:
-            self._writer.close()
-        except RosError as problem:
-            self.error = self.error or problem
+            self._error = problem
+        finally:
+            self._buffer.close()
+            try:
+                self._series.close()
+            except RosError as problem:
+                self._error = self._error or problem
+            self._finished.set()
 
-    def _write(self, item: Item) -> None:
-        topic, raw, stamp = item
-        if self._is_full(stamp):
-            self._writer.close()
-            self._writer = self._open()
-            for old_topic, old, _ in self._latched.values():
-                self._writer.write(old_topic, old, stamp)
-        if self._first is None:
-            self._first = stamp
-        self._writer.write(topic, raw, stamp)
-        if (
-            raw.connection.latching
-        ):  # each bag of a split recording begins with what a late subscriber would get
-            self._latched[topic, raw.connection.callerid] = item
-        with self._ready:
-            self._waiting -= len(raw.data)
+    def _put(self, entries: list[Entry]) -> None:
+        write = self._series.write
+        if self._limit is None:
+            for topic, message, stamp in entries:
+                write(topic, message, stamp)
+        else:
+            for topic, message, stamp in entries:
+                count = self._counts.get(topic, 0)
+                if count < self._limit:
+                    self._counts[topic] = count + 1
+                    write(topic, message, stamp)
+        now = time.monotonic()
+        if now - self._flushed > FLUSH_EVERY:
+            self._flushed = now
+            self._series.flush()
 
-    def _is_full(self, stamp: Time) -> bool:
-        if self._first is None:
-            return False
-        if self._split_bytes is not None and self._writer.size >= self._split_bytes:
+    def _is_done(self) -> bool:
+        if self._most_seconds is not None and time.monotonic() - self._began >= self._most_seconds:
             return True
-        return (
-            self._split_seconds is not None and stamp.to_sec() - self._first.to_sec() >= self._split_seconds
-        )
+        if self._most_bytes is not None and self._series.size >= self._most_bytes:
+            return True
+        if self._limit is None or not self._subscribers:
+            return False
+        return all(self._counts.get(topic, 0) >= self._limit for topic in list(self._subscribers))
+
+    def _raise(self) -> None:
+        if self._error is not None and not self._raised:
+            self._raised = True
+            raise self._error
 
 
-def _compiled(pattern: str | None) -> re.Pattern[str] | None:
+class _Tap:
+    """Takes the messages of one topic: from the link's thread into the buffer."""
+
+    def __init__(self, topic: str, node: Node, buffer: MessageBuffer) -> None:
+        self._topic = topic
+        self._clock = node.clock
+        self._put = buffer.put
+        self._latest: tuple[dict[str, str], Connection] | None = None
+        self._known: dict[tuple[tuple[str, str], ...], Connection] = {}
+
+    def __call__(self, message: Any) -> None:
+        header = message._connection_header
+        connection = self._connection_for(header)
+        stamp = Time._raw(*divmod(self._clock.now_nsec(), NS))
+        raw = RawMessage(connection.type, message._buff, connection.md5sum, (0, 0), connection)
+        self._put(Entry(self._topic, raw, stamp))
+
+    def _connection_for(self, header: dict[str, str]) -> Connection:
+        """One object per publisher and session; may be asked by two link threads at once."""
+        latest = self._latest
+        if latest is not None and latest[0] is header:
+            return latest[1]
+        key = tuple(sorted(header.items()))
+        connection = self._known.get(key)
+        if connection is None:
+            connection = self._known.setdefault(key, _connection(self._topic, header))
+        self._latest = header, connection
+        return connection
+
+
+def _connection(topic: str, header: dict[str, str]) -> Connection:
+    kind, md5sum = header["type"], header["md5sum"]
+    definition = header.get("message_definition", "") or _bundled_definition(kind, md5sum)
+    return Connection(-1, topic, kind, md5sum, definition, {**header, "message_definition": definition})
+
+
+def _bundled_definition(kind: str, md5sum: str) -> str:
+    """For publishers that send no definition: ours, if it is the same one; a bag must say how to read it."""
+    from rosproto.msg import bundled
+
     try:
-        return None if pattern is None else re.compile(pattern)
-    except re.error as problem:
-        raise ValueError(f"{pattern!r} is no regular expression: {problem}") from None
+        library = bundled()
+        return library.full_text(kind) if library.md5sum(kind) == md5sum else ""
+    except DefinitionError:
+        return ""

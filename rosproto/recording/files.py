@@ -1,0 +1,175 @@
+"""The files of one recording: their names, when a new one begins, and what is repeated in it.
+
+While a bag is written its name ends in `.active`; it gets its own name when it is closed properly. So a name
+ending in `.bag` is a whole bag, as with rosbag record.
+
+Source: rosbag recorder.cpp (updateFilenames, checkSize, checkDuration).
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from typing import Literal
+
+from rosproto.bag import BagWriter, RawMessage
+from rosproto.errors import BagError
+from rosproto.time import Time
+
+__all__ = ["BagSeries", "bag_name"]
+
+ACTIVE = ".active"
+Compression = Literal["none", "bz2", "lz4"]
+
+
+def bag_name(
+    prefix: str = "", *, dated: bool = True, number: int | None = None, now: float | None = None
+) -> str:
+    """The name rosbag record would give: `prefix_2026-11-21-09-30-00_0.bag`.
+
+    Args:
+        prefix: Path and beginning of the name; a `.bag` at its end is taken off.
+        dated: Add date and local time.
+        number: Number of the split, None without splits.
+        now: Seconds since 1970; None is now.
+    """
+    if prefix.endswith(".bag"):
+        prefix = prefix[:-4]
+    parts = [prefix] if prefix else []
+    if dated:
+        parts.append(time.strftime("%Y-%m-%d-%H-%M-%S", time.localtime(now)))
+    if number is not None:
+        parts.append(str(number))
+    if not parts:
+        raise ValueError("a bag without name: give a prefix, or let the date be added")
+    return "_".join(parts) + ".bag"
+
+
+class BagSeries:
+    """Writes messages into one bag after the other.
+
+    Args:
+        name: Gives the final path of the bag with that number.
+        compression: Of the chunks.
+        chunk_bytes: Of each chunk.
+        split_bytes: Begin another bag when one has this size (rosbag record --split --size).
+        split_seconds: Begin another bag after this time (--split --duration).
+        keep: Delete the oldest bag when there are more than this many (--max-splits).
+        repeat_latched: Write the last latched message of every publisher at the start of each bag, so that
+            each can be played alone.
+        overwrite: Replace files of that name.
+
+    Attributes:
+        paths: Bags that were finished, in order.
+        messages: Messages written, repeated ones not counted.
+    """
+
+    def __init__(
+        self,
+        name: Callable[[int], str],
+        *,
+        compression: Compression = "none",
+        chunk_bytes: int = 768 * 1024,
+        split_bytes: int | None = None,
+        split_seconds: float | None = None,
+        keep: int | None = None,
+        repeat_latched: bool = True,
+        overwrite: bool = False,
+    ) -> None:
+        self._name = name
+        self._compression: Compression = compression
+        self._chunk_bytes = chunk_bytes
+        self._split_bytes = split_bytes
+        self._split_ns = None if split_seconds is None else round(split_seconds * 1e9)
+        self._keep = keep
+        self._splits = split_bytes is not None or split_seconds is not None
+        self._repeat = repeat_latched and self._splits
+        self._overwrite = overwrite
+        self._latched: dict[tuple[str, str], RawMessage] = {}
+        self._number = 0
+        self._start_ns: int | None = None
+        self._finished_bytes = 0
+        self.paths: list[str] = []
+        self.messages = 0
+        self._path, self._writer = self._open()
+
+    @property
+    def path(self) -> str:
+        """Where the present bag will be when it is finished."""
+        return self._path
+
+    @property
+    def active_path(self) -> str:
+        """Where the present bag is now."""
+        return self._path + ACTIVE
+
+    @property
+    def size(self) -> int:
+        """Bytes in all bags so far."""
+        return self._finished_bytes + self._writer.size
+
+    def write(self, topic: str, message: RawMessage, stamp: Time) -> None:
+        """Add a message, to another bag if it is time for one.
+
+        Raises:
+            BagError: It cannot be written, or the next bag cannot be opened.
+        """
+        if self._splits and self._due(stamp):
+            self._next(stamp)
+        self._writer.write(topic, message, stamp)
+        self.messages += 1
+        if self._repeat and message.connection.latching:
+            self._latched[topic, message.connection.callerid] = message
+
+    def flush(self) -> None:
+        """Write what is gathered as a chunk, so that a crash cannot lose it."""
+        self._writer.flush()
+
+    def close(self) -> None:
+        """Finish the present bag and give it its name.
+
+        Raises:
+            BagError: It cannot be finished; it keeps its `.active` name and can be read up to its last whole
+                chunk.
+        """
+        self._finish()
+
+    def _open(self) -> tuple[str, BagWriter]:
+        path = self._name(self._number)
+        if not self._overwrite and os.path.exists(path):
+            raise BagError("exists already; choose another name", path=path)
+        return path, BagWriter(path + ACTIVE, self._compression, self._chunk_bytes)
+
+    def _due(self, stamp: Time) -> bool:
+        if self._split_bytes is not None and self._writer.size >= self._split_bytes:
+            return self._writer.message_count > 0
+        if self._split_ns is None:
+            return False
+        now = stamp.secs * 1_000_000_000 + stamp.nsecs
+        if self._start_ns is None or now < self._start_ns:  # time jumped back: begin again
+            self._start_ns = now
+        passed = (now - self._start_ns) // self._split_ns
+        self._start_ns += passed * self._split_ns
+        return passed > 0
+
+    def _next(self, stamp: Time) -> None:
+        self._finish()
+        self._number += 1
+        self._path, self._writer = self._open()
+        for (topic, _), message in self._latched.items():
+            self._writer.write(topic, message, stamp)
+        while self._keep is not None and len(self.paths) >= self._keep:
+            os.remove(self.paths.pop(0))
+
+    def _finish(self) -> None:
+        self._writer.close()
+        self._finished_bytes += self._writer.size
+        try:
+            os.replace(self.active_path, self._path)
+        except OSError as problem:
+            raise BagError(
+                f"the finished bag cannot be renamed to {self._path}: {problem.strerror}",
+                path=self.active_path,
+            ) from problem
+        self.paths.append(self._path)

@@ -1,0 +1,137 @@
+"""The messages of one or several bags in the order of time, as a player needs them: encoded, with a span."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple
+
+from rosproto.bag import BagReader, Connection, RawMessage
+from rosproto.errors import BagError
+from rosproto.time import Time
+
+__all__ = ["Timeline", "TimelineEntry"]
+
+NS = 1_000_000_000
+
+
+class TimelineEntry(NamedTuple):
+    """A message to be played: receive time in ns since 1970, number of its bag, the message."""
+
+    time_ns: int
+    bag: int
+    message: RawMessage
+
+
+class Timeline:
+    """What is played: a span of the chosen topics of some bags.
+
+    Args:
+        bags: Opened bags; they stay open, and stay the caller's.
+        topics: Only these.
+        start: Seconds after the earliest message of all bags.
+        duration: Seconds from there; None to the end.
+
+    Raises:
+        BagError: A topic is in none of the bags.
+        ValueError: `start` or `duration` is negative.
+
+    Attributes:
+        start_ns: Begin of the span, ns since 1970 (0 when all bags are empty).
+        end_ns: End of the span: the latest message, or earlier by `duration`.
+    """
+
+    def __init__(
+        self,
+        bags: Sequence[BagReader],
+        *,
+        topics: Iterable[str] | None = None,
+        start: float = 0.0,
+        duration: float | None = None,
+    ) -> None:
+        if start < 0 or (duration is not None and duration < 0):
+            raise ValueError(f"start {start} and duration {duration} are seconds, not negative")
+        self._bags = list(bags)
+        self._topics = None if topics is None else set(topics)
+        self._check_topics()
+        stamps = [_ns(bag.start_time) for bag in bags if bag.start_time is not None]
+        ends = [_ns(bag.end_time) for bag in bags if bag.end_time is not None]
+        self.start_ns = (min(stamps) if stamps else 0) + round(start * NS)
+        self.end_ns = max(ends) if ends else 0
+        if duration is not None:
+            self.end_ns = min(self.end_ns, self.start_ns + round(duration * NS))
+        self._offset = start
+
+    @property
+    def duration(self) -> float:
+        """Seconds of the span."""
+        return max(0.0, (self.end_ns - self.start_ns) / NS)
+
+    @property
+    def connections(self) -> list[tuple[int, Connection]]:
+        """Number of the bag, and connection, of everything that may be played."""
+        return [
+            (number, connection)
+            for number, bag in enumerate(self._bags)
+            for connection in bag.connections.values()
+            if self._topics is None or connection.topic in self._topics
+        ]
+
+    def __iter__(self) -> Iterator[TimelineEntry]:
+        """Every message of the span, by time."""
+        streams = [self._entries(number) for number in range(len(self._bags))]
+        # Bags in the order given where times are equal; the messages themselves have no order.
+        return streams[0] if len(streams) == 1 else heapq.merge(*streams, key=lambda e: (e[0], e[1]))
+
+    def latched_before(self) -> list[TimelineEntry]:
+        """The last message before the span of each latched connection: what a late subscriber would get."""
+        if not self._offset:
+            return []
+        found = [
+            self._last_before(number, connection)
+            for number, connection in self.connections
+            if connection.latching
+        ]
+        return sorted((entry for entry in found if entry is not None), key=lambda e: e[:2])
+
+    def _entries(self, number: int) -> Iterator[TimelineEntry]:
+        bag = self._bags[number]
+        start, end = _time(self.start_ns), _time(self.end_ns)
+        if self.end_ns < self.start_ns:
+            return
+        for _, message, stamp in bag.read_messages(self._topics, start, end, raw=True):
+            yield TimelineEntry(stamp.secs * NS + stamp.nsecs, number, message)
+
+    def _last_before(self, number: int, connection: Connection) -> TimelineEntry | None:
+        """Reads the chunks that may hold it, the latest first."""
+        bag = self._bags[number]
+        limit = self.start_ns - 1
+        chunks = [c for c in bag.chunks if c.counts.get(connection.id) and c.start <= limit]
+        last: TimelineEntry | None = None
+        for chunk in sorted(chunks, key=lambda c: c.end, reverse=True):
+            if last is not None and min(chunk.end, limit) < last.time_ns:
+                break
+            span = _time(chunk.start), _time(min(chunk.end, limit))
+            for _, message, stamp in bag.read_messages(None, *span, raw=True, connections=[connection]):
+                now = stamp.secs * NS + stamp.nsecs
+                if last is None or now >= last.time_ns:
+                    last = TimelineEntry(now, number, message)
+        return last
+
+    def _check_topics(self) -> None:
+        if self._topics is None:
+            return
+        known = {topic for bag in self._bags for topic in bag.topics}
+        missing = sorted(self._topics - known)
+        if missing:
+            names, there = ", ".join(map(repr, missing)), ", ".join(sorted(known)) or "none at all"
+            raise BagError(f"no messages on topic {names}; there are {there}")
+
+
+def _ns(stamp: Time | None) -> int:
+    assert stamp is not None
+    return stamp.secs * NS + stamp.nsecs
+
+
+def _time(nanoseconds: int) -> Time:
+    return Time._raw(*divmod(nanoseconds, NS))
