@@ -46,11 +46,7 @@ def split_full_text(text: str, name: str) -> dict[str, str]:
     position = 0
     while position < len(lines):
         line = lines[position]
-        if (
-            line.rstrip() == SEPARATOR
-            and lines[position + 1 : position + 2]
-            and lines[position + 1].startswith("MSG:")
-        ):
+        if _divides(line) and lines[position + 1 : position + 2] and lines[position + 1].startswith("MSG:"):
             _add(parts, current, body, start)
             current, body, start = lines[position + 1][4:].strip(), [], position + 2
             position += 2
@@ -59,6 +55,12 @@ def split_full_text(text: str, name: str) -> dict[str, str]:
         position += 1
     _add(parts, current, body, start)
     return parts
+
+
+def _divides(line: str) -> bool:
+    """genmsg writes 80 "="; other libraries write other numbers of them (wire_pitfalls 6)."""
+    line = line.rstrip()
+    return len(line) >= 3 and line == "=" * len(line)
 
 
 def _add(parts: dict[str, str], name: str, body: list[str], line: int) -> None:
