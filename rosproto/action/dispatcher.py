@@ -73,5 +73,5 @@ class Dispatcher:
                 function = self._queue.popleft()
             try:
                 function()
-            except Exception:
+            except BaseException:  # a sys.exit() would end this thread, and every later callback with it
                 _log.exception("! %s: a callback raised", self._name)

@@ -273,7 +273,7 @@ class ActionServer:
             if result is not None:
                 self._succeed_with(goal, result)
             self._finish_quietly(goal, "the handler returned without ending the goal")
-        except Exception as problem:
+        except BaseException as problem:  # a sys.exit() too: the client waits for an end
             _log.exception("! %s: the handler of goal %s raised", self.name, goal.id)
             self._finish_quietly(goal, f"{type(problem).__name__}: {problem}", aborted=True)
         finally:

@@ -7,6 +7,9 @@ A quick callback runs in the thread that received the message: no hand-over, no 
 soon as one call, or the calls of one batch together, take too long, the callback gets a thread of its own,
 behind an inbox of `queue_size` messages where the oldest is dropped: the connection is read on, and the
 callback sees new messages. After `QUICK_CALLS` quick calls it goes back.
+
+Whatever a callback raises is logged, `SystemExit` of a `sys.exit()` too: in a thread it would end nothing but
+the link, without a word.
 """
 
 from __future__ import annotations
@@ -87,7 +90,7 @@ class CallbackRunner:
                     return len(batch)
                 try:
                     callback(message)
-                except Exception:
+                except BaseException:
                     self._log_error()
             now = perf_counter()
             if now - last > SLOW_CALL or now - began > SLOW_BATCH:
@@ -101,7 +104,7 @@ class CallbackRunner:
             return
         try:
             self._callback(message)
-        except Exception:
+        except BaseException:
             self._log_error()
 
     def _log_error(self) -> None:
@@ -162,7 +165,7 @@ class InlineCaller:
                 return
             try:
                 self._callback(message)
-            except Exception:
+            except BaseException:
                 _log.exception(
                     "! %s: the callback %r raised; the subscriber goes on", self._topic, self._callback
                 )

@@ -247,7 +247,7 @@ class Timer:
         began = time.perf_counter()
         try:
             self._callback(event)
-        except Exception:
+        except BaseException:  # as in callbacks.py
             _log.exception("! the timer's callback %r raised; the timer goes on", self._callback)
         return expected, real, time.perf_counter() - began
 

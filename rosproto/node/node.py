@@ -533,7 +533,7 @@ class Node:
         if self._on_event is not None:
             try:
                 self._on_event(event)
-            except Exception:
+            except BaseException:  # as in callbacks.py
                 _log.exception("! %s: on_event raised", self.name)
 
     def _recent_refusals(self, topic: str) -> str:

@@ -274,7 +274,7 @@ class Publication:
     def _call(self, callback: Callable[[str], object], caller_id: str) -> None:
         try:
             callback(caller_id)
-        except Exception:
+        except BaseException:  # as in callbacks.py
             _log.exception("! %s: on_connect(%s) raised", self.name, caller_id)
 
     def _link_closed(self, link: OutgoingLink, error: ConnectionLost | None) -> None:

@@ -92,6 +92,11 @@ class PublisherLink:
         """Why the last session or try ended; None after a success."""
         return self._last_error
 
+    @property
+    def skipped(self) -> int:
+        """Messages of the present session that were not decoded, because nobody keeps as many."""
+        return 0
+
     def nudge(self) -> None:
         """The master named the publisher again: it may have been restarted, so do not wait any longer."""
         with self._condition:

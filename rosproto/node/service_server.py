@@ -150,7 +150,10 @@ class ServiceServer:
                 self._sessions.discard(session)
 
     def _answer(self, data: bytes, header: dict[str, str], revision: ServiceRevision | None) -> bytes:
-        """Bytes of the answer to one encoded request; never raises but for the end of the process."""
+        """Bytes of the answer to one encoded request; never raises.
+
+        A `sys.exit()` in a handler would end this thread only, and the caller would not learn why.
+        """
         self._calls += 1
         try:
             if revision is None:
@@ -160,12 +163,12 @@ class ServiceServer:
             request._connection_header = header
             response = response_from(self._handler(request), self._response_class)
             return encode_reply(response if revision is None else revision.response_to_theirs(response))
-        except Exception as error:
+        except BaseException as error:
             self._errors += 1
             self._report(error, header)
             return encode_error(error_text(error))
 
-    def _report(self, error: Exception, header: dict[str, str]) -> None:
+    def _report(self, error: BaseException, header: dict[str, str]) -> None:
         """A refusal in plain words is no defect; anything else gets its traceback."""
         caller = header.get("callerid", "")
         if isinstance(error, ServiceError):

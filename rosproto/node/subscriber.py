@@ -167,7 +167,7 @@ class Subscriber:
     @property
     def dropped(self) -> int:
         """Messages given up because more than `queue_size` waited."""
-        return self._inbox.dropped + self._subscription.skipped
+        return self._inbox.dropped + self._subscription.skipped_so_far
 
     @property
     def closed(self) -> bool:
@@ -201,7 +201,7 @@ class Subscriber:
         if self._on_error is not None:
             try:
                 self._on_error(error)
-            except Exception:
+            except BaseException:  # as in callbacks.py
                 _log.exception("! %s: on_error raised", self.topic)
 
     def _end(self) -> None:

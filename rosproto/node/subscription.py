@@ -138,7 +138,7 @@ class Subscription:
         type: What is asked for: the subscribers' type; the wildcard until a publisher told its own.
         links: One per publisher, by its URI in canonical form.
         errors: The last errors of links and handshakes, the newest last.
-        skipped: Messages not decoded because nobody keeps as many.
+        skipped: Messages of past sessions not decoded because nobody keeps as many.
         unfit: Messages of other revisions dropped because a value did not fit.
     """
 
@@ -371,6 +371,11 @@ class Subscription:
                 f"{self.unfit} messages of another revision did not fit, the last error: {self.errors[-1]}"
             )
         return "; ".join(parts)
+
+    @property
+    def skipped_so_far(self) -> int:
+        """`skipped`, those of the present sessions included."""
+        return self.skipped + sum(link.skipped for link in list(self.links.values()))
 
     def stats(self) -> list[LinkStats]:
         """One entry per publisher the master names."""

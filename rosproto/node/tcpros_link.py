@@ -147,6 +147,11 @@ class TcprosLink(PublisherLink):
             self.subscription.skipped += reader.skipped
         super()._end_session()
 
+    @property
+    def skipped(self) -> int:
+        reader = self._reader
+        return reader.skipped if reader is not None else 0
+
     def _counters(self) -> tuple[int, int]:
         reader = self._reader
         return (reader.bytes, reader.messages) if reader is not None else (0, 0)
