@@ -1,13 +1,14 @@
 """Where the examples drive: the chassis named on the command line, or a simulated one."""
 
 import sys
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 from woosh_pure import Chassis, SimulatedChassis
 
 
 @contextmanager
-def robot(speed=4.0):
+def robot(speed: float = 4.0) -> Iterator[Chassis]:
     """A Chassis: `python examples/x.py 169.254.128.2` takes a real one."""
     if len(sys.argv) > 1:
         with Chassis(sys.argv[1]) as chassis:

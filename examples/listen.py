@@ -4,8 +4,10 @@ from itertools import islice
 
 from _robot import robot
 
+from woosh_pure.faults import StatusCode
+
 with robot() as chassis:
-    codes = []
+    codes: list[StatusCode] = []
     chassis.status_code.on(codes.append)  # called in the receiving thread: keep it short
     handle = chassis.go_to(1.0, 0.5)
     for velocity in islice(chassis.measured_velocity, 5):

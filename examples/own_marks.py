@@ -15,4 +15,5 @@ with robot() as chassis, tempfile.TemporaryDirectory() as directory:
     print("known:", *MarkFile(marks.path).names)
     print(chassis.go_to_mark("A1").wait(timeout=60).sentence())
     home = marks["start"].pose
+    assert home is not None  # "A1" has none: the chassis knows where that is
     print(chassis.go_to(home.x, home.y, home.yaw).wait(timeout=60).sentence())

@@ -17,7 +17,6 @@ from rosproto.node.parameter_cache import ABSENT, Change, ParameterCache, canoni
 
 if TYPE_CHECKING:
     from rosproto.node.master_client import MasterClient
-
     from rosproto.node.node import Node
 
 __all__ = ["ParameterSubscription", "Parameters", "UnknownParameter"]
