@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .chassis import Chassis
-    from .errors import ChassisError, GoalFailed, MotionRefused, StaleState
+    from .errors import ChassisError, FirmwareLimit, GoalFailed, MotionRefused, StaleState
     from .geometry import Footprint, Pose2D, Velocity
     from .outcome import Outcome, OutcomeKind
     from .sim import SimulatedChassis
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Chassis",
     "ChassisError",
+    "FirmwareLimit",
     "Footprint",
     "GoalFailed",
     "MotionRefused",
@@ -32,6 +33,7 @@ __all__ = [
 _HOME = {
     "Chassis": "chassis",
     "ChassisError": "errors",
+    "FirmwareLimit": "errors",
     "Footprint": "geometry",
     "GoalFailed": "errors",
     "MotionRefused": "errors",

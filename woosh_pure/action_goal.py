@@ -12,6 +12,7 @@ from rosproto.errors import RosError
 from .convert import pose_of
 from .enums import ExecutionMode, StepControlMode, StepMode
 from .errors import MotionRefused
+from .firmware_limits import require_goal
 from .geometry import Pose2D
 from .goal import GoalHandle
 from .messages import stamped_pose
@@ -41,8 +42,13 @@ class ActionHandle(GoalHandle[Any]):
         self._goal: Any = None
 
     def send(self, message: Any) -> None:
-        """Send the goal. The handle is remembered before, so that `stop` in another thread sees it."""
+        """Send the goal. The handle is remembered before, so that `stop` in another thread sees it.
+
+        Raises:
+            FirmwareLimit: The chassis's definition has no way to say this; nothing was sent.
+        """
         client = self._core.action(self._name)
+        require_goal(client, message)
         self._core.remember(self)
         try:
             self._send_shielded(lambda: self._send_to(client, message))

@@ -13,12 +13,14 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import rosproto
+from rosproto.codec.conversion import ValuesLost
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 
 from .enums import TaskCommand
 from .errors import MotionRefused, StaleState
 from .faults import ActiveFaults, StatusCode
 from .feed import Feed
+from .firmware_limits import limit_error, require_message
 from .geometry import Velocity
 from .interface import find, row
 from .messages import twist
@@ -129,6 +131,7 @@ class Core:
         """
         publisher = self.publisher(topic)
         self.require_connection(publisher, topic, timeout)
+        require_message(topic, publisher, message)
         publisher.publish(message)
         publisher.flush(self.timeout)
 
@@ -147,11 +150,20 @@ class Core:
         with self._lock:
             if name not in self._services:
                 self._services[name] = self.node.service_client(name, row(name).type)
+                self._services[name].lossless = True
             return self._services[name]
 
     def call(self, name: str, *, timeout: float | None = None, **fields: Any) -> Any:
-        """Call a service of the interface and return its response."""
-        return self.service(name).call(timeout=self.timeout if timeout is None else timeout, **fields)
+        """Call a service of the interface and return its response.
+
+        Raises:
+            FirmwareLimit: The chassis's definition has no field for a value given; nothing was sent.
+        """
+        try:
+            return self.service(name).call(timeout=self.timeout if timeout is None else timeout, **fields)
+        except ValuesLost as error:
+            lack = f"no field for {', '.join(error.fields)}"
+            raise limit_error(name, error.theirs, error.fields, lack) from error
 
     def action(self, name: str) -> rosproto.ActionClient:
         """The client of an action of the interface, ready to send.

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from .outcome import Outcome
     from .readiness import Readiness
 
-__all__ = ["ChassisError", "GoalFailed", "MotionRefused", "StaleState"]
+__all__ = ["ChassisError", "FirmwareLimit", "GoalFailed", "MotionRefused", "StaleState"]
 
 
 class ChassisError(RosError):
@@ -34,6 +34,24 @@ class MotionRefused(ChassisError):
             message = f"{message}; {readiness.sentence()}"
         super().__init__(message)
         self.readiness = readiness
+
+
+class FirmwareLimit(ChassisError):
+    """The chassis's firmware has no way to be told what was asked for; nothing was sent.
+
+    Attributes:
+        name: Topic, service or action.
+        fields: What its definition lacks: paths of fields, or names of constants.
+        firmware: Which firmware the definition belongs to, as in `woosh sim --firmware`; "" when unknown.
+        md5sum: Of the definition that the chassis has.
+    """
+
+    def __init__(self, message: str, *, name: str, fields: list[str], firmware: str, md5sum: str) -> None:
+        super().__init__(message)
+        self.name = name
+        self.fields = fields
+        self.firmware = firmware
+        self.md5sum = md5sum
 
 
 class StaleState(ChassisError):

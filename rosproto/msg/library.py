@@ -134,7 +134,7 @@ class DefinitionLibrary:
         return list(known)
 
     def package_revisions(self, package: str) -> dict[str, DefinitionLibrary]:
-        """Libraries as of each revision of a package, by label, the newest first; this one is not among them."""
+        """Libraries as of each revision of a package, by label, in the order of its table."""
         found = {row.label: library for row, library in self._tables(package)}
         return {**(self._base.package_revisions(package) if self._base is not None else {}), **found}
 
@@ -187,7 +187,7 @@ class DefinitionLibrary:
             self._added["srv", spec.name] = spec
         else:
             self._added["msg", spec.name] = spec
-        for cached in (self._found, self._sums, self._revisions):
+        for cached in (self._found, self._sums, self._revisions, self._tables_read):
             cached.clear()
 
     def fork(self, paths: Iterable[str | os.PathLike[str]] = ()) -> DefinitionLibrary:

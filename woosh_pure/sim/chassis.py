@@ -23,6 +23,8 @@ import rosproto
 from rosproto.errors import RosError
 
 from ..enums import RobotMode
+from ..firmware import CURRENT
+from ..firmware import firmware as firmware_named
 from ..geometry import Pose2D
 from ..rostypes import message_type
 from .fill import FILLERS, RATES, fill_plan, fill_status, fill_transforms
@@ -61,6 +63,8 @@ class SimulatedChassis:
         full_graph: Also the parts of the real graph that carry no content: second publishers, internal
             listeners,
             the internal clients of /ros_interface.
+        firmware: Whose definitions it speaks on the wire: a version of the vendor's message package, or
+            "page" (`woosh_pure.firmware`).
 
     Attributes:
         world: The simulated world; hold `lock` while touching it.
@@ -79,9 +83,11 @@ class SimulatedChassis:
         latch_status: bool = False,
         reply_delay: float = 0.0,
         full_graph: bool = True,
+        firmware: str = CURRENT,
     ) -> None:
         if not 0.05 <= speed <= 100.0:
             raise ValueError(f"speed {speed}: expected 0.05 to 100 simulated seconds per second")
+        self.firmware = firmware_named(firmware)
         self.world = World(site, settings)
         self.lock = threading.Condition()
         self.speed = speed
@@ -124,7 +130,12 @@ class SimulatedChassis:
     def _build(self) -> None:
         host = None if self._given_uri else self._host
         self._graph = Graph(
-            self.master_uri, Server(self), host=host, full=self._full, latch_status=self._latch
+            self.master_uri,
+            Server(self),
+            host=host,
+            full=self._full,
+            latch_status=self._latch,
+            firmware=self.firmware,
         )
         self._graph.build()
         self._publish_static()
@@ -225,9 +236,9 @@ class SimulatedChassis:
             return
         if time.monotonic() < self._silent_until:
             return
-        message = publisher.message_class()
+        message = message_type(publisher.type_name)()
         filler(self.world, message, self.now)
-        self._post(publisher, message)
+        self._post(publisher, self.firmware.convert(message, publisher.message_class))
 
     def _post(self, publisher: rosproto.Publisher, message: Any) -> None:
         """Publish, after the delay of a slow network."""
@@ -353,7 +364,7 @@ class SimulatedChassis:
         client.wait_for_server(5.0)
         goal = message_type("woosh_msgs/MoveBaseGoal")()
         goal.target_pose = stamped_pose(Pose2D(x, y, yaw))
-        client.send_goal(goal)
+        client.send_goal(self.firmware.convert(goal, client.type.goal))
 
     def restart_master(self) -> None:
         """The master ends and comes back empty on the same port."""

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import rosproto
 
 from .. import interface
+from ..firmware import Firmware
 from ..interface import Row
+from .revised import revised_action, revised_listener, revised_service
 
 if TYPE_CHECKING:
     from .serve import Server
@@ -33,9 +35,17 @@ class Graph:
     """
 
     def __init__(
-        self, master_uri: str, server: Server, *, host: str | None, full: bool, latch_status: bool
+        self,
+        master_uri: str,
+        server: Server,
+        *,
+        host: str | None,
+        full: bool,
+        latch_status: bool,
+        firmware: Firmware,
     ) -> None:
         self._uri, self._host, self._full = master_uri, host, full
+        self._firmware = firmware
         self._latch_status = latch_status
         self._server = server
         self.nodes: dict[str, rosproto.Node] = {}
@@ -61,23 +71,21 @@ class Graph:
     def _publish(self, row: Row) -> None:
         latch = bool(row.latched) or (row.name == "/robot_status" and self._latch_status)
         providers = row.providers if self._full else row.providers[:1]
+        type_ = self._firmware.message_class(row.type)
         for name in providers:
-            publisher = self.node(name).publisher(row.name, row.type, latch=latch, queue_size=10)
+            publisher = self.node(name).publisher(row.name, type_, latch=latch, queue_size=10)
             self.publishers[name, row.name] = publisher
         if self._full:
             for name in row.listeners:
-                self._keep.append(
-                    self.node(name).subscriber(row.name, row.type, callback=_ignore, queue_size=1)
-                )
+                self._keep.append(self.node(name).subscriber(row.name, type_, callback=_ignore, queue_size=1))
 
     def _listen(self, row: Row) -> None:
         providers = row.providers if self._full else row.providers[-1:]
         for index, name in enumerate(providers):
             obey = self._server.topics.get(row.name, _ignore) if index == 0 else _ignore
-            callback = partial(self._hear, row.name, obey)
-            self._keep.append(
-                self.node(name).subscriber(row.name, row.type, callback=callback, queue_size=10)
-            )
+            callback = revised_listener(self._firmware, row.type, partial(self._hear, row.name, obey))
+            type_ = self._firmware.message_class(row.type)
+            self._keep.append(self.node(name).subscriber(row.name, type_, callback=callback, queue_size=10))
 
     def _hear(self, topic: str, obey: Callable[[Any], object], message: Any) -> None:
         self.heard[topic] = message
@@ -85,12 +93,15 @@ class Graph:
 
     def _serve(self, row: Row) -> None:
         node = self.node(row.providers[0])
-        self._keep.append(node.service_server(row.name, row.type, self._server.services[row.name]))
+        handler = revised_service(self._firmware, row.type, self._server.services[row.name])
+        self._keep.append(node.service_server(row.name, self._firmware.service_class(row.type), handler))
 
     def _act(self, row: Row) -> None:
         handler = self._server.actions.get(row.name) or partial(self._server.accessory, row.type)
         node = self.node(row.providers[0])
-        self._keep.append(rosproto.ActionServer(node, row.name, row.type, handler))
+        type_ = self._firmware.message_class(f"{row.type}Action")
+        revised = revised_action(self._firmware, row.type, handler)
+        self._keep.append(rosproto.ActionServer(node, row.name, type_, revised))
         if self._full:
             self.client(row.name)
 
@@ -98,7 +109,8 @@ class Graph:
         """The client /ros_interface keeps on an action server: the robot itself competes with us."""
         if name not in self.internal_clients:
             row = interface.row(name)
-            self.internal_clients[name] = rosproto.ActionClient(self.node(_RI), name, row.type)
+            type_ = self._firmware.message_class(f"{row.type}Action")
+            self.internal_clients[name] = rosproto.ActionClient(self.node(_RI), name, type_)
         return self.internal_clients[name]
 
     def first(self, topic: str) -> rosproto.Publisher | None:

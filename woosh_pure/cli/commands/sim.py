@@ -45,6 +45,13 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     parser.add_argument("--omni", action="store_true", help="an omnidirectional base")
     parser.add_argument("--lost", action="store_true", help="switched on without knowing its position")
+    parser.add_argument(
+        "--firmware",
+        default="1.1.4",
+        metavar="VERSION",
+        help="whose message definitions it speaks: a version of the vendor's package such as 1.1.4, 1.1.0, "
+        "1.0.8, or 'page' for the vendor's web page",
+    )
     parser.add_argument("--latch-status", action="store_true", help="latch /robot_status")
     parser.add_argument("--stops-on-silence", action="store_true", help="stop when velocity messages end")
     parser.add_argument(
@@ -80,6 +87,7 @@ def run(args: Namespace, out: Output) -> int:
         site=site,
         settings=settings,
         latch_status=args.latch_status,
+        firmware=args.firmware,
     )
     with sim:
         out.line(f"simulated chassis at {sim.master_uri}, {args.speed:g} times real time; Ctrl-C ends it")

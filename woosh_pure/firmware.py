@@ -1,0 +1,103 @@
+"""Firmwares of the chassis, by the definitions they speak.
+
+A firmware is named by the version of the vendor's message package it was built with, or "page" for the
+vendor's interface page taken literally. Which definitions belong to which, and how that is known, is in
+`msgdefs/woosh_msgs/revisions/revisions.txt`.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from rosproto.codec import message_class, service_class
+from rosproto.codec.conversion import Conversion
+from rosproto.errors import DefinitionError
+from rosproto.msg import DefinitionLibrary, bundled
+
+__all__ = ["CURRENT", "Firmware", "firmware", "firmware_names", "revision_of"]
+
+CURRENT = "1.1.4"
+"""The package version whose definitions are the bundled ones."""
+PACKAGE = "woosh_msgs"
+
+
+class Firmware:
+    """One firmware's definitions.
+
+    Attributes:
+        name: As it was asked for.
+        library: All definitions as that firmware has them.
+    """
+
+    def __init__(self, name: str, library: DefinitionLibrary) -> None:
+        self.name = name
+        self.library = library
+        self._conversions: dict[tuple[type, type], Conversion] = {}
+
+    def __repr__(self) -> str:
+        return f"<Firmware {self.name}>"
+
+    def message_class(self, name: str) -> Any:
+        """This firmware's class of a message type."""
+        return message_class(name, self.library)
+
+    def service_class(self, name: str) -> Any:
+        """This firmware's class of a service type."""
+        return service_class(name, self.library)
+
+    def convert(self, message: Any, to: Any) -> Any:
+        """A message carried over to another revision's class, by field name; itself when nothing differs."""
+        source = type(message)
+        if source._md5sum == to._md5sum:
+            return message
+        key = (source, to)
+        if key not in self._conversions:
+            self._conversions[key] = Conversion(source, to)
+        return self._conversions[key](message)
+
+
+@cache
+def firmware(name: str = CURRENT) -> Firmware:
+    """A firmware by its package version, or "page".
+
+    A version that is not listed has the definitions of the next newer one that is: a revision in the list is
+    the last before something changed.
+
+    Raises:
+        ValueError: It is neither a version nor "page".
+    """
+    known = bundled().package_revisions(PACKAGE)
+    if name in known:
+        return Firmware(name, known[name])
+    try:
+        wanted = _version(name)
+    except ValueError:
+        raise ValueError(
+            f"firmware {name!r}: expected a version of the vendor's message package, one of "
+            f"{', '.join(firmware_names())}"
+        ) from None
+    newer = sorted((_version(label), label) for label in known if label != "page")
+    library = next((known[label] for version, label in newer if version >= wanted), bundled())
+    return Firmware(name, library)
+
+
+def firmware_names() -> list[str]:
+    """Firmwares whose definitions differ, the newest first."""
+    labels = [label for label in bundled().package_revisions(PACKAGE) if label != "page"]
+    return [CURRENT, *sorted(labels, key=_version, reverse=True), "page"]
+
+
+def _version(label: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in label.split("."))
+
+
+def revision_of(cls: Any) -> tuple[str, str]:
+    """(firmware, note) of a class by its md5sum; ("", "") when the bundled definitions do not know it."""
+    try:
+        if bundled().md5sum(cls._type) == cls._md5sum:
+            return CURRENT, ""
+        found = [r for r in bundled().revisions(cls._type) if r.md5sum == cls._md5sum]
+    except DefinitionError:
+        return "", ""
+    return (found[0].label, found[0].note) if found else ("", "")
