@@ -334,8 +334,7 @@ class Chassis(Readings, Peripherals):
         """A block in which the robot is driven by velocity.
 
         A velocity passes by the chassis's obstacle avoidance, collision detection, speed and state limits.
-        The area
-        must be clear, and a person must watch all the time and be able to stop the robot.
+        The area must be clear, and a person must watch all the time and be able to stop the robot.
 
             with chassis.velocity(bypasses_protection=True) as drive:
                 drive.hold(0.2, seconds=2.0)

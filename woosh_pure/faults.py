@@ -2,9 +2,8 @@
 network.
 
 A code has 12 decimal digits: version (1), department (1), module (2), submodule (2), function state (5),
-level (1).
-Level 0 says normal or recovered and clears the other codes of the same submodule; submodule 00 clears its
-module.
+level (1). Level 0 says normal or recovered and clears the other codes of the same submodule; submodule 00
+clears its module.
 """
 
 from __future__ import annotations

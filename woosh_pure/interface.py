@@ -2,10 +2,9 @@
 rows.
 
 Sources: the vendor's public interface page ("page"), and the graph of a real chassis ("seen"). Types are
-those of
-woosh_msgs 1.1.4, which is what is on the wire where the page differs. Node names are those of the real
-graph; where the
-graph listing did not show who provides a row, the node is our assumption and `node_assumed` says so.
+those of woosh_msgs 1.1.4, which is what is on the wire where the page differs. Node names are those of the
+real graph; where the graph listing did not show who provides a row, the node is our assumption and
+`node_assumed` says so.
 """
 
 from __future__ import annotations

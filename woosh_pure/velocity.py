@@ -1,16 +1,12 @@
 """Driving by velocity: a block that always ends in zero.
 
 A velocity topic passes by the chassis's obstacle avoidance, collision detection and limits. So a velocity
-exists
-only inside `with chassis.velocity(bypasses_protection=True) as drive:`. The shaping of commands (`Shaper`)
-is pure; the
-thread that sends at a steady rate is in `Drive`.
+exists only inside `with chassis.velocity(bypasses_protection=True) as drive:`. The shaping of commands
+(`Shaper`) is pure; the thread that sends at a steady rate is in `Drive`.
 
 What happens when this process is killed: nothing here can run then. The chassis's own behaviour remains,
-which
-is not documented; assume that it drives on with the last velocity until something stops it. The simulated
-chassis
-does that (`Settings.on_silence`).
+which is not documented; assume that it drives on with the last velocity until something stops it. The
+simulated chassis does that (`Settings.on_silence`).
 """
 
 from __future__ import annotations
