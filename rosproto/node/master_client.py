@@ -5,17 +5,15 @@ Source: wiki.ros.org/ROS/Master_API, wiki.ros.org/ROS/Parameter%20Server%20API.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple, TypeVar
+from collections.abc import Sequence
+from typing import NamedTuple
 
 from rosproto.errors import MasterError, RemoteProtocolError
 from rosproto.node import replies
-from rosproto.protocol.limits import Limits
-from rosproto.transport import XmlRpcClient, unpack
+from rosproto.node.api_client import ApiClient
+from rosproto.transport import unpack
 
 __all__ = ["MasterClient", "SystemState"]
-
-T = TypeVar("T")
 
 
 class SystemState(NamedTuple):
@@ -37,7 +35,7 @@ class SystemState(NamedTuple):
         return sorted({name for table in self for names in table.values() for name in names})
 
 
-class MasterClient:
+class MasterClient(ApiClient):
     """Calls one master in the name of one node (or tool).
 
     Thread-safe. Names are sent as given: resolve them before (the master resolves relative ones in the
@@ -57,42 +55,6 @@ class MasterClient:
         uri: The master's URI in canonical form.
         caller_id: As given.
     """
-
-    def __init__(
-        self,
-        uri: str,
-        caller_id: str,
-        *,
-        timeout: float = 10.0,
-        limits: Limits | None = None,
-        client: XmlRpcClient | None = None,
-    ) -> None:
-        self._client = client or XmlRpcClient(uri, limits=limits or Limits(), timeout=timeout)
-        self.uri = self._client.uri
-        self.caller_id = caller_id
-
-    def __enter__(self) -> MasterClient:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
-
-    def __repr__(self) -> str:
-        return f"<MasterClient {self.uri} as {self.caller_id}>"
-
-    def close(self) -> None:
-        """Close the connections; running calls end with ConnectionLost."""
-        self._client.close()
-
-    def call(self, method: str, *params: object, timeout: float | None = None) -> object:
-        """Any method of the master with our caller id first; returns the value of its reply."""
-        reply = self._client.call(method, self.caller_id, *params, timeout=timeout)
-        return unpack(method, reply, self.uri)
-
-    def _typed(
-        self, convert: Callable[[object], T], method: str, *params: object, timeout: float | None
-    ) -> T:
-        return replies.checked(method, self.uri, self.call(method, *params, timeout=timeout), convert)
 
     # -- registration ------------------------------------------------------------------------------------
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple, TypeVar
+from collections.abc import Sequence
+from typing import NamedTuple
 
 from rosproto.node import replies
+from rosproto.node.api_client import ApiClient
 from rosproto.protocol.limits import Limits
-from rosproto.transport import XmlRpcClient, unpack
+from rosproto.transport import XmlRpcClient
 
 __all__ = ["BusConnection", "NodeClient"]
-
-T = TypeVar("T")
 
 
 class BusConnection(NamedTuple):
@@ -36,7 +35,7 @@ class BusConnection(NamedTuple):
     info: str
 
 
-class NodeClient:
+class NodeClient(ApiClient):
     """Calls one node's slave API.
 
     Thread-safe. Every method takes `timeout` in seconds; None takes the client's. Errors are those of
@@ -58,32 +57,7 @@ class NodeClient:
         limits: Limits | None = None,
         client: XmlRpcClient | None = None,
     ) -> None:
-        self._client = client or XmlRpcClient(uri, limits=limits or Limits(), timeout=timeout)
-        self.uri = self._client.uri
-        self.caller_id = caller_id
-
-    def __enter__(self) -> NodeClient:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
-
-    def __repr__(self) -> str:
-        return f"<NodeClient {self.uri} as {self.caller_id}>"
-
-    def close(self) -> None:
-        """Close the connections; running calls end with ConnectionLost."""
-        self._client.close()
-
-    def call(self, method: str, *params: object, timeout: float | None = None) -> object:
-        """Any method of the node with our caller id first; returns the value of its reply."""
-        reply = self._client.call(method, self.caller_id, *params, timeout=timeout)
-        return unpack(method, reply, self.uri)
-
-    def _typed(
-        self, convert: Callable[[object], T], method: str, *params: object, timeout: float | None
-    ) -> T:
-        return replies.checked(method, self.uri, self.call(method, *params, timeout=timeout), convert)
+        super().__init__(uri, caller_id, timeout=timeout, limits=limits, client=client)
 
     def get_bus_stats(self, *, timeout: float | None = None) -> list[object]:
         """Statistics [publish, subscribe, service] as the node gives them; no two libraries agree on rows."""
