@@ -1,0 +1,41 @@
+"""The page of the interface is what the table says, and names no verb that does not exist."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from woosh_pure import Chassis
+from woosh_pure.interface import ROWS, row
+from woosh_pure.interface_page import VERBS, how, page
+
+PAGE = Path(__file__).resolve().parents[3] / "docs" / "interface.md"
+
+
+def test_the_committed_page_is_current() -> None:
+    """Whoever changes the table or a docstring runs `python -m woosh_pure.interface_page > docs/interface.md`."""
+    assert PAGE.read_text("utf-8") == page()
+
+
+@pytest.mark.parametrize("verb", VERBS, ids=[verb.name for verb in VERBS])
+def test_a_verb_exists_and_its_rows_too(verb: object) -> None:
+    """A verb of the page is a method of `Chassis`, and every row behind it is in the table."""
+    name, rows, _ = verb  # type: ignore[misc]
+    assert callable(getattr(Chassis, name))
+    for each in rows:
+        assert row(each).name == each
+
+
+def test_every_row_is_in_the_page_with_a_way_to_reach_it() -> None:
+    """No row of the table is left out, and none has an empty cell for how to use it."""
+    text = page()
+    for each in ROWS:
+        assert f"`{each.name}`" in text
+        assert how(each).strip("`")
+
+
+def test_every_row_of_the_vendors_page_has_a_property_or_a_verb() -> None:
+    """Nobody needs the generic way for what the vendor documents."""
+    generic = [each.name for each in ROWS if each.source == "page" and ("." in how(each) or "(" in how(each))]
+    assert generic == []
