@@ -1,0 +1,202 @@
+"""ActionServer: takes goals and cancels, publishes status, feedback and results."""
+
+import threading
+
+import rospy
+from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
+
+from .action_client import _parts
+from .goal_id_generator import GoalIDGenerator
+from .server_goal_handle import ServerGoalHandle
+from .status_tracker import StatusTracker
+
+
+def nop_cb(goal_handle):
+    """Does nothing."""
+
+
+class ActionServer:
+    """Any number of goals at a time; what to do with them is up to `goal_cb(handle)`."""
+
+    def __init__(self, ns, ActionSpec, goal_cb, cancel_cb=nop_cb, auto_start=True):
+        self.ns = ns
+        self.ActionSpec = ActionSpec
+        self.ActionGoal, self.ActionResult, self.ActionFeedback = _parts(ActionSpec)
+        self.ActionResultType = type(self.ActionResult().result)
+        self.goal_sub = self.cancel_sub = None
+        self.status_pub = self.result_pub = self.feedback_pub = None
+        self.lock = threading.RLock()
+        self.status_timer = None
+        self.status_list = []
+        self.last_cancel = rospy.Time()
+        self.status_list_timeout = rospy.Duration()
+        self.id_generator = GoalIDGenerator()
+        assert goal_cb
+        self.goal_callback = goal_cb
+        self.cancel_callback = cancel_cb
+        self.auto_start = auto_start
+        self.started = False
+        if auto_start:
+            rospy.logwarn(
+                "You've passed in true for auto_start to the python action server, you should always pass "
+                "in false to avoid race conditions."
+            )
+            self.start()
+
+    def register_goal_callback(self, cb):
+        """Call this with new goals."""
+        self.goal_callback = cb
+
+    def register_cancel_callback(self, cancel_cb):
+        """Call this with goals that are to be cancelled."""
+        self.cancel_callback = cancel_cb
+
+    def start(self):
+        """Begin to serve."""
+        with self.lock:
+            self.initialize()
+            self.started = True
+            self.publish_status()
+
+    def stop(self):
+        """Serve no more."""
+        with self.lock:
+            self.started = False
+            self.status_timer.shutdown()
+            for part in (
+                self.goal_sub,
+                self.cancel_sub,
+                self.status_pub,
+                self.feedback_pub,
+                self.result_pub,
+            ):
+                part.unregister()
+
+    def initialize(self):
+        """Open the topics, start the timer of the status."""
+        name = rospy.remap_name(self.ns)
+        size = rospy.get_param("actionlib_server_pub_queue_size", 50)
+        self.pub_queue_size = size = 50 if size < 0 else size
+        self.status_pub = rospy.Publisher(name + "/status", GoalStatusArray, latch=True, queue_size=size)
+        self.result_pub = rospy.Publisher(name + "/result", self.ActionResult, queue_size=size)
+        self.feedback_pub = rospy.Publisher(name + "/feedback", self.ActionFeedback, queue_size=size)
+        size = rospy.get_param("actionlib_server_sub_queue_size", -1)
+        self.sub_queue_size = size = None if size < 0 else size
+        self.goal_sub = rospy.Subscriber(
+            name + "/goal", self.ActionGoal, callback=self.internal_goal_callback, queue_size=size
+        )
+        self.cancel_sub = rospy.Subscriber(
+            name + "/cancel", GoalID, callback=self.internal_cancel_callback, queue_size=size
+        )
+        self.status_frequency = self._frequency(name)
+        self.status_list_timeout = rospy.Duration(rospy.get_param(name + "/status_list_timeout", 5.0))
+        if self.status_frequency > 0.0:
+            self.status_timer = rospy.Timer(
+                rospy.Duration(1.0 / self.status_frequency), self.publish_status_async
+            )
+
+    @staticmethod
+    def _frequency(name):
+        if rospy.has_param(name + "/status_frequency"):
+            rospy.logwarn(
+                "You're using the deprecated status_frequency parameter,"
+                " please switch to actionlib_status_frequency."
+            )
+            return rospy.get_param(name + "/status_frequency", 5.0)
+        found = rospy.search_param("actionlib_status_frequency")
+        return 5.0 if found is None else rospy.get_param(found, 5.0)
+
+    def publish_result(self, status, result):
+        """Tell the clients that a goal has ended."""
+        with self.lock:
+            message = self.ActionResult(status=status, result=result)
+            message.header.stamp = rospy.Time.now()
+            if not rospy.is_shutdown():
+                self.result_pub.publish(message)
+            self.publish_status()
+
+    def publish_feedback(self, status, feedback):
+        """Tell the clients how a goal goes."""
+        with self.lock:
+            message = self.ActionFeedback(status=status, feedback=feedback)
+            message.header.stamp = rospy.Time.now()
+            if not rospy.is_shutdown():
+                self.feedback_pub.publish(message)
+
+    def internal_cancel_callback(self, goal_id):
+        """A cancel came: of one goal, of those until a time, or (neither given) of all."""
+        with self.lock:
+            if not self.started:
+                return
+            never = rospy.Time()
+            found = False
+            for tracker in self.status_list[:]:
+                this = goal_id.id == tracker.status.goal_id.id
+                everything = goal_id.id == "" and goal_id.stamp == never
+                before = goal_id.stamp != never and tracker.status.goal_id.stamp <= goal_id.stamp
+                found = found or this
+                if not (everything or this or before):
+                    continue
+                if tracker.handle_tracker is None:
+                    tracker.handle_tracker = object()
+                    tracker.handle_destruction_time = rospy.Time.now()
+                handle = ServerGoalHandle(tracker, self, tracker.handle_tracker)
+                if handle.set_cancel_requested():
+                    self.cancel_callback(handle)
+            if goal_id.id != "" and not found:  # the goal may be still on its way
+                tracker = StatusTracker(goal_id, GoalStatus.RECALLING)
+                tracker.handle_destruction_time = rospy.Time.now()
+                self.status_list.append(tracker)
+            if goal_id.stamp > self.last_cancel:
+                self.last_cancel = goal_id.stamp
+
+    def internal_goal_callback(self, goal):
+        """A goal came."""
+        with self.lock:
+            if not self.started:
+                return
+            for tracker in self.status_list[:]:
+                if goal.goal_id.id == tracker.status.goal_id.id:
+                    self._come_again(tracker)
+                    return
+            tracker = StatusTracker(None, None, goal)
+            tracker.handle_tracker = object()
+            self.status_list.append(tracker)
+            handle = ServerGoalHandle(tracker, self, tracker.handle_tracker)
+            if goal.goal_id.stamp != rospy.Time() and goal.goal_id.stamp <= self.last_cancel:
+                handle.set_canceled(
+                    None,
+                    "This goal handle was canceled by the action server because its timestamp is before the"
+                    " timestamp of the last cancel request",
+                )
+            else:
+                self.goal_callback(handle)
+
+    def _come_again(self, tracker):
+        """A goal that is known: a cancel came before it, or it was sent twice."""
+        if tracker.status.status == GoalStatus.RECALLING:
+            tracker.status.status = GoalStatus.RECALLED
+            self.publish_result(tracker.status, self.ActionResultType())
+        if tracker.handle_tracker is None:
+            tracker.handle_destruction_time = rospy.Time.now()
+
+    def publish_status_async(self, event):
+        """The timer's callback."""
+        with self.lock:
+            if self.started:
+                self.publish_status()
+
+    def publish_status(self):
+        """Publish the status of all goals; those that ended a while ago are dropped."""
+        with self.lock:
+            now, never = rospy.Time.now(), rospy.Time()
+            self.status_list = [
+                tracker
+                for tracker in self.status_list
+                if tracker.handle_destruction_time == never
+                or tracker.handle_destruction_time + self.status_list_timeout >= now
+            ]
+            message = GoalStatusArray(status_list=[tracker.status for tracker in self.status_list])
+            message.header.stamp = now
+            if not rospy.is_shutdown():
+                self.status_pub.publish(message)

@@ -1,0 +1,5 @@
+"""ActionException."""
+
+
+class ActionException(Exception):
+    """A type is no action."""

@@ -1,0 +1,23 @@
+"""dynamic_reconfigure: the client's side."""
+
+from .encoding import decode_config, encode_config
+
+
+class DynamicReconfigureException(Exception):
+    """Base of the others."""
+
+
+class DynamicReconfigureParameterException(DynamicReconfigureException):
+    """A parameter is unknown, or a value does not fit."""
+
+
+class DynamicReconfigureCallbackException(DynamicReconfigureException):
+    """A callback is none."""
+
+
+def find_reconfigure_services():
+    """Names of the nodes that can be reconfigured."""
+    import rosservice
+
+    suffix = "/set_parameters"
+    return sorted(name[: -len(suffix)] for name in rosservice.get_service_list() if name.endswith(suffix))

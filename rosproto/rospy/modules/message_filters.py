@@ -1,0 +1,195 @@
+"""message_filters: Subscriber, Cache, TimeSynchronizer, ApproximateTimeSynchronizer."""
+
+import itertools
+import threading
+
+import rospy
+
+__all__ = ["ApproximateTimeSynchronizer", "Cache", "SimpleFilter", "Subscriber", "TimeSynchronizer"]
+
+
+_HINT = "Use the 'allow_headerless' constructor option to auto-assign ROS time to headerless messages."
+
+
+class SimpleFilter:
+    """Something that has callbacks called with messages."""
+
+    def __init__(self):
+        self.callbacks = {}
+
+    def registerCallback(self, cb, *args):
+        """Call `cb(message, ..., *args)`; a handle for `disconnect`."""
+        conn = len(self.callbacks)
+        self.callbacks[conn] = (cb, args)
+        return conn
+
+    def signalMessage(self, *msg):
+        """Call all of them."""
+        for cb, args in list(self.callbacks.values()):
+            cb(*(msg + args))
+
+
+class Subscriber(SimpleFilter):
+    """A topic as a filter; arguments as of rospy.Subscriber."""
+
+    def __init__(self, *args, **kwargs):
+        SimpleFilter.__init__(self)
+        self.topic = args[0]
+        kwargs["callback"] = self.callback
+        self.sub = rospy.Subscriber(*args, **kwargs)
+
+    def callback(self, msg):
+        """A message came."""
+        self.signalMessage(msg)
+
+    def getTopic(self):
+        """The topic's name."""
+        return self.topic
+
+    def unregister(self):
+        """Receive no more."""
+        self.sub.unregister()
+
+    def __getattr__(self, key):
+        return getattr(self.sub, key)
+
+
+def _stamp(message, allow_headerless):
+    if hasattr(message, "header"):
+        return message.header.stamp
+    return rospy.Time.now() if allow_headerless else None
+
+
+class Cache(SimpleFilter):
+    """The last messages of a filter, by time."""
+
+    def __init__(self, f, cache_size=1, allow_headerless=False):
+        SimpleFilter.__init__(self)
+        self.cache_size = cache_size
+        self.allow_headerless = allow_headerless
+        self.cache_msgs = []
+        self.cache_times = []
+        self.connectInput(f)
+
+    def connectInput(self, f):
+        """Take messages of that filter."""
+        self.incoming_connection = f.registerCallback(self.add)
+
+    def add(self, msg):
+        """Take a message."""
+        stamp = _stamp(msg, self.allow_headerless)
+        if stamp is None:
+            rospy.logwarn("Cannot use message filters with non-stamped messages. " + _HINT)
+            return
+        self.cache_times.append(stamp)
+        self.cache_msgs.append(msg)
+        if len(self.cache_times) > self.cache_size:
+            del self.cache_times[0]
+            del self.cache_msgs[0]
+        self.signalMessage(msg)
+
+    def getInterval(self, from_stamp, to_stamp):
+        """Messages between two times."""
+        pairs = zip(self.cache_times, self.cache_msgs)
+        return [message for stamp, message in pairs if from_stamp <= stamp <= to_stamp]
+
+    def getElemAfterTime(self, stamp):
+        """The oldest one not before a time; None when there is none."""
+        return next((m for t, m in zip(self.cache_times, self.cache_msgs) if t >= stamp), None)
+
+    def getElemBeforeTime(self, stamp):
+        """The newest one not after a time; None when there is none."""
+        older = [m for t, m in zip(self.cache_times, self.cache_msgs) if t <= stamp]
+        return older[-1] if older else None
+
+    def getLastestTime(self):
+        """Time of the newest; None when there is none."""
+        return self.cache_times[-1] if self.cache_times else None
+
+    def getOldestTime(self):
+        """Time of the oldest; None when there is none."""
+        return self.cache_times[0] if self.cache_times else None
+
+    def getLast(self):
+        """The newest; None when there is none."""
+        return self.getElemAfterTime(self.getLastestTime()) if self.cache_times else None
+
+
+class TimeSynchronizer(SimpleFilter):
+    """Messages of several filters with the very same stamp, together."""
+
+    def __init__(self, fs, queue_size):
+        SimpleFilter.__init__(self)
+        self.queue_size = queue_size
+        self.lock = threading.Lock()
+        self.connectInput(fs)
+
+    def connectInput(self, fs):
+        """Take messages of those filters."""
+        self.queues = [{} for _ in fs]
+        self.input_connections = [
+            f.registerCallback(self.add, queue, index)
+            for index, (f, queue) in enumerate(zip(fs, self.queues))
+        ]
+
+    def add(self, msg, my_queue, my_queue_index=None):
+        """Take a message."""
+        with self.lock:
+            stamp = msg.header.stamp
+            self._keep(my_queue, stamp, msg)
+            if all(stamp in queue for queue in self.queues):
+                found = [queue.pop(stamp) for queue in self.queues]
+                self.signalMessage(*found)
+
+    def _keep(self, queue, stamp, message):
+        queue[stamp] = message
+        while len(queue) > self.queue_size:
+            del queue[min(queue)]
+
+
+class ApproximateTimeSynchronizer(TimeSynchronizer):
+    """Messages of several filters whose stamps differ by less than `slop` seconds, together."""
+
+    def __init__(self, fs, queue_size, slop, allow_headerless=False, reset=False):
+        TimeSynchronizer.__init__(self, fs, queue_size)
+        self.slop = rospy.Duration.from_sec(slop)
+        self.allow_headerless = allow_headerless
+        self._reset = reset
+        self.last_added = rospy.Time()
+
+    def add(self, msg, my_queue, my_queue_index=None):
+        """Take a message."""
+        stamp = _stamp(msg, self.allow_headerless)
+        if stamp is None:
+            rospy.logwarn_throttle(
+                60,
+                "Cannot use message filters with non-stamped messages. " + _HINT,
+            )
+            return
+        with self.lock:
+            if self._reset:
+                self._drop_after_jump()
+            self._keep(my_queue, stamp, msg)
+            self._match(stamp, my_queue)
+
+    def _drop_after_jump(self):
+        now = rospy.Time.now()
+        if now < self.last_added:
+            rospy.logdebug("Detected jump back in time. Clearing message filters queues.")
+            for queue in self.queues:
+                queue.clear()
+        self.last_added = now
+
+    def _match(self, stamp, my_queue):
+        """The combination nearest to the new message wins."""
+        candidates = []
+        for queue in self.queues:
+            near = [stamp] if queue is my_queue else [s for s in queue if abs(s - stamp) <= self.slop]
+            if not near:
+                return
+            candidates.append(sorted(near, key=lambda s: abs(s - stamp)))
+        for stamps in itertools.product(*candidates):
+            if max(stamps) - min(stamps) < self.slop and all(s in q for s, q in zip(stamps, self.queues)):
+                found = [queue.pop(one) for queue, one in zip(self.queues, stamps)]
+                self.signalMessage(*found)
+                return

@@ -1,0 +1,89 @@
+"""rosparam as far as programs import it: parameters, and YAML files of them."""
+
+import rosgraph
+import rosgraph.names
+
+__all__ = [
+    "RosParamException",
+    "delete_param",
+    "get_param",
+    "get_param_server",
+    "list_params",
+    "load_file",
+    "load_str",
+    "set_param",
+    "set_param_raw",
+    "upload_params",
+]
+
+
+class RosParamException(Exception):
+    """A parameter or file cannot be used."""
+
+
+def get_param_server():
+    """The master."""
+    return rosgraph.Master("/rosparam")
+
+
+def get_param(param):
+    """Value of a parameter."""
+    return get_param_server().getParam(param)
+
+
+def set_param_raw(param, value, verbose=False):
+    """Set a parameter to a Python value."""
+    get_param_server().setParam(param, value)
+
+
+def set_param(param, value, verbose=False):
+    """Set a parameter to what a YAML text says."""
+    set_param_raw(param, _load(value), verbose)
+
+
+def upload_params(ns, values, verbose=False):
+    """Set all parameters of a dict below a namespace."""
+    if ns == "/" and not isinstance(values, dict):
+        raise RosParamException("global / can only be set to a dictionary")
+    for name, value in values.items() if isinstance(values, dict) else [("", values)]:
+        set_param_raw(rosgraph.names.ns_join(ns, name) if name else ns, value)
+
+
+def delete_param(param, verbose=False):
+    """Delete a parameter."""
+    get_param_server().deleteParam(param)
+
+
+def list_params(ns):
+    """Sorted names of the parameters below a namespace."""
+    prefix = rosgraph.names.make_global_ns(ns)
+    return sorted(name for name in get_param_server().getParamNames() if name.startswith(prefix))
+
+
+def _load(text):
+    try:
+        from yaml import safe_load
+    except ImportError:
+        from rosproto.values import parse_value
+
+        return parse_value(text)
+    return safe_load(text)
+
+
+def load_str(text, filename="", default_namespace=None, verbose=False):
+    """[(parameters, namespace)] of a YAML text."""
+    try:
+        from yaml import safe_load_all
+    except ImportError:
+        raise RosParamException("YAML files need PyYAML: pip install PyYAML") from None
+    space = default_namespace or rosgraph.names.get_ros_namespace()
+    return [(values or {}, space) for values in safe_load_all(text)]
+
+
+def load_file(filename, default_namespace=None, verbose=False):
+    """[(parameters, namespace)] of a YAML file."""
+    try:
+        with open(filename, encoding="utf-8") as file:
+            return load_str(file.read(), filename, default_namespace, verbose)
+    except OSError as error:
+        raise RosParamException("file [%s] does not exist" % filename) from error

@@ -1,0 +1,97 @@
+"""rosservice as far as programs import it: names, types and calls of services."""
+
+import rosgraph
+
+__all__ = [
+    "ROSServiceException",
+    "ROSServiceIOException",
+    "call_service",
+    "get_service_class_by_name",
+    "get_service_list",
+    "get_service_node",
+    "get_service_type",
+]
+
+
+class ROSServiceException(Exception):
+    """A service cannot be used."""
+
+
+class ROSServiceIOException(ROSServiceException):
+    """The master or the provider cannot be reached."""
+
+
+def _services():
+    try:
+        return rosgraph.Master("/rosservice").getSystemState()[2]
+    except OSError:
+        raise ROSServiceIOException("Unable to communicate with master!") from None
+
+
+def get_service_list(node=None, namespace=None, include_nodes=False):
+    """Names of all services, of those of a node, or below a namespace."""
+    found = [
+        (name, nodes)
+        for name, nodes in _services()
+        if (node is None or node in nodes)
+        and (not namespace or name.startswith(rosgraph.names.make_global_ns(namespace)))
+    ]
+    return found if include_nodes else [name for name, _ in found]
+
+
+def get_service_node(service_name):
+    """Name of the node that provides it; None when nobody does."""
+    return next((nodes[0] for name, nodes in _services() if name == service_name), None)
+
+
+def get_service_headers(service_name, service_uri=None):
+    """The provider's connection header."""
+    from rosproto.errors import RosError
+    from rosproto.node import service_probe
+    from rosproto.rospy.host import Caller
+    from rosproto.transport.deadline import Deadline
+
+    try:
+        return service_probe.probe(
+            Caller("/rosservice", rosgraph.get_master_uri()), service_name, Deadline(5.0)
+        )
+    except RosError as error:
+        raise ROSServiceIOException("Unable to communicate with service [%s]" % service_name) from error
+
+
+def get_service_type(service_name):
+    """Its type; None when nobody provides it."""
+    if get_service_node(service_name) is None:
+        return None
+    return get_service_headers(service_name).get("type")
+
+
+def get_service_class_by_name(service_name):
+    """Its class.
+
+    Raises:
+        ROSServiceException: It is unknown.
+    """
+    from genpy.message import get_service_class
+
+    type_ = get_service_type(service_name)
+    if type_ is None:
+        raise ROSServiceException("Service [%s] is not available." % service_name)
+    found = get_service_class(type_)
+    if found is None:
+        raise ROSServiceException("Unable to load type [%s]." % type_)
+    return found
+
+
+def call_service(service_name, service_args, service_class=None):
+    """(request, response) of a call with a list of values, or a list of one dict."""
+    import rospy
+    from genpy.message import fill_message_args
+
+    service_class = service_class or get_service_class_by_name(service_name)
+    request = service_class._request_class()
+    fill_message_args(request, service_args)
+    try:
+        return request, rospy.ServiceProxy(service_name, service_class)(request)
+    except rospy.ServiceException as error:
+        raise ROSServiceException(str(error)) from error

@@ -1,0 +1,28 @@
+"""tf: the listener and broadcaster of before tf2, and transformations."""
+
+from tf2_ros.buffer import ConnectivityException, ExtrapolationException, LookupException
+from tf2_ros.buffer import TransformException as Exception
+
+from .broadcaster import TransformBroadcaster
+from .listener import Transformer, TransformerROS, TransformListener
+
+__all__ = [
+    "ConnectivityException",
+    "Exception",
+    "ExtrapolationException",
+    "LookupException",
+    "TransformBroadcaster",
+    "TransformListener",
+    "Transformer",
+    "TransformerROS",
+    "transformations",
+]
+
+
+def __getattr__(name):
+    # Late: it imports numpy.
+    if name == "transformations":
+        from importlib import import_module
+
+        return import_module("tf.transformations")
+    raise AttributeError("module %r has no attribute %r" % (__name__, name))

@@ -1,0 +1,25 @@
+"""tf.TransformBroadcaster."""
+
+import rospy
+from geometry_msgs.msg import TransformStamped
+from tf2_msgs.msg import TFMessage
+
+
+class TransformBroadcaster:
+    """Publishes /tf."""
+
+    def __init__(self, queue_size=100):
+        self.pub_tf = rospy.Publisher("/tf", TFMessage, queue_size=queue_size)
+
+    def sendTransform(self, translation, rotation, time, child, parent):
+        """The pose of `child` in `parent`: (x, y, z), (x, y, z, w), at a time."""
+        message = TransformStamped()
+        message.header.frame_id, message.header.stamp, message.child_frame_id = parent, time, child
+        t, r = message.transform.translation, message.transform.rotation
+        t.x, t.y, t.z = translation
+        r.x, r.y, r.z, r.w = rotation
+        self.sendTransformMessage(message)
+
+    def sendTransformMessage(self, transform):
+        """A TransformStamped."""
+        self.pub_tf.publish(TFMessage([transform]))

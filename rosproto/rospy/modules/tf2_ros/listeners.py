@@ -1,0 +1,93 @@
+"""TransformListener and the broadcasters."""
+
+import threading
+
+import rospy
+from tf2_msgs.msg import TFMessage
+
+
+class TransformListener:
+    """Fills a buffer from /tf and /tf_static."""
+
+    def __init__(self, buffer, queue_size=None, buff_size=65536, tcp_nodelay=False):
+        self.buffer = buffer
+        self.last_update = rospy.Time.now()
+        self.last_update_lock = threading.Lock()
+        self.tf_sub = rospy.Subscriber(
+            "/tf",
+            TFMessage,
+            self.callback,
+            queue_size=queue_size,
+            buff_size=buff_size,
+            tcp_nodelay=tcp_nodelay,
+        )
+        self.tf_static_sub = rospy.Subscriber(
+            "/tf_static",
+            TFMessage,
+            self.static_callback,
+            queue_size=queue_size,
+            buff_size=buff_size,
+            tcp_nodelay=tcp_nodelay,
+        )
+
+    def __del__(self):
+        self.unregister()
+
+    def unregister(self):
+        """Listen no more."""
+        for part in ("tf_sub", "tf_static_sub"):
+            if getattr(self, part, None) is not None:
+                getattr(self, part).unregister()
+
+    def _check_time(self):
+        now = rospy.Time.now()
+        with self.last_update_lock:
+            if now < self.last_update:
+                rospy.logwarn(
+                    "Detected jump back in time of %fs. Clearing TF buffer.",
+                    (self.last_update - now).to_sec(),
+                )
+                self.buffer.clear()
+            self.last_update = now
+
+    def callback(self, data):
+        """Transforms that move."""
+        self._check_time()
+        self._take(data, self.buffer.set_transform)
+
+    def static_callback(self, data):
+        """Transforms that hold at all times."""
+        self._take(data, self.buffer.set_transform_static)
+
+    @staticmethod
+    def _take(data, take):
+        who = data._connection_header.get("callerid", "default_authority")
+        for transform in data.transforms:
+            take(transform, who)
+
+
+class TransformBroadcaster:
+    """Publishes /tf."""
+
+    def __init__(self):
+        self.pub_tf = rospy.Publisher("/tf", TFMessage, queue_size=100)
+
+    def sendTransform(self, transform):
+        """Send a TransformStamped, or a list of them."""
+        self.pub_tf.publish(TFMessage(transform if isinstance(transform, list) else [transform]))
+
+
+class StaticTransformBroadcaster:
+    """Publishes /tf_static, latched; every message has all frames sent so far."""
+
+    def __init__(self):
+        self.pub_tf = rospy.Publisher("/tf_static", TFMessage, queue_size=100, latch=True)
+        self.net_message = TFMessage()
+
+    def sendTransform(self, transform):
+        """Add or replace frames: a TransformStamped, or a list of them."""
+        known = {one.child_frame_id: one for one in self.net_message.transforms}
+        for one in transform if isinstance(transform, list) else [transform]:
+            known[one.child_frame_id] = one
+        self.net_message = TFMessage(list(known.values()))
+        self.pub_tf.publish(self.net_message)
