@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosTimeout
+from rosproto.msg.user_folder import learned_paths
 
 from . import interface
 from .action_goal import ActionHandle, NavigationHandle, StepHandle, start_navigation, start_steps
@@ -47,9 +49,12 @@ class Chassis(Readings, Peripherals):
         host: Our own address as the robot reaches it; None finds it from the route to the master.
         timeout: Seconds for connecting and for services, where a call does not say otherwise.
         leave_running: True leaves goals running at the end of the `with` block (velocity blocks end always).
+        msg_path: Folders with .msg, .srv and .action files: further revisions, for a robot that has those.
+        learned: Use also what `woosh learn` has kept for this user.
 
     Raises:
         ValueError: No address, or it cannot be read.
+        DefinitionError: A folder of `msg_path` is not there or holds no definition.
     """
 
     def __init__(
@@ -60,9 +65,18 @@ class Chassis(Readings, Peripherals):
         host: str | None = None,
         timeout: float = 5.0,
         leave_running: bool = False,
+        msg_path: Iterable[str | os.PathLike[str]] = (),
+        learned: bool = True,
     ) -> None:
         self.master_uri = master_uri_of(address)
-        self._core = Core(self.master_uri, name=name, host=host, timeout=timeout, leave_running=leave_running)
+        self._core = Core(
+            self.master_uri,
+            name=name,
+            host=host,
+            timeout=timeout,
+            leave_running=leave_running,
+            msg_path=[*msg_path, *(learned_paths() if learned else ())],
+        )
 
     def __enter__(self) -> Chassis:
         self._core.node  # noqa: B018  (an unreachable master is told here, not at the first verb)

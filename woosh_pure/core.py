@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import atexit
 import logging
+import os
 import threading
 import time
 from collections.abc import Sequence
@@ -51,12 +52,20 @@ class Core:
     """
 
     def __init__(
-        self, master_uri: str, *, name: str, host: str | None, timeout: float, leave_running: bool = False
+        self,
+        master_uri: str,
+        *,
+        name: str,
+        host: str | None,
+        timeout: float,
+        leave_running: bool = False,
+        msg_path: Sequence[str | os.PathLike[str]] = (),
     ) -> None:
         self.master_uri = master_uri
         self.leave_running = leave_running
         self.timeout = timeout
         self._name, self._host = name, host
+        self._msg_path = msg_path
         self._lock = threading.RLock()
         self._node: rosproto.Node | None = None
         self._feeds: dict[str, Feed[Any]] = {}
@@ -83,7 +92,11 @@ class Core:
                 raise ConnectionLost(f"this Chassis is closed; open a new one for {self.master_uri}")
             if self._node is None:
                 self._node = rosproto.Node(
-                    self._name, master_uri=self.master_uri, host=self._host, anonymous=True
+                    self._name,
+                    master_uri=self.master_uri,
+                    host=self._host,
+                    anonymous=True,
+                    msg_path=self._msg_path,
                 )
             return self._node
 

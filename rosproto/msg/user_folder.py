@@ -1,0 +1,53 @@
+"""The user's own folder of revisions: where definitions learned from robots are kept, and how they are found.
+
+`<folder>/<set>/<package>/msg/*.msg`; each set is a folder for `msg_path=`. Reads the environment when asked,
+never at import.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+from rosproto.errors import DefinitionError
+from rosproto.msg.sources import folder_source
+
+__all__ = ["learned_paths", "revisions_folder"]
+
+
+def revisions_folder(environment: Mapping[str, str] | None = None, platform: str = sys.platform) -> Path:
+    """Where this user's revisions are, whether the folder exists or not.
+
+    %LOCALAPPDATA% on Windows, ~/Library/Application Support on macOS, $XDG_DATA_HOME (by default
+    ~/.local/share) elsewhere; in there "rosproto/revisions".
+    """
+    environment = os.environ if environment is None else environment
+    home = Path(environment.get("USERPROFILE" if platform == "win32" else "HOME") or Path.home())
+    if platform == "win32":
+        base = Path(environment.get("LOCALAPPDATA") or home / "AppData" / "Local")
+    elif platform == "darwin":
+        base = home / "Library" / "Application Support"
+    else:
+        given = environment.get("XDG_DATA_HOME", "")  # the XDG specification says to ignore a relative one
+        base = Path(given) if given.startswith("/") else home / ".local" / "share"
+    return base / "rosproto" / "revisions"
+
+
+def learned_paths(folder: str | os.PathLike[str] | None = None) -> list[Path]:
+    """Each learned set, for `msg_path=`; empty when nothing was learned. What is no set is left out."""
+    root = revisions_folder() if folder is None else Path(folder)
+    try:
+        entries = sorted(entry for entry in root.iterdir() if entry.is_dir())
+    except OSError:
+        return []
+    return [entry for entry in entries if not entry.name.startswith(".") and _is_set(entry)]
+
+
+def _is_set(path: Path) -> bool:
+    try:
+        folder_source(path)
+    except (DefinitionError, OSError):
+        return False
+    return True

@@ -1,0 +1,36 @@
+"""Where the user's revisions are, on each system."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rosproto.msg.user_folder import learned_paths, revisions_folder
+
+
+@pytest.mark.parametrize(
+    ("platform", "environment", "place"),
+    [
+        ("linux", {"HOME": "/home/a"}, "/home/a/.local/share/rosproto/revisions"),
+        ("linux", {"HOME": "/home/a", "XDG_DATA_HOME": "/data"}, "/data/rosproto/revisions"),
+        ("linux", {"HOME": "/home/a", "XDG_DATA_HOME": "data"}, "/home/a/.local/share/rosproto/revisions"),
+        ("darwin", {"HOME": "/Users/a"}, "/Users/a/Library/Application Support/rosproto/revisions"),
+        ("win32", {"LOCALAPPDATA": "/c/a/Local", "USERPROFILE": "/c/a"}, "/c/a/Local/rosproto/revisions"),
+        ("win32", {"USERPROFILE": "/c/a"}, "/c/a/AppData/Local/rosproto/revisions"),
+    ],
+)
+def test_each_system_has_its_place(platform: str, environment: dict[str, str], place: str) -> None:
+    """Data of an application, not its configuration or cache."""
+    assert revisions_folder(environment, platform) == Path(place)
+
+
+def test_sets_are_folders_with_definitions(tmp_path: Path) -> None:
+    """What is being written, empty or a file is no set; a folder that is not there has none."""
+    assert learned_paths(tmp_path / "nowhere") == []
+    for name in ("b", "a", ".new-c"):
+        (tmp_path / name / "my_msgs" / "msg").mkdir(parents=True)
+        (tmp_path / name / "my_msgs" / "msg" / "Note.msg").write_text("string text\n")
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "file").write_text("")
+    assert learned_paths(tmp_path) == [tmp_path / "a", tmp_path / "b"]

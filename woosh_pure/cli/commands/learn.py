@@ -1,0 +1,121 @@
+"""`woosh learn`: which definitions this robot speaks, and keep those that are new."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..output import Output
+
+if TYPE_CHECKING:
+    from woosh_pure.learn import Finding
+
+HELP = "ask the robot for its message definitions and keep what is new; moves nothing"
+
+_WORDS = {
+    "bundled": "as bundled",
+    "revision": "known revision",
+    "folder": "known",
+    "new": "NEW",
+    "unknown": "NOT KNOWN",
+    "unusable": "NOT USABLE",
+    "silent": "no answer",
+}
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    parser.add_argument("--dry-run", action="store_true", help="write nothing")
+    parser.add_argument("--all", action="store_true", help="list also what does not differ")
+    parser.add_argument("--timeout", type=float, default=30.0, metavar="S", help="in all (default 30)")
+    parser.add_argument("--parallel", type=int, default=8, metavar="N", help="questions at once (default 8)")
+    parser.add_argument("--folder", type=Path, help="keep it there, in place of your own revisions folder")
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    from rosproto import Node
+    from rosproto.msg.user_folder import learned_paths, revisions_folder
+    from woosh_pure.address import master_uri_of
+    from woosh_pure.learn import Knowledge, judge
+    from woosh_pure.survey import survey
+
+    folder = args.folder or revisions_folder()
+    with ExitStack() as stack:
+        address = args.master or args.chassis
+        if args.sim:
+            from woosh_pure.sim import SimulatedChassis
+
+            address = stack.enter_context(SimulatedChassis()).master_uri
+        uri = master_uri_of(address)
+        node = stack.enter_context(
+            Node("woosh_learn", master_uri=uri, host=args.host, anonymous=True, rosout=False)
+        )
+        answers = survey(node, timeout=args.timeout, parallel=args.parallel)
+        knowledge = Knowledge([*learned_paths(folder), *(getattr(args, "msg_path", None) or ())])
+        findings = [judge(answer, knowledge) for answer in answers]
+    _print(findings, out, everything=args.all)
+    written = _keep(findings, folder, uri, out, dry=args.dry_run)
+    out.result(
+        {
+            "master_uri": uri,
+            "folder": str(folder),
+            "written": [str(path) for path in written],
+            "findings": [_document(finding) for finding in findings],
+        }
+    )
+    return 0 if any(finding.verdict != "silent" for finding in findings) else 1
+
+
+def _print(findings: list[Finding], out: Output, *, everything: bool) -> None:
+    """One line for each topic and service, with what differs below it; each type's differences once."""
+    shown: set[tuple[str, str]] = set()
+    for finding in findings:
+        answer = finding.answer
+        if finding.verdict == "bundled" and not everything:
+            continue
+        what = _WORDS[finding.verdict] + (f" {finding.source}" if finding.source else "")
+        out.line(f"{answer.name:38s} {answer.type:36s} {answer.md5sum[:8]:8s}  {what}")
+        if (answer.type, answer.md5sum) in shown and answer.md5sum:
+            continue
+        shown.add((answer.type, answer.md5sum))
+        for line in (*finding.differences, *([finding.note] if finding.note else [])):
+            out.line(f"    {line}")
+    counts = {word: sum(f.verdict == word for f in findings) for word in _WORDS}
+    out.line(", ".join(f"{counts[word]} {text.lower()}" for word, text in _WORDS.items() if counts[word]))
+
+
+def _keep(findings: list[Finding], folder: Path, uri: str, out: Output, *, dry: bool) -> list[Path]:
+    """Write what is new."""
+    from rosproto.transport.address import parse_uri
+    from woosh_pure.learned_sets import make_sets, write_set
+
+    new = [(f.answer.type, f.library) for f in findings if f.verdict == "new" and f.library is not None]
+    sets = make_sets(new)
+    if not sets:
+        out.line("nothing new to keep")
+    if dry:
+        for learned in sets:
+            out.line(f"would keep {', '.join(learned.types)} below {folder}")
+        return []
+    written = [write_set(learned, folder, parse_uri(uri)[0]) for learned in sets]
+    for path, learned in zip(written, sets, strict=True):
+        out.line(f"kept {', '.join(learned.types)} in {path}")
+    return written
+
+
+def _document(finding: Finding) -> dict[str, Any]:
+    answer = finding.answer
+    return {
+        "kind": answer.kind,
+        "name": answer.name,
+        "type": answer.type,
+        "md5sum": answer.md5sum,
+        "peer": answer.peer,
+        "verdict": finding.verdict,
+        "source": finding.source,
+        "note": finding.note,
+        "differences": list(finding.differences),
+    }

@@ -1,0 +1,124 @@
+"""Ask a whole graph which definitions it speaks: each topic and each service once, many at a time.
+
+Only headers are exchanged: no message is received, no service is called, nothing moves.
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+from rosproto.errors import RosError
+from rosproto.node import service_probe
+from rosproto.node.topic_probe import probe_topic
+from rosproto.transport.deadline import Deadline
+
+if TYPE_CHECKING:
+    import rosproto
+
+__all__ = ["Answer", "survey"]
+
+ONE_QUESTION = 3.0  # seconds for one peer
+
+
+class Answer(NamedTuple):
+    """What one topic or service is, by its peer's own word.
+
+    Attributes:
+        kind: "topic" or "service".
+        name: Resolved name.
+        type: "package/Type"; "" when nobody answered.
+        md5sum: Its md5sum.
+        definition: Full text; always "" for a service, which does not tell it.
+        peer: The node that answered.
+        error: Why there is no answer; "" when there is.
+    """
+
+    kind: str
+    name: str
+    type: str = ""
+    md5sum: str = ""
+    definition: str = ""
+    peer: str = ""
+    error: str = ""
+
+
+def survey(
+    node: rosproto.Node,
+    *,
+    timeout: float = 30.0,
+    parallel: int = 8,
+    progress: Callable[[Answer], object] | None = None,
+) -> list[Answer]:
+    """Ask every topic that somebody publishes and every service, each once.
+
+    A topic with several publishers is answered by the first that can be reached.
+
+    Args:
+        node: In whose name to ask.
+        timeout: Seconds for all of it; what is not asked by then is told as such.
+        parallel: Most questions at a time.
+        progress: Called with each answer, in a thread of this function.
+
+    Returns:
+        Topics, then services, by name.
+
+    Raises:
+        ConnectionLost, RosTimeout, MasterError: The master cannot be asked.
+    """
+    deadline = Deadline(timeout)
+    state = node.master.get_system_state(timeout=min(timeout, 10.0))
+    questions: queue.SimpleQueue[tuple[str, str, list[str]]] = queue.SimpleQueue()
+    for kind, table in (("topic", state.publishers), ("service", state.services)):
+        for name, peers in table.items():
+            others = [peer for peer in peers if peer != node.name]
+            if others:
+                questions.put((kind, name, others))
+    answers: list[Answer] = []
+
+    def work() -> None:
+        while True:
+            try:
+                kind, name, peers = questions.get_nowait()
+            except queue.Empty:
+                return
+            answer = (_ask_topic if kind == "topic" else _ask_service)(node, name, peers, deadline)
+            answers.append(answer)
+            if progress is not None:
+                progress(answer)
+
+    workers = [
+        threading.Thread(target=work, name=f"woosh:survey {i}", daemon=True) for i in range(max(1, parallel))
+    ]
+    for worker in workers:
+        worker.start()
+    for worker in workers:
+        while worker.is_alive():
+            worker.join(0.1)  # in slices: on Windows a join cannot be interrupted by Ctrl-C
+    return sorted(answers, key=lambda answer: (answer.kind != "topic", answer.name))
+
+
+def _ask_topic(node: rosproto.Node, name: str, peers: list[str], deadline: Deadline) -> Answer:
+    error = "not asked: the time was up"
+    for peer in peers:
+        if deadline.expired:
+            break
+        try:
+            reply = probe_topic(node, name, peer, deadline.at_most(ONE_QUESTION))
+        except (RosError, OSError) as problem:
+            error = str(problem)
+            continue
+        return Answer("topic", name, reply.type_name, reply.md5sum, reply.message_definition, peer)
+    return Answer("topic", name, peer=peers[0], error=error)
+
+
+def _ask_service(node: rosproto.Node, name: str, peers: list[str], deadline: Deadline) -> Answer:
+    if deadline.expired:
+        return Answer("service", name, peer=peers[0], error="not asked: the time was up")
+    try:
+        header = service_probe.probe(node, name, deadline.at_most(ONE_QUESTION))
+    except (RosError, OSError) as problem:
+        return Answer("service", name, peer=peers[0], error=str(problem))
+    return Answer("service", name, header.get("type", ""), header.get("md5sum", ""), "", peers[0])
