@@ -48,6 +48,7 @@ COMMANDS: dict[str, Command] = {
     "msg": Command("rosproto.cli.definitions", "show message definitions (rosmsg)", "add_arguments_msg"),
     "srv": Command("rosproto.cli.definitions", "show service definitions (rossrv)", "add_arguments_srv"),
     "action": Command("rosproto.cli.definitions", "show action definitions", "add_arguments_action"),
+    "bag": Command("rosproto.cli.bag", "record, play, inspect, mend and convert bags (rosbag)"),
     "graph": Command("rosproto.cli.graph_command", "draw who talks to whom: text, Graphviz, SVG"),
     "tf": Command("rosproto.cli.tf", "show the tree of frames and transforms in it"),
     "doctor": Command("rosproto.cli.doctor", "find out why a graph does not work from here"),

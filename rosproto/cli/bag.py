@@ -1,0 +1,42 @@
+"""`rosproto bag`: everything about bags, with the words of rosbag; no ROS installation needed."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+
+from .graph import Verb, verbs
+
+__all__ = ["add_arguments", "run"]
+
+VERBS = {
+    "info": ("bag_info", "info", "tell what is in bags, without reading the messages"),
+    "check": ("bag_check", "check", "read everything and tell what is damaged or undecodable"),
+    "record": ("bag_record", "record", "record topics of a live graph"),
+    "play": ("bag_play", "play", "publish bags to a live graph as they were recorded"),
+    "echo": ("bag_echo", "echo", "print the messages of a topic"),
+    "filter": ("bag_edit", "filter", "copy chosen topics, a span, or what an expression chooses"),
+    "merge": ("bag_edit", "merge", "put several bags into one, by time"),
+    "compress": ("bag_edit", "compress", "compress a bag in place; the original is kept"),
+    "decompress": ("bag_edit", "decompress", "decompress a bag in place; the original is kept"),
+    "reindex": ("bag_repair", "reindex", "give a bag that was not closed its index, in place"),
+    "fix": ("bag_repair", "fix", "save what can be read of a damaged bag into a new one"),
+    "export": ("bag_export", "export", "write messages as CSV, PNG, NPZ or MCAP"),
+}
+"""Verb -> (module, its functions `add_<name>_arguments` and `<name>`, help); what they need comes later."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """One verb each."""
+    verbs(parser, {name: _verb(*row) for name, row in VERBS.items()}, graph=False)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the verb."""
+    code: int = arguments.run_verb(arguments)
+    return code
+
+
+def _verb(module: str, name: str, text: str) -> Verb:
+    found = importlib.import_module(f".{module}", __package__)
+    return getattr(found, f"add_{name}_arguments"), getattr(found, name), text

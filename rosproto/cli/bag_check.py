@@ -1,0 +1,97 @@
+"""`rosproto bag check`: read everything, decode everything, and tell what is wrong."""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from rosproto.errors import BagError, CodecError
+
+from .bag_progress import Progress
+from .graph import print_json
+
+if TYPE_CHECKING:
+    from rosproto.bag import BagReader
+    from rosproto.codec import Message
+
+__all__ = ["add_check_arguments", "check", "problems_of"]
+
+
+def add_check_arguments(parser: argparse.ArgumentParser) -> None:
+    """Which bags, and how it is told."""
+    parser.add_argument("bags", nargs="+", metavar="BAG")
+    parser.add_argument("--json", action="store_true", help="print facts as JSON, for programs")
+    parser.add_argument("-q", "--quiet", action="store_true", help="print problems only")
+
+
+def check(arguments: argparse.Namespace) -> int:
+    """0 when every bag is sound, 1 when something is wrong with one."""
+    from rosproto.bag import BagReader
+
+    bad = 0
+    for path in arguments.bags:
+        with BagReader(path, skip_damaged=True) as bag:
+            problems = problems_of(bag, quiet=arguments.quiet)
+            notes = _notes(bag)
+        bad += bool(problems)
+        if arguments.json:
+            print_json({"path": path, "messages": bag.message_count, "problems": problems, "notes": notes})
+            continue
+        for line in problems:
+            print(f"{path}: {line}")
+        if not arguments.quiet:
+            for line in notes:
+                print(f"{path}: note: {line}")
+            print(f"{path}: {'NOT sound' if problems else 'sound'}, {bag.message_count} messages")
+    return 1 if bad else 0
+
+
+def problems_of(bag: BagReader, *, quiet: bool = True) -> list[str]:
+    """Everything wrong with a bag, in words; reads and decodes all of it."""
+    from rosproto.codec import decode
+
+    problems: list[str] = []
+    classes = {number: cls for number in bag.connections if (cls := _class_of(bag, number, problems))}
+    known = [bag.connections[number] for number in classes]
+    first: dict[int, str] = {}
+    failed: Counter[int] = Counter()
+    with Progress(f"checking {bag.path}", bag.message_count, quiet=quiet) as progress:
+        for _, raw, _ in bag.read_messages(raw=True, connections=known):
+            number = raw.connection.id
+            try:
+                decode(classes[number], raw.data)
+            except CodecError as problem:
+                failed[number] += 1
+                first.setdefault(number, str(problem))
+            progress.step()
+    for number, count in failed.items():
+        problems.append(
+            f"{bag.connections[number].topic}: {count} messages cannot be decoded, the first: {first[number]}"
+        )
+    return [*bag.damage, *problems]
+
+
+def _class_of(bag: BagReader, number: int, problems: list[str]) -> type[Message] | None:
+    try:
+        return bag.message_class(bag.connections[number])
+    except BagError as problem:
+        problems.append(str(problem))
+        return None
+
+
+def _notes(bag: BagReader) -> list[str]:
+    """What is no damage, but good to know: stored definitions that are not the present ones."""
+    from rosproto.errors import DefinitionError
+    from rosproto.msg import bundled
+
+    notes = []
+    for kind, md5sum in sorted({(c.type, c.md5sum) for c in bag.connections.values()}):
+        try:
+            present = bundled().md5sum(kind)
+        except DefinitionError:
+            notes.append(f"{kind} is not bundled here; the definition in the bag is used")
+            continue
+        if present != md5sum:
+            notes.append(f"{kind} was recorded as another revision ({md5sum}, the bundled one is {present})")
+    return notes

@@ -1,0 +1,253 @@
+"""`rosproto bag filter`, `merge`, `compress`, `decompress`: bags made from bags, messages as they are."""
+
+from __future__ import annotations
+
+import argparse
+import heapq
+import os
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any, Literal
+
+from .bag_progress import Progress, human_bytes
+from .expression import Expression
+from .graph import CommandError
+
+if TYPE_CHECKING:
+    from rosproto.bag import BagReader, RawMessage
+    from rosproto.time import Time
+
+__all__ = [
+    "add_compress_arguments",
+    "add_decompress_arguments",
+    "add_filter_arguments",
+    "add_merge_arguments",
+    "add_span_arguments",
+    "compress",
+    "decompress",
+    "filter",
+    "merge",
+    "span",
+    "wanted_topics",
+]
+
+Kind = Literal["none", "bz2", "lz4"]
+Entry = tuple[str, "RawMessage", "Time"]
+
+
+def _compression_options(parser: argparse.ArgumentParser, default: str = "none") -> None:
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument("--lz4", action="store_const", const="lz4", dest="compression", default=default)
+    group.add_argument("-j", "--bz2", action="store_const", const="bz2", dest="compression")
+
+
+def add_span_arguments(parser: argparse.ArgumentParser) -> None:
+    """Which topics, and which part of the time."""
+    parser.add_argument("--topics", nargs="+", metavar="TOPIC", help="only these; patterns such as '/cam/*'")
+    parser.add_argument("--exclude", nargs="+", metavar="TOPIC", default=[], help="not these")
+    parser.add_argument("-s", "--start", type=float, default=None, metavar="SEC", help="leave out the first")
+    parser.add_argument(
+        "-u", "--duration", type=float, default=None, metavar="SEC", help="only so many seconds from there"
+    )
+
+
+def wanted_topics(bag: BagReader, arguments: argparse.Namespace) -> list[str]:
+    """The topics of the bag that the options choose.
+
+    Raises:
+        CommandError: There is none.
+    """
+    from fnmatch import fnmatchcase
+
+    patterns = arguments.topics or ["*"]
+    chosen = [
+        topic
+        for topic in bag.topics
+        if any(fnmatchcase(topic, p) for p in patterns)
+        and not any(fnmatchcase(topic, p) for p in arguments.exclude)
+    ]
+    if not chosen and bag.topics:
+        raise CommandError(f"{bag.path}: no such topic; there are {', '.join(bag.topics)}")
+    return chosen
+
+
+def span(bag: BagReader, arguments: argparse.Namespace) -> tuple[Time | None, Time | None]:
+    """First and last moment that the options choose; None is open."""
+    from rosproto.time import Time
+
+    if bag.start_time is None or (arguments.start is None and arguments.duration is None):
+        return None, None
+    start = bag.start_time.to_nsec() + round((arguments.start or 0.0) * 1e9)
+    end = None if arguments.duration is None else start + round(arguments.duration * 1e9)
+    return Time(*divmod(start, 10**9)), None if end is None else Time(*divmod(end, 10**9))
+
+
+# -- filter ------------------------------------------------------------------------------------------------
+
+
+def add_filter_arguments(parser: argparse.ArgumentParser) -> None:
+    """As rosbag filter, and options for what needs no expression."""
+    parser.add_argument("bag", metavar="IN")
+    parser.add_argument("output", metavar="OUT")
+    parser.add_argument(
+        "expression",
+        nargs="?",
+        help="only messages for which it is true; m: the message, topic, t: the receive time "
+        "(t.secs, t.nsecs, t.to_sec()): \"topic == '/odom' and m.twist.twist.linear.x > 0\"",
+    )
+    add_span_arguments(parser)
+    _compression_options(parser)
+
+
+def filter(arguments: argparse.Namespace) -> int:
+    """Copy what is chosen."""
+    from rosproto.bag import BagReader
+
+    rule = Expression(arguments.expression, ("m", "topic", "t")) if arguments.expression else None
+    _check_new(arguments.output, arguments.bag)
+    with BagReader(arguments.bag) as bag:
+        topics = wanted_topics(bag, arguments)
+        start, end = span(bag, arguments)
+        entries = bag.read_messages(topics, start, end, raw=True)
+        keep = None if rule is None else _Judge(bag, rule)
+        kept = _write(arguments.output, entries, arguments.compression, bag.message_count, keep)
+    print(f"{arguments.output}: {kept} of {bag.message_count} messages")
+    return 0
+
+
+class _Judge:
+    """Decodes a message and asks the expression; what is kept is written as it was."""
+
+    def __init__(self, bag: BagReader, rule: Expression) -> None:
+        self._bag = bag
+        self._rule = rule
+        self._classes: dict[int, Any] = {}
+
+    def __call__(self, topic: str, raw: RawMessage, stamp: Time) -> bool:
+        from rosproto.codec import decode
+
+        number = raw.connection.id
+        if number not in self._classes:
+            self._classes[number] = self._bag.message_class(raw.connection)
+        message = decode(self._classes[number], raw.data)
+        return bool(self._rule(m=message, topic=topic, t=stamp))
+
+
+# -- merge -------------------------------------------------------------------------------------------------
+
+
+def add_merge_arguments(parser: argparse.ArgumentParser) -> None:
+    """The new bag first, so that patterns can follow."""
+    parser.add_argument("output", metavar="OUT")
+    parser.add_argument("bags", nargs="+", metavar="IN")
+    _compression_options(parser)
+
+
+def merge(arguments: argparse.Namespace) -> int:
+    """All messages of several bags in one, by receive time."""
+    from rosproto.bag import BagReader
+
+    _check_new(arguments.output, *arguments.bags)
+    with ExitStack() as stack:
+        bags = [stack.enter_context(BagReader(path)) for path in arguments.bags]
+        streams = [bag.read_messages(raw=True) for bag in bags]
+        entries = heapq.merge(*streams, key=lambda entry: (entry[2].secs, entry[2].nsecs))
+        total = sum(bag.message_count for bag in bags)
+        count = _write(arguments.output, entries, arguments.compression, total)
+    print(f"{arguments.output}: {count} messages of {len(bags)} bags")
+    return 0
+
+
+# -- compress and decompress -------------------------------------------------------------------------------
+
+
+def add_compress_arguments(parser: argparse.ArgumentParser) -> None:
+    """As rosbag compress."""
+    _in_place_arguments(parser)
+    _compression_options(parser, default="bz2")
+
+
+def add_decompress_arguments(parser: argparse.ArgumentParser) -> None:
+    """As rosbag decompress."""
+    _in_place_arguments(parser)
+    parser.set_defaults(compression="none")
+
+
+def _in_place_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("bags", nargs="+", metavar="BAG")
+    parser.add_argument("--output-dir", metavar="DIR", help="write there; the bags are not touched")
+    parser.add_argument("-f", "--force", action="store_true", help="replace an older NAME.orig.bag")
+    parser.add_argument("-q", "--quiet", action="store_true", help="print errors only")
+
+
+def compress(arguments: argparse.Namespace) -> int:
+    """Write each bag anew; without --output-dir the original becomes NAME.orig.bag."""
+    for path in arguments.bags:
+        _rewrite(path, arguments)
+    return 0
+
+
+decompress = compress
+
+
+def _rewrite(path: str, arguments: argparse.Namespace) -> None:
+    from rosproto.bag import BagReader
+
+    base, extension = os.path.splitext(path)
+    backup = f"{base}.orig{extension}"
+    if arguments.output_dir:
+        output = os.path.join(arguments.output_dir, os.path.basename(path))
+        _check_new(output, path)
+    else:
+        output = f"{path}.new"
+        if os.path.exists(backup) and not arguments.force:
+            raise CommandError(f"{backup} exists already: an older original; remove it, or use --force")
+    try:
+        with BagReader(path) as bag:
+            entries = bag.read_messages(raw=True)
+            quiet = arguments.quiet
+            _write(output, entries, arguments.compression, bag.message_count, quiet=quiet, what=path)
+            before = bag.size
+        after = os.path.getsize(output)
+        if not arguments.output_dir:
+            os.replace(path, backup)
+            os.replace(output, path)
+    except BaseException:
+        if not arguments.output_dir and os.path.exists(output):
+            os.remove(output)  # the bag itself is untouched
+        raise
+    if not arguments.quiet:
+        print(f"{path}: {human_bytes(before)} -> {human_bytes(after)} ({100 * after / before:.0f} %)")
+
+
+# -- writing -----------------------------------------------------------------------------------------------
+
+
+def _write(
+    output: str,
+    entries: Iterator[Entry],
+    compression: Kind,
+    total: int,
+    keep: Callable[[str, RawMessage, Time], bool] | None = None,
+    *,
+    quiet: bool = False,
+    what: str = "",
+) -> int:
+    """Write messages into a new bag; how many there are in it."""
+    from rosproto.bag import BagWriter
+
+    with BagWriter(output, compression) as writer, Progress(what or output, total, quiet=quiet) as progress:
+        write, step = writer.write, progress.step
+        for topic, message, stamp in entries:
+            if keep is None or keep(topic, message, stamp):
+                write(topic, message, stamp)
+            step()
+        return writer.message_count
+
+
+def _check_new(output: str, *inputs: str) -> None:
+    """The output must not be an input, nor an existing file."""
+    if any(os.path.realpath(output) == os.path.realpath(path) for path in inputs):
+        raise CommandError(f"{output} is what is read; choose another name")
+    if os.path.exists(output):
+        raise CommandError(f"{output} exists already; choose another name")

@@ -1,0 +1,260 @@
+"""`rosproto bag export`: messages in forms that other programs read: CSV, PNG, NPZ, MCAP."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TextIO
+
+from .bag_edit import add_span_arguments, span, wanted_topics
+from .bag_progress import Progress
+from .field_path import parse_field_path
+from .graph import CommandError
+
+if TYPE_CHECKING:
+    from rosproto.bag import BagReader
+
+__all__ = ["add_export_arguments", "export", "need"]
+
+
+def add_export_arguments(parser: argparse.ArgumentParser) -> None:
+    """Which messages, and in which form."""
+    parser.add_argument("bag", metavar="BAG")
+    parser.add_argument(
+        "form", choices=sorted(FORMS), help="csv, npz: a file a topic; png: a file an image; mcap: one file"
+    )
+    parser.add_argument(
+        "-o", "--output", metavar="PATH", help="a directory (mcap: a file); default: next to the bag"
+    )
+    parser.add_argument(
+        "--fields", nargs="+", metavar="FIELD", help="csv, npz: only these: pose.pose.position.x"
+    )
+    parser.add_argument("-q", "--quiet", action="store_true", help="print errors only")
+    add_span_arguments(parser)
+
+
+def export(arguments: argparse.Namespace) -> int:
+    """Write what is chosen; prints each file."""
+    from rosproto.bag import BagReader
+
+    with BagReader(arguments.bag) as bag:
+        topics = wanted_topics(bag, arguments)
+        for path in FORMS[arguments.form](bag, topics, arguments):
+            if not arguments.quiet:
+                print(path)
+    return 0
+
+
+def need(module: str, package: str, extra: str) -> Any:
+    """Import an optional package.
+
+    Raises:
+        CommandError: It is not installed; names the extra.
+    """
+    import importlib
+
+    try:
+        return importlib.import_module(module)
+    except ImportError as problem:
+        raise CommandError(
+            f"this needs the package {package}: pip install 'woosh-pure[{extra}]'"
+        ) from problem
+
+
+def _directory(arguments: argparse.Namespace) -> str:
+    path: str = arguments.output or os.path.splitext(arguments.bag)[0]
+    os.makedirs(path, exist_ok=True)
+    return path
+
+
+def file_name(topic: str) -> str:
+    """A topic as a file name on every system: "/camera/image_raw" -> "camera-image_raw"."""
+    return re.sub(r"[^A-Za-z0-9_]+", "-", topic).strip("-") or "topic"
+
+
+def _messages(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> Any:
+    start, end = span(bag, arguments)
+    return bag.read_messages(topics, start, end)
+
+
+def _total(bag: BagReader, topics: list[str]) -> int:
+    return sum(bag.topics[topic].message_count for topic in topics)
+
+
+# -- CSV ---------------------------------------------------------------------------------------------------
+
+
+def _csv(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> list[str]:
+    """A file for each topic; columns as `rostopic echo -p` names them."""
+    directory = _directory(arguments)
+    files: dict[str, _CsvFile] = {}
+    try:
+        with Progress("writing CSV", _total(bag, topics), quiet=arguments.quiet) as progress:
+            for topic, message, stamp in _messages(bag, topics, arguments):
+                if topic not in files:
+                    path = os.path.join(directory, file_name(topic) + ".csv")
+                    files[topic] = _CsvFile(path, arguments.fields)
+                files[topic].write(message, stamp.to_nsec())
+                progress.step()
+    finally:
+        for file in files.values():
+            file.close()
+    return [file.path for file in files.values()]
+
+
+class _CsvFile:
+    """One topic; arrays of changing length make rows of changing length, as rostopic does."""
+
+    def __init__(self, path: str, fields: list[str] | None) -> None:
+        self.path = path
+        self._fields = fields
+        self._takers = [parse_field_path(field.replace(".", "/")) for field in fields or ()]
+        self._file: TextIO = open(path, "w", encoding="utf-8", newline="")  # noqa: SIM115
+        self._begun = False
+
+    def write(self, message: Any, receive_ns: int) -> None:
+        from .message_csv import header, row
+
+        if not self._takers:
+            names, cells = ([header(message, "field")] if not self._begun else []), [row(message)]
+        else:
+            values = [take(message) for take in self._takers]
+            pairs = zip(values, self._fields or (), strict=True)
+            names = [] if self._begun else [header(value, f"field.{name}") for value, name in pairs]
+            cells = [row(value) for value in values]
+        if not self._begun:
+            self._file.write(",".join(["%time", *filter(None, names)]) + "\n")
+            self._begun = True
+        self._file.write(",".join([str(receive_ns), *filter(None, cells)]) + "\n")
+
+    def close(self) -> None:
+        self._file.close()
+
+
+# -- NPZ ---------------------------------------------------------------------------------------------------
+
+
+def _npz(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> list[str]:
+    """A file for each topic, an array for each field; strings and arrays of changing length as objects."""
+    import numpy as np
+
+    directory, paths = _directory(arguments), []
+    for topic in topics:
+        fields = arguments.fields or _leaves(bag.message_class(topic))
+        columns = bag.to_numpy(topic, fields)
+        keep = _span_mask(bag, arguments, columns["receive_time"])
+        columns = {name: column[keep] for name, column in columns.items()}
+        path = os.path.join(directory, file_name(topic) + ".npz")
+        np.savez_compressed(path, **columns)  # type: ignore[arg-type]
+        paths.append(path)
+    return paths
+
+
+def _span_mask(bag: BagReader, arguments: argparse.Namespace, times: Any) -> Any:
+    import numpy as np
+
+    start, end = span(bag, arguments)
+    mask = np.ones(len(times), bool)
+    if start is not None:
+        mask &= times >= start.to_sec()
+    if end is not None:
+        mask &= times <= end.to_sec()
+    return mask
+
+
+def _leaves(cls: Any, prefix: str = "") -> list[str]:
+    """Paths of every field that is no message; arrays of messages have no columns."""
+    from rosproto.codec import Message
+
+    message, found = cls(), []
+    for name, kind in zip(cls.__slots__, cls._slot_types, strict=True):
+        value = getattr(message, name)
+        if isinstance(value, Message):
+            found += _leaves(type(value), f"{prefix}{name}.")
+        elif "/" not in kind:
+            found.append(prefix + name)
+    return found
+
+
+# -- PNG ---------------------------------------------------------------------------------------------------
+
+
+def _png(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> list[str]:
+    """A file for each image, named by its receive time."""
+    pillow = need("PIL.Image", "Pillow", "cli")
+    from .bag_images import IMAGES, picture
+
+    images = [topic for topic in topics if bag.topics[topic].connections[0].type in IMAGES]
+    if not images:
+        raise CommandError(f"{bag.path}: none of the topics has images ({', '.join(IMAGES)})")
+    directory, paths = _directory(arguments), []
+    with Progress("writing PNG", _total(bag, images), quiet=arguments.quiet) as progress:
+        for topic, message, stamp in _messages(bag, images, arguments):
+            folder = os.path.join(directory, file_name(topic))
+            os.makedirs(folder, exist_ok=True)
+            path = os.path.join(folder, f"{stamp.secs}.{stamp.nsecs:09d}.png")
+            picture(message, pillow).save(path)
+            paths.append(path)
+            progress.step()
+    return paths
+
+
+# -- MCAP --------------------------------------------------------------------------------------------------
+
+
+def _mcap(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> list[str]:
+    """One file in the ros1 profile, messages as they are; Foxglove opens it."""
+    writer_module = need("mcap.writer", "mcap", "mcap")
+    path = arguments.output or os.path.splitext(arguments.bag)[0] + ".mcap"
+    if os.path.exists(path):
+        raise CommandError(f"{path} exists already; choose another name with -o")
+    start, end = span(bag, arguments)
+    with open(path, "wb") as file, Progress(path, _total(bag, topics), quiet=arguments.quiet) as progress:
+        writer = writer_module.Writer(file)
+        writer.start(profile="ros1", library="rosproto")
+        channels = _McapChannels(writer)
+        for topic, raw, stamp in bag.read_messages(topics, start, end, raw=True):
+            nanoseconds = stamp.to_nsec()
+            writer.add_message(
+                channel_id=channels.number(topic, raw.connection),
+                log_time=nanoseconds,
+                publish_time=nanoseconds,
+                data=raw.data,
+            )
+            progress.step()
+        writer.finish()
+    return [path]
+
+
+class _McapChannels:
+    """A channel for each connection, a schema for each definition (mcap.dev/spec/registry: ros1, ros1msg)."""
+
+    def __init__(self, writer: Any) -> None:
+        self._writer = writer
+        self._schemas: dict[tuple[str, str], int] = {}
+        self._channels: dict[int, int] = {}
+
+    def number(self, topic: str, connection: Any) -> int:
+        if connection.id not in self._channels:
+            header = {"callerid": connection.callerid, "latching": connection.header.get("latching", "")}
+            self._channels[connection.id] = self._writer.register_channel(
+                topic=topic,
+                message_encoding="ros1",
+                schema_id=self._schema(connection),
+                metadata={"md5sum": connection.md5sum} | {k: v for k, v in header.items() if v},
+            )
+        return self._channels[connection.id]
+
+    def _schema(self, connection: Any) -> int:
+        key = (connection.type, connection.md5sum)
+        if key not in self._schemas:
+            text = connection.definition.encode("utf-8", "surrogateescape")
+            number = self._writer.register_schema(name=connection.type, encoding="ros1msg", data=text)
+            self._schemas[key] = number
+        return self._schemas[key]
+
+
+Form = Callable[["BagReader", list[str], argparse.Namespace], list[str]]
+FORMS: dict[str, Form] = {"csv": _csv, "npz": _npz, "png": _png, "mcap": _mcap}

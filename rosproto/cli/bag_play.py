@@ -1,0 +1,150 @@
+"""`rosproto bag play`: the options and keys of rosbag play."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+from .bag_keyboard import Keyboard
+from .bag_signals import interrupt_on_signals
+from .graph import CommandError, add_graph_options, open_node
+
+if TYPE_CHECKING:
+    from rosproto.recording import Player
+
+__all__ = ["add_play_arguments", "play"]
+
+
+def add_play_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of rosbag play."""
+    add_graph_options(parser, as_json=False)
+    parser.add_argument("bags", nargs="*", metavar="BAG", help="and remappings: /old:=/new")
+    parser.add_argument("-r", "--rate", type=float, default=1.0, metavar="FACTOR", help="times as fast")
+    parser.add_argument("-s", "--start", type=float, default=0.0, metavar="SEC", help="leave out the first")
+    parser.add_argument("-u", "--duration", type=float, metavar="SEC", help="only so many seconds")
+    parser.add_argument("-l", "--loop", action="store_true", help="begin again at the end")
+    parser.add_argument("-k", "--keep-alive", action="store_true", help="stay after the end (latched topics)")
+    parser.add_argument("--clock", action="store_true", help="publish /clock with the time of the bag")
+    parser.add_argument("--hz", type=float, default=100.0, help="this often (default: 100)")
+    parser.add_argument(
+        "-d", "--delay", type=float, default=0.2, metavar="SEC", help="before beginning (0.2)"
+    )
+    parser.add_argument("--pause", action="store_true", help="begin paused")
+    parser.add_argument("-i", "--immediate", action="store_true", help="as fast as subscribers take it")
+    parser.add_argument("--queue", type=int, default=1000, metavar="N", help="of each topic (default: 1000)")
+    parser.add_argument("--topics", nargs="+", metavar="TOPIC", help="only these")
+    parser.add_argument(
+        "--bags", nargs="+", dest="more_bags", default=[], metavar="BAG", help="after --topics"
+    )
+    parser.add_argument("-p", "--prefix", default="", help="in front of every topic")
+    parser.add_argument("--skip-empty", type=float, metavar="SEC", help="leave out longer times of silence")
+    parser.add_argument("--wait-for-subscribers", action="store_true", help="on every topic, then begin")
+    parser.add_argument("-q", "--quiet", action="store_true", help="no progress line")
+
+
+def play(arguments: argparse.Namespace) -> int:
+    """Publish until the end, or until interrupted."""
+    from rosproto.bag import BagReader
+    from rosproto.recording import Player
+
+    paths, remap = _split_remappings([*arguments.bags, *arguments.more_bags])
+    with ExitStack() as stack:
+        bags = [stack.enter_context(BagReader(path)) for path in paths]
+        stack.enter_context(interrupt_on_signals())
+        node = stack.enter_context(open_node(arguments, "play"))
+        console = stack.enter_context(_Console(arguments.quiet))
+        player = stack.enter_context(
+            Player(
+                node,
+                bags,
+                topics=arguments.topics,
+                rate=arguments.rate,
+                start=arguments.start,
+                duration=arguments.duration,
+                loop=arguments.loop,
+                clock_hz=arguments.hz if arguments.clock else None,
+                remap=remap,
+                prefix=arguments.prefix,
+                delay=arguments.delay,
+                queue_size=arguments.queue,
+                keep_alive=arguments.keep_alive,
+                paused=arguments.pause,
+                skip_empty=arguments.skip_empty,
+                immediate=arguments.immediate,
+                on_tick=console,
+            )
+        )
+        if arguments.wait_for_subscribers:
+            console.note("waiting for subscribers")
+            player.wait_for_subscribers(timeout=None)
+        if console.keyboard.available:
+            console.note("space: pause and go on, s: step, Ctrl-C: end")
+        player.play()
+        console.finish(player)
+    return 0
+
+
+def _split_remappings(words: list[str]) -> tuple[list[str], dict[str, str]]:
+    paths = [word for word in words if ":=" not in word]
+    pairs = [word.partition(":=") for word in words if ":=" in word]
+    if not paths:
+        raise CommandError("no bag to play")
+    for old, _, new in pairs:
+        if not old or not new:
+            raise CommandError(f"{old}:={new} is no remapping: write /old:=/new")
+    return paths, {_global(old): _global(new) for old, _, new in pairs}
+
+
+def _global(name: str) -> str:
+    return name if name.startswith("/") else "/" + name
+
+
+class _Console:
+    """Keys in, a progress line out; called by the player about 20 times a second."""
+
+    def __init__(self, quiet: bool) -> None:
+        self.keyboard = Keyboard()
+        self._quiet = quiet
+        self._calls = 0
+        self._shown = 0
+
+    def __enter__(self) -> _Console:
+        self.keyboard.__enter__()
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.keyboard.__exit__(None, None, None)
+        if self._shown:
+            sys.stderr.write("\n")
+
+    def __call__(self, player: Player) -> None:
+        for key in self.keyboard.typed():
+            if key == " ":
+                (player.resume if player.paused else player.pause)()
+            elif key in "sS":
+                player.step()
+        self._calls += 1
+        if self._calls % 4 == 1 and not self._quiet and sys.stderr.isatty():
+            self.show(player)
+
+    def show(self, player: Player) -> None:
+        state = "[PAUSED] " if player.paused else "[RUNNING]"
+        text = (
+            f"{state} bag time {player.position_ns / 1e9:.3f}  {player.position:.2f} / "
+            f"{player.timeline.duration:.2f} s  {player.published} messages"
+        )
+        sys.stderr.write("\r" + text.ljust(self._shown))
+        sys.stderr.flush()
+        self._shown = len(text)
+
+    def note(self, text: str) -> None:
+        if not self._quiet:
+            print(text, file=sys.stderr, flush=True)
+
+    def finish(self, player: Player) -> None:
+        if not self._quiet and sys.stderr.isatty():
+            self.show(player)
+        elif not self._quiet:
+            self.note(f"{player.published} messages")

@@ -1,0 +1,191 @@
+"""`rosproto bag record`: the options of rosbag record."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shutil
+import sys
+from typing import TYPE_CHECKING, Any
+
+from .bag_progress import human_bytes
+from .bag_signals import interrupt_on_signals
+from .graph import CommandError, add_graph_options, open_node
+
+if TYPE_CHECKING:
+    from rosproto.recording import Recorder, RecorderStats
+
+__all__ = ["add_output_options", "add_record_arguments", "follow", "record", "recorder_options", "seconds_of"]
+
+MB = 1 << 20
+
+
+def add_record_arguments(parser: argparse.ArgumentParser) -> None:
+    """What to record; see also `add_output_options`."""
+    add_graph_options(parser, as_json=False)
+    parser.add_argument("topics", nargs="*", metavar="TOPIC")
+    parser.add_argument("-a", "--all", action="store_true", help="every topic, also those that appear later")
+    parser.add_argument("-e", "--regex", action="store_true", help="TOPICs are regular expressions")
+    parser.add_argument(
+        "-x", "--exclude", action="append", default=[], metavar="REGEX", help="not these (repeat for more)"
+    )
+    parser.add_argument("--node", metavar="NAME", help="every topic this node subscribes")
+    parser.add_argument("--tcpnodelay", action="store_true", help="ask publishers to send at once")
+    add_output_options(parser)
+
+
+def add_output_options(parser: argparse.ArgumentParser) -> None:
+    """Where to, how, and how long."""
+    parser.add_argument(
+        "-o", "--output-prefix", metavar="PREFIX", help="the name begins so, the date follows"
+    )
+    parser.add_argument("-O", "--output-name", metavar="NAME", help="exactly this name")
+    parser.add_argument("--force", action="store_true", help="replace a bag of that name")
+    parser.add_argument("--split", action="store_true", help="begin another bag at --size or --duration")
+    parser.add_argument("--max-splits", type=int, metavar="N", help="keep only the newest N")
+    parser.add_argument("--size", type=float, metavar="MB", help="end (or split) at this size")
+    parser.add_argument(
+        "--duration", type=seconds_of, metavar="SEC", help="end (or split) after it: 30, 5m, 2h"
+    )
+    parser.add_argument("-l", "--limit", type=int, metavar="N", help="N messages of each topic")
+    parser.add_argument(
+        "-b", "--buffsize", type=float, default=256, metavar="MB", help="wait for the disk (256)"
+    )
+    parser.add_argument("--chunksize", type=int, default=768, metavar="KB", help="size of chunks (768)")
+    parser.add_argument("--no-repeat-latched", action="store_true", help="do not repeat them in each split")
+    parser.add_argument("-q", "--quiet", action="store_true", help="no progress line")
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument("--lz4", action="store_const", const="lz4", dest="compression", default="none")
+    group.add_argument("-j", "--bz2", action="store_const", const="bz2", dest="compression")
+
+
+def seconds_of(text: str) -> float:
+    """30, 30s, 5m, 2h in seconds."""
+    found = re.fullmatch(r"(\d+(?:\.\d*)?)([smh]?)", text)
+    if found is None or not float(found[1]) > 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is no duration: write 30, 5m or 2h")
+    return float(found[1]) * {"": 1, "s": 1, "m": 60, "h": 3600}[found[2]]
+
+
+def recorder_options(arguments: argparse.Namespace) -> dict[str, Any]:
+    """The arguments of `Recorder` that `add_output_options` gives.
+
+    Raises:
+        CommandError: Options that contradict each other.
+    """
+    splits = arguments.split
+    size = None if arguments.size is None else int(arguments.size * MB)
+    if splits and size is None and arguments.duration is None:
+        raise CommandError("--split: when? Give --size, --duration, or both")
+    if arguments.max_splits is not None and not splits:
+        raise CommandError("--max-splits goes with --split")
+    if arguments.output_name and arguments.output_prefix:
+        raise CommandError("-o and -O: give one of them")
+    return {
+        "path": arguments.output_name,
+        "prefix": arguments.output_prefix or "",
+        "overwrite": arguments.force,
+        "compression": arguments.compression,
+        "chunk_bytes": arguments.chunksize * 1024,
+        "split_bytes": size if splits else None,
+        "split_seconds": arguments.duration if splits else None,
+        "most_bytes": None if splits else size,
+        "most_seconds": None if splits else arguments.duration,
+        "keep": arguments.max_splits,
+        "repeat_latched": not arguments.no_repeat_latched,
+        "limit": arguments.limit,
+        "buffer_bytes": int(arguments.buffsize * MB) or 1 << 62,
+    }
+
+
+def record(arguments: argparse.Namespace) -> int:
+    """Record until interrupted, or until a limit."""
+    from rosproto.recording import Recorder, TopicSelection
+
+    options = recorder_options(arguments)
+    with interrupt_on_signals(), open_node(arguments, "record") as node:
+        names = arguments.topics
+        selection = TopicSelection(
+            () if arguments.regex else [node.resolve_name(name) for name in names],
+            patterns=names if arguments.regex else (),
+            exclude=arguments.exclude,
+            all=arguments.all,
+            node=node.resolve_name(arguments.node) if arguments.node else None,
+        )
+        recorder = Recorder(node, selection=selection, tcp_nodelay=arguments.tcpnodelay, **options)
+        return follow(recorder, quiet=arguments.quiet)
+
+
+def follow(recorder: Recorder, *, quiet: bool = False) -> int:
+    """Show how the recording goes until it ends or is interrupted; then finish it. 1 when messages were lost.
+
+    Raises:
+        BagError: Writing failed.
+    """
+    line = _Line(quiet)
+    line.note(f"recording to {recorder.stats().path}")
+    try:
+        while not recorder.wait(0.5):
+            line.show(recorder.stats())
+    except KeyboardInterrupt:
+        pass  # the orderly end of a recording
+    finally:
+        line.end()
+        try:
+            recorder.close()
+        finally:
+            stats = recorder.stats()
+            for path in recorder.paths:
+                line.note(f"{path}" + ("" if path.exists() else ".active (not finished)"))
+            line.note(
+                f"{stats.messages} messages, {human_bytes(stats.bytes)}, {stats.seconds:.1f} s, "
+                f"{stats.dropped} dropped"
+            )
+    return 1 if recorder.dropped else 0
+
+
+class _Line:
+    """The progress line on stderr: written over on a terminal, every ten seconds into a log."""
+
+    def __init__(self, quiet: bool) -> None:
+        self._quiet = quiet
+        self._terminal = sys.stderr.isatty()
+        self._before: RecorderStats | None = None
+        self._shown = 0
+        self._logged = 0.0
+
+    def note(self, text: str) -> None:
+        if not self._quiet:
+            print(text, file=sys.stderr, flush=True)
+
+    def show(self, stats: RecorderStats) -> None:
+        if self._quiet or (not self._terminal and stats.seconds - self._logged < 10.0):
+            return
+        self._logged = stats.seconds
+        text = self.text(stats)[: shutil.get_terminal_size().columns - 1]
+        self._before = stats
+        if self._terminal:
+            sys.stderr.write("\r" + text.ljust(self._shown))
+            self._shown = len(text)
+        else:
+            sys.stderr.write(text + "\n")
+        sys.stderr.flush()
+
+    def text(self, stats: RecorderStats) -> str:
+        """The line."""
+        rate = "-"
+        if self._before is not None and stats.seconds > self._before.seconds:
+            rate = human_bytes(
+                max(0, stats.bytes - self._before.bytes) / (stats.seconds - self._before.seconds)
+            )
+        text = (
+            f"{stats.seconds:.0f} s  {stats.messages} messages  {stats.topics} topics  "
+            f"{human_bytes(stats.bytes)}  {rate}/s"
+        )
+        if stats.waiting_bytes > 8 * MB:
+            text += f"  {human_bytes(stats.waiting_bytes)} wait for the disk"
+        return text + (f"  {stats.dropped} DROPPED" if stats.dropped else "")
+
+    def end(self) -> None:
+        if self._shown:
+            sys.stderr.write("\n")

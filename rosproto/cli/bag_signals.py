@@ -1,0 +1,32 @@
+"""SIGTERM and a closed console end a recording or a replay as Ctrl-C does: in order."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+__all__ = ["interrupt_on_signals"]
+
+
+@contextmanager
+def interrupt_on_signals() -> Iterator[None]:
+    """Within the block these signals raise KeyboardInterrupt; outside the main thread nothing is changed."""
+    before = {}
+    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK"):
+        number = getattr(signal, name, None)
+        if number is not None:
+            try:
+                before[number] = signal.signal(number, _interrupt)
+            except ValueError:
+                break  # not the main thread: whoever runs us owns the signals
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    raise KeyboardInterrupt

@@ -1,0 +1,170 @@
+"""`rosproto bag export`: CSV, NPZ, PNG, MCAP; what needs a package that is absent says which extra."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rosproto.bag import BagWriter
+from rosproto.cli import main
+from rosproto.cli.bag_export import file_name
+from rosproto.cli.bag_images import picture
+from rosproto.cli.graph import CommandError
+from rosproto.codec import message_class
+
+String = message_class("std_msgs/String")
+Odometry = message_class("nav_msgs/Odometry")
+Image = message_class("sensor_msgs/Image")
+
+
+@pytest.fixture
+def bag(tmp_path: Path) -> str:
+    """Odometry, text with everything CSV minds, and a picture."""
+    path = tmp_path / "run.bag"
+    with BagWriter(path) as writer:
+        for i in range(5):
+            odometry = Odometry()
+            odometry.pose.pose.position.x = i / 2
+            odometry.header.frame_id = "odom"
+            writer.write("/odom", odometry, 1000.0 + i)
+        writer.write(
+            "/ns/said", String(data='a "b", c\nd'), 1000.5, header={"callerid": "/x", "latching": "1"}
+        )
+        image = Image(height=2, width=3, encoding="bgr8", step=10, data=bytes(range(20)))
+        writer.write("/camera", image, 1001.25)
+    return str(path)
+
+
+def test_csv(bag: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A file a topic, columns as rostopic names them, quoting that readers understand."""
+    import csv
+
+    assert main(["bag", "export", bag, "csv", "-o", str(tmp_path / "out"), "--topics", "/odom", "/ns/*"]) == 0
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["ns-said.csv", "odom.csv"]
+    with open(tmp_path / "out" / "odom.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["field.pose.pose.position.x"] for row in rows] == ["0.0", "0.5", "1.0", "1.5", "2.0"]
+    assert rows[0]["%time"] == "1000000000000"
+    with open(tmp_path / "out" / "ns-said.csv", newline="") as file:
+        assert [row["field.data"] for row in csv.DictReader(file)] == ['a "b", c\nd']
+    assert str(tmp_path / "out" / "odom.csv") in capsys.readouterr().out
+
+
+def test_csv_of_some_fields_and_a_span(bag: str, tmp_path: Path) -> None:
+    """Only what is asked for."""
+    words = "--fields pose.pose.position.x header.frame_id --topics /odom -s 1 -u 2".split()
+    assert main(["bag", "export", bag, "csv", "-o", str(tmp_path), *words]) == 0
+    lines = (tmp_path / "odom.csv").read_text().splitlines()
+    assert lines[0] == "%time,field.pose.pose.position.x,field.header.frame_id"
+    assert lines[1:] == ["1001000000000,0.5,odom", "1002000000000,1.0,odom", "1003000000000,1.5,odom"]
+
+
+def test_npz(bag: str, tmp_path: Path) -> None:
+    """A file a topic, an array a field; a span cuts all of them."""
+    import numpy as np
+
+    assert main(["bag", "export", bag, "npz", "-o", str(tmp_path / "all")]) == 0
+    with np.load(tmp_path / "all" / "odom.npz") as arrays:
+        assert arrays["pose.pose.position.x"].tolist() == [0.0, 0.5, 1.0, 1.5, 2.0]
+        assert arrays["pose.covariance"].shape == (5, 36)
+        assert arrays["header.frame_id"].tolist() == ["odom"] * 5
+    assert main(["bag", "export", bag, "npz", "-o", str(tmp_path), "-s", "3.5", "--topics", "/odom"]) == 0
+    with np.load(tmp_path / "odom.npz") as arrays:
+        assert arrays["receive_time"].tolist() == [1004.0]
+
+
+def test_file_names() -> None:
+    """Legal on every system."""
+    assert file_name("/camera/image_raw") == "camera-image_raw"
+    assert file_name("/a:b/../c") == "a-b-c"
+    assert file_name("/") == "topic"
+
+
+class Pillow:
+    """Stands for PIL.Image: gives the pixels back."""
+
+    @staticmethod
+    def fromarray(pixels: Any) -> Any:
+        return pixels
+
+
+@pytest.mark.parametrize(
+    ("encoding", "step", "data", "expected"),
+    [
+        ("mono8", 3, [1, 2, 9, 3, 4, 9], [[1, 2], [3, 4]]),
+        ("bgr8", 6, range(12), [[[2, 1, 0], [5, 4, 3]], [[8, 7, 6], [11, 10, 9]]]),
+        ("rgba8", 8, range(16), [[[0, 1, 2, 3], [4, 5, 6, 7]], [[8, 9, 10, 11], [12, 13, 14, 15]]]),
+        ("mono16", 4, [1, 0, 0, 1, 2, 0, 0, 2], [[1, 256], [2, 512]]),
+    ],
+)
+def test_pixels(encoding: str, step: int, data: Any, expected: Any) -> None:
+    """Rows with padding, channels in the order of the picture, both widths."""
+    image = Image(height=2, width=2, encoding=encoding, step=step, data=bytes(data))
+    assert picture(image, Pillow).tolist() == expected
+
+
+def test_depth_in_metres_becomes_millimetres() -> None:
+    """32FC1 with NaN and out-of-range values (REP 118)."""
+    import numpy as np
+
+    data = np.array([1.5, float("nan"), 100.0, 0.001], "<f4").tobytes()
+    image = Image(height=1, width=4, encoding="32FC1", step=16, data=data)
+    assert picture(image, Pillow).tolist() == [[1500, 0, 65535, 1]]
+    big = np.array([258], ">u2").tobytes()
+    image = Image(height=1, width=1, encoding="16UC1", step=2, data=big, is_bigendian=1)
+    assert picture(image, Pillow).tolist() == [[258]]
+
+
+def test_images_that_cannot_be_are_refused() -> None:
+    """An unknown encoding, and too little data."""
+    with pytest.raises(CommandError, match="known are"):
+        picture(Image(height=1, width=1, encoding="yuv422", step=2, data=b"12"), Pillow)
+    with pytest.raises(CommandError, match="but has 3"):
+        picture(Image(height=2, width=2, encoding="rgb8", step=6, data=b"123"), Pillow)
+
+
+@pytest.mark.parametrize(("form", "module", "extra"), [("png", "PIL", "[cli]"), ("mcap", "mcap", "[mcap]")])
+def test_an_absent_package_names_the_extra(
+    bag: str, tmp_path: Path, form: str, module: str, extra: str,
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    """What to install, in one sentence."""
+    for name in [name for name in sys.modules if name == module or name.startswith(module + ".")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, module, None)
+    assert main(["bag", "export", bag, form, "-o", str(tmp_path / "x")]) == 1
+    assert f"woosh-pure{extra}" in capsys.readouterr().err
+
+
+def test_png(bag: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A file an image, named by its time; nothing to write is an error."""
+    pillow = pytest.importorskip("PIL.Image", reason="Pillow is not installed (extra [cli])")
+    assert main(["bag", "export", bag, "png", "-o", str(tmp_path / "out")]) == 0
+    with pillow.open(tmp_path / "out" / "camera" / "1001.250000000.png") as picture:
+        assert picture.size == (3, 2)
+        assert picture.getpixel((0, 0)) == (2, 1, 0)
+        assert picture.getpixel((0, 1)) == (12, 11, 10)
+    assert main(["bag", "export", bag, "png", "--topics", "/odom"]) == 1
+    assert "none of the topics has images" in capsys.readouterr().err
+
+
+def test_mcap(bag: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The ros1 profile: schema, channel with the publisher, and each message's bytes and time."""
+    reader = pytest.importorskip("mcap.reader", reason="mcap is not installed (extra [mcap])")
+    path = tmp_path / "run.mcap"
+    assert main(["bag", "export", bag, "mcap", "-o", str(path)]) == 0
+    with open(path, "rb") as file:
+        found = reader.make_reader(file)
+        assert found.get_header().profile == "ros1"
+        messages = list(found.iter_messages(topics=["/ns/said"]))
+    ((schema, channel, message),) = messages
+    assert (schema.name, schema.encoding, channel.message_encoding) == ("std_msgs/String", "ros1msg", "ros1")
+    assert schema.data.decode() == String._full_text
+    assert channel.metadata["callerid"] == "/x"
+    assert message.log_time == 1000_500_000_000
+    assert message.data[4:] == b'a "b", c\nd'
+    assert main(["bag", "export", bag, "mcap", "-o", str(path)]) == 1
+    assert "exists already" in capsys.readouterr().err
