@@ -98,7 +98,8 @@ class Binding:
         if found is None:
             found = self._functions[name] = getattr(self, f"_make_{name}")()
             if name in ("encode", "decode", "fill"):
-                type.__setattr__(self.cls, f"_{name}", staticmethod(found))
+                # Plain, not static: Python 3.11 finds a method of an instance with one instruction.
+                type.__setattr__(self.cls, f"_{name}", found)
         return found
 
     def stub(self, name: str) -> Callable[..., Any]:

@@ -109,9 +109,9 @@ def _make_class(
             ]
         ),
         _binding=binding,
-        _fill=staticmethod(binding.stub("fill")),
-        _encode=staticmethod(binding.stub("encode")),
-        _decode=staticmethod(binding.stub("decode")),
+        _fill=binding.stub("fill"),
+        _encode=binding.stub("encode"),
+        _decode=binding.stub("decode"),
     )
     cls: Any = MessageMeta(base_name, (flavour.base or Message,), namespace)
     for name in names:

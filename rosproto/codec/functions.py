@@ -23,10 +23,11 @@ def encode(msg: Message) -> bytes:
         TypeError: `msg` is not a message.
     """
     try:
-        function = msg._encode
+        return msg._encode()
     except AttributeError:
+        if isinstance(msg, Message):
+            raise
         raise TypeError(f"a message is expected, not {type(msg).__name__} {str(msg)[:60]!r}") from None
-    return function(msg)
 
 
 def decode(cls: type[M], data: bytes | bytearray | memoryview) -> M:
@@ -40,8 +41,7 @@ def decode(cls: type[M], data: bytes | bytearray | memoryview) -> M:
     """
     if type(data) is not bytes:
         data = bytes(data)
-    message: M = cls._decode(data, 0, len(data))
-    return message
+    return cls._decode(data, 0, len(data))  # type: ignore[no-any-return]
 
 
 def encoder(cls: type[M]) -> Callable[[M], bytes]:

@@ -120,12 +120,10 @@ class Message(metaclass=MessageMeta):
 
         def __init__(self, *args: Any, **kwargs: Any) -> None: ...
 
-    @staticmethod
-    def _fill(message: Any) -> None:
+    def _fill(self) -> None:
         raise TypeError("Message is only a base: take a class of message_class() or msgdefs")
 
-    @staticmethod
-    def _encode(message: Any) -> bytes:
+    def _encode(self) -> bytes:
         raise TypeError("Message is only a base: take a class of message_class() or msgdefs")
 
     @staticmethod
@@ -141,7 +139,7 @@ class Message(metaclass=MessageMeta):
         Raises:
             CodecError: A value does not fit its field.
         """
-        buff.write(self._encode(self))
+        buff.write(self._encode())
 
     def deserialize(self, str: Any) -> Any:
         """Take all values from encoded bytes, and return this message. The argument's name is genpy's.
@@ -150,7 +148,7 @@ class Message(metaclass=MessageMeta):
             CodecError: Bytes and definition disagree; this message is unchanged.
         """
         data = bytes(str)
-        new = self._decode(data, 0, len(data))
+        new = type(self)._decode(data, 0, len(data))
         for name in self.__slots__:
             setattr(self, name, getattr(new, name))
         return self
@@ -260,14 +258,12 @@ class AnyMsg(Message):
 
     _buff: bytes
 
-    @staticmethod
-    def _fill(message: Any) -> None:
-        message._buff = b""
-        message._connection_header = None
+    def _fill(self) -> None:
+        self._buff = b""
+        self._connection_header = None
 
-    @staticmethod
-    def _encode(message: Any) -> bytes:
-        return bytes(message._buff)
+    def _encode(self) -> bytes:
+        return bytes(self._buff)
 
     @staticmethod
     def _decode(data: Any, start: int, end: int) -> Any:
