@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from rosproto.errors import RosError
 
 from .commands import COMMANDS
+from .streams import escape_what_cannot_be_printed
 
 __all__ = ["main"]
 
@@ -23,6 +24,7 @@ INTERRUPTED = 130
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `rosproto` with these arguments (by default the process's own); the exit code."""
+    escape_what_cannot_be_printed()
     words = list(sys.argv[1:] if argv is None else argv)
     parser, name = _parser(words)
     arguments = parser.parse_args(words)
