@@ -7,11 +7,14 @@ import json
 import os
 import sys
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosError
 from rosproto.node.master_client import MasterClient
 from rosproto.node.slave_client import NodeClient
+
+if TYPE_CHECKING:
+    from rosproto.msg import DefinitionLibrary
 
 __all__ = [
     "CALLER_ID",
@@ -19,8 +22,10 @@ __all__ = [
     "CommandError",
     "Verb",
     "add_graph_options",
+    "library_for",
     "master_client",
     "master_uri",
+    "msg_path",
     "node_client",
     "open_node",
     "print_json",
@@ -36,11 +41,20 @@ class CommandError(RosError):
 
 
 def add_graph_options(parser: argparse.ArgumentParser, *, as_json: bool = True) -> None:
-    """--master, --json: understood by every verb."""
+    """--master, --msg-path, --no-learned, --json: understood by every verb."""
     parser.add_argument(
         "--master",
         metavar="URI",
         help="the ROS master (default: $ROS_MASTER_URI, else http://localhost:11311)",
+    )
+    parser.add_argument(
+        "--msg-path",
+        action="append",
+        metavar="FOLDER",
+        help="definitions of your own or another firmware",
+    )
+    parser.add_argument(
+        "--no-learned", action="store_true", help="do without what `woosh learn` has kept for you"
     )
     if as_json:
         parser.add_argument("--json", action="store_true", help="print facts as JSON, for programs")
@@ -68,7 +82,28 @@ def open_node(arguments: argparse.Namespace, name: str = "rosproto") -> Any:
     """
     from rosproto.node import Node
 
-    return Node(name, master_uri=master_uri(arguments), anonymous=True, use_environment=True, rosout=False)
+    return Node(
+        name,
+        master_uri=master_uri(arguments),
+        anonymous=True,
+        use_environment=True,
+        rosout=False,
+        msg_path=msg_path(arguments),
+    )
+
+
+def msg_path(arguments: argparse.Namespace) -> list[Any]:
+    """Folders of --msg-path, then what `woosh learn` has kept."""
+    from rosproto.msg.user_folder import learned_paths
+
+    return [*(arguments.msg_path or ()), *(() if arguments.no_learned else learned_paths())]
+
+
+def library_for(arguments: argparse.Namespace, name: str, kind: str = "msg") -> DefinitionLibrary | None:
+    """Where a type's definition is: None for the bundled ones, else one of `msg_path`."""
+    from rosproto.node.revisions import Revisions
+
+    return Revisions(msg_path(arguments)).library_for(name, kind)
 
 
 def print_json(value: object) -> None:

@@ -11,7 +11,7 @@ from rosproto.errors import DefinitionError, MasterError
 from rosproto.node.master_client import MasterClient
 from rosproto.values import parse_value
 
-from .graph import CALLER_ID, TIMEOUT, CommandError, master_client, open_node, print_json, verbs
+from .graph import CALLER_ID, TIMEOUT, CommandError, library_for, master_client, open_node, print_json, verbs
 
 __all__ = ["add_arguments", "run"]
 
@@ -160,7 +160,7 @@ def _uri(arguments: argparse.Namespace) -> int:
 
 def _args(arguments: argparse.Namespace) -> int:
     kind = _type_of(arguments, _global(arguments.service))
-    fields = list(service_class(kind).Request.__slots__)
+    fields = list(service_class(kind, library_for(arguments, kind, "srv")).Request.__slots__)
     print_json(fields) if arguments.json else print(" ".join(fields))
     return 0
 
@@ -171,7 +171,7 @@ def _call(arguments: argparse.Namespace) -> int:
         if arguments.wait:
             node.wait_for_service(name, timeout=arguments.timeout)
         kind = arguments.type or _type_of(arguments, name)
-        cls = service_class(kind)
+        cls = service_class(kind, library_for(arguments, kind, "srv"))
         request = from_dict(cls.Request, _request_values(arguments.values, cls.Request))
         with node.service_client(name, cls) as client:
             response = client.call(request, timeout=arguments.timeout)

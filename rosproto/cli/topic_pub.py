@@ -15,7 +15,7 @@ from rosproto.errors import RosTimeout
 from rosproto.time import Time
 from rosproto.values import parse_value
 
-from .graph import CommandError, open_node, print_json
+from .graph import CommandError, library_for, open_node, print_json
 from .yaml_text import load_text
 
 __all__ = ["add_arguments", "run"]
@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Publish; latched unless a rate is asked for."""
     if arguments.rate is not None and not arguments.rate > 0:
         raise CommandError(f"--rate {arguments.rate}: must be above 0 messages a second")
-    cls = message_class(arguments.type)
+    cls = message_class(arguments.type, library_for(arguments, arguments.type))
     messages = list(_values(arguments))
     for value in messages:
         from_dict(cls, value, now=Time(1, 0))  # wrong values are told before anything is announced
