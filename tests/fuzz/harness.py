@@ -26,6 +26,7 @@ Target = Callable[[bytes], object]
 HERE = Path(__file__).resolve().parent
 CORPUS = HERE / "corpus"
 FOUND = HERE / "found"
+GROWN = HERE / "grown"
 MAX_BYTES = 1 << 14
 SLOW_SECONDS = 2.0  # process time for one input of at most MAX_BYTES: only a broken bound takes so long
 _NUMBERS = [0, 1, 2, 3, 4, 7, 8, 127, 128, 255, 256, 65535, 65536, 2**31 - 1, 2**31, 2**32 - 1, 10**9]
@@ -126,8 +127,11 @@ def fuzz_with_atheris(target: Target, name: str, seconds: float) -> None:
     atheris.instrument_all()
     folder = CORPUS / name
     arguments = [sys.argv[0], f"-max_total_time={int(seconds)}", f"-max_len={MAX_BYTES}", "-timeout=10"]
-    (FOUND / name).mkdir(parents=True, exist_ok=True)
-    arguments += [f"-artifact_prefix={FOUND / name}/", *([str(folder)] if folder.is_dir() else [])]
+    # libFuzzer keeps what it learns in the first folder: beside the seeds, not among them.
+    for place in (FOUND / name, GROWN / name):
+        place.mkdir(parents=True, exist_ok=True)
+    arguments += [f"-artifact_prefix={FOUND / name}/", str(GROWN / name)]
+    arguments += [str(folder)] if folder.is_dir() else []
     atheris.Setup(arguments, lambda data: run_one(name, target, data) and None)
     atheris.Fuzz()
 
