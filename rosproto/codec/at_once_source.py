@@ -8,13 +8,16 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from rosproto.codec.guesses import strings_inside
 from rosproto.codec.layout import Layout
 from rosproto.codec.source import Source
 
-__all__ = ["AtOnceWriter", "has_values"]
+__all__ = ["AtOnceWriter", "fits_at_once"]
 
 AT_ONCE_FROM = 32
 """Elements from which packing all in one comprehension pays."""
+MOST_OBJECTS = 64
+"""Messages, strings and times in an element for which it is written."""
 
 
 class AtOnceWriter:
@@ -37,23 +40,28 @@ class AtOnceWriter:
         In that case nothing was added to `parts`, and the loop that follows does the work.
         """
         src = self.src
-        var, shared = src.fresh("v"), _Shared(src.fresh("r"), src.fresh("s"), src.fresh("n"), src.fresh("k"))
-        codes: list[str] = []
-        values: list[str] = []
-        where = self.walk(element, var, var, shared, codes, values)
+        shared = _Shared(src.fresh("r"), src.fresh("s"), src.fresh("n"), src.fresh("k"))
+        parts = _Parts([], [], [f"for {(var := src.fresh('v'))} in {items}"])
+        where = self.walk(element, var, shared, parts)
+        codes = parts.codes
         src.indent(f"if len({items}) >= {AT_ONCE_FROM}:")
         src.indent("try:")
         if string:
             first = f"{items}[0].{where}"
             src.line(f"{shared.last} = {first}")
             src.line(f"{shared.text} = {self.encoded(shared.last)}")
+            # Its length is the same too: both go in as one value.
+            src.line(f"{shared.text} = {src.struct(['I'], 'pack')}(len({shared.text})) + {shared.text}")
             src.line(f"{shared.length} = len({shared.text})")
             self.pack, self.lengths, self.codes = shared.pack, [shared.length], codes
-            pack = self.chosen_struct(always=True)
+            self.chosen_struct(always=True)
             self.lengths, self.codes = [], []
+            names = f"{shared.pack}, {shared.text}, {shared.last}"
+            parts.loops.insert(0, f"for {names} in [({names})]")
+            pack = shared.pack
         else:
             pack = src.struct(codes, "pack")
-        src.line(f"parts += [{pack}({', '.join(values)}) for {var} in {items}]")
+        src.line(f"parts += [{pack}({', '.join(parts.values)}) {' '.join(parts.loops)}]")
         src.line(f"{items} = ()")
         src.dedent()
         src.indent(f"except {src.constant(_OtherStringError)}:")
@@ -61,39 +69,39 @@ class AtOnceWriter:
         src.dedent()
         src.dedent()
 
-    def walk(
-        self, layout: Layout, source: str, name: str, shared: _Shared, codes: list[str], values: list[str]
-    ) -> str:
-        """Collect an element's values as expressions; nested messages are named where they are first used.
+    def walk(self, layout: Layout, var: str, shared: _Shared, parts: _Parts) -> str:
+        """Collect an element's values as expressions; gives the path of the string.
 
-        Gives the path of the string.
+        Nested messages, and what all elements share, are named by `for name in [value]`, which Python
+        compiles to an assignment: the only kind of local that a comprehension has for itself. Others are
+        cells that it shares with the function around it, and every use takes a step more.
         """
         path = ""
         for field in layout.fields:
-            value, source = f"{source}.{field.attr}", name
+            value = f"{var}.{field.attr}"
             if field.kind == "number":
-                codes.append("B" if field.code == "?" else field.code)
-                values.append(value)
+                parts.codes.append("B" if field.code == "?" else field.code)
+                parts.values.append(value)
             elif field.kind == "string":
-                codes.extend(("I", "%ds"))
+                parts.codes.append("%ds")
                 same = f"{shared.text} if {value} is {shared.last} else {self.src.constant(_other)}()"
-                values.extend((shared.length, same))
+                parts.values.append(same)
                 path = field.attr
             else:
                 inner = self.src.fresh("w")
-                value = f"({inner}:={value})"
+                parts.loops.append(f"for {inner} in [{value}]")
                 if field.layout is None:
-                    codes.extend(field.code)
-                    values.extend((f"{value}.secs", f"{inner}.nsecs"))
+                    parts.codes.extend(field.code)
+                    parts.values.extend((f"{inner}.secs", f"{inner}.nsecs"))
                 else:
-                    below = self.walk(field.layout, value, inner, shared, codes, values)
+                    below = self.walk(field.layout, inner, shared, parts)
                     path = f"{field.attr}.{below}" if below else path
         return path
 
 
-def has_values(layout: Layout) -> bool:
-    """Whether every message inside has a value, at which `walk` can give the message its name."""
-    return bool(layout.min_size) and all(f.layout is None or has_values(f.layout) for f in layout.fields)
+def fits_at_once(element: Layout) -> bool:
+    """Whether elements of this type can be packed so."""
+    return bool(element.min_size) and element.objects <= MOST_OBJECTS and strings_inside(element) in (0, 1)
 
 
 class _Shared(NamedTuple):
@@ -103,6 +111,14 @@ class _Shared(NamedTuple):
     text: str
     length: str
     pack: str
+
+
+class _Parts(NamedTuple):
+    """What the comprehension is written from."""
+
+    codes: list[str]
+    values: list[str]
+    loops: list[str]
 
 
 class _OtherStringError(Exception):

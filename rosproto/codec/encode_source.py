@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import arrays
 from rosproto.codec.array_source import MAX_LOOP_DEPTH, MAX_STATEMENTS
-from rosproto.codec.at_once_source import AtOnceWriter, has_values
+from rosproto.codec.at_once_source import AtOnceWriter, fits_at_once
 from rosproto.codec.decode_source import ERRORS
 from rosproto.codec.guesses import strings_inside
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
@@ -325,9 +325,9 @@ class _EncodeWriter(AtOnceWriter):
 
     def messages(self, field: FieldLayout, items: str) -> None:
         assert field.layout is not None
-        element, strings = field.layout, strings_inside(field.layout)
-        if not self.nested and not self.general and strings in (0, 1) and has_values(element):
-            self.all_at_once(element, items, strings == 1)
+        element = field.layout
+        if not self.nested and not self.general and fits_at_once(element):
+            self.all_at_once(element, items, strings_inside(element) == 1)
         self.element_loop(element, items)
 
     def element_loop(self, element: Layout, items: str) -> None:
