@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
+from itertools import repeat, starmap
 from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import arrays
@@ -47,6 +48,10 @@ class RunWriter:
 
     def create(self, name: str) -> str:
         return self.src.constant(self.maker(name), "c")
+
+    def stream(self, name: str) -> str:
+        """An endless iterator of empty instances; it has no state, so all threads share it."""
+        return self.src.constant(starmap(self.maker(name), repeat(())), "e")
 
     def at(self, extra: int = 0) -> str:
         total = self.delta + extra
@@ -110,16 +115,34 @@ class RunWriter:
         unpacked = f"{src.constant(struct.unpack_from)}('<%d{code}' % {n}, b, {where})"
         return f"{src.constant(arrays.plain_bools)}({unpacked})" if field.code == "?" else unpacked
 
-    def flat_targets(self, element: Layout, lengths: list[str], texts: list[str]) -> tuple[str, str]:
+    def flat_targets(
+        self,
+        element: Layout,
+        lengths: list[str],
+        texts: list[str],
+        streams: list[tuple[str, str]] | None = None,
+    ) -> tuple[str, str]:
         """Create one element's objects; give its variable and the targets of the unpacking.
 
         Strings are unpacked into locals, named in `lengths` and `texts`; where they belong is left in
-        `string_targets`, and what fixed arrays are views of in `view_targets`.
+        `string_targets`, and what fixed arrays are views of in `view_targets`. With a list for `streams`,
+        the objects are taken as given, and their variables and streams noted there.
         """
         targets: list[str] = []
         self.string_targets.clear()
         self.view_targets.clear()
         position = 0
+
+        def create(prefix: str, name: str, target: str = "") -> str:
+            var = self.src.fresh(prefix)
+            if streams is None:
+                made = f"{self.create(name)}()"
+                self.src.line(f"{var} = {target} = {made}" if target else f"{var} = {made}")
+            else:
+                streams.append((var, self.stream(name)))
+                if target:
+                    self.src.line(f"{target} = {var}")
+            return var
 
         def walk(layout: Layout, var: str) -> None:
             nonlocal position
@@ -139,16 +162,14 @@ class RunWriter:
                     targets.extend((lengths[-1], texts[-1]))
                     self.string_targets.append((target, texts[-1]))
                 else:
-                    inner = self.src.fresh("m")
-                    self.src.line(f"{inner} = {target} = {self.create(field.base)}()")
+                    inner = create("m", field.base, target)
                     if field.kind == "time":
                         targets.extend((f"{inner}.secs", f"{inner}.nsecs"))
                     else:
                         assert field.layout is not None
                         walk(field.layout, inner)
 
-        top = self.src.fresh("m")
-        self.src.line(f"{top} = {self.create(element.spec.name)}()")
+        top = create("m", element.spec.name)
         walk(element, top)
         comma = "," if len(targets) == 1 else ""
         return top, ", ".join(targets) + comma

@@ -39,6 +39,16 @@ class Source:
         self.line(text)
         self._indent += 1
 
+    def indent_later(self) -> Callable[[str], None]:
+        """As `indent`, for a line that what is in the block decides: call what this returns with its text."""
+        place, pad = len(self._lines), "    " * self._indent
+        self.indent("")
+
+        def fill(text: str) -> None:
+            self._lines[place] = pad + text
+
+        return fill
+
     def dedent(self) -> None:
         """Close the innermost block."""
         self._indent -= 1
