@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from .bag_keyboard import Keyboard
 from .bag_signals import interrupt_on_signals
+from .bag_words import collect_words
 from .graph import CommandError, add_graph_options, open_node
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ __all__ = ["add_play_arguments", "play"]
 def add_play_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of rosbag play."""
     add_graph_options(parser, as_json=False)
+    collect_words(parser, "bags")
     parser.add_argument("bags", nargs="*", metavar="BAG", help="and remappings: /old:=/new")
     parser.add_argument("-r", "--rate", type=float, default=1.0, metavar="FACTOR", help="times as fast")
     parser.add_argument("-s", "--start", type=float, default=0.0, metavar="SEC", help="leave out the first")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from .bag_progress import human_bytes
 from .bag_signals import interrupt_on_signals
+from .bag_words import collect_words
 from .graph import CommandError, add_graph_options, open_node
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ MB = 1 << 20
 def add_record_arguments(parser: argparse.ArgumentParser) -> None:
     """What to record; see also `add_output_options`."""
     add_graph_options(parser, as_json=False)
+    collect_words(parser, "topics")
     parser.add_argument("topics", nargs="*", metavar="TOPIC")
     parser.add_argument("-a", "--all", action="store_true", help="every topic, also those that appear later")
     parser.add_argument("-e", "--regex", action="store_true", help="TOPICs are regular expressions")

@@ -54,4 +54,5 @@ COMMANDS: dict[str, Command] = {
     "doctor": Command("rosproto.cli.doctor", "find out why a graph does not work from here"),
     "run": Command("rosproto.cli.run", "run a program written for rospy"),
     "master": Command("rosproto.cli.master", "run a ROS master (what roscore does) until interrupted"),
+    "completion": Command("rosproto.cli.completion", "print what a shell needs to complete this command"),
 }

@@ -1,0 +1,226 @@
+"""`rosproto bag record` and `play` on graphs of our own, and the keyboard."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rosproto import Master, Node
+from rosproto.bag import BagReader, BagWriter
+from rosproto.cli import main
+from rosproto.cli.bag_keyboard import Keyboard
+from rosproto.cli.bag_play import _Console, _split_remappings
+from rosproto.cli.bag_record import _Line, add_record_arguments, recorder_options, seconds_of
+from rosproto.cli.graph import CommandError
+from rosproto.codec import message_class
+from rosproto.recording import RecorderStats
+
+String = message_class("std_msgs/String")
+
+
+@pytest.fixture
+def graph() -> Iterator[tuple[str, Node]]:
+    """A node that says something 200 times a second, and has a latched topic."""
+    with Master() as master, Node("/talker", master_uri=master.uri) as node:
+        said = node.publisher("/said", String, queue_size=1000)
+        node.publisher("/kept", String, latch=True).publish(data="kept")
+        ended = threading.Event()
+
+        def talk() -> None:
+            number = 0
+            while not ended.wait(0.005):
+                said.publish(data=str(number))
+                number += 1
+
+        thread = threading.Thread(target=talk, daemon=True)
+        thread.start()
+        yield master.uri, node
+        ended.set()
+        thread.join(5)
+
+
+def test_record_until_a_limit(
+    graph: tuple[str, Node], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """So many messages of each named topic, then it ends by itself; the bag has its own name."""
+    uri, _ = graph
+    name = tmp_path / "run"
+    assert main(["bag", "record", "--master", uri, "/said", "-l", "20", "-O", str(name), "--lz4"]) == 0
+    with BagReader(tmp_path / "run.bag") as bag:
+        said = [int(m.data) for _, m, _ in bag.read_messages("/said")]
+        assert set(bag.compression()) == {"lz4"}
+    assert said == list(range(said[0], said[0] + 20))
+    assert "20 messages" in capsys.readouterr().err
+    assert os.listdir(tmp_path) == ["run.bag"]
+
+
+def test_record_by_pattern_for_some_time(graph: tuple[str, Node], tmp_path: Path) -> None:
+    """-e and -x take whole names, -o adds the date, --duration ends it, -q says nothing."""
+    uri, _ = graph
+    words = ["-e", "/s.*", "/k.*", "-x", "/kep.", "-o", str(tmp_path / "run"), "--duration", "0.5s", "-q"]
+    assert main(["bag", "record", "--master", uri, *words]) == 0
+    (path,) = tmp_path.iterdir()
+    assert path.name.startswith("run_20")
+    with BagReader(path) as bag:
+        assert list(bag.topics) == ["/said"]
+
+
+def test_record_what_a_node_hears(graph: tuple[str, Node], tmp_path: Path) -> None:
+    """--node takes the topics that node subscribes."""
+    uri, _ = graph
+    with Node("/hearer", master_uri=uri) as hearer, hearer.subscriber("/kept", String) as kept:
+        kept.next(5)
+        words = ["--node", "/hearer", "-O", str(tmp_path / "run.bag"), "-l", "1"]
+        assert main(["bag", "record", "--master", uri, *words]) == 0
+    with BagReader(tmp_path / "run.bag") as bag:
+        assert list(bag.topics) == ["/kept"]
+
+
+def test_options_that_contradict_each_other(capsys: pytest.CaptureFixture[str]) -> None:
+    """One sentence each; and what the good ones mean."""
+    parser = argparse.ArgumentParser()
+    add_record_arguments(parser)
+    for words in (["--split"], ["--max-splits", "3"], ["-o", "a", "-O", "b"]):
+        with pytest.raises(CommandError):
+            recorder_options(parser.parse_args(words))
+    options = recorder_options(parser.parse_args("--split --size 1.5 --duration 2m -b 0".split()))
+    assert (options["split_bytes"], options["split_seconds"]) == (1_572_864, 120.0)
+    assert options["most_seconds"] is None
+    assert options["buffer_bytes"] > 1 << 50, "0 is without bound"
+    assert [seconds_of(text) for text in ("30", "1.5s", "2h")] == [30.0, 1.5, 7200.0]
+    with pytest.raises(argparse.ArgumentTypeError):
+        seconds_of("soon")
+    assert main(["bag", "record", "--master", "http://127.0.0.1:1"]) == 1
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_the_progress_line_has_rate_size_and_losses() -> None:
+    """What is shown while recording."""
+    line = _Line(quiet=True)
+    line._before = RecorderStats(0, 0, 1 << 20, 0, 2, 1.0, "x.bag")
+    text = line.text(RecorderStats(500, 3, 21 << 20, 9 << 20, 2, 3.0, "x.bag"))
+    assert text == "3 s  500 messages  2 topics  21.0 MB  10.0 MB/s  9.0 MB wait for the disk  3 DROPPED"
+
+
+def test_play(graph: tuple[str, Node], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Remapped and prefixed, to a subscriber that is waited for."""
+    uri, node = graph
+    with BagWriter(tmp_path / "run.bag") as writer:
+        for i in range(10):
+            writer.write("/x", String(data=str(i)), 10.0 + i * 0.01)
+    with node.subscriber("/re/y", "std_msgs/String", queue_size=100) as heard:
+        words = ["--wait-for-subscribers", "x:=y", "-p", "/re", "-r", "2"]
+        assert main(["bag", "play", "--master", uri, str(tmp_path / "run.bag"), *words]) == 0
+        assert [heard.next(5).data for _ in range(10)] == [str(i) for i in range(10)]
+    assert "10 messages" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", ["-q a b -l 3", "a -q b -l 3", "-l 3 -q a b", "a -l 3 -q b"])
+def test_words_may_stand_between_options(words: str) -> None:
+    """As with rosbag, which takes them in any order."""
+    parser = argparse.ArgumentParser()
+    add_record_arguments(parser)
+    found = parser.parse_args(words.split())
+    assert (found.topics, found.limit, found.quiet) == (["a", "b"], 3, True)
+    with pytest.raises(SystemExit):
+        parser.parse_args(["a", "--no-such-option"])
+
+
+def test_remappings_and_bags_in_one_row() -> None:
+    """Words with := are remappings, global or not; the rest are bags."""
+    assert _split_remappings(["a.bag", "/x:=/y", "z:=w"]) == (["a.bag"], {"/x": "/y", "/z": "/w"})
+    with pytest.raises(CommandError, match="no bag"):
+        _split_remappings(["/x:=/y"])
+    with pytest.raises(CommandError, match="no remapping"):
+        _split_remappings(["a.bag", "/x:="])
+
+
+class Keys:
+    """Stands for a keyboard."""
+
+    available = True
+
+    def __init__(self, typed: str) -> None:
+        self._typed = typed
+
+    def typed(self) -> str:
+        typed, self._typed = self._typed, ""
+        return typed
+
+
+class Played:
+    """Stands for a player."""
+
+    def __init__(self) -> None:
+        self.paused = False
+        self.steps = 0
+
+    def pause(self) -> None:
+        self.paused = True
+
+    def resume(self) -> None:
+        self.paused = False
+
+    def step(self) -> None:
+        self.steps += 1
+
+
+def test_space_pauses_and_s_steps() -> None:
+    """The keys of rosbag play; others do nothing."""
+    console, player = _Console(quiet=True), Played()
+    for typed, paused, steps in ((" ", True, 0), ("s", True, 1), ("xs", True, 2), (" ", False, 2)):
+        console.keyboard = Keys(typed)  # type: ignore[assignment]
+        console(player)  # type: ignore[arg-type]
+        assert (player.paused, player.steps) == (paused, steps)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals on Windows")
+def test_single_keys_from_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Keys come without Enter; afterwards the terminal is as before."""
+    import pty
+    import termios
+
+    ours, theirs = pty.openpty()
+    with os.fdopen(theirs, "r", closefd=True) as stdin:
+        monkeypatch.setattr(sys, "stdin", stdin)
+        before = termios.tcgetattr(stdin.fileno())
+        with Keyboard() as keyboard:
+            assert keyboard.available
+            assert keyboard.typed() == ""
+            os.write(ours, b" s")
+            typed = ""
+            while len(typed) < 2:
+                typed += keyboard.typed()
+            assert typed == " s"
+        assert termios.tcgetattr(stdin.fileno()) == before
+        assert keyboard.typed() == ""
+    os.close(ours)
+
+
+def test_keys_from_a_windows_console(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Through msvcrt, without waiting."""
+    import types
+
+    waiting = list("s ")
+    console = types.SimpleNamespace(kbhit=lambda: bool(waiting), getwch=lambda: waiting.pop(0))
+    monkeypatch.setitem(sys.modules, "msvcrt", console)  # type: ignore[arg-type]
+    keyboard = Keyboard()
+    keyboard._windows = keyboard.available = True
+    assert keyboard.typed() == "s "
+    assert keyboard.typed() == ""
+
+
+def test_without_a_terminal_there_are_no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A pipe, or no stdin at all."""
+    with open(os.devnull) as pipe:
+        for stdin in (None, pipe):
+            monkeypatch.setattr(sys, "stdin", stdin)
+            with Keyboard() as keyboard:
+                assert not keyboard.available
+                assert keyboard.typed() == ""

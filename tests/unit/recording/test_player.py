@@ -1,0 +1,159 @@
+"""What `Player` adds to playing one bag: several bags, latched messages before the start, loops, silence, speed."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rosproto import Master, Node
+from rosproto.bag import BagReader, BagWriter
+from rosproto.codec import define, message_class
+from rosproto.errors import BagError, RosTimeout
+from rosproto.recording import Player
+
+String = message_class("std_msgs/String")
+
+
+@pytest.fixture
+def nodes() -> Iterator[tuple[Node, Node]]:
+    with (
+        Master() as master,
+        Node("/player", master_uri=master.uri) as one,
+        Node("/listener", master_uri=master.uri) as two,
+    ):
+        yield one, two
+
+
+@pytest.fixture
+def bags(tmp_path: Path) -> Iterator[list[BagReader]]:
+    """Two bags that interleave; two nodes latched on /tf at the start; a minute of silence in the middle."""
+    with BagWriter(tmp_path / "a.bag") as a, BagWriter(tmp_path / "b.bag") as b:
+        for name in "xy":
+            a.write("/tf", String(data=name), 100.0, header={"callerid": f"/{name}", "latching": "1"})
+        for i in range(10):
+            moment = 100.5 + i * 0.01 + (60 if i >= 5 else 0)
+            a.write("/a", String(data=f"a{i}"), moment)
+            b.write("/b", String(data=f"b{i}"), moment + 0.005)
+    with BagReader(tmp_path / "a.bag") as first, BagReader(tmp_path / "b.bag") as second:
+        yield [first, second]
+
+
+def test_several_bags_as_one_and_silence_left_out(nodes: tuple[Node, Node], bags: list[BagReader]) -> None:
+    """All in the order of time, a prefix before the names; the silent minute takes no time."""
+    order: list[str] = []
+    with Player(nodes[0], bags, prefix="/old", skip_empty=0.2, rate=2.0) as player:
+        assert {p.topic for p in player.publishers} == {"/old/a", "/old/b", "/old/tf"}
+        assert player.play(lambda topic, stamp: order.append(topic)) == 22
+    assert order == ["/tf", "/tf", *["/a", "/b"] * 10]
+    assert player.position_ns == 160_595_000_000
+
+
+def test_latched_messages_before_the_start_come_first(
+    nodes: tuple[Node, Node], bags: list[BagReader]
+) -> None:
+    """Starting late, each latched publisher's message is published first, and again to late subscribers."""
+    one, two = nodes
+    with Player(one, bags, start=60.5, topics=["/tf", "/a"], keep_alive=True) as player:
+        thread = threading.Thread(target=player.play, daemon=True)
+        with two.subscriber("/tf", "std_msgs/String") as early:
+            thread.start()
+            assert sorted(early.next(5).data for _ in range(2)) == ["x", "y"]
+        with two.subscriber("/tf", "std_msgs/String") as late:
+            assert sorted(late.next(5).data for _ in range(2)) == ["x", "y"]
+        player.stop()
+        thread.join(5)
+        assert not thread.is_alive()
+
+
+def test_a_loop_goes_on_until_stopped(nodes: tuple[Node, Node], bags: list[BagReader]) -> None:
+    """Three times the same, then stop; nothing to play ends even a loop."""
+    seen: list[str] = []
+
+    def count(topic: str, stamp: object) -> None:
+        seen.append(topic)
+        if len(seen) == 30:
+            player.stop()
+
+    with Player(nodes[0], bags, topics=["/a"], loop=True, immediate=True) as player:
+        assert player.play(count) == 30
+    with Player(nodes[0], bags, topics=["/a"], loop=True, start=1000.0) as player:
+        assert player.play() == 0
+
+
+def test_immediate_waits_for_slow_subscribers(nodes: tuple[Node, Node], tmp_path: Path) -> None:
+    """Without pacing nothing is dropped on our side, however many messages there are."""
+    with BagWriter(tmp_path / "many.bag") as writer:
+        for i in range(3000):
+            writer.write("/many", String(data=f"{i:01000}"), 100.0 + i)
+    one, two = nodes
+    with (
+        BagReader(tmp_path / "many.bag") as bag,
+        two.subscriber("/many", raw=True, queue_size=4000) as many,
+        Player(one, bag, immediate=True, queue_size=100) as player,
+    ):
+        player.wait_for_subscribers(5)
+        assert player.play() == 3000
+        assert [int(many.next(5)._buff[4:]) for _ in range(3000)] == list(range(3000))
+
+
+def test_ticks_come_while_waiting_and_keys_may_pause(nodes: tuple[Node, Node], bags: list[BagReader]) -> None:
+    """on_tick runs in the playing thread, before the first message too; from it one may pause, step, stop."""
+    calls: list[int] = []
+
+    def tick(player: Player) -> None:
+        calls.append(player.published)
+        if len(calls) == 1:
+            assert player.paused
+        elif player.published < 3:
+            player.step()
+        else:
+            player.stop()
+
+    with Player(nodes[0], bags, topics=["/a"], paused=True, on_tick=tick) as player:
+        assert player.play() == 3
+    assert calls == [0, 0, 1, 2, 3]
+
+
+def test_waiting_for_subscribers_names_who_has_none(nodes: tuple[Node, Node], bags: list[BagReader]) -> None:
+    """RosTimeout tells the topics."""
+    one, two = nodes
+    with (
+        Player(one, bags) as player,
+        two.subscriber("/a", "std_msgs/String"),
+        pytest.raises(RosTimeout, match="/b, /tf"),
+    ):
+        player.wait_for_subscribers(0.3)
+
+
+def test_two_definitions_on_one_topic_are_refused(nodes: tuple[Node, Node], tmp_path: Path) -> None:
+    """A node can publish one; the error says what to do."""
+    other = define("my_msgs/Other", "int32 x\n")
+    with BagWriter(tmp_path / "mixed.bag") as writer:
+        writer.write("/a", String(data="x"), 1.0)
+        writer.write("/a", other(x=1), 2.0)
+    with BagReader(tmp_path / "mixed.bag") as bag, pytest.raises(BagError, match="different definitions"):
+        Player(nodes[0], bag)
+
+
+def test_the_clock_stands_while_paused_and_ticks_on(nodes: tuple[Node, Node], bags: list[BagReader]) -> None:
+    """/clock goes on while paused, with the same time; after that it runs on from there."""
+    one, two = nodes
+    with (
+        two.subscriber("/clock", "rosgraph_msgs/Clock", queue_size=1000) as clock,
+        Player(one, bags, topics=["/a"], clock_hz=200.0, paused=True, duration=0.9) as player,
+    ):
+        clock.wait_for_connection(5)
+        thread = threading.Thread(target=player.play, daemon=True)
+        thread.start()
+        paused = [clock.next(5).clock.to_sec() for _ in range(30)]
+        assert set(paused) == {100.0}
+        player.resume()
+        thread.join(5)
+        times = []
+        while not times or times[-1] < 100.54:
+            times.append(clock.next(5).clock.to_sec())
+    assert times == sorted(times)
+    assert len(set(times)) > 20
