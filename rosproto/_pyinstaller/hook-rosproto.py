@@ -1,0 +1,8 @@
+"""Modules of rosproto that are imported by name, on first use; not the stand-ins for rospy's own modules."""
+
+from PyInstaller.utils.hooks import collect_submodules
+
+hiddenimports = collect_submodules(
+    "rosproto", filter=lambda name: "._pyinstaller" not in name and ".modules" not in name
+)
+hiddenimports += ["lz4.frame", "bz2", "numpy"]

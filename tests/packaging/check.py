@@ -1,0 +1,205 @@
+"""Build the wheel and the sdist, look inside, and use them as strangers do. `python tests/packaging/check.py`
+
+Needs `build`, `hatchling` and `pyinstaller` in the interpreter that runs it; pip brings numpy and lz4. Each
+check prints one line; the first that fails ends it with an AssertionError.
+"""
+
+from __future__ import annotations
+
+import email
+import os
+import re
+import stat
+import subprocess
+import sys
+import tarfile
+import tempfile
+import time
+import venv
+import zipfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+HERE = Path(__file__).resolve().parent
+MOST_BYTES = 1_000_000
+EXTRAS = {"cli", "mcap", "test", "dev"}
+NOBODY = 65534
+
+USE = """
+import sys, rosproto
+from msgdefs.geometry_msgs.msg import Twist
+from rosproto.rospy import host  # a layer of its own, with modules found at run time
+message = Twist(); message.linear.x = 0.5
+assert rosproto.decode(Twist, rosproto.encode(message)).linear.x == 0.5
+assert rosproto.service_class("woosh_msgs/ExecTask")._md5sum
+assert len(rosproto.message_class("sensor_msgs/LaserScan")(ranges=[1, 2]).ranges) == 2
+"""
+
+
+def run(*command: object, timeout: float = 300, **options: object) -> str:
+    """Run it in an environment of its own; its output."""
+    environment = {
+        k: os.environ[k] for k in ("PATH", "HOME", "LANG", "SYSTEMROOT", "TMPDIR") if k in os.environ
+    }
+    environment |= {k: v for k, v in os.environ.items() if k.startswith("PIP_")}
+    environment |= options.pop("extra", {})  # type: ignore[call-overload]
+    done = subprocess.run(
+        [str(word) for word in command],
+        capture_output=True, text=True, timeout=timeout, env=environment, check=False, **options,  # type: ignore[call-overload]
+    )  # fmt: skip
+    assert done.returncode == 0, f"{command}: {done.returncode}\n{done.stdout}\n{done.stderr}"
+    return str(done.stdout)
+
+
+def build(target: Path) -> tuple[Path, Path]:
+    """The wheel (made from the sdist, as `python -m build` does) and the sdist."""
+    run(sys.executable, "-m", "build", "--no-isolation", "--outdir", target, ROOT, timeout=300)
+    (wheel,) = target.glob("*.whl")
+    (sdist,) = target.glob("*.tar.gz")
+    return wheel, sdist
+
+
+def check_wheel(wheel: Path) -> None:
+    """Pure, small, complete, without tests; two requirements."""
+    assert wheel.name.endswith("-py3-none-any.whl"), wheel.name
+    assert wheel.stat().st_size < MOST_BYTES, f"{wheel.stat().st_size} bytes"
+    with zipfile.ZipFile(wheel) as archive:
+        names = set(archive.namelist())
+        info = next(n for n in names if n.endswith(".dist-info/METADATA"))
+        metadata = email.message_from_bytes(archive.read(info))
+        entry_points = archive.read(info.replace("METADATA", "entry_points.txt")).decode()
+    tops = {n.split("/")[0] for n in names if ".dist-info/" not in n}
+    assert tops == {"rosproto", "woosh_pure", "msgdefs"}, tops
+    for package in tops:
+        missing = {
+            path.relative_to(ROOT).as_posix()
+            for path in tracked(package)
+            if path.relative_to(ROOT).as_posix() not in names
+        }
+        assert not missing, f"not in the wheel: {sorted(missing)[:10]}"
+        assert f"{package}/py.typed" in names
+    assert any(n.startswith("msgdefs/") and n.endswith(".pyi") for n in names)
+    strays = [n for n in names if "/tests/" in n or n.startswith("tests") or n.endswith((".pyc", ".so"))]
+    assert not strays, strays
+    required = [r for r in metadata.get_all("Requires-Dist", []) if "extra ==" not in r]
+    assert sorted(re.split(r"[<>=~ ;]", r)[0] for r in required) == ["lz4", "numpy"], required
+    assert set(metadata.get_all("Provides-Extra", [])) >= EXTRAS
+    for entry in ("rosproto = rosproto.cli:main", "woosh = woosh_pure.cli:main", "hook-dirs = "):
+        assert entry in entry_points, entry_points
+
+
+def tracked(package: str) -> list[Path]:
+    """Files of a package under version control; all but caches where there is no git."""
+    done = subprocess.run(
+        ["git", "ls-files", "-z", package], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    if done.returncode == 0 and done.stdout:
+        return [ROOT / name for name in done.stdout.split("\0") if name and (ROOT / name).exists()]
+    return [p for p in (ROOT / package).rglob("*") if p.is_file() and "__pycache__" not in p.parts]
+
+
+def check_sdist(sdist: Path) -> None:
+    """A packager can build, test and read it."""
+    with tarfile.open(sdist) as archive:
+        names = {n.partition("/")[2] for n in archive.getnames()}
+    for name in (
+        "pyproject.toml",
+        "LICENSE",
+        "README.md",
+        "CHANGELOG.md",
+        "SECURITY.md",
+        "tests/test_layers.py",
+    ):
+        assert name in names, f"{name} is not in the sdist"
+
+
+def check_installed(wheel: Path, work: Path) -> Path:
+    """In a bare environment: what pip brings, the commands, and nothing written into the installation."""
+    home = work / "bare"
+    venv.create(home, with_pip=True)
+    bin_ = home / ("Scripts" if sys.platform == "win32" else "bin")
+    python = bin_ / "python"
+    run(python, "-m", "pip", "install", "-q", wheel)
+    listed = run(python, "-m", "pip", "list", "--format", "freeze", "--disable-pip-version-check")
+    brought = {line.split("==")[0].split(" @")[0].lower() for line in listed.splitlines()}
+    assert brought - {"pip", "setuptools", "wheel"} == {"numpy", "lz4", "woosh-pure"}, brought
+    make_read_only(home)
+    user = {"user": NOBODY, "group": NOBODY, "extra_groups": []} if is_root() else {}
+    before = contents(home)
+    options = {"cwd": work, "extra": {"HOME": "/nonexistent"}, **user}
+    assert "graph" in run(bin_ / "rosproto", "--help", **options)
+    assert "woosh" in run(bin_ / "woosh", "--help", **options)
+    assert "done in" in run(bin_ / "woosh", "demo", **options)
+    run(python, "-c", USE, **options)
+    assert contents(home) == before, "the installation was written to"
+    return python
+
+
+def check_zipped(wheel: Path, python: Path, work: Path) -> None:
+    """Importing from the wheel itself, a zip: definitions are read as resources."""
+    code = USE + "assert 'zipimporter' in type(rosproto.__loader__).__name__, rosproto.__loader__\n"
+    code += "from woosh_pure import SimulatedChassis\nwith SimulatedChassis(full_graph=False): pass\n"
+    run(python, "-c", code, cwd=work, extra={"PYTHONPATH": str(wheel)})
+
+
+def check_frozen(wheel: Path, work: Path) -> None:
+    """PyInstaller --onefile of a small application, by the hooks in the wheel."""
+    home = work / "frozen"
+    venv.create(home, with_pip=True)
+    python = home / ("Scripts/python" if sys.platform == "win32" else "bin/python")
+    run(python, "-m", "pip", "install", "-q", wheel, "pyinstaller")
+    run(
+        python, "-m", "PyInstaller", "--onefile", "--noconfirm", "--log-level", "ERROR",
+        "--distpath", work / "app", "--workpath", work / "build", "--specpath", work, HERE / "application.py",
+        cwd=work,
+    )  # fmt: skip
+    (program,) = (work / "app").iterdir()
+    empty = work / "empty"
+    empty.mkdir()
+    shown = run(program, cwd=empty, extra={"PATH": "", "LC_ALL": "C.UTF-8"})
+    assert "moved 0.2 m" in shown, shown
+    print(f"  {program.stat().st_size / 1e6:.0f} MB")
+
+
+def is_root() -> bool:
+    return sys.platform != "win32" and os.geteuid() == 0
+
+
+def make_read_only(folder: Path) -> None:
+    for path in [folder, *folder.rglob("*")]:
+        if not path.is_symlink():
+            path.chmod(path.stat().st_mode & ~(stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH))
+
+
+def contents(folder: Path) -> set[tuple[str, int]]:
+    return {(str(p), p.stat().st_mtime_ns) for p in folder.rglob("*") if p.is_file()}
+
+
+def main() -> None:
+    """All checks, in a temporary directory."""
+    with tempfile.TemporaryDirectory(prefix="woosh-packaging-") as name:
+        work = Path(name)
+        work.chmod(0o755)  # nobody must get in
+        began = time.monotonic()
+
+        def done(what: str) -> None:
+            print(f"{time.monotonic() - began:6.1f} s  {what}", flush=True)
+
+        wheel, sdist = build(work / "dist")
+        done(f"built {wheel.name} ({wheel.stat().st_size / 1e3:.0f} kB) and {sdist.name}")
+        check_wheel(wheel)
+        check_sdist(sdist)
+        done("contents and requirements")
+        python = check_installed(wheel, work)
+        done("bare environment, commands, read-only installation")
+        check_zipped(wheel, python, work)
+        done("imported from a zip")
+        check_frozen(wheel, work)
+        done("PyInstaller --onefile")
+        for path in (work / "bare").rglob("*"):  # so that the directory can be removed by others than root
+            if path.is_dir() and not path.is_symlink():
+                path.chmod(0o755)
+
+
+if __name__ == "__main__":
+    main()
