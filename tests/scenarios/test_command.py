@@ -73,7 +73,7 @@ def test_without_an_address_the_error_says_what_to_give(monkeypatch, capsys):
 
 
 def test_an_absent_master_is_one_clear_sentence(capsys):
-    assert main(["--master", "http://127.0.0.1:1", "status"]) == 1
+    assert main(["--master", "http://127.0.0.1:1", "status"]) == 4
     err = capsys.readouterr().err
     assert "127.0.0.1:1" in err
     assert "refused" in err
@@ -98,7 +98,7 @@ def test_a_wrong_number_is_refused_and_nothing_moves(sim, capsys):
 
 
 def test_an_unknown_mark_is_an_error(sim, capsys):
-    assert main(["--master", sim.master_uri, "goto", "Z9"]) == 1
+    assert main(["--master", sim.master_uri, "goto", "Z9"]) == 3
     assert "not known" in capsys.readouterr().err
 
 

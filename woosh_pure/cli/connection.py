@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import time
 from argparse import Namespace
@@ -9,6 +10,9 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
+from rosproto.errors import ConnectionLost, RosTimeout
+
+from . import config
 from .output import Output
 
 if TYPE_CHECKING:
@@ -16,7 +20,21 @@ if TYPE_CHECKING:
     from woosh_pure.goal import GoalHandle
     from woosh_pure.outcome import Outcome
 
-__all__ = ["connect", "follow"]
+__all__ = ["chosen", "connect", "follow", "report"]
+
+
+def chosen(args: Namespace) -> tuple[str | None, str | None]:
+    """Address of the chassis and our own address, by the common options.
+
+    In this order: --master, --chassis, $ROS_MASTER_URI (as None), the profile saved by `woosh connect`.
+    """
+    if args.master and args.chassis:
+        raise ValueError("--master and --chassis contradict each other; give one of them")
+    address = args.master or args.chassis
+    if address or os.environ.get("ROS_MASTER_URI", "").strip():
+        return address, args.host
+    profile = config.load()
+    return (None, args.host) if profile is None else (profile.chassis, args.host or profile.host)
 
 
 @contextmanager
@@ -25,16 +43,16 @@ def connect(args: Namespace, out: Output, *, sim_speed: float = 1.0) -> Iterator
     from woosh_pure.chassis import Chassis
 
     with ExitStack() as stack:
-        address = args.master or args.chassis
+        address: str | None
         if args.sim:
-            if address:
-                raise ValueError("--sim and an address contradict each other; give one of them")
-            from woosh_pure.sim import SimulatedChassis
-
-            sim = stack.enter_context(SimulatedChassis(speed=sim_speed))
-            address = sim.master_uri
-            out.line(f"simulated chassis at {address}")
-        chassis = stack.enter_context(Chassis(address, host=args.host))
+            address, host = simulated(args, out, stack, sim_speed), args.host
+        elif args.sim_speed is not None:
+            raise ValueError("--sim-speed is for --sim; a real chassis has its own time")
+        else:
+            address, host = chosen(args)
+        with out.working("connecting"):
+            paths, learned = args.msg_path or (), not args.no_learned
+            chassis = _open(stack, Chassis(address, host=host, msg_path=paths, learned=learned))
         try:
             yield chassis
         except BaseException:
@@ -42,19 +60,56 @@ def connect(args: Namespace, out: Output, *, sim_speed: float = 1.0) -> Iterator
             raise
 
 
+def _open(stack: ExitStack, chassis: Chassis) -> Chassis:
+    try:
+        return stack.enter_context(chassis)
+    except RosTimeout as error:
+        # For scripts a master that keeps silent is the same as one that is not there.
+        raise ConnectionLost(f"{error}; try `woosh doctor`") from error
+
+
+def simulated(args: Namespace, out: Output, stack: ExitStack, speed: float = 1.0) -> str:
+    """Start the simulated chassis of --sim; its master's URI."""
+    if args.master or args.chassis:
+        raise ValueError("--sim and an address contradict each other; give one of them")
+    from woosh_pure.sim import SimulatedChassis
+
+    sim = stack.enter_context(SimulatedChassis(speed=args.sim_speed or speed))
+    out.line(f"simulated chassis at {sim.master_uri}")
+    return sim.master_uri
+
+
 def _stop(chassis: Chassis, out: Output) -> None:
     # A second Ctrl-C must not interrupt the stopping; it is bounded to a few seconds.
-    try:
-        before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    except ValueError:
-        before = None
-    try:
+    with _signals_ignored():
         if chassis.moved:
-            out.line("stopping ...")
-            out.line(chassis.stop(timeout=4.0).sentence())
+            _try_line(out, "stopping ...")
+            sentence = chassis.stop(timeout=4.0).sentence()
+            _try_line(out, sentence)
+
+
+def _try_line(out: Output, text: str) -> None:
+    try:
+        out.line(text)
+    except (OSError, ValueError):
+        pass  # the terminal has gone; the stopping matters, not the words
+
+
+@contextmanager
+def _signals_ignored() -> Iterator[None]:
+    before: dict[int, Any] = {}
+    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK"):
+        number = getattr(signal, name, None)
+        if number is not None:
+            try:
+                before[number] = signal.signal(number, signal.SIG_IGN)
+            except ValueError:
+                break  # not in the main thread
+    try:
+        yield
     finally:
-        if before is not None:
-            signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def follow(handle: GoalHandle[Any], out: Output, describe: str, timeout: float | None) -> Outcome:
@@ -62,11 +117,20 @@ def follow(handle: GoalHandle[Any], out: Output, describe: str, timeout: float |
     out.line(f"{describe} ...")
     last = time.monotonic()
 
-    def report(_: object) -> None:
+    def show(_: object) -> None:
         nonlocal last
         if time.monotonic() - last > 1.0:
             last = time.monotonic()
             out.line(f"  {handle.progress_line()}")
 
-    handle.on_progress(report)
+    handle.on_progress(show)
     return handle.wait(timeout)
+
+
+def report(outcome: Outcome, out: Output, **more: Any) -> int:
+    """Say how a goal ended; the exit code."""
+    out.line(outcome.sentence())
+    out.result(
+        {"ok": outcome.arrived, "outcome": outcome.kind.value, "seconds": round(outcome.seconds, 2), **more}
+    )
+    return 0 if outcome.arrived else 1

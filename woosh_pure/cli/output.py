@@ -1,34 +1,83 @@
-"""Printing: plain lines for people, one JSON document for machines."""
+"""Printing: plain lines for people, JSON for machines, a sign of life while something takes long."""
 
 from __future__ import annotations
 
 import json
+import math
+import os
 import sys
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import fields, is_dataclass
+from enum import Enum
 from typing import Any, TextIO
 
-__all__ = ["Output"]
+from .console import enable_escapes, is_terminal
+
+__all__ = ["Output", "plain"]
+
+_COLOURS = {"red": "31", "green": "32", "yellow": "33", "blue": "34", "bold": "1", "dim": "2"}
+_FIRST_SIGN = 1.0
 
 
 class Output:
     """Where a command prints.
 
     Attributes:
-        as_json: True when only `result` may print on stdout.
+        as_json: True when only `result` and `record` may print on stdout.
+        coloured: True when stdout is a terminal that shows colours, and $NO_COLOR is not set.
     """
 
     def __init__(self, *, as_json: bool = False, stream: TextIO | None = None) -> None:
         self.as_json = as_json
         self._stream = stream or sys.stdout
+        self._said = False
+        self.coloured = not as_json and not os.environ.get("NO_COLOR") and enable_escapes(self._stream)
 
     def line(self, text: str = "") -> None:
         """A line for people, at once visible; silent with --json."""
         if not self.as_json:
             self._write(text)
 
+    def colour(self, text: str, name: str) -> str:
+        """The text in a colour of the terminal; itself where there are none."""
+        return f"\x1b[{_COLOURS[name]}m{text}\x1b[0m" if self.coloured else text
+
     def result(self, value: Any) -> None:
         """The document for machines; silent without --json."""
         if self.as_json:
-            self._write(json.dumps(value, ensure_ascii=False, indent=2, default=_plain))
+            self._said = True
+            self._write(json.dumps(plain(value), ensure_ascii=False, indent=2, allow_nan=False))
+
+    def record(self, value: Any) -> None:
+        """One of many documents for machines, a line each (JSON Lines); silent without --json."""
+        if self.as_json:
+            self._said = True
+            self._write(json.dumps(plain(value), ensure_ascii=False, allow_nan=False))
+
+    def failure(self, text: str, code: int) -> None:
+        """The document for machines of a command that failed before it had one."""
+        if not self._said:
+            self.result({"ok": False, "error": text, "exit_code": code})
+
+    @contextmanager
+    def working(self, what: str) -> Iterator[None]:
+        """Show on stderr that something is going on when it takes longer than a second.
+
+        On a terminal one line that counts; elsewhere a single line.
+        """
+        done = threading.Event()
+        thread = threading.Thread(target=_show_life, args=(what, done), name="woosh:progress", daemon=True)
+        if not self.as_json:
+            thread.start()
+        try:
+            yield
+        finally:
+            done.set()
+            if thread.is_alive():
+                thread.join(1.0)
 
     def _write(self, text: str) -> None:
         try:
@@ -38,5 +87,38 @@ class Output:
             print(text.encode(encoding, "replace").decode(encoding), file=self._stream, flush=True)
 
 
-def _plain(value: Any) -> Any:
-    return getattr(value, "tolist", value.__repr__)()
+def _show_life(what: str, done: threading.Event) -> None:
+    began = time.monotonic()
+    if done.wait(_FIRST_SIGN):
+        return
+    stream = sys.stderr
+    try:
+        if not is_terminal(stream):
+            print(f"{what} ...", file=stream, flush=True)
+            return
+        while not done.wait(0.2):
+            print(f"\r{what} ... {time.monotonic() - began:.0f} s ", end="", file=stream, flush=True)
+        print("\r" + " " * (len(what) + 16) + "\r", end="", file=stream, flush=True)
+    except (OSError, ValueError):
+        return  # nobody reads it any more
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON has it: dataclasses as objects, arrays as lists, enums by name, NaN as null."""
+    if value is None or isinstance(value, (bool, str)):
+        return value
+    if isinstance(value, Enum):
+        return value.name
+    if isinstance(value, int):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if is_dataclass(value):
+        return {f.name: plain(getattr(value, f.name)) for f in fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, (list, tuple, set, frozenset)):
+        return [plain(item) for item in value]
+    return str(value)

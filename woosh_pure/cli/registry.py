@@ -1,6 +1,7 @@
 """The commands: one file each in `commands/`, named here. To add one, write the file and add its name.
 
-Such a file has `HELP` (one line), `add_arguments(parser)` and `run(args, out) -> int`.
+Such a file has `HELP` (one line), `add_arguments(parser)` and `run(args, out) -> int`, and imports what is
+heavy inside `run`. After a change run `python -m woosh_pure.cli.manual`, which writes docs/commands.md.
 """
 
 from __future__ import annotations
@@ -13,7 +14,14 @@ from .output import Output
 
 __all__ = ["COMMANDS", "Command", "load"]
 
-COMMANDS = ("demo", "status", "goto", "move", "rotate", "stop", "sim", "doctor")
+COMMANDS = (
+    *("demo", "sim", "connect", "doctor", "learn"),
+    *("status", "ready", "watch", "battery", "faults", "imu", "scan", "camera", "cloud"),
+    *("goto", "task", "charge", "move", "rotate", "drive", "stop"),
+    *("localization", "map", "plan", "costmap", "footprint", "mode", "marks"),
+    *("led", "say"),
+    *("shell", "completion"),
+)
 
 
 class Command(Protocol):

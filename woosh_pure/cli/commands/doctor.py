@@ -5,6 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from contextlib import ExitStack
 
+from ..connection import chosen, simulated
 from ..output import Output
 
 HELP = "say in plain words why it does not work; moves nothing"
@@ -23,13 +24,10 @@ def run(args: Namespace, out: Output) -> int:
     from woosh_pure.doctor import Level, examine
 
     with ExitStack() as stack:
-        address = args.master or args.chassis
-        if args.sim:
-            from woosh_pure.sim import SimulatedChassis
-
-            address = stack.enter_context(SimulatedChassis()).master_uri
+        address: str | None
+        address, host = (simulated(args, out, stack), args.host) if args.sim else chosen(args)
         findings = []
-        for finding in examine(master_uri_of(address), host=args.host, listen=args.listen):
+        for finding in examine(master_uri_of(address), host=host, listen=args.listen):
             findings.append(finding)
             out.line(f"{finding.level.value:8s} {finding.text}")
             if finding.advice:

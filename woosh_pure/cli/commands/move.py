@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from ..connection import connect, follow
+from ..arguments import number
+from ..connection import connect, follow, report
 from ..output import Output
 
 HELP = "move straight by metres (negative: backward), or sideways"
@@ -12,8 +13,8 @@ HELP = "move straight by metres (negative: backward), or sideways"
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
-    parser.add_argument("metres", type=float, help="at most 10")
-    parser.add_argument("--speed", type=float, default=0.0, metavar="M/S", help="default: the chassis's 0.2")
+    parser.add_argument("metres", type=number, help="at most 10")
+    parser.add_argument("--speed", type=number, default=0.0, metavar="M/S", help="default: the chassis's 0.2")
     parser.add_argument("--left", action="store_true", help="sideways to the left (omnidirectional bases)")
     parser.add_argument("--no-avoid", action="store_true", help="switch obstacle avoidance off for this move")
 
@@ -24,6 +25,4 @@ def run(args: Namespace, out: Output) -> int:
         verb = chassis.strafe if args.left else chassis.move
         handle = verb(args.metres, speed=args.speed, avoid=not args.no_avoid)
         outcome = follow(handle, out, f"moving {args.metres:g} m", handle.default_timeout)
-        out.line(outcome.sentence())
-        out.result({"outcome": outcome.kind.value, "seconds": round(outcome.seconds, 2)})
-    return 0
+        return report(outcome, out)

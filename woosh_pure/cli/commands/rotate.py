@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from argparse import ArgumentParser, Namespace
 
-from ..connection import connect, follow
+from ..arguments import number
+from ..connection import connect, follow, report
 from ..output import Output
 
 HELP = "turn in place by degrees (positive: to the left)"
@@ -13,9 +14,9 @@ HELP = "turn in place by degrees (positive: to the left)"
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
-    parser.add_argument("degrees", type=float, help="at most 3600")
+    parser.add_argument("degrees", type=number, help="at most 3600")
     parser.add_argument(
-        "--speed", type=float, default=0.0, metavar="DEG/S", help="default: the chassis's 5.7"
+        "--speed", type=number, default=0.0, metavar="DEG/S", help="default: the chassis's 5.7"
     )
     parser.add_argument("--no-avoid", action="store_true", help="switch obstacle avoidance off for this move")
 
@@ -31,6 +32,4 @@ def run(args: Namespace, out: Output) -> int:
             avoid=not args.no_avoid,
         )
         outcome = follow(handle, out, f"turning {args.degrees:g}°", handle.default_timeout)
-        out.line(outcome.sentence())
-        out.result({"outcome": outcome.kind.value, "seconds": round(outcome.seconds, 2)})
-    return 0
+        return report(outcome, out)

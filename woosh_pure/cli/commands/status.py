@@ -6,6 +6,7 @@ from argparse import ArgumentParser, Namespace
 from dataclasses import asdict, is_dataclass
 from typing import TYPE_CHECKING, Any
 
+from ..arguments import number
 from ..connection import connect
 from ..output import Output
 
@@ -17,7 +18,7 @@ HELP = "show battery, pose, state, faults and whether it would move"
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
-    parser.add_argument("--wait", type=float, default=2.0, metavar="S", help="seconds to listen (default 2)")
+    parser.add_argument("--wait", type=number, default=2.0, metavar="S", help="seconds to listen (default 2)")
 
 
 def run(args: Namespace, out: Output) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from dataclasses import asdict
 
+from ..arguments import number
 from ..connection import connect
 from ..output import Output
 
@@ -13,7 +14,7 @@ HELP = "stop: zero velocity and cancel everything, whoever started it (no emerge
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
-    parser.add_argument("--timeout", type=float, default=5.0, metavar="S", help="to confirm the stop (5)")
+    parser.add_argument("--timeout", type=number, default=5.0, metavar="S", help="to confirm the stop (5)")
 
 
 def run(args: Namespace, out: Output) -> int:

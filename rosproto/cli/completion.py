@@ -1,0 +1,229 @@
+"""`rosproto completion`: completion of commands, options and names for bash, zsh, fish and PowerShell.
+
+The script a shell loads asks this command itself (`completion words -- ...`), which walks the same argparse
+parsers as the command line: nothing is listed twice, and names (topics, marks) are looked up when asked for.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+__all__ = ["SHELLS", "add_arguments", "answer", "complete", "run", "script"]
+
+Names = Callable[[], Iterable[str]]
+MASTER_PATIENCE = 0.5
+"""Seconds that a master may take to tell its topics: a person waits with a finger on the Tab key."""
+
+_BASH = """\
+# {prog} completion for bash: put `eval "$({prog} completion bash)"` into ~/.bashrc
+_{name}_complete() {{
+    local IFS=$'\\n'
+    COMPREPLY=($({prog} completion words -- "${{COMP_WORDS[@]:1:COMP_CWORD}}" 2>/dev/null))
+}}
+complete -o default -F _{name}_complete {prog}
+"""
+_ZSH = """\
+#compdef {prog}
+# {prog} completion for zsh: put `eval "$({prog} completion zsh)"` into ~/.zshrc, after compinit
+_{name}_complete() {{
+    local -a found
+    found=("${{(@f)$({prog} completion words -- "${{(@)words[2,CURRENT]}}" 2>/dev/null)}}")
+    if [[ -n "${{found[1]}}" ]]; then compadd -Q -- "${{found[@]}}"; else _files; fi
+}}
+compdef _{name}_complete {prog}
+"""
+_FISH = """\
+# {prog} completion for fish: {prog} completion fish > ~/.config/fish/completions/{prog}.fish
+function __{name}_complete
+    set -l words (commandline -opc) (commandline -ct)
+    {prog} completion words -- $words[2..-1] 2>/dev/null
+end
+complete -c {prog} -a '(__{name}_complete)'
+"""
+_POWERSHELL = """\
+# {prog} completion for PowerShell: {prog} completion powershell | Out-String | Invoke-Expression
+Register-ArgumentCompleter -Native -CommandName {prog} -ScriptBlock {{
+    param($current, $line, $position)
+    $words = @($line.CommandElements | Select-Object -Skip 1 | ForEach-Object {{ "$_" }})
+    if ($current -eq "") {{ $words += '""' }}
+    {prog} completion words -- @words 2>$null | ForEach-Object {{
+        [System.Management.Automation.CompletionResult]::new($_, $_, "ParameterValue", $_)
+    }}
+}}
+"""
+SHELLS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH, "powershell": _POWERSHELL}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Which shell."""
+    parser.add_argument(
+        "shell",
+        choices=[*SHELLS, "words"],
+        help="print its script, whose first line says where to put it; words is what the scripts call",
+    )
+    parser.add_argument("words", nargs="*", help="after --: the words typed so far, the last one unfinished")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print the script, or what fits."""
+    from .entry import _parser
+
+    return answer("rosproto", arguments, lambda words: _parser(words)[0], _names_of(arguments.words))
+
+
+def answer(
+    prog: str,
+    arguments: argparse.Namespace,
+    parser_for: Callable[[Sequence[str]], argparse.ArgumentParser],
+    names: Mapping[str, Names],
+) -> int:
+    """Do what `completion` of a command does.
+
+    Args:
+        prog: The command.
+        arguments: As `add_arguments` describes them.
+        parser_for: Gives the parser that understands the given words.
+        names: By the name of an argument: what to offer for it.
+    """
+    if arguments.shell in SHELLS:
+        print(script(prog, arguments.shell), end="")
+        return 0
+    typed = ["" if word in ('""', "''") else word for word in arguments.words] or [""]
+    found = complete(parser_for(typed[:-1]), typed, names)
+    if found:
+        print("\n".join(found))
+    return 0
+
+
+def script(prog: str, shell: str) -> str:
+    """What the shell has to load."""
+    return SHELLS[shell].format(prog=prog, name=prog.replace("-", "_"))
+
+
+def complete(
+    parser: argparse.ArgumentParser, words: Sequence[str], names: Mapping[str, Names] | None = None
+) -> list[str]:
+    """What the last word may become; sorted.
+
+    Args:
+        parser: Of the whole command.
+        words: Without the command itself; the last one is unfinished, perhaps "".
+        names: By the name of an argument: what to offer for it.
+    """
+    *done, current = words
+    walk = _Walk(parser)
+    for word in done:
+        walk.take(word)
+    if current.startswith("-") and walk.expected is None:
+        offers: Iterable[str] = walk.options()
+    else:
+        offers = walk.offers(names or {})
+    return sorted({offer for offer in offers if offer.startswith(current)})
+
+
+class _Walk:
+    """Where in the command line we are.
+
+    Attributes:
+        expected: The option whose value comes next, None when no option waits for one.
+    """
+
+    def __init__(self, parser: argparse.ArgumentParser) -> None:
+        self._enter(parser)
+
+    def _enter(self, parser: argparse.ArgumentParser) -> None:
+        self._parser = parser
+        self._positionals = [a for a in parser._actions if not a.option_strings]
+        self.expected: argparse.Action | None = None
+        self._left = 0
+
+    def take(self, word: str) -> None:
+        """Go on by a finished word."""
+        if self.expected is not None and not word.startswith("--"):
+            self._left -= 1
+            self.expected = self.expected if self._left > 0 else None
+            return
+        self.expected = None
+        if word.startswith("-") and len(word) > 1:
+            option = self._parser._option_string_actions.get(word)
+            if option is not None and option.nargs != 0:
+                self.expected = option
+                self._left = option.nargs if isinstance(option.nargs, int) else 1
+            return
+        if self._positionals:
+            self._take_positional(word)
+
+    def _take_positional(self, word: str) -> None:
+        action = self._positionals[0]
+        if isinstance(action, argparse._SubParsersAction):
+            chosen = action.choices.get(word)
+            if chosen is not None:
+                self._enter(chosen)
+            return
+        if action.nargs not in ("*", "+", argparse.REMAINDER):
+            self._positionals.pop(0)
+
+    def options(self) -> list[str]:
+        """Options that may stand here."""
+        return [
+            text
+            for action in self._parser._actions
+            if action.help != argparse.SUPPRESS
+            for text in action.option_strings
+        ]
+
+    def offers(self, names: Mapping[str, Names]) -> Iterable[str]:
+        """Values that may stand here."""
+        action = self.expected or (self._positionals[0] if self._positionals else None)
+        if action is None:
+            return []
+        if action.choices is not None:
+            return [str(choice) for choice in action.choices]
+        source = names.get(action.dest) or names.get(action.dest.removesuffix("s"))
+        return [] if source is None else source()
+
+
+def _names_of(words: Sequence[str]) -> dict[str, Names]:
+    """What the graph offers; nothing when its master does not answer at once."""
+    from rosproto.errors import RosError
+    from rosproto.node.master_client import MasterClient
+
+    def ask(question: Callable[[MasterClient], Iterable[str]]) -> Names:
+        def names() -> Iterable[str]:
+            try:
+                with MasterClient(_uri(words), "/rosproto_completion", timeout=MASTER_PATIENCE) as master:
+                    return list(question(master))
+            except (RosError, ValueError):
+                return []
+
+        return names
+
+    return {
+        "topic": ask(lambda master: master.get_topic_types()),
+        "node": ask(lambda master: master.get_system_state().nodes),
+        "service": ask(lambda master: master.get_system_state().services),
+        "key": ask(lambda master: master.get_param_names()),
+        "type": lambda: _types(words),
+    }
+
+
+def _uri(words: Sequence[str]) -> str:
+    from .graph import master_uri
+
+    given = [word for option, word in itertools.pairwise(words) if option == "--master"]
+    return master_uri(argparse.Namespace(master=given[-1] if given else None))
+
+
+def _types(words: Sequence[str]) -> list[str]:
+    from rosproto.msg import bundled
+
+    library = bundled()
+    listing = {"srv": library.services, "service": library.services, "action": library.actions}
+    kind = listing.get(words[0] if words else "", library.messages)
+    return [
+        name if "/" in name else f"{package}/{name}"
+        for package in library.packages()
+        for name in kind(package)
+    ]

@@ -1,0 +1,99 @@
+"""Arguments that several commands share, and what they mean."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from argparse import ArgumentParser
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from woosh_pure.feed import Feed
+    from woosh_pure.geometry import Pose2D
+
+    from .output import Output
+
+__all__ = [
+    "POSE",
+    "add_pose",
+    "add_timeout",
+    "add_wait",
+    "enum_words",
+    "number",
+    "pose",
+    "wait_for",
+    "word_of",
+    "write",
+]
+
+T = TypeVar("T")
+POSE = ("X", "Y", "DEGREES")
+
+
+def number(text: str) -> float:
+    """A finite number, for argparse."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
+    return value
+
+
+def pose(values: Sequence[float]) -> Pose2D:
+    """Of metres, metres and degrees in the map."""
+    from woosh_pure.geometry import Pose2D, normalize_angle
+
+    x, y, degrees = values
+    return Pose2D(x, y, normalize_angle(math.radians(degrees)))
+
+
+def add_pose(parser: ArgumentParser) -> None:
+    """X Y DEGREES as three arguments: argparse cannot describe one of three values without a dash."""
+    parser.add_argument("x", type=number, metavar="X", help="m, in the map")
+    parser.add_argument("y", type=number, metavar="Y", help="m, in the map")
+    parser.add_argument("degrees", type=number, metavar="DEGREES", help="heading, counter-clockwise from x")
+
+
+def add_wait(parser: ArgumentParser, seconds: float = 5.0) -> None:
+    """--wait, for commands that need a message of the chassis."""
+    parser.add_argument(
+        "--wait",
+        type=number,
+        default=seconds,
+        metavar="S",
+        help=f"seconds to wait for the chassis to say it ({seconds:g})",
+    )
+
+
+def add_timeout(parser: ArgumentParser, seconds: float = 300.0) -> None:
+    """--timeout, for commands that start a motion."""
+    parser.add_argument(
+        "--timeout", type=number, default=seconds, metavar="S", help=f"then it is cancelled ({seconds:g})"
+    )
+
+
+def wait_for(feed: Feed[T], args: argparse.Namespace, out: Output) -> T:
+    """The first value of a feed, with a sign of life while it takes long."""
+    with out.working(f"waiting for {feed.topic}"):
+        return feed.wait(args.wait, new=False)
+
+
+def enum_words(members: object) -> list[str]:
+    """Names of an enum as words of a command line: STOP_AND_WAIT is stop-and-wait."""
+    return [m.name.lower().replace("_", "-") for m in members]  # type: ignore[attr-defined]
+
+
+def word_of(name: str) -> str:
+    """The other way: stop-and-wait is STOP_AND_WAIT."""
+    return name.upper().replace("-", "_")
+
+
+def write(path: Path, data: bytes, out: Output) -> str:
+    """Write a file and say so; its name."""
+    path.write_bytes(data)
+    out.line(f"wrote {path} ({len(data)} bytes)")
+    return str(path)

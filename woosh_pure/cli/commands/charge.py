@@ -1,0 +1,44 @@
+"""`woosh charge MARK`."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
+
+from rosproto.errors import RosTimeout
+
+from ..arguments import add_timeout
+from ..connection import connect, follow, report
+from ..output import Output
+
+if TYPE_CHECKING:
+    from woosh_pure.chassis import Chassis
+    from woosh_pure.values import Battery
+
+HELP = "drive to a charger and charge"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    parser.add_argument("mark", help="name of the charger's mark, as on the chassis's map")
+    add_timeout(parser)
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    with connect(args, out) as chassis:
+        chassis.pose.open()
+        handle = chassis.charge(args.mark, timeout=args.timeout)
+        outcome = follow(handle, out, f"going to charge at {args.mark}", args.timeout)
+        battery = _battery(chassis)
+        if battery is not None:
+            out.line(f"battery {battery.percent} %, {battery.charge_status}")
+        return report(outcome, out, battery=battery)
+
+
+def _battery(chassis: Chassis) -> Battery | None:
+    """What it says once it charges; the battery is slower to tell than the task."""
+    try:
+        return chassis.battery.wait_for(lambda battery: battery.charging, 3.0)
+    except RosTimeout:
+        return chassis.battery.latest

@@ -1,0 +1,31 @@
+"""`woosh completion SHELL`."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+
+from rosproto.cli import completion
+
+from .. import config
+from ..output import Output
+
+HELP = "print what a shell needs to complete this command (bash, zsh, fish, powershell)"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    completion.add_arguments(parser)
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    from ..entry import parser_for
+
+    return completion.answer("woosh", args, parser_for, {"mark": _marks})
+
+
+def _marks() -> list[str]:
+    """Of the user's list; without one there is nothing to offer, since the chassis cannot list them."""
+    from woosh_pure.marks import MarkFile
+
+    return MarkFile(config.mark_file()).names

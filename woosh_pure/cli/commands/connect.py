@@ -1,0 +1,78 @@
+"""`woosh connect HOST`: remember the chassis that the other commands use."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+
+from rosproto.errors import ConnectionLost, RosTimeout
+
+from .. import config
+from ..output import Output
+
+HELP = "remember a chassis, so that the other commands need no address"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    parser.add_argument("address", nargs="?", metavar="HOST", help="host or master URI, e.g. 169.254.128.2")
+    parser.add_argument("--show", action="store_true", help="show what is remembered")
+    parser.add_argument("--forget", action="store_true", help="forget it")
+    parser.add_argument("--unchecked", action="store_true", help="do not try to reach it first")
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    address = args.address or args.master or args.chassis
+    if sum((bool(address), args.show, args.forget)) != 1:
+        raise ValueError("give the address of a chassis, or --show, or --forget")
+    if args.sim:
+        raise ValueError("--sim needs no connecting: use it with any other command")
+    if args.forget:
+        return _forget(out)
+    return _show(out) if args.show else _save(address, args, out)
+
+
+def _save(address: str, args: Namespace, out: Output) -> int:
+    from woosh_pure.address import master_uri_of
+
+    uri = master_uri_of(address)
+    if not args.unchecked:
+        _require_master(uri, out)
+    path = config.save(config.Profile(address, args.host))
+    out.line(f"{uri} is now the default chassis (in {path})")
+    out.result({"chassis": address, "master_uri": uri, "host": args.host, "file": str(path)})
+    return 0
+
+
+def _require_master(uri: str, out: Output) -> None:
+    from rosproto import MasterClient
+
+    try:
+        with out.working(f"looking for {uri}"), MasterClient(uri, "/woosh_connect", timeout=5.0) as master:
+            master.get_pid()
+    except (ConnectionLost, RosTimeout) as error:
+        raise ConnectionLost(f"{error}; nothing was saved: try `woosh doctor`, or add --unchecked") from error
+
+
+def _show(out: Output) -> int:
+    profile = config.load()
+    if profile is None:
+        out.line("no chassis is remembered; `woosh connect HOST` does it")
+    else:
+        ours = f", our address {profile.host}" if profile.host else ""
+        out.line(f"{profile.chassis}{ours} (in {config.profile_file()})")
+    out.result(
+        {
+            "chassis": profile.chassis if profile else None,
+            "host": profile.host if profile else None,
+            "file": str(config.profile_file()),
+        }
+    )
+    return 0 if profile else 1
+
+
+def _forget(out: Output) -> int:
+    known = config.forget()
+    out.line("forgotten" if known else "no chassis was remembered")
+    out.result({"forgotten": known})
+    return 0

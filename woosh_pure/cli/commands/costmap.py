@@ -1,0 +1,32 @@
+"""`woosh costmap on|off|clear`."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+
+from ..connection import connect
+from ..output import Output
+
+_SAID = {
+    "on": "obstacles enter the costmaps",
+    "off": "obstacles are NO LONGER noticed",
+    "clear": "the obstacles seen so far are forgotten",
+}
+HELP = "let obstacles enter the costmaps or not, or forget those seen so far"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    parser.add_argument("what", choices=("on", "off", "clear"), help="off: obstacles are no longer noticed")
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    with connect(args, out) as chassis, out.working("asking the navigation"):
+        if args.what == "clear":
+            chassis.clear_costmaps()
+        else:
+            chassis.enable_costmaps(args.what == "on")
+    out.line(_SAID[args.what])
+    out.result({"done": args.what})
+    return 0

@@ -1,0 +1,156 @@
+"""`woosh drive`: by the keyboard."""
+
+from __future__ import annotations
+
+import math
+import signal
+import sys
+from argparse import ArgumentParser, Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from rosproto.errors import RosTimeout
+
+from ..arguments import number
+from ..connection import connect
+from ..console import is_terminal, size
+from ..output import Output
+
+if TYPE_CHECKING:
+    from woosh_pure.chassis import Chassis
+    from woosh_pure.velocity import Drive
+
+    from ..keys import Keys
+    from ..teleop import Command, Teleop
+
+HELP = "drive by the keyboard: arrow keys or WASD; everything else stops"
+_WARNING = """DRIVING BY VELOCITY PASSES BY THE CHASSIS'S OBSTACLE AVOIDANCE AND LIMITS.
+The area must be clear. Watch the robot all the time, and keep its red button in reach.
+This program is no emergency stop: when it or the network dies, the robot may drive on."""
+_KEYS = "arrows or WASD: drive   + -: faster, slower (stops)   q, Esc: end   any other key: stop"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    parser.add_argument("--linear", type=number, metavar="M/S", help="full speed (0.2, or the limit)")
+    parser.add_argument(
+        "--angular", type=number, metavar="DEG/S", help="full turning speed (25, or the limit)"
+    )
+    parser.add_argument("--direct", action="store_true", help="without the chassis's smoothing")
+    parser.add_argument(
+        "--feedback-timeout",
+        type=number,
+        default=0.4,
+        metavar="S",
+        help="end the drive when the measured velocity is silent for so long (0.4)",
+    )
+    parser.add_argument(
+        "--acknowledged", action="store_true", help="do not ask: you know that this bypasses the protection"
+    )
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    if args.json:
+        raise ValueError("--json: there is nothing to print for programs; use Chassis.velocity in Python")
+    if not (is_terminal(sys.stdin) and is_terminal(sys.stdout)):
+        raise ValueError("drive needs a terminal for its keys; from a script use Chassis.velocity in Python")
+    if not args.feedback_timeout > 0.0:
+        raise ValueError(f"--feedback-timeout {args.feedback_timeout}: more than 0 s")
+    with connect(args, out) as chassis:
+        chassis.readiness()
+        if not args.acknowledged:
+            _ask(out)
+        _drive(chassis, args, out)
+        try:
+            chassis.measured_velocity.wait_for(lambda v: v.is_standing(), 3.0)
+            out.line("the robot stands still")
+        except RosTimeout:
+            out.line(chassis.stop(timeout=4.0).sentence())
+    return 0
+
+
+def _ask(out: Output) -> None:
+    from woosh_pure.errors import MotionRefused
+
+    out.line(_WARNING)
+    try:
+        answer = input("Type yes to drive: ")
+    except EOFError:
+        answer = ""
+    if answer.strip().lower() != "yes":
+        raise MotionRefused("not acknowledged, nothing was sent; type yes when the area is clear")
+
+
+def _drive(chassis: Chassis, args: Namespace, out: Output) -> None:
+    from ..keys import open_keys
+    from ..teleop import Teleop
+
+    angular = None if args.angular is None else math.radians(args.angular)
+    out.line(_KEYS)
+    with (
+        open_keys() as keys,
+        _never_asleep(),
+        chassis.velocity(
+            bypasses_protection=True,
+            direct=args.direct,
+            max_linear=args.linear,
+            max_angular=angular,
+            feedback_timeout=args.feedback_timeout,
+        ) as drive,
+    ):
+        linear = min(0.2, drive.limits.linear) if args.linear is None else args.linear
+        turning = min(math.radians(25.0), drive.limits.angular) if angular is None else angular
+        try:
+            _loop(chassis, drive, keys, Teleop(linear, turning))
+        finally:
+            sys.stdout.write("\r\n")
+
+
+def _loop(chassis: Chassis, drive: Drive, keys: Keys, teleop: Teleop) -> None:
+    from ..teleop import VALID_FOR
+
+    while True:
+        command = teleop.press(keys.read(0.05))
+        if command is not None:
+            if command.quit:
+                return
+            drive.set(command.vx, command.wz, valid_for=VALID_FOR)
+        elif not drive.active:
+            drive.set(0.0)  # raises why it is over
+        _show(chassis, drive, teleop, command)
+
+
+def _show(chassis: Chassis, drive: Drive, teleop: Teleop, command: Command | None) -> None:
+    sent, measured, pose = drive.sending, chassis.measured_velocity.latest, chassis.pose.latest
+    stopped = "" if sent.vx or sent.wz or (command and command.moves) else "STOP"
+    parts = [
+        f"{stopped or 'drive':5s} speed {teleop.speed:.0%}",
+        f"sent {sent.vx:+.2f} m/s {math.degrees(sent.wz):+4.0f}°/s",
+    ]
+    if measured is not None:
+        parts.append(f"measured {measured.vx:+.2f} m/s {math.degrees(measured.wz):+4.0f}°/s")
+    if pose is not None:
+        parts.append(f"at {pose.x:.2f} {pose.y:.2f} {pose.yaw_degrees:.0f}°")
+    text = "  ".join(parts)[: size()[0] - 1]
+    try:
+        sys.stdout.write(f"\r{text:{size()[0] - 1}s}")
+    except UnicodeEncodeError:
+        sys.stdout.write("\r" + text.encode("ascii", "replace").decode())
+    sys.stdout.flush()
+
+
+@contextmanager
+def _never_asleep() -> Iterator[None]:
+    """A stopped process could not stop the robot, so a request to stop this one is ignored meanwhile."""
+    number_ = getattr(signal, "SIGTSTP", None)
+    try:
+        before = None if number_ is None else signal.signal(number_, signal.SIG_IGN)
+    except ValueError:
+        before = number_ = None
+    try:
+        yield
+    finally:
+        if number_ is not None:
+            signal.signal(number_, before)

@@ -1,0 +1,67 @@
+"""`woosh faults`: what is wrong now, and what a code means."""
+
+from __future__ import annotations
+
+import time
+from argparse import ArgumentParser, Namespace
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from ..arguments import number
+from ..connection import connect
+from ..output import Output
+
+if TYPE_CHECKING:
+    from woosh_pure.faults import StatusCode
+
+HELP = "show active faults, or what a status code means (exit code 1: there are faults)"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    parser.add_argument(
+        "--listen",
+        type=number,
+        default=3.0,
+        metavar="S",
+        help="seconds to listen: codes come on change only (3)",
+    )
+    parser.add_argument("--code", type=int, metavar="NUMBER", help="explain this code; asks no chassis")
+    parser.add_argument("--find", metavar="TEXT", help="codes whose name or words have it; asks no chassis")
+    parser.add_argument("--chinese", action="store_true", help="words in Chinese")
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    from woosh_pure.faults import all_codes, decode_status_code
+
+    if args.code is not None:
+        if not 0 <= args.code < 1 << 64:
+            raise ValueError(f"--code {args.code}: a status code is a number from 0 to 2^64 - 1")
+        _print([decode_status_code(args.code)], args, out)
+        return 0
+    if args.find is not None:
+        wanted = args.find.lower()
+        found = [c for c in all_codes() if wanted in f"{c.identifier} {c.english} {c.chinese}".lower()]
+        _print(found, args, out)
+        return 0 if found else 1
+    with connect(args, out) as chassis:
+        faults = chassis.faults  # begins to listen
+        with out.working("listening"):
+            time.sleep(max(0.0, args.listen))
+        faults = chassis.faults
+    if not faults:
+        out.line("no fault was heard (codes are sent on change only: older ones may be active)")
+    _print(faults, args, out)
+    return 1 if faults else 0
+
+
+def _print(codes: Iterable[StatusCode], args: Namespace, out: Output) -> None:
+    colours = {0: "green", 1: "blue", 2: "yellow", 3: "red"}
+    listed = list(codes)
+    for c in listed:
+        level = out.colour(f"{c.level.name.lower():8s}", colours[int(c.level)])
+        note = " (derived)" if c.derived else ""
+        words = c.chinese if args.chinese else c.english
+        out.line(f"{level} {c.code:012d} {words}{note}  {c.identifier or 'not in the table'}")
+    out.result(listed)

@@ -1,0 +1,64 @@
+"""`woosh footprint`: the outline that the navigation keeps free."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
+
+from ..arguments import number
+from ..connection import connect
+from ..output import Output
+
+if TYPE_CHECKING:
+    from woosh_pure.geometry import Footprint
+
+HELP = "tell the navigation the robot's outline, for example with a load on it"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    shape = parser.add_mutually_exclusive_group(required=True)
+    shape.add_argument("--rectangle", nargs=2, type=number, metavar=("LENGTH", "WIDTH"), help="m")
+    shape.add_argument("--circle", type=number, metavar="RADIUS", help="m")
+    shape.add_argument(
+        "--points",
+        metavar="CORNERS",
+        help='corners in order, m, in base_link, as one argument: "0.4,0.3 -0.4,0.3 -0.4,-0.3 0.4,-0.3"',
+    )
+    parser.add_argument("--padding", type=number, default=0.0, metavar="M", help="added outwards (0)")
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--local", action="store_true", help="only for avoiding obstacles nearby")
+    which.add_argument("--global", dest="global_", action="store_true", help="only for planning")
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    shape = _shape(args)
+    with connect(args, out) as chassis, out.working("looking for the navigation"):
+        outline = chassis.set_footprint(
+            shape, padding=args.padding, local=not args.global_, global_=not args.local
+        )
+    out.line(
+        f"outline of {len(outline.points)} corners: inner radius {outline.inscribed_radius:.3f} m, "
+        f"outer {outline.circumscribed_radius:.3f} m"
+    )
+    out.result({"points": outline.points, "local": not args.global_, "global": not args.local})
+    return 0
+
+
+def _shape(args: Namespace) -> Footprint:
+    from woosh_pure.geometry import Footprint
+
+    if args.rectangle:
+        return Footprint.rectangle(*args.rectangle)
+    if args.circle is not None:
+        return Footprint.circle(args.circle)
+    return Footprint.from_points([_corner(text) for text in args.points.split()])
+
+
+def _corner(text: str) -> tuple[float, float]:
+    try:
+        x, y = (float(part) for part in text.split(","))
+    except ValueError:
+        raise ValueError(f"corner {text!r}: expected X,Y in metres, e.g. 0.4,0.3") from None
+    return x, y

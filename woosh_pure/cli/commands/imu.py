@@ -1,0 +1,45 @@
+"""`woosh imu`."""
+
+from __future__ import annotations
+
+import math
+from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
+
+from ..arguments import add_wait, wait_for
+from ..connection import connect
+from ..output import Output
+
+if TYPE_CHECKING:
+    from woosh_pure.values import Imu
+
+HELP = "show turning rates, accelerations and orientation"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    add_wait(parser)
+    parser.add_argument("-n", "--count", type=int, default=1, metavar="N", help="so many readings (1)")
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    if args.count < 1:
+        raise ValueError(f"--count {args.count}: at least 1")
+    with connect(args, out) as chassis:
+        for index in range(args.count):
+            imu = wait_for(chassis.imu, args, out) if index == 0 else chassis.imu.wait(args.wait)
+            _show(imu, out)
+            (out.result if args.count == 1 else out.record)(imu)
+    return 0
+
+
+def _show(imu: Imu, out: Output) -> None:
+    from woosh_pure.geometry import yaw_from_quaternion
+
+    w, a = imu.angular_velocity, imu.linear_acceleration
+    yaw = "none" if imu.orientation is None else f"{math.degrees(yaw_from_quaternion(*imu.orientation)):.1f}°"
+    out.line(
+        f"rates {w[0]:+.3f} {w[1]:+.3f} {w[2]:+.3f} rad/s   "
+        f"acceleration {a[0]:+.3f} {a[1]:+.3f} {a[2]:+.3f} m/s²   yaw {yaw}"
+    )

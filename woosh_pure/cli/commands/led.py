@@ -1,0 +1,59 @@
+"""`woosh led STATE` and `woosh led --color RRGGBB`."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+
+from ..arguments import enum_words, word_of
+from ..connection import connect
+from ..output import Output
+
+HELP = "set the light strips: a named state, or a colour"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    parser.add_argument("state", nargs="?", default="none", help="a state of the strip, see --list")
+    parser.add_argument("--color", metavar="RRGGBB", help="colour as three hexadecimal bytes, e.g. ff8000")
+    parser.add_argument(
+        "--strip", choices=("base", "shelf", "both"), default="base", help="which strip (base)"
+    )
+    parser.add_argument("--module", type=int, default=0, metavar="N", help="0 all, 1 to 8 one module")
+    parser.add_argument("--urgency", action="store_true", help='show "under maintenance"')
+    parser.add_argument("--abnormal", action="store_true", help='show "fault"')
+    parser.add_argument("--list", action="store_true", help="list the states; asks no chassis")
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    from woosh_pure.enums import LedState
+
+    words = enum_words(LedState)
+    if args.list:
+        out.line("\n".join(words))
+        out.result({word: int(LedState[word_of(word)]) for word in words})
+        return 0
+    if args.state not in words:
+        raise ValueError(f"state {args.state!r} is not known; one of {', '.join(words)}")
+    color = _color(args.color)
+    with connect(args, out) as chassis, out.working("looking for the light strip"):
+        chassis.light(
+            LedState[word_of(args.state)],
+            color=color,
+            strip=args.strip,
+            module=args.module,
+            urgency=args.urgency,
+            abnormal=args.abnormal,
+        )
+    out.line(f"{args.strip} strip: {args.state}" + ("" if color is None else f", colour {color:06x}"))
+    out.result({"strip": args.strip, "state": args.state, "color": color, "module": args.module})
+    return 0
+
+
+def _color(text: str | None) -> int | None:
+    if text is None:
+        return None
+    digits = text.lstrip("#")
+    if len(digits) != 6 or not all(c in "0123456789abcdefABCDEF" for c in digits):
+        raise ValueError(f"--color {text}: expected six hexadecimal digits RRGGBB, e.g. ff8000")
+    return int(digits, 16)

@@ -1,0 +1,54 @@
+"""`woosh localization show|start|stop|pose`."""
+
+from __future__ import annotations
+
+import math
+from argparse import ArgumentParser, Namespace
+
+from ..arguments import add_pose, add_wait, number, pose, wait_for
+from ..connection import connect
+from ..output import Output
+
+HELP = "show, start or stop the localisation, or tell it where the robot is"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
+    show = verbs.add_parser("show", help="where it believes to be, and how sure it is")
+    add_wait(show)
+    verbs.add_parser("start", help="start the localisation module")
+    verbs.add_parser("stop", help="stop it")
+    tell = verbs.add_parser("pose", help="tell it where the robot stands, after power-up for example")
+    add_pose(tell)
+    tell.add_argument("--deviation", type=number, default=0.25, metavar="M", help="1 sigma (0.25)")
+    tell.add_argument("--yaw-deviation", type=number, default=15.0, metavar="DEGREES", help="1 sigma (15)")
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    with connect(args, out) as chassis:
+        if args.verb == "show":
+            estimate = wait_for(chassis.localization, args, out)
+            sigma = [math.sqrt(max(0.0, estimate.covariance[i, i])) for i in (0, 1, 5)]
+            out.line(str(estimate.pose))
+            out.line(f"1 sigma: {sigma[0]:.3f} m, {sigma[1]:.3f} m, {math.degrees(sigma[2]):.1f}°")
+            out.result({"pose": estimate.pose, "deviation": sigma})
+        elif args.verb == "pose":
+            if not (args.deviation > 0.0 and args.yaw_deviation > 0.0):
+                raise ValueError("a deviation says how sure you are: more than 0")
+            where = pose((args.x, args.y, args.degrees))
+            with out.working("telling the localisation"):
+                chassis.set_pose(
+                    where,
+                    position_deviation=args.deviation,
+                    yaw_deviation=math.radians(args.yaw_deviation),
+                )
+            out.line(f"told: {where}")
+            out.result({"told": where})
+        else:
+            with out.working("asking the localisation"):
+                chassis.start_localization(args.verb == "start")
+            out.line(f"localisation: {args.verb}")
+            out.result({"done": args.verb})
+    return 0

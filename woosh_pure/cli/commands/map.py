@@ -1,0 +1,118 @@
+"""`woosh map show|save|set`."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import RosTimeout
+
+from ..arguments import POSE, number, pose
+from ..connection import connect
+from ..output import Output
+
+if TYPE_CHECKING:
+    from woosh_pure.chassis import Chassis
+    from woosh_pure.gridmap import GridMap
+
+HELP = "save the map (PGM, YAML, and a PNG with robot, path and scan), or set another one"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
+    verbs.add_parser("show", help="size and resolution of the current map")
+    save = verbs.add_parser("save", help="write OUT.yaml and OUT.pgm for map_server, and OUT.png to look at")
+    save.add_argument("out", type=Path, metavar="OUT", help="name of the files, without an ending")
+    save.add_argument("--no-png", action="store_true", help="leave the picture out")
+    save.add_argument("--listen", type=number, default=2.0, metavar="S", help="for pose and scan (2)")
+    change = verbs.add_parser("set", help="replace the map of the chassis")
+    change.add_argument("file", type=Path, metavar="YAML", help="map_server's YAML, with the image beside it")
+    change.add_argument(
+        "--pose",
+        nargs=3,
+        type=number,
+        metavar=POSE,
+        help="where the robot is in it: m, m and degrees (0 0 0)",
+    )
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    return {"show": _show, "save": _save, "set": _set}[args.verb](args, out)
+
+
+def _facts(grid: GridMap) -> dict[str, Any]:
+    return {
+        "width": grid.width,
+        "height": grid.height,
+        "resolution": round(grid.resolution, 6),
+        "origin": grid.origin,
+        "occupied": int((grid.cells > 50).sum()),
+        "unknown": int((grid.cells < 0).sum()),
+    }
+
+
+def _say(grid: GridMap, out: Output) -> None:
+    metres = f"{grid.width * grid.resolution:.1f} m x {grid.height * grid.resolution:.1f} m"
+    out.line(f"{grid.width} x {grid.height} cells of {grid.resolution:.3f} m, {metres}, from {grid.origin}")
+
+
+def _get(chassis: Chassis, out: Output) -> GridMap:
+    with out.working("fetching the map"):
+        return chassis.get_map()
+
+
+def _show(args: Namespace, out: Output) -> int:
+    with connect(args, out) as chassis:
+        grid = _get(chassis, out)
+    _say(grid, out)
+    out.result(_facts(grid))
+    return 0
+
+
+def _save(args: Namespace, out: Output) -> int:
+    target = args.out.with_suffix("") if args.out.suffix in (".yaml", ".pgm", ".png") else args.out
+    if not target.parent.is_dir():
+        raise ValueError(f"{target.parent} is no directory; make it first")
+    with connect(args, out) as chassis:
+        for name in ("pose", "scan", "plan", "tf_static"):
+            chassis.feed(name).open()  # they come while the map is fetched
+        grid = _get(chassis, out)
+        files = [*grid.save(target.parent / f"{target.name}.yaml")]
+        if not args.no_png:
+            files.append(target.parent / f"{target.name}.png")
+            files[-1].write_bytes(_draw(chassis, grid, args.listen, out))
+    _say(grid, out)
+    for file in files:
+        out.line(f"wrote {file}")
+    out.result({**_facts(grid), "files": [str(file) for file in files]})
+    return 0
+
+
+def _draw(chassis: Chassis, grid: GridMap, listen: float, out: Output) -> bytes:
+    from ..picture import picture_of
+    from ..png import encode_png
+    from ..scene import known_path, scan_in_map
+
+    pose = scan = None
+    try:
+        with out.working("waiting for pose and scan"):
+            pose = chassis.pose.wait(listen, new=False)
+            scan = scan_in_map(chassis, chassis.scan.wait(listen, new=False), pose)
+    except RosTimeout as error:
+        out.line(f"not in the picture: {error}")
+    return encode_png(picture_of(grid, pose=pose, scan=scan, path=known_path(chassis)))
+
+
+def _set(args: Namespace, out: Output) -> int:
+    from woosh_pure.gridmap import GridMap
+
+    grid = GridMap.load(args.file)
+    with connect(args, out) as chassis, out.working("sending the map"):
+        chassis.set_map(grid, pose(args.pose) if args.pose else None)
+    _say(grid, out)
+    out.line("the chassis took it")
+    out.result(_facts(grid))
+    return 0

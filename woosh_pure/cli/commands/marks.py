@@ -1,0 +1,55 @@
+"""`woosh marks`: the user's own list of marks."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+
+from .. import config
+from ..arguments import POSE, add_wait, number, pose, wait_for
+from ..connection import connect
+from ..output import Output
+
+HELP = "keep your own list of marks (the chassis cannot list them), for completion and notes"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    parser.add_argument("--file", type=Path, help="the list (default: beside the saved chassis)")
+    verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
+    verbs.add_parser("list", help="show the list")
+    add = verbs.add_parser("add", help="add or replace a mark")
+    add.add_argument("name", help="as on the chassis's map")
+    place = add.add_mutually_exclusive_group()
+    place.add_argument("--pose", nargs=3, type=number, metavar=POSE, help="m, m and degrees in the map")
+    place.add_argument("--here", action="store_true", help="where the robot stands now")
+    add.add_argument("--note", default="", help="anything")
+    add_wait(add)
+    remove = verbs.add_parser("remove", help="take a mark off the list")
+    remove.add_argument("mark", help="its name")
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    from woosh_pure.marks import MarkFile
+
+    marks = MarkFile(args.file or config.mark_file())
+    if args.verb == "add":
+        where = pose(args.pose) if args.pose else None
+        if args.here:
+            with connect(args, out) as chassis:
+                where = wait_for(chassis.pose, args, out)
+        mark = marks.put(args.name, where, args.note)
+        marks.save()
+        out.line(f"{mark.name}: {mark.pose or 'no pose'} (in {marks.path})")
+    elif args.verb == "remove":
+        marks.remove(args.mark)
+        marks.save()
+        out.line(f"removed {args.mark}")
+    else:
+        for mark in marks:
+            out.line(f"{mark.name:12s} {mark.pose or 'no pose'}  {mark.note}".rstrip())
+        if not len(marks):
+            out.line(f"no marks in {marks.path}; add one with `woosh marks add NAME --here`")
+    out.result(sorted(marks, key=lambda m: m.name))
+    return 0

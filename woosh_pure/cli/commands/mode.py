@@ -1,0 +1,56 @@
+"""`woosh mode`: what the navigation does about obstacles."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+
+from ..arguments import number, word_of
+from ..connection import connect
+from ..output import Output
+
+MODES = ("fuzzy-avoidance", "precise-avoidance", "stop-and-wait", "wait-then-avoid")
+DIRECTIONS = ("chassis-decides", "forward", "backward", "along-path")
+HELP = "set what the navigation does about obstacles, and how fast it drives"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    parser.add_argument("mode", choices=MODES, help="what to do about an obstacle")
+    parser.add_argument(
+        "--waiting-timeout",
+        type=number,
+        default=0.0,
+        metavar="S",
+        help="how long wait-then-avoid waits (needed there)",
+    )
+    parser.add_argument(
+        "--max-speed", type=number, default=0.0, metavar="M/S", help="0 keeps the configured one"
+    )
+    parser.add_argument("--passage", type=int, default=0, metavar="ID", help="passage this is about (0)")
+    parser.add_argument("--permitted", action="store_true", help="a changed path may be followed")
+    parser.add_argument("--capacity", type=int, default=0, metavar="N", help="vehicles in the passage (0)")
+    parser.add_argument(
+        "--direction", choices=DIRECTIONS, default=DIRECTIONS[0], help=f"which way round ({DIRECTIONS[0]})"
+    )
+    parser.add_argument("--timeout", type=number, default=10.0, metavar="S", help="to confirm it (10)")
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    from woosh_pure.enums import NavDirection, NavigationMode
+
+    mode = NavigationMode[word_of(args.mode)]
+    with connect(args, out) as chassis, out.working("asking the navigation"):
+        chassis.set_navigation_mode(
+            mode,
+            waiting_timeout=args.waiting_timeout,
+            max_speed=args.max_speed,
+            passage_id=args.passage,
+            permitted_passage=args.permitted,
+            capacity=args.capacity,
+            direction=NavDirection[word_of(args.direction)],
+            timeout=args.timeout,
+        )
+    out.line(f"navigation mode: {args.mode}")
+    out.result({"mode": args.mode})
+    return 0

@@ -1,0 +1,42 @@
+"""`woosh ready`: whether the chassis would move now, and why not."""
+
+from __future__ import annotations
+
+import time
+from argparse import ArgumentParser, Namespace
+
+from rosproto.errors import RosTimeout
+
+from ..arguments import number
+from ..connection import connect
+from ..output import Output
+
+HELP = "say whether it would move now, and why not (exit code 3: not ready)"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    parser.add_argument(
+        "--listen", type=number, default=1.0, metavar="S", help="seconds to listen before judging (1)"
+    )
+    parser.add_argument("--wait", type=number, metavar="S", help="wait so long until it is ready")
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    with connect(args, out) as chassis:
+        chassis.readiness()  # begins to listen
+        end = time.monotonic() + args.listen
+        with out.working("listening"):
+            while time.monotonic() < end and not (chassis.status.heard and chassis.battery.heard):
+                time.sleep(0.02)
+            if args.wait is not None:
+                try:
+                    chassis.wait_until_ready(args.wait)
+                except RosTimeout:
+                    pass  # what blocks is said below
+        readiness = chassis.readiness()
+    word = out.colour("ready", "green") if readiness else out.colour("NOT READY", "red")
+    out.line(f"{word}: {readiness.sentence()}")
+    out.result({"ready": readiness.ready, "reasons": list(readiness.reasons)})
+    return 0 if readiness else 3

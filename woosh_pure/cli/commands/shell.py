@@ -1,0 +1,71 @@
+"""`woosh shell`: Python with `chassis` ready."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from typing import Any
+
+from rosproto.errors import RosError
+
+from ..connection import connect
+from ..output import Output
+
+HELP = "open Python with `chassis` ready"
+_BANNER = """Python with `chassis` ready, connected to {uri}.
+Try: chassis.battery.wait()   chassis.readiness()   chassis.move(0.3).wait()   chassis.stop()
+Leaving (Ctrl-D, Ctrl-Z Enter on Windows) cancels what is still running."""
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    parser.add_argument("-c", dest="code", metavar="CODE", help="run this instead of asking for input")
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    if args.json:
+        raise ValueError("--json: the shell prints what you print; use json.dumps inside")
+    with connect(args, out) as chassis:
+        names = _names(chassis)
+        try:
+            if args.code is not None:
+                _execute(args.code, names)
+            else:
+                _interact(names, _BANNER.format(uri=chassis.master_uri))
+        except SystemExit as leaving:
+            return leaving.code if isinstance(leaving.code, int) else 0
+    return 0
+
+
+def _execute(text: str, names: dict[str, Any]) -> None:
+    try:
+        exec(compile(text, "<woosh shell>", "exec"), names)
+    except (RosError, OSError):
+        raise
+    except Exception as error:
+        raise RosError(f"your code: {type(error).__name__}: {error}") from error
+
+
+def _names(chassis: Any) -> dict[str, Any]:
+    import math
+
+    import woosh_pure
+    from woosh_pure import enums
+
+    names = {name: getattr(woosh_pure, name) for name in woosh_pure.__all__}
+    names.update({name: getattr(enums, name) for name in enums.__all__})
+    return {**names, "chassis": chassis, "math": math, "__name__": "__console__"}
+
+
+def _interact(names: dict[str, Any], banner: str) -> None:
+    import code
+
+    try:
+        import readline
+        import rlcompleter
+
+        readline.set_completer(rlcompleter.Completer(names).complete)
+        readline.parse_and_bind("tab: complete")
+    except ImportError:
+        pass  # Windows: the console has line editing of its own
+    code.interact(banner=banner, local=names, exitmsg="")

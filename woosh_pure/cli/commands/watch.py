@@ -1,0 +1,117 @@
+"""`woosh watch`: live, on the whole screen."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from argparse import ArgumentParser, Namespace
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+from ..arguments import number
+from ..connection import connect
+from ..console import enable_escapes, full_screen, is_terminal, size
+from ..output import Output
+
+if TYPE_CHECKING:
+    from ..keys import Keys
+    from ..scene import Observer, Scene
+
+HELP = "watch pose, map, scan, battery, task, faults and rates live"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    parser.add_argument("--for", dest="seconds", type=number, metavar="S", help="end after so many seconds")
+    parser.add_argument("--rate", type=number, metavar="HZ", help="pictures per second (5), lines (1)")
+    parser.add_argument("--ascii", action="store_true", help="only ASCII characters, for old terminals")
+    parser.add_argument("--lines", action="store_true", help="a line each time instead of the whole screen")
+    parser.add_argument("--no-map", action="store_true", help="do not fetch the map")
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    whole = not (args.lines or args.json) and enable_escapes(sys.stdout)
+    rate = (5.0 if whole else 1.0) if args.rate is None else args.rate
+    if not 0.05 <= rate <= 30.0:
+        raise ValueError(f"--rate {rate:g}: expected 0.05 to 30 per second")
+    from ..scene import Observer
+
+    with connect(args, out) as chassis:
+        observer = Observer(chassis)
+        if not args.no_map:
+            with out.working("fetching the map"):
+                observer.fetch_map()
+        end = None if args.seconds is None else time.monotonic() + args.seconds
+        if whole:
+            _on_screen(observer, args, 1.0 / rate, end)
+        else:
+            _by_line(observer, out, 1.0 / rate, end)
+    return 0
+
+
+def _on_screen(observer: Observer, args: Namespace, period: float, end: float | None) -> None:
+    from ..keys import open_keys
+    from ..screen import Screen
+
+    plain = args.ascii or not (sys.stdout.encoding or "").lower().startswith("utf")
+    screen = Screen(ascii_only=plain, coloured=not os.environ.get("NO_COLOR"))
+    with ExitStack() as stack:
+        keys = stack.enter_context(open_keys()) if is_terminal(sys.stdin) else None
+        stack.enter_context(full_screen(sys.stdout))
+        while end is None or time.monotonic() < end:
+            columns, lines = size()
+            picture = screen.render(observer.look(), columns, lines)
+            sys.stdout.write("\x1b[H" + "\x1b[K\r\n".join(picture) + "\x1b[K\x1b[J")
+            sys.stdout.flush()
+            if _quit_within(keys, period):
+                return
+
+
+def _quit_within(keys: Keys | None, period: float) -> bool:
+    """Wait for the next picture; True when the person wants to leave."""
+    if keys is None:
+        time.sleep(period)
+        return False
+    end = time.monotonic() + period
+    while (rest := end - time.monotonic()) > 0.0:
+        if any(key in ("q", "escape", "end") for key in keys.read(rest)):
+            return True
+    return False
+
+
+def _by_line(observer: Observer, out: Output, period: float, end: float | None) -> None:
+    while end is None or time.monotonic() < end:
+        time.sleep(period)
+        scene = observer.look()
+        out.line(_line(scene))
+        out.record(_document(scene))
+
+
+def _line(scene: Scene) -> str:
+    v, b, s = scene.velocity, scene.battery, scene.status
+    parts = [
+        time.strftime("%H:%M:%S"),
+        str(scene.pose or "pose not heard"),
+        "velocity not heard" if v is None else f"{v.vx:+.2f} m/s {v.wz:+.2f} rad/s",
+        "battery not heard" if b is None else f"{b.percent} %",
+        "state not heard" if s is None else f"{s.robot_state}, task {s.task_id} {s.task_state}",
+    ]
+    parts += [f"nearest {scene.nearest:.2f} m"] if scene.nearest is not None else []
+    return "  ".join(parts + [str(fault) for fault in scene.faults])
+
+
+def _document(scene: Scene) -> dict[str, object]:
+    return {
+        "time": round(time.time(), 3),
+        "pose": scene.pose,
+        "velocity": scene.velocity,
+        "battery": None if scene.battery is None else scene.battery.percent,
+        "status": scene.status,
+        "ready": None if scene.readiness is None else scene.readiness.ready,
+        "faults": scene.faults,
+        "nearest": scene.nearest,
+        "rates": {name: round(rate, 2) for name, rate in scene.rates.items()},
+        "ages": {name: round(age, 3) for name, age in scene.ages.items()},
+    }

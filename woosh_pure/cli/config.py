@@ -1,0 +1,90 @@
+"""What `woosh` remembers between calls: the default chassis, in a file where each OS keeps such files."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+__all__ = ["Profile", "directory", "forget", "load", "mark_file", "profile_file", "save"]
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """The default chassis.
+
+    Attributes:
+        chassis: Host or master URI.
+        host: Our own address as the robot reaches it; None finds it.
+    """
+
+    chassis: str
+    host: str | None = None
+
+
+def directory() -> Path:
+    """Where the files are: %APPDATA%\\woosh, ~/Library/Application Support/woosh, $XDG_CONFIG_HOME/woosh.
+
+    $WOOSH_CONFIG_DIR overrides it.
+    """
+    given = os.environ.get("WOOSH_CONFIG_DIR")
+    if given:
+        return Path(given)
+    if sys.platform == "win32":
+        base = Path(os.environ.get("APPDATA") or Path.home() / "AppData" / "Roaming")
+    elif sys.platform == "darwin":
+        base = Path.home() / "Library" / "Application Support"
+    else:
+        base = Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config")
+    return base / "woosh"
+
+
+def profile_file() -> Path:
+    """The file of the default chassis."""
+    return directory() / "profile.json"
+
+
+def mark_file() -> Path:
+    """The user's list of marks, see `woosh_pure.marks`."""
+    return directory() / "marks.json"
+
+
+def load() -> Profile | None:
+    """The saved chassis, None when there is none.
+
+    Raises:
+        ValueError: The file cannot be understood.
+    """
+    path = profile_file()
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        return None
+    try:
+        fields = json.loads(text)
+        return Profile(str(fields["chassis"]), fields.get("host"))
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise ValueError(
+            f"{path}: not a profile ({error}); write it again with `woosh connect HOST`"
+        ) from error
+
+
+def save(profile: Profile) -> Path:
+    """Write the file; an interrupted write leaves the old one."""
+    path = profile_file()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(path.name + ".new")
+    temporary.write_text(json.dumps(asdict(profile), indent=2) + "\n", encoding="utf-8")
+    os.replace(temporary, path)
+    return path
+
+
+def forget() -> bool:
+    """Remove the file; False when there was none."""
+    try:
+        profile_file().unlink()
+    except FileNotFoundError:
+        return False
+    return True

@@ -1,0 +1,117 @@
+"""What a terminal can do, on any OS: escape sequences, size, and the moment a Windows console is closed."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import Any, TextIO
+
+__all__ = ["enable_escapes", "full_screen", "is_terminal", "linger_when_closed", "size"]
+
+# learn.microsoft.com/windows/console/setconsolemode, .../handlerroutine
+_STD_OUTPUT, _STD_ERROR = -11, -12
+_PROCESSED_OUTPUT, _VIRTUAL_TERMINAL = 0x1, 0x4
+_CLOSE_EVENTS = (2, 5, 6)  # CTRL_CLOSE_EVENT, CTRL_LOGOFF_EVENT, CTRL_SHUTDOWN_EVENT
+_WINDOWS_PATIENCE = 4.5  # Windows ends the process 5 s after a closed console
+_HANDLER: list[Any] = []
+
+
+def is_terminal(stream: TextIO) -> bool:
+    """True when a person reads this stream; a closed stream is none."""
+    try:
+        return stream.isatty()
+    except ValueError:
+        return False
+
+
+def size() -> tuple[int, int]:
+    """Columns and lines of the terminal."""
+    columns, lines = shutil.get_terminal_size((80, 24))
+    return columns, lines
+
+
+def enable_escapes(stream: TextIO) -> bool:
+    """Whether escape sequences work on `stream`; a Windows console is asked to understand them."""
+    if not is_terminal(stream):
+        return False
+    if sys.platform != "win32":
+        return os.environ.get("TERM", "") not in ("", "dumb")
+    return _enable_on_windows(_STD_ERROR if stream is sys.stderr else _STD_OUTPUT)
+
+
+def _enable_on_windows(which: int) -> bool:  # pragma: no cover  (Windows only)
+    try:
+        import ctypes
+
+        kernel = getattr(ctypes, "windll").kernel32  # noqa: B009  (absent elsewhere)
+        handle, mode = kernel.GetStdHandle(which), ctypes.c_uint32()
+        if not kernel.GetConsoleMode(handle, ctypes.byref(mode)):
+            return False
+        return bool(kernel.SetConsoleMode(handle, mode.value | _PROCESSED_OUTPUT | _VIRTUAL_TERMINAL))
+    except (AttributeError, ImportError, OSError):
+        return False
+
+
+@contextmanager
+def full_screen(stream: TextIO) -> Iterator[None]:
+    """The other screen of the terminal, without a cursor; what was there before comes back, always."""
+    stream.write("\x1b[?1049h\x1b[?25l\x1b[2J")
+    stream.flush()
+    try:
+        yield
+    finally:
+        stream.write("\x1b[?25h\x1b[?1049l")
+        stream.flush()
+
+
+@contextmanager
+def linger_when_closed(terminate: Callable[[int, FrameType | None], object]) -> Iterator[None]:
+    """On Windows: when the console is closed, keep the process alive until the block has ended.
+
+    Windows ends a process as soon as its handlers of a closed console have returned. Python's own handler
+    returns at once, before the motion is stopped; this one, which is asked first, has the main thread
+    terminated and waits for it.
+    """
+    if sys.platform != "win32" or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    done = threading.Event()
+    _install(close_handler(done, terminate))
+    try:
+        yield
+    finally:
+        done.set()
+
+
+def close_handler(
+    done: threading.Event, terminate: Callable[[int, FrameType | None], object]
+) -> Callable[[int], bool]:
+    """What Windows calls in a thread of its own: True says that the event was dealt with."""
+
+    def handle(event: int) -> bool:
+        if event not in _CLOSE_EVENTS:
+            return False  # Ctrl-C and Ctrl-Break are Python's
+        number = getattr(signal, "SIGBREAK", signal.SIGTERM)
+        if signal.getsignal(number) is terminate:
+            signal.raise_signal(number)  # noted here, handled by the main thread
+        done.wait(_WINDOWS_PATIENCE)
+        return True
+
+    return handle
+
+
+def _install(handle: Callable[[int], bool]) -> None:  # pragma: no cover  (Windows only)
+    try:
+        import ctypes
+
+        kind = getattr(ctypes, "WINFUNCTYPE")(ctypes.c_int, ctypes.c_uint32)  # noqa: B009
+        _HANDLER[:] = [kind(handle)]  # kept: Windows holds only its address
+        getattr(ctypes, "windll").kernel32.SetConsoleCtrlHandler(_HANDLER[0], 1)  # noqa: B009
+    except (AttributeError, ImportError, OSError):
+        return

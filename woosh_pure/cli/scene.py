@@ -1,0 +1,160 @@
+"""What is known of a chassis now, gathered for a screen or a picture."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import RosError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from woosh_pure.chassis import Chassis
+    from woosh_pure.faults import StatusCode
+    from woosh_pure.geometry import Pose2D, Velocity
+    from woosh_pure.gridmap import GridMap
+    from woosh_pure.readiness import Readiness
+    from woosh_pure.values import Battery, LaserScan, RobotStatus
+
+__all__ = ["Observer", "Scene", "known_path", "scan_in_base", "scan_in_map"]
+
+FEEDS = ("pose", "velocity", "scan", "battery", "status", "plan", "localization", "odometer")
+
+
+@dataclass(slots=True)
+class Scene:
+    """One moment; None and empty where nothing was heard.
+
+    Attributes:
+        scan: (N, 2) m in the map, or in base_link when the pose is not known.
+        rates: Messages per second of each feed that was heard.
+        ages: Seconds since the newest message of each feed that was heard.
+    """
+
+    master_uri: str
+    pose: Pose2D | None = None
+    velocity: Velocity | None = None
+    battery: Battery | None = None
+    status: RobotStatus | None = None
+    readiness: Readiness | None = None
+    faults: tuple[StatusCode, ...] = ()
+    scan: NDArray[np.floating] | None = None
+    nearest: float | None = None
+    path: Sequence[Pose2D] = ()
+    odometer: float | None = None
+    grid: GridMap | None = None
+    rates: dict[str, float] = field(default_factory=dict)
+    ages: dict[str, float] = field(default_factory=dict)
+
+
+class Observer:
+    """Looks at a chassis again and again. Opens the feeds at once; the map is fetched by `fetch_map`."""
+
+    def __init__(self, chassis: Chassis) -> None:
+        self._chassis = chassis
+        self._feeds = {name: chassis.feed(name).open() for name in (*FEEDS, "tf_static")}
+        chassis.readiness()
+        self._counts: deque[tuple[float, dict[str, int]]] = deque(maxlen=100)
+        self.grid: GridMap | None = None
+
+    def fetch_map(self) -> None:
+        """Ask for the map; without one, nothing is drawn under the scan."""
+        try:
+            self.grid = self._chassis.get_map()
+        except (RosError, ValueError):
+            self.grid = None
+
+    def look(self) -> Scene:
+        """What is known now."""
+        chassis, feeds = self._chassis, self._feeds
+        pose, scan = feeds["pose"].latest, feeds["scan"].latest
+        return Scene(
+            master_uri=chassis.master_uri,
+            pose=pose,
+            velocity=feeds["velocity"].latest,
+            battery=feeds["battery"].latest,
+            status=feeds["status"].latest,
+            readiness=chassis.readiness(),
+            faults=chassis.faults,
+            scan=None if scan is None else scan_in_map(chassis, scan, pose),
+            nearest=None if scan is None else scan.nearest,
+            path=known_path(chassis),
+            odometer=feeds["odometer"].latest,
+            grid=self.grid,
+            rates=self._rates(),
+            ages={name: f.age for name, f in feeds.items() if name in FEEDS and f.age is not None},
+        )
+
+    def _rates(self) -> dict[str, float]:
+        """Over the last two seconds."""
+        now, counts = time.monotonic(), {name: self._feeds[name].count for name in FEEDS}
+        self._counts.append((now, counts))
+        while len(self._counts) > 2 and now - self._counts[0][0] > 2.0:
+            self._counts.popleft()
+        since, before = self._counts[0]
+        seconds = max(now - since, 1e-3)
+        return {name: (count - before[name]) / seconds for name, count in counts.items() if count}
+
+
+def known_path(chassis: Chassis) -> list[Pose2D]:
+    """The path being driven, as the navigation published it last; empty when nothing was heard."""
+    from woosh_pure.convert import pose_of
+
+    message = chassis.feed("plan").latest
+    if message is None:
+        return []
+    return [pose_of(p.pose, p.header.frame_id or "map") for p in message.poses]
+
+
+def scan_in_map(chassis: Chassis, scan: LaserScan, pose: Pose2D | None) -> NDArray[np.floating]:
+    """(N, 2) points of a scan, m in the map; in base_link when the pose is not known."""
+    import numpy as np
+
+    points = scan_in_base(chassis, scan)
+    if pose is None:
+        return points
+    c, s = np.cos(pose.yaw), np.sin(pose.yaw)
+    turned: NDArray[np.floating] = points @ np.array([[c, s], [-s, c]]) + np.array([pose.x, pose.y])
+    return turned
+
+
+def scan_in_base(chassis: Chassis, scan: LaserScan) -> NDArray[np.floating]:
+    """(N, 2) points of a scan, m in base_link by the fixed transforms; as they are where none is known."""
+    import numpy as np
+
+    flat = scan.points().astype(np.float64)
+    points = np.hstack([flat, np.zeros((len(flat), 1))])
+    links = _fixed_links(chassis)
+    frame = scan.frame.lstrip("/")
+    for _ in range(20):  # a loop in the tree must not hold us
+        if frame in ("base_link", "base_footprint") or frame not in links:
+            break
+        frame, transform = links[frame]
+        points = _turned(points, transform.rotation)
+        t = transform.translation
+        points = points + np.array([t.x, t.y, t.z])
+    result: NDArray[np.floating] = points[:, :2]
+    return result
+
+
+def _fixed_links(chassis: Chassis) -> dict[str, tuple[str, Any]]:
+    links: dict[str, tuple[str, Any]] = {}
+    for reading in chassis.feed("tf_static").history:
+        for link in reading.message.transforms:
+            links[link.child_frame_id.lstrip("/")] = (link.header.frame_id.lstrip("/"), link.transform)
+    return links
+
+
+def _turned(points: NDArray[np.float64], q: Any) -> NDArray[np.float64]:
+    """Rotated by a unit quaternion; a lidar that hangs upside down is one of the reasons for all of it."""
+    import numpy as np
+
+    axis = np.array([q.x, q.y, q.z])
+    around = 2.0 * np.cross(axis, points)
+    turned: NDArray[np.float64] = points + q.w * around + np.cross(axis, around)
+    return turned

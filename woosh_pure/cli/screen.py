@@ -1,0 +1,261 @@
+"""The whole-screen picture of `woosh watch`: a scene becomes lines of text, with colours if wanted. Pure."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import textwrap
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from woosh_pure.geometry import Pose2D
+    from woosh_pure.gridmap import GridMap
+
+    from .scene import Scene
+
+__all__ = ["Screen"]
+
+_PANEL = 34
+_NARROW = 72
+_AROUND = 6.0
+"""Metres shown in each direction where there is no map."""
+_COLOURS = {"red": "31;1", "green": "32", "yellow": "33", "blue": "34;1", "dim": "2", "bold": "1"}
+_SIGNS = {
+    "wall": "█",
+    "unknown": "░",
+    "scan": "•",
+    "path": "·",
+    "robot": "→↗↑↖←↙↓↘",
+    "full": "█",
+    "empty": "░",
+}
+_ASCII = {
+    "wall": "#",
+    "unknown": ":",
+    "scan": "*",
+    "path": ".",
+    "robot": ">/^\\</v\\",
+    "full": "#",
+    "empty": "-",
+}
+
+Piece = tuple[str, str]
+"""A text and the name of its colour, "" for none."""
+
+
+class Screen:
+    """Draws scenes. Keeps what was made of the map, because that takes longest.
+
+    Args:
+        ascii_only: For terminals without block characters.
+        coloured: With colours.
+    """
+
+    def __init__(self, *, ascii_only: bool = False, coloured: bool = True) -> None:
+        self._signs = _ASCII if ascii_only else _SIGNS
+        self._ascii, self._coloured = ascii_only, coloured
+        self._ground: tuple[object, NDArray[np.str_]] | None = None
+
+    def render(self, scene: Scene, columns: int, lines: int) -> list[str]:
+        """At most `lines` lines of at most `columns` visible characters."""
+        title = [("woosh watch ", "bold"), (scene.master_uri, ""), ("   q: leave", "dim")]
+        panel = list(self._panel(scene))
+        body = max(1, lines - 1)
+        if columns < _NARROW:
+            rows = [*panel, *self._map(scene, columns, body - len(panel))]
+        else:
+            rows = self._side_by_side(self._map(scene, columns - _PANEL - 1, body), panel, body)
+        return [self._text(row, columns) for row in [title, *rows][:lines]]
+
+    def _side_by_side(
+        self, left: list[list[Piece]], right: list[list[Piece]], rows: int
+    ) -> list[list[Piece]]:
+        gap: Piece = (" ", "")
+        padded = right[:rows] + [[] for _ in range(rows - len(right))]
+        return [[*a, gap, *b] for a, b in zip(left, padded, strict=True)]
+
+    def _text(self, pieces: Iterable[Piece], columns: int) -> str:
+        out, left = [], columns
+        for text, colour in pieces:
+            shown = text[:left]
+            left -= len(shown)
+            if self._ascii:
+                shown = shown.replace("°", "d").replace("²", "2").encode("ascii", "replace").decode()
+            out.append(f"\x1b[{_COLOURS[colour]}m{shown}\x1b[0m" if colour and self._coloured else shown)
+        return "".join(out)
+
+    # -- the panel -------------------------------------------------------------------------------------------
+
+    def _panel(self, scene: Scene) -> Iterable[list[Piece]]:
+        yield from self._readiness(scene)
+        yield self._fact("pose", None if scene.pose is None else _pose(scene.pose), scene, "pose")
+        v = scene.velocity
+        moving = None if v is None else f"{v.vx:+.2f} m/s {math.degrees(v.wz):+.0f}°/s"
+        yield self._fact("velocity", moving, scene, "velocity")
+        yield from self._battery(scene)
+        s = scene.status
+        yield self._fact("state", None if s is None else f"{s.robot_state}, {s.robot_mode}")
+        yield self._fact("task", None if s is None else f"{s.task_id} {s.task_type} {s.task_state}")
+        if s is not None and s.destination:
+            yield self._fact("to", s.destination)
+        near = None if scene.nearest is None else f"nearest {scene.nearest:.2f} m"
+        yield self._fact("scan", near, scene, "scan")
+        yield self._fact("odometer", None if scene.odometer is None else f"{scene.odometer:.1f} m")
+        yield []
+        yield from self._faults(scene)
+        yield []
+        yield [("rates", "bold"), (" per second", "dim")]
+        for name, rate in sorted(scene.rates.items()):
+            yield [(f"  {name:13s} {rate:5.1f}", "")]
+
+    def _readiness(self, scene: Scene) -> Iterable[list[Piece]]:
+        if scene.ages and min(scene.ages.values()) > 2.0:
+            yield [(f"SILENT for {min(scene.ages.values()):.0f} s", "red")]
+        elif not scene.ages:
+            yield [("nothing heard yet", "yellow")]
+        readiness = scene.readiness
+        if readiness is None:
+            return
+        yield [("ready", "green")] if readiness else [("NOT READY", "red")]
+        for reason in readiness.reasons:
+            for line in textwrap.wrap(reason.text, _PANEL - 2)[:3]:
+                yield [(f"  {line}", "red" if reason.blocking else "dim")]
+
+    def _fact(self, name: str, text: str | None, scene: Scene | None = None, feed: str = "") -> list[Piece]:
+        label: Piece = (f"{name:9s}", "dim")
+        if text is None:
+            return [label, ("not heard", "yellow")]
+        age = 0.0 if scene is None else scene.ages.get(feed, 0.0)
+        old: list[Piece] = [(f" {age:.0f} s old", "yellow")] if age > 2.0 else []
+        return [label, (text, ""), *old]
+
+    def _battery(self, scene: Scene) -> Iterable[list[Piece]]:
+        b = scene.battery
+        if b is None:
+            yield self._fact("battery", None)
+            return
+        full = round(min(max(b.percent, 0), 100) / 10)
+        bar = self._signs["full"] * full + self._signs["empty"] * (10 - full)
+        colour = "red" if b.percent < 20 else "yellow" if b.percent < 40 else "green"
+        yield [(f"{'battery':9s}", "dim"), (f"{bar} {b.percent} %", colour)]
+        yield [(f"{'':9s}{b.voltage:.1f} V {b.current:.1f} A", "")]
+        if b.charging:
+            yield [(f"{'':9s}charging", "green")]
+
+    def _faults(self, scene: Scene) -> Iterable[list[Piece]]:
+        if not scene.faults:
+            yield [("faults   ", "dim"), ("none heard", "")]
+            return
+        yield [("faults", "red")]
+        for fault in scene.faults[:5]:
+            for line in textwrap.wrap(str(fault), _PANEL - 2)[:3]:
+                yield [(f"  {line}", "red" if fault.level >= 3 else "yellow")]
+
+    # -- the map ---------------------------------------------------------------------------------------------
+
+    def _map(self, scene: Scene, columns: int, rows: int) -> list[list[Piece]]:
+        """Characters are twice as high as wide."""
+        if columns < 4 or rows < 2:
+            return []
+        view = _View(scene, columns, rows)
+        signs = self._ground_of(scene.grid, view).copy()
+        colours = np.full(signs.shape, "dim", dtype="<U6")
+        path = np.array([[p.x, p.y] for p in scene.path]).reshape(-1, 2)
+        self._put(signs, colours, view, _dense(path, view.size), self._signs["path"], "blue")
+        if scene.scan is not None:
+            self._put(signs, colours, view, scene.scan, self._signs["scan"], "yellow")
+        pose = scene.pose
+        here = np.array([[pose.x, pose.y]]) if pose is not None else np.zeros((1, 2))
+        octant = 0 if pose is None else round(pose.yaw / (math.pi / 4.0)) % 8
+        self._put(signs, colours, view, here, self._signs["robot"][octant], "red")
+        return [_runs(line, tones) for line, tones in zip(signs, colours, strict=True)]
+
+    def _put(
+        self,
+        signs: NDArray[np.str_],
+        colours: NDArray[np.str_],
+        view: _View,
+        points: NDArray[np.floating],
+        sign: str,
+        colour: str,
+    ) -> None:
+        rows, columns = view.cells_of(points)
+        signs[rows, columns] = sign
+        colours[rows, columns] = colour
+
+    def _ground_of(self, grid: GridMap | None, view: _View) -> NDArray[np.str_]:
+        key = (id(grid), view.key)
+        if self._ground is None or self._ground[0] != key:
+            self._ground = (key, self._draw_ground(grid, view))
+        return self._ground[1]
+
+    def _draw_ground(self, grid: GridMap | None, view: _View) -> NDArray[np.str_]:
+        empty = " " if grid is None else self._signs["unknown"]
+        ground = np.full((view.rows, view.columns), empty, dtype="<U1")
+        if grid is None:
+            return ground
+        for wanted, sign in ((grid.cells == 0, " "), (grid.cells > 50, self._signs["wall"])):
+            where = np.argwhere(wanted).astype(np.float64)
+            local = (where[:, ::-1] + 0.5) * grid.resolution
+            c, s = math.cos(grid.origin.yaw), math.sin(grid.origin.yaw)
+            points = local @ np.array([[c, s], [-s, c]]) + np.array([grid.origin.x, grid.origin.y])
+            rows, columns = view.cells_of(points)
+            ground[rows, columns] = sign
+        return ground
+
+
+class _View:
+    """Which part of the world the characters show, north up.
+
+    Attributes:
+        size: Width of a character, m; it is twice as high.
+    """
+
+    def __init__(self, scene: Scene, columns: int, rows: int) -> None:
+        self.columns, self.rows = columns, rows
+        low_x, high_x, low_y, high_y = _extent(scene)
+        self.size = max((high_x - low_x) / columns, (high_y - low_y) / (2.0 * rows))
+        self._left = (low_x + high_x - self.size * columns) / 2.0
+        self._top = (low_y + high_y + 2.0 * self.size * rows) / 2.0
+        self.key = (columns, rows, round(self._left, 3), round(self._top, 3))
+
+    def cells_of(self, points: NDArray[np.floating]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Rows and columns of those points (N, 2) that are in view."""
+        columns = np.floor((points[:, 0] - self._left) / self.size).astype(np.int64)
+        rows = np.floor((self._top - points[:, 1]) / (2.0 * self.size)).astype(np.int64)
+        inside = (rows >= 0) & (rows < self.rows) & (columns >= 0) & (columns < self.columns)
+        return rows[inside], columns[inside]
+
+
+def _extent(scene: Scene) -> tuple[float, float, float, float]:
+    grid = scene.grid
+    if grid is None:
+        x, y = (0.0, 0.0) if scene.pose is None else (round(scene.pose.x), round(scene.pose.y))
+        return x - _AROUND, x + _AROUND, y - _AROUND, y + _AROUND
+    corners = [grid.point_of(r, c) for r in (0, grid.height - 1) for c in (0, grid.width - 1)]
+    xs, ys, half = [x for x, _ in corners], [y for _, y in corners], grid.resolution / 2.0
+    return min(xs) - half, max(xs) + half, min(ys) - half, max(ys) + half
+
+
+def _dense(corners: NDArray[np.floating], step: float) -> NDArray[np.floating]:
+    """A point every `step` m along a line, so that it has no gaps; at most 2000."""
+    if len(corners) < 2:
+        return corners
+    ways = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
+    at = np.linspace(0.0, ways[-1], min(2000, max(2, math.ceil(ways[-1] / step))))
+    return np.stack([np.interp(at, ways, corners[:, 0]), np.interp(at, ways, corners[:, 1])], axis=1)
+
+
+def _runs(line: NDArray[np.str_], tones: NDArray[np.str_]) -> list[Piece]:
+    """Neighbours of one colour as one piece."""
+    edges = [0, *(np.flatnonzero(tones[1:] != tones[:-1]) + 1).tolist(), len(line)]
+    return [("".join(line[a:b]), str(tones[a])) for a, b in itertools.pairwise(edges)]
+
+
+def _pose(pose: Pose2D) -> str:
+    return f"{pose.x:.2f} {pose.y:.2f} m {pose.yaw_degrees:.0f}°"
