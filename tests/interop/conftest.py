@@ -87,6 +87,36 @@ def gencpp_headers(ros_installed: None, shared_directory: Path) -> Path:
 
 
 @pytest.fixture(scope="session")
+def revised_packages(genpy_packages: Path, shared_directory: Path) -> Callable[[str], str]:
+    """`revised_packages("1.1.0")`: woosh_msgs of that revision for rospy, made by genpy; for `packages=`."""
+
+    def make(label: str) -> str:
+        def generate(target: Path) -> Path:
+            root = ros.write_revision(target / "definitions", "woosh_msgs", label)
+            return ros.generate_python_packages(target, root)
+
+        made = _made_once(shared_directory / f"python-revision-{label}", generate)
+        return f"{made}{os.pathsep}{genpy_packages}"  # it finds its woosh_msgs first, the others behind
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def build_revised_roscpp(ros_installed: None, shared_directory: Path) -> Callable[[str, str, str], Path]:
+    """`build(name, source, "1.1.0") -> executable`: a C++ node with woosh_msgs of that revision, by gencpp."""
+
+    def build(name: str, source: str, label: str) -> Path:
+        def generate(target: Path) -> Path:
+            root = ros.write_revision(target / "definitions", "woosh_msgs", label)
+            return ros.generate_cpp_headers(target, root)
+
+        headers = _made_once(shared_directory / f"cpp-revision-{label}", generate)
+        return ros.build_cpp_node(f"{name}-{label}", source, shared_directory, headers)
+
+    return build
+
+
+@pytest.fixture(scope="session")
 def build_roscpp(gencpp_headers: Path, shared_directory: Path) -> Callable[[str, str], Path]:
     """`build_roscpp(name, source) -> executable`: a C++ node, compiled once per session."""
 

@@ -44,6 +44,7 @@ __all__ = [
     "start_real_master",
     "start_rospy",
     "start_tool",
+    "write_revision",
 ]
 
 PYTHON = "/usr/bin/python3"
@@ -54,6 +55,7 @@ GEN_CPP = Path("/usr/lib/gencpp/gen_cpp.py")
 GENACTION = Path("/usr/lib/actionlib_msgs/genaction.py")
 CPP_TEMPLATES = Path("/usr/share/gencpp")
 MSGDEFS = Path(__file__).resolve().parents[2] / "msgdefs"
+MADE_OF_ACTIONS = ("Action", "ActionGoal", "ActionResult", "ActionFeedback", "Goal", "Result", "Feedback")
 TIMEOUT = 60.0  # seconds for one tool or script: a loaded computer needs several for `import rospy` alone
 
 # -- is it there? ------------------------------------------------------------------------------------------
@@ -396,10 +398,28 @@ def exclusive(lock_file: Path) -> Iterator[None]:
         yield
 
 
-def _definitions(work: Path) -> dict[str, dict[str, list[Path]]]:
-    """package -> {"msg": files, "srv": files} of msgdefs, the messages of its actions included."""
+def write_revision(target: Path, package: str, label: str) -> Path:
+    """The definitions of one revision of a package as files, all of them; a folder like msgdefs."""
+    from rosproto.msg import bundled
+
+    library = bundled().package_revisions(package)[label]
+    names = {"msg": set(), "srv": set(library.services(package)), "action": set(library.actions(package))}
+    made = {name + suffix for name in names["action"] for suffix in MADE_OF_ACTIONS}
+    names["msg"] = set(library.messages(package)) - made
+    looks = {"msg": library.message, "srv": library.service, "action": library.action}
+    for kind, found in names.items():
+        place = target / package / kind
+        place.mkdir(parents=True, exist_ok=True)
+        for name in found:
+            text = looks[kind](name).text
+            (place / f"{name.partition('/')[2]}.{kind}").write_text(text, "utf-8", errors="surrogateescape")
+    return target
+
+
+def _definitions(work: Path, root: Path = MSGDEFS) -> dict[str, dict[str, list[Path]]]:
+    """package -> {"msg": files, "srv": files} of a folder, the messages of its actions included."""
     found: dict[str, dict[str, list[Path]]] = {}
-    for package in sorted(path for path in MSGDEFS.iterdir() if path.is_dir()):
+    for package in sorted(path for path in root.iterdir() if path.is_dir()):
         files = {kind: sorted((package / kind).glob(f"*.{kind}")) for kind in ("msg", "srv")}
         for action in sorted((package / "action").glob("*.action")):
             target = work / "actions" / package.name
@@ -414,13 +434,16 @@ def _definitions(work: Path) -> dict[str, dict[str, list[Path]]]:
     return found
 
 
-def _include_path(work: Path, definitions: Mapping[str, object]) -> list[str]:
+def _include_path(work: Path, definitions: Mapping[str, object], root: Path = MSGDEFS) -> list[str]:
     places = [
         place
         for name in definitions
-        for place in (MSGDEFS / name / "msg", work / "actions" / name)
+        for place in (root / name / "msg", work / "actions" / name)
         if place.is_dir()
     ]
+    if root != MSGDEFS:  # what a revision uses of other packages
+        others = (path / "msg" for path in sorted(MSGDEFS.iterdir()) if path.name not in definitions)
+        places += [place for place in others if place.is_dir()]
     return [f"-I{place.parent.name if place.name == 'msg' else place.name}:{place}" for place in places]
 
 
@@ -431,8 +454,8 @@ def _generate(arguments: Sequence[str]) -> None:
     assert done.returncode == 0, f"{list(arguments)[:4]}: {done.stdout}{done.stderr}"
 
 
-def generate_python_packages(target: Path) -> Path:
-    """Message packages for rospy from our msgdefs, by genpy's own scripts; a directory for PYTHONPATH.
+def generate_python_packages(target: Path, root: Path = MSGDEFS) -> Path:
+    """Message packages for rospy from definitions, by genpy's own scripts; a directory for PYTHONPATH.
 
     Packages that Debian's Python has already (std_msgs, actionlib and so on) are left out: one with messages
     only would hide the code of the same name.
@@ -440,8 +463,8 @@ def generate_python_packages(target: Path) -> Path:
     require_ros("genpy", "genmsg")
     require(GENMSG_PY.exists() and GENSRV_PY.exists(), f"there is no {GENMSG_PY}")
     target.mkdir(parents=True, exist_ok=True)
-    definitions = _definitions(target)
-    include = _include_path(target, definitions)
+    definitions = _definitions(target, root)
+    include = _include_path(target, definitions, root)
     for name, kinds in definitions.items():
         if not _import_problem(name):
             continue
@@ -466,8 +489,8 @@ for package, kind, path, out, include, templates in json.load(open(sys.argv[1]))
 """
 
 
-def generate_cpp_headers(target: Path) -> Path:
-    """roscpp headers from our msgdefs, by gencpp; a directory for -I.
+def generate_cpp_headers(target: Path, root: Path = MSGDEFS) -> Path:
+    """roscpp headers from definitions, by gencpp; a directory for -I.
 
     Packages whose headers are in /usr/include already are left out.
     """
@@ -475,8 +498,8 @@ def generate_cpp_headers(target: Path) -> Path:
 
     require(GEN_CPP.exists() and CPP_TEMPLATES.exists(), f"there is no {GEN_CPP}")
     target.mkdir(parents=True, exist_ok=True)
-    definitions = _definitions(target)
-    include = _include_path(target, definitions)
+    definitions = _definitions(target, root)
+    include = _include_path(target, definitions, root)
     work = []
     for name, kinds in definitions.items():
         if (Path("/usr/include") / name).is_dir():
