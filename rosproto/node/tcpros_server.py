@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import logging
 import socket
+import threading
 from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING
 
@@ -53,7 +54,9 @@ class TcprosServer:
         self.on_topic = on_topic
         self.on_service: OnConnection | None = None
         self.refused = 0
-        self._server = TcpServer(host, port, self._accept, limits=limits, allow=allow, name=name)
+        self._born = threading.Lock()
+        with self._born:  # as in XmlRpcServer
+            self._server = TcpServer(host, port, self._accept, limits=limits, allow=allow, name=name)
 
     @property
     def port(self) -> int:
@@ -64,6 +67,8 @@ class TcprosServer:
         self._server.close(timeout)
 
     def _accept(self, sock: socket.socket, peer: tuple[str, int]) -> None:
+        with self._born:
+            pass  # `_server` is there
         deadline = Deadline(self._limits.handshake_seconds)
         try:
             fields = read_header(sock, self._limits, deadline)

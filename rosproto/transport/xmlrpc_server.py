@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import socket
+import threading
 from collections.abc import Callable
 
 from rosproto.errors import RemoteProtocolError, RosError
@@ -106,12 +107,14 @@ class XmlRpcServer:
         self._limits = limits or Limits()
         self._clock = clock
         self._name = name
-        self._server = TcpServer(
-            host, port, self._serve, limits=self._limits, allow=allow, name=name, clock=clock
-        )
-        self.host = host
-        self.port = self._server.port
-        self.uri = make_uri(advertise or host, self.port)
+        self._born = threading.Lock()
+        with self._born:  # peers that waited for the port connect before this constructor has ended
+            self._server = TcpServer(
+                host, port, self._serve, limits=self._limits, allow=allow, name=name, clock=clock
+            )
+            self.host = host
+            self.port = self._server.port
+            self.uri = make_uri(advertise or host, self.port)
 
     def __enter__(self) -> XmlRpcServer:
         return self
@@ -137,6 +140,8 @@ class XmlRpcServer:
         self._server.close(timeout)
 
     def _serve(self, sock: socket.socket, address: tuple[str, int]) -> None:
+        with self._born:
+            pass  # the attributes below are there
         _Conversation(self, sock, Peer.of(sock, address)).run()
 
     # The rest is called by _Conversation.

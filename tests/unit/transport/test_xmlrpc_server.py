@@ -7,12 +7,14 @@ import socket
 import threading
 import time
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
 from rosproto.protocol import xmlrpc
 from rosproto.protocol.http import HttpClientConnection, Response
 from rosproto.protocol.limits import Limits
+from rosproto.transport import xmlrpc_server
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp import connect
 from rosproto.transport.xmlrpc_server import Peer, XmlRpcServer
@@ -370,3 +372,24 @@ def test_peers_that_are_not_allowed_get_nothing() -> None:
         except OSError:
             return  # closed before we could even ask
         assert client.receive() is None
+
+
+def test_a_peer_that_comes_during_the_start_is_answered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nodes hammer the port of a master that restarts: the first of them met a server without its attributes."""
+    early: list[socket.socket] = []
+
+    class Slow(xmlrpc_server.TcpServer):
+        """Its caller gets it only after a peer had time to be served."""
+
+        def __init__(self, *args: Any, **options: Any) -> None:
+            super().__init__(*args, **options)
+            early.append(connect("127.0.0.1", self.port, Deadline(SOON)))
+            early[0].sendall(post(ECHO))
+            early[0].settimeout(0.2)
+            with pytest.raises(TimeoutError):
+                early[0].recv(1)
+
+    monkeypatch.setattr(xmlrpc_server, "TcpServer", Slow)
+    with XmlRpcServer("127.0.0.1", 0, dispatch, name="young"), early[0] as sock:
+        sock.settimeout(SOON)
+        assert sock.recv(15) == b"HTTP/1.1 200 OK"
