@@ -228,7 +228,8 @@ class Chassis(Readings, Peripherals):
         """Drive to a pose (`/move_base`). Returns at once.
 
         Args:
-            x, y: m, in `frame`.
+            x: m, in `frame`.
+            y: m, in `frame`.
             yaw: Final heading, rad.
             timeout: Default of the handle's `wait()`, s.
             check: False sends it even when the known state speaks against moving.
@@ -356,7 +357,8 @@ class Chassis(Readings, Peripherals):
         Args:
             bypasses_protection: Must be True: your acknowledgement of the above.
             direct: Use `/base_cmd_vel` (no smoothing) instead of `/smooth_cmd_vel`.
-            max_linear, max_angular: Lower limits than the chassis's own, m/s and rad/s.
+            max_linear: A lower limit than the chassis's own, m/s.
+            max_angular: A lower limit than the chassis's own, rad/s.
             feedback_timeout: The drive ends when `/odom_twist` is silent for so long, s; None drives blind.
 
         Raises:

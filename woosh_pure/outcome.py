@@ -29,7 +29,7 @@ class Outcome:
         goal: What was asked, in words ("task 17 to A1", "straight 0.5 m").
         text: The chassis's own words, or ours when it gave none.
         code: Its number: task state, step result, action status or robot state, by kind; None when there
-        was none.
+            was none.
         stopped: Whether the robot is known to stand still: True, False (it still moves), None (not known).
         seconds: From sending to the end, our clock.
     """

@@ -109,7 +109,8 @@ class Peripherals:
         Args:
             footprint: A `Footprint`, or corners (x, y) in m in base_link.
             padding: Metres added outwards.
-            local, global_: Which costmap.
+            local: The local costmap.
+            global_: The global costmap.
 
         Returns:
             The outline that was sent.

@@ -21,8 +21,7 @@ class Reason:
 
     Attributes:
         key: For programs: "emergency_stop", "manual_mode", "not_in_task_mode", "not_localised",
-        "charging_cable",
-            "fault", "busy", "unknown".
+            "charging_cable", "fault", "busy", "unknown".
         text: For people.
         blocking: False when it is only worth knowing (nothing heard yet, a task is running, a warning).
     """

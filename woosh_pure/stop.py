@@ -33,7 +33,7 @@ class StopReport:
 
     Attributes:
         standing: True when the measured velocity is zero, False when the robot still moves, None when not
-        known.
+            known.
         cancelled: What was cancelled, in words.
         problems: What could not be done, in words.
     """

@@ -173,7 +173,7 @@ class Drive:
         Raises:
             ValueError: A value is not finite or exceeds `limits`. The robot goes on with the last command.
             ConnectionLost: Nobody subscribes to the velocity topic any more, or the chassis has fallen
-            silent.
+                silent.
             MotionRefused: The drive is over (`stop()` was called, or the block was left).
         """
         self._raise_if_over()

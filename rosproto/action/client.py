@@ -50,13 +50,12 @@ class ActionClient:
         name: The action: "/move_base".
         action_type: A `FooAction` class, "package/FooAction" or "package/Foo".
         status_timeout: A server is taken for gone when its status has not come for so many seconds (it is
-        sent 5
-            times a second, also when nothing happens); None never.
+            sent 5 times a second, also when nothing happens); None never.
 
     Raises:
         DefinitionError: No such action type.
         LocalProtocolError, MasterError, ConnectionLost, RosTimeout: As `Node.publisher` and
-        `Node.subscriber`.
+            `Node.subscriber`.
 
     Attributes:
         name: Resolved name of the action.
@@ -170,9 +169,8 @@ class ActionClient:
             goal: The goal message.
             feedback: Called with the handle and each feedback message.
             transition: Called with the handle for each communication state the goal passes. Both are called
-            in
-                the client's own thread, one at a time and in order; what they raise is logged. They may be
-                called before `send_goal` returns.
+                in the client's own thread, one at a time and in order; what they raise is logged. They may
+                be called before `send_goal` returns.
 
         Raises:
             ConnectionLost: No server is connected: call `wait_for_server` first.

@@ -64,14 +64,13 @@ class ActionServer:
         handler: As above.
         concurrent: Work on many goals at once.
         check: Called with a new goal message, in the receiving thread, so it must be quick; returns why the
-        goal is
-            rejected, or None to accept it.
+            goal is rejected, or None to accept it.
         most_goals: More goals than this under way or waiting are rejected.
 
     Raises:
         DefinitionError: No such action type.
         LocalProtocolError, MasterError, ConnectionLost, RosTimeout: As `Node.publisher` and
-        `Node.subscriber`.
+            `Node.subscriber`.
 
     Attributes:
         name: Resolved name of the action.

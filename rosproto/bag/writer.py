@@ -70,8 +70,7 @@ class BagWriter:
 
     Args:
         file: Path (an existing file is replaced, unless `append`), or a seekable binary file opened for
-        writing (and
-            reading, for append).
+            writing (and reading, for append).
         compression: "none", "bz2" or "lz4".
         chunk_bytes: A chunk is written when its uncompressed size reaches this.
         append: Continue an existing bag; its table of contents is rewritten on close.

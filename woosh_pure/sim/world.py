@@ -53,7 +53,7 @@ class World:
         obstacles: What stands around and is not on the map.
         motion: What moves the base now, None when nothing does.
         emergency_stop, cable_plugged, robot_mode, work_mode, located: State a test may set through the
-        methods.
+            methods.
     """
 
     def __init__(self, site: Site | None = None, settings: Settings | None = None) -> None:
