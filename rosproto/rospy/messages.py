@@ -52,9 +52,8 @@ class Encoded:
         self._type = type_name
         self._data = data
 
-    @staticmethod
-    def _encode(message: Encoded) -> bytes:
-        return message._data
+    def _encode(self) -> bytes:
+        return self._data
 
 
 @cache

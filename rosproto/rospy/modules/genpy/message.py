@@ -255,19 +255,31 @@ def refuse(message, error):
 
 
 def _touch(value):
-    """Read every field as genpy's code does: one that is no message at all is an AttributeError there."""
+    """Read every field as genpy's code does: one that is no message or text at all is an AttributeError."""
     for name, type_ in zip(value.__slots__, value._slot_types):
         inner = getattr(value, name)
-        if "/" not in type_ and type_ != "Header":
-            continue
-        from rosproto.rospy import messages
+        base = type_.partition("[")[0]
+        for one in _items(inner) if type_.endswith("]") else [inner]:
+            if base == "string":
+                if hasattr(one, "__len__"):
+                    _ = one.encode
+            elif base in ("time", "duration"):
+                _ = one.secs
+            elif "/" in base or base == "Header":
+                _touch_message(one, base)
 
-        cls = messages.message(type_.partition("[")[0])
-        for one in inner if type_.endswith("]") else [inner]:
-            for field in cls.__slots__:
-                getattr(one, field)
-            if hasattr(one, "_slot_types"):
-                _touch(one)
+
+def _items(value):
+    return value if isinstance(value, (list, tuple)) else ()
+
+
+def _touch_message(value, type_):
+    from rosproto.rospy import messages
+
+    for name in messages.message(type_).__slots__:
+        getattr(value, name)
+    if hasattr(value, "_slot_types"):
+        _touch(value)
 
 
 FLAVOUR = Flavour(

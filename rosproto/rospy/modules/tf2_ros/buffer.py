@@ -183,12 +183,12 @@ class BufferCore:
         )
 
     def can_transform_core(self, target_frame, source_frame, time):
-        """(True, "") when there is one, else (False, why)."""
+        """(1, "") when there is one, else (0, why); numbers, as tf2's C code gives them."""
         try:
             self.lookup_transform_core(target_frame, source_frame, time)
         except TransformException as error:
-            return False, str(error)
-        return True, ""
+            return 0, str(error)
+        return 1, ""
 
     def clear(self):
         """Forget what moves."""
@@ -326,8 +326,8 @@ class Buffer(BufferCore, BufferInterface):
                     target_frame, target_time, source_frame, source_time, fixed_frame
                 )
             except TransformException as error:
-                return False, str(error)
-            return True, ""
+                return 0, str(error)
+            return 1, ""
 
         result = self._wait(ask, timeout)
         return result if return_debug_tuple else result[0]

@@ -146,8 +146,7 @@ class ServiceProxy(_Service):
         """Call the service.
 
         Raises:
-            ServiceException: Nobody provides it, or it failed.
-            ROSInterruptException: The node was shut down meanwhile.
+            ServiceException: Nobody provides it, it failed, or the node was shut down meanwhile.
             genpy.SerializationError: A value does not fit its field.
         """
         request = args_kwds_to_message(self.request_class, args, kwds)
@@ -196,8 +195,8 @@ class ServiceProxy(_Service):
             raise
 
     def _translated(self, error):
-        if core.is_shutdown():
-            return ROSInterruptException("node shutdown interrupted service call")
+        if core.is_shutdown():  # what rospy raises then (measured), though its documentation names another
+            return ServiceException("service [%s] returned no response" % self.resolved_name)
         cause = error.__cause__
         if isinstance(error, ServiceError):
             if isinstance(cause, MasterError):

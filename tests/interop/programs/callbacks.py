@@ -1,0 +1,33 @@
+"""Callbacks: errors in them, unregistering inside, two for one topic, a message's text."""
+
+import rospy
+from geometry_msgs.msg import PoseStamped
+
+rospy.init_node("callbacks")
+order = []
+
+
+def failing(message):
+    order.append("failing")
+    raise ValueError("in a callback")
+
+
+def last(message):
+    order.append("last")
+    sub.unregister()
+    print(message)
+
+
+rospy.Subscriber("pose", PoseStamped, failing)
+sub = rospy.Subscriber("pose", PoseStamped, last)
+end = rospy.Time.now() + rospy.Duration(8)
+while len(order) < 5 and rospy.Time.now() < end:
+    rospy.sleep(0.05)
+print(order[:4], sub.impl)
+try:
+    rospy.Publisher("p", PoseStamped, queue_size=1).unregister()
+    pub = rospy.Publisher("q", PoseStamped)
+    pub.unregister()
+    pub.publish(PoseStamped())
+except rospy.ROSException as e:
+    print(e)

@@ -1,0 +1,316 @@
+"""Programs written for rospy, each run by real rospy and by `rosproto run`, with the same kind of peer."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import rosproto
+from tests.interop.rospy_peers import (
+    action_caller,
+    action_server,
+    answers,
+    calls,
+    clock,
+    hears,
+    says,
+    together,
+)
+from tests.support import ros
+from tests.support.rospy_pair import Outcome, run_program
+
+Run = Callable[..., tuple[Outcome, Outcome]]
+
+STRINGS = [{"data": f"word {i}"} for i in range(5)]
+
+
+@pytest.fixture
+def both(genpy_packages: Path) -> Run:
+    """Run a program by both; compare them unless told not to."""
+
+    def run(program: str, *arguments: str, compare: bool = True, **options: Any) -> tuple[Outcome, Outcome]:
+        brought = tuple(options.pop("brought", ()))
+        theirs = run_program(program, *arguments, real=True, packages=[*brought, genpy_packages], **options)
+        ours = run_program(program, *arguments, real=False, packages=brought, **options)
+        if compare:
+            assert ours.code == theirs.code, ours.err
+            assert ours.out == theirs.out
+            assert ours.err == theirs.err
+            assert ours.noted == theirs.noted
+        return theirs, ours
+
+    return run
+
+
+def switch(request: Any) -> Any:
+    return {"success": True, "message": "on" if request.data else "off"}
+
+
+def refuse(request: Any) -> Any:
+    raise rosproto.ServiceError("/refuse", "not today")
+
+
+def slow(request: Any) -> Any:
+    time.sleep(3)
+    return {"success": True, "message": "late"}
+
+
+SERVICES = answers({"/switch": ("std_srvs/SetBool", switch), "/refuse": ("std_srvs/Trigger", refuse)})
+SERVER_CALLS = calls(
+    [
+        ("/switch", "std_srvs/SetBool", {"data": True}),
+        ("/switch", "std_srvs/SetBool", {"data": False}),
+        ("/as_dict", "std_srvs/SetBool", {"data": True}),
+        ("/as_list", "std_srvs/SetBool", {"data": True}),
+        ("/nothing", "std_srvs/SetBool", {"data": True}),
+        ("/too_few", "std_srvs/SetBool", {"data": True}),
+        ("/wrong", "std_srvs/SetBool", {"data": True}),
+        ("/fails", "std_srvs/Trigger", {}),
+        ("/server/private", "std_srvs/Empty", {}),
+        ("/quit", "std_srvs/Empty", {}),
+    ]
+)
+SCAN = {"ranges": [1.0, 2.0, 3.5], "range_max": 4.0}
+TYPES = {
+    "t_int8": "Int8",
+    "t_uint8": "UInt8",
+    "t_uint64": "UInt64",
+    "t_float64": "Float64",
+    "t_bool": "Bool",
+    "t_string": "String",
+    "t_time": "Time",
+}
+WRONG_TOPICS = {f"/{topic}": f"std_msgs/{kind}" for topic, kind in TYPES.items()} | {
+    "/t_twist": "geometry_msgs/Twist",
+    "/t_laserscan": "sensor_msgs/LaserScan",
+    "/t_posestamped": "geometry_msgs/PoseStamped",
+}
+
+
+def end_node(uri: str) -> None:
+    """What `rosnode kill` does."""
+    from rosproto.node import MasterClient, NodeClient
+
+    with MasterClient(uri, "/killer") as master:
+        NodeClient(master.lookup_node("/action_server"), "/killer").shutdown("user request")
+
+
+CASES: dict[str, dict[str, Any]] = {
+    "talker.py": {"peer": hears({"/chatter": "std_msgs/String"})},
+    "listener.py": {"peer": says({"/chatter": ("std_msgs/String", STRINGS)}, latch=False)},
+    "params.py": {
+        "arguments": ["_rate:=10", "_name:=base", "_list:=[1, 2.5, x]", "_on:=true", "_half:=0.5"],
+        "master_params": {"/given": {"number": 7}},
+    },
+    "service_server.py": {"peer": SERVER_CALLS},
+    "service_client.py": {"peer": SERVICES},
+    "action_client.py": {"peer": action_server()},
+    "action_server.py": {"peer": action_caller([(3, None), (-2, None), (7, None), (1000, 0.4)], end_node)},
+    "timers.py": {},
+    "hooks.py": {"peer": hears({"/stop": "std_msgs/Float64"})},
+    "uncaught.py": {},
+    "wrong_values.py": {"peer": hears(WRONG_TOPICS)},
+    "names.py": {"peer": hears({"/chatter": "std_msgs/String", "/names/private": "std_msgs/String"})},
+    "latched.py": {
+        "peer": together(
+            says({"/given": ("std_msgs/String", [{"data": "kept"}])}), hears({"/mine": "std_msgs/Int8"})
+        )
+    },
+    "waiting.py": {"peer": says({"/given": ("std_msgs/String", [{"data": "kept"}])})},
+    "queues.py": {
+        "peer": says(
+            {
+                "/numbers_a": ("std_msgs/UInt64", [{"data": i} for i in range(100)]),
+                "/numbers_b": ("std_msgs/UInt64", [{"data": i} for i in range(100)]),
+            },
+            latch=False,
+            pause=0.02,
+        )
+    },
+    "logs.py": {},
+    "callbacks.py": {
+        "peer": says({"/pose": ("geometry_msgs/PoseStamped", [{}] * 5)}, latch=False, pause=0.2)
+    },
+    "messages.py": {},
+    "processes.py": {"peer": hears({"/never": "std_msgs/String", "/from_children": "std_msgs/String"})},
+    "listeners.py": {
+        "peer": together(
+            hears({"/greeting": "std_msgs/String"}),
+            hears({"/relayed": "std_msgs/String"}, name="/other_ear"),
+            says({"/given": ("std_msgs/String", [{"data": "kept"}])}),
+        )
+    },
+    "transforms.py": {},
+    "synchronised.py": {},
+    "simulated_time.py": {"peer": clock(), "master_params": {"/use_sim_time": True}},
+}
+
+
+@pytest.mark.parametrize("program", CASES)
+def test_a_program_does_what_it_does_with_rospy(program: str, both: Run) -> None:
+    """Exit code, both streams, and what the peer saw."""
+    options = dict(CASES[program])
+    theirs, ours = both(program, *options.pop("arguments", []), compare=False, **options)
+    if program == "processes.py":  # which child is first is chance
+        for outcome in (theirs, ours):
+            outcome.noted[0]["/from_children"].sort()
+    if program == "wrong_values.py":  # a failed publish leaves rospy's stream out of step (its bug)
+        theirs.noted = ours.noted
+    assert ours.compared() == theirs.compared()
+    assert ours.out or ours.err, "a program that says nothing shows nothing"
+
+
+def test_numpy_msg() -> None:
+    """Arrays for those who ask for them, tuples and bytes for the others (Debian's rospy has no numpy)."""
+    peer = together(
+        says(
+            {
+                "/scan": ("sensor_msgs/LaserScan", [SCAN]),
+                "/bytes": ("std_msgs/UInt8MultiArray", [{"data": b"\x01\x02"}]),
+            }
+        ),
+        hears({"/doubled": "sensor_msgs/LaserScan"}),
+    )
+    ours = run_program("numpy_program.py", real=False, peer=peer)
+    assert (ours.code, ours.err) == (0, [])
+    assert ours.out == ["ndarray float32 6.5 0", "tuple (1.0, 2.0, 3.5)  False", "bytes b'\\x01\\x02'"]
+    first, second = ours.noted[0]["/doubled"]
+    assert "ranges: [2.0, 4.0, 7.0]" in first
+    assert "intensities: [1.0, 2.5]" in first
+    assert "ranges: [0.0, 1.0, 2.0]" in second
+
+
+def test_remapped_in_a_namespace(both: Run) -> None:
+    """`name:=other`, `__name:=`, `__ns:=` and plain arguments side by side."""
+    peer = hears({"/ns/talk": "std_msgs/String", "/ns/renamed/private": "std_msgs/String"})
+    arguments = ["plain", "chatter:=talk", "__name:=renamed", "__ns:=/ns", "--flag", "5"]
+    both("names.py", *arguments, peer=peer)
+
+
+def test_anonymous(both: Run) -> None:
+    """The name is made of process and time."""
+    _, ours = both("names.py", "--anonymous", peer=hears({"/chatter": "std_msgs/String"}))
+    assert "_PID_MS" in ours.out[1]
+
+
+def test_log_lines_with_their_time(both: Run) -> None:
+    """`[INFO] [1234.567]: text` without ROSCONSOLE_FORMAT, on the streams that rospy takes."""
+    form = "[${severity}] [${time}]: ${message}"
+    _, ours = both("logs.py", env={"ROSCONSOLE_FORMAT": form})
+    assert "[INFO] [TIME]: info 5 and [1]" in ours.out
+    assert "[ERROR] [TIME]: error" in ours.err
+
+
+MY_MSGS = {
+    "msg/Reading.msg": "Header header\nfloat64[] values\nstring[] names\nuint8[] raw\nuint32 count\n"
+    "time at\ngeometry_msgs/Point[] points\n",
+    "srv/Scale.srv": "float64 factor\nfloat64 value\n---\nfloat64 result\n",
+}
+
+
+@pytest.fixture(scope="module")
+def my_msgs(ros_installed: None, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """A user's own package: (folder with generated code, folder with the definitions)."""
+    base = tmp_path_factory.mktemp("brought")
+    code, definitions = base / "code" / "my_msgs", base / "definitions" / "my_msgs"
+    for name, text in MY_MSGS.items():
+        file = definitions / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+        kind = file.parent.name
+        out = code / kind
+        out.mkdir(parents=True)
+        tool = str(ros.GENMSG_PY if kind == "msg" else ros.GENSRV_PY)
+        include = [f"-I{p}:{ros.MSGDEFS / p / 'msg'}" for p in ("std_msgs", "geometry_msgs")]
+        start = [ros.PYTHON, tool, "-p", "my_msgs", "-o", str(out)]
+        subprocess.run(
+            [*start, *include, f"-Imy_msgs:{definitions / 'msg'}", str(file)], check=True, timeout=60
+        )
+        subprocess.run([*start, "--initpy"], check=True, timeout=60)
+    (code / "__init__.py").touch()
+    return code.parent, definitions.parent
+
+
+def test_a_package_that_the_user_brings(both: Run, my_msgs: tuple[Path, Path]) -> None:
+    """Code that genpy generated runs on our genpy, over topics and services."""
+    both("brought.py", brought=[my_msgs[0]])
+
+
+def test_a_package_of_definitions_only(my_msgs: tuple[Path, Path], genpy_packages: Path) -> None:
+    """`--msg-path` does what generated code does."""
+    theirs = run_program("brought.py", real=True, packages=[my_msgs[0], genpy_packages])
+    ours = run_program("brought.py", real=False, options=["--msg-path", str(my_msgs[1])])
+    assert ours.compared() == theirs.compared()
+
+
+@pytest.mark.parametrize(
+    ("program", "number", "arguments"),
+    [
+        ("ctrl_c_loop.py", signal.SIGINT, []),
+        ("ctrl_c_loop.py", signal.SIGTERM, []),
+        ("ctrl_c_spin.py", signal.SIGINT, []),
+        ("ctrl_c_wait.py", signal.SIGINT, []),
+        ("ctrl_c_python.py", signal.SIGINT, []),
+        ("ctrl_c_python.py", signal.SIGINT, ["again"]),
+        ("ctrl_c_call.py", signal.SIGINT, []),
+    ],
+)
+def test_a_signal_ends_a_program_as_with_rospy(
+    program: str, number: int, arguments: list[str], both: Run
+) -> None:
+    """The same output and exit code, and not later."""
+    peer = answers({"/slow": ("std_srvs/Trigger", slow)})
+    theirs, ours = both(program, *arguments, peer=peer, interrupt=number)
+    assert ours.seconds < theirs.seconds + 1.0
+
+
+def test_no_master_then_ctrl_c(tmp_path: Path, both: Run) -> None:
+    """Says so once, tries on, and ends with 1 when interrupted."""
+    program = tmp_path / "alone.py"
+    program.write_text('print("ready", flush=True)\nimport rospy\nrospy.init_node("alone")\n')
+    nowhere = f"http://127.0.0.1:{ros.free_port()}/"
+    # real rospy needs a while to import
+    program.write_text(
+        'import rospy, threading\nthreading.Timer(1, print, ["ready"], {"flush": True}).start()\nrospy.init_node("alone")\n'
+    )
+    _, ours = both(str(program), interrupt=signal.SIGINT, env={"ROS_MASTER_URI": nowhere})
+    assert ours.code == 1
+    assert "Unable to register with master node" in ours.out[0]
+
+
+@pytest.mark.parametrize(
+    ("program", "arguments"),
+    [("chassis_task.py", ["A1"]), ("chassis_step.py", []), ("chassis_velocity.py", [])],
+)
+def test_a_chassis_program(program: str, arguments: list[str], genpy_packages: Path) -> None:
+    """The same programs against the same simulated chassis."""
+    from woosh_pure import SimulatedChassis
+
+    outcomes = []
+    for real in (True, False):
+        with SimulatedChassis(speed=5) as sim:
+            outcomes.append(
+                run_program(
+                    program,
+                    *arguments,
+                    real=real,
+                    packages=[genpy_packages] if real else [],
+                    master_uri=sim.master_uri,
+                )
+            )
+    assert outcomes[1].compared() == outcomes[0].compared()
+    assert outcomes[1].code == 0, outcomes[1].err
+
+
+def test_sim_option(genpy_packages: Path) -> None:
+    """`--sim` needs no chassis and no master."""
+    ours = run_program(
+        "chassis_velocity.py", real=False, options=["--sim"], env={"ROS_MASTER_URI": "http://127.0.0.1:1/"}
+    )
+    assert ours.compared() == (0, ["True True"], [], [])
