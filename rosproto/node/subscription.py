@@ -125,7 +125,9 @@ def raw_message(buffer: Any, start: int, end: int) -> AnyMsg:
     """An `AnyMsg` with the bytes of one message."""
     message = AnyMsg()
     message._buff = (
-        buffer if start == 0 and end == len(buffer) and type(buffer) is bytes else bytes(buffer[start:end])
+        buffer
+        if start == 0 and end == len(buffer) and type(buffer) is bytes
+        else bytes(memoryview(buffer)[start:end])
     )
     return message
 

@@ -7,6 +7,7 @@ fit into the buffer is dropped and counted.
 
 from __future__ import annotations
 
+import importlib
 import logging
 import os
 import threading
@@ -260,6 +261,8 @@ class Recorder:
     # -- topics ---------------------------------------------------------------------------------------------
 
     def _start(self) -> None:
+        # The writer needs it with the first chunk. Imported then, it would hold up the threads that receive.
+        importlib.import_module("numpy")
         self._writer.start()
         try:
             for topic in self._selection.topics:
