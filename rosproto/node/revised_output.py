@@ -44,7 +44,7 @@ class RevisedOutput:
         if isinstance(message, (bytes, bytearray, memoryview, AnyMsg)):  # a relay never decoded it
             data = bytes(message._buff if isinstance(message, AnyMsg) else message)
             message = self._ours.decode(data, 0, len(data))
-        body = self.type.encode(self.conversion(message))
+        body = self.type.encode(self.conversion.convert(message))
         seq = next(self._seq) & 0xFFFFFFFF if self.type.message_class._has_header else None
         return small_frame(body, seq)
 

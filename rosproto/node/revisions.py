@@ -154,7 +154,7 @@ class RevisedType(TopicType):
     @property
     def decode(self) -> Callable[..., Any]:
         """(buffer, start, end) -> message of our class, or `Unfit`."""
-        decode, convert = self.theirs.decode, self.conversion
+        decode, convert = self.theirs.decode, self.conversion.convert
 
         def decode_and_convert(buffer: Any, start: int, end: int) -> Any:
             message = decode(buffer, start, end)  # an error here means that the stream is out of step

@@ -128,3 +128,27 @@ def test_definitions_that_share_no_field() -> None:
         Conversion(theirs, ours)
     empty = define("test_msgs/T", "")
     assert Conversion(theirs, empty)(theirs(percent=1.0)) == empty()
+
+
+def test_fields_called_like_keywords() -> None:
+    """Python's keywords are names in ROS like all others."""
+    ours, theirs = (
+        define("my_msgs/K", "uint8 class\nuint16 from\nstring pass"),
+        define("my_msgs/K", "uint8 from\nuint8 class"),
+    )
+    made = Conversion(theirs, ours)(theirs(**{"from": 3, "class": 4}))
+    assert [getattr(made, name) for name in ("class", "from", "pass")] == [4, 3, ""]
+    assert made == ours(**{"class": 4, "from": 3})
+
+
+def test_defaults_are_not_shared() -> None:
+    """A field the other side lacks is a fresh value in each message."""
+    ours, theirs = (
+        define("my_msgs/D", "uint8 a\nstring[] names\nfloat32[2] pair"),
+        define("my_msgs/D", "uint8 a"),
+    )
+    conversion = Conversion(theirs, ours)
+    one, two = conversion(theirs(a=1)), conversion(theirs(a=2))
+    one.names.append("x")
+    assert (two.names, list(two.pair)) == ([], [0.0, 0.0])
+    assert one.a == 1
