@@ -31,7 +31,15 @@ def learn(uri: str, folder: Path, *more: str) -> dict[str, Any]:
     """Run the command; its document."""
     command, parser, stream = load("learn"), ArgumentParser(), StringIO()
     command.add_arguments(parser)
-    parser.set_defaults(master=uri, chassis=None, sim=False, host=None)
+    common = {
+        "chassis": None,
+        "sim": False,
+        "sim_speed": None,
+        "host": None,
+        "msg_path": None,
+        "no_learned": False,
+    }
+    parser.set_defaults(master=uri, **common)
     args = parser.parse_args(["--folder", str(folder), *more])
     assert command.run(args, Output(as_json=True, stream=stream)) == 0
     document: dict[str, Any] = json.loads(stream.getvalue())
@@ -196,3 +204,27 @@ def test_a_silent_peer_costs_its_time_only() -> None:
         answers = {answer.name: answer for answer in survey(asker, timeout=10.0)}
     assert answers["/here"].type == "std_msgs/String"
     assert "127.0.0.1:9" in answers["/lost"].error
+
+
+def test_the_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As typed: a table of what differs, and in words what would be kept."""
+    from woosh_pure.cli import main
+
+    for variable in ("XDG_DATA_HOME", "LOCALAPPDATA", "HOME"):
+        monkeypatch.setenv(variable, str(tmp_path))
+    with SimulatedChassis(firmware="page", full_graph=False) as sim:
+        extra = sim.graph.nodes["/ros_interface"].publisher(
+            "/my_state", define("my_msgs/State", "uint8 mood")
+        )
+        assert main(["--master", sim.master_uri, "learn"]) == 0
+        extra.close()
+    said = capsys.readouterr().out
+    assert "/battery" in said
+    assert "known revision page" in said
+    assert "woosh_msgs/Parameter: pulsePerCircle: uint32 here, float32 on the robot" in said
+    assert "my_msgs/State: not bundled" in said
+    assert "kept my_msgs/State in " in said
+    assert [path.name for path in learned_paths()] == ["127.0.0.1-" + learned_paths()[0].name[-8:]]
+    assert "/odometer" not in said

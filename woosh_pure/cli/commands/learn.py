@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..connection import chosen, simulated
 from ..output import Output
 
 if TYPE_CHECKING:
@@ -44,17 +45,14 @@ def run(args: Namespace, out: Output) -> int:
 
     folder = args.folder or revisions_folder()
     with ExitStack() as stack:
-        address = args.master or args.chassis
-        if args.sim:
-            from woosh_pure.sim import SimulatedChassis
-
-            address = stack.enter_context(SimulatedChassis()).master_uri
+        address, host = (simulated(args, out, stack), args.host) if args.sim else chosen(args)
         uri = master_uri_of(address)
         node = stack.enter_context(
-            Node("woosh_learn", master_uri=uri, host=args.host, anonymous=True, rosout=False)
+            Node("woosh_learn", master_uri=uri, host=host, anonymous=True, rosout=False)
         )
         answers = survey(node, timeout=args.timeout, parallel=args.parallel)
-        knowledge = Knowledge([*learned_paths(folder), *(getattr(args, "msg_path", None) or ())])
+        learned = () if args.no_learned else learned_paths(folder)
+        knowledge = Knowledge([*learned, *map(Path, args.msg_path or ())])
         findings = [judge(answer, knowledge) for answer in answers]
     _print(findings, out, everything=args.all)
     written = _keep(findings, folder, uri, out, dry=args.dry_run)
