@@ -55,6 +55,9 @@ def play(arguments: argparse.Namespace) -> int:
     with ExitStack() as stack:
         bags = [stack.enter_context(BagReader(path)) for path in paths]
         stack.enter_context(interrupt_on_signals())
+        # A thread that waits for the interpreter gets it after 5 ms by default: too late for a message.
+        stack.callback(sys.setswitchinterval, sys.getswitchinterval())
+        sys.setswitchinterval(0.0005)
         node = stack.enter_context(open_node(arguments, "play"))
         console = stack.enter_context(_Console(arguments.quiet))
         player = stack.enter_context(
