@@ -215,6 +215,7 @@ class Publication:
             raise explained(mismatch, self.type.message_class, definition, str(error)) from error
         note_differences(self.name, fields.get("callerid", "a subscriber"), output.conversion)
         with self._lock:
+            self.publish = self._publish_revised  # type: ignore[method-assign]
             return self._revised.setdefault(fields["md5sum"], output)
 
     def _refused(self, sock: socket.socket, address: str, error: RosError) -> None:
@@ -303,15 +304,13 @@ class Publication:
 
     # -- messages -------------------------------------------------------------------------------------------
 
-    def publish(self, handle: Publisher, message: Any, own_only: bool = False) -> None:
+    def publish(self, handle: Publisher, message: Any) -> None:
         """Encode and hand to every subscriber; see `Publisher.publish`.
 
-        `own_only` leaves out those that want another revision.
+        As soon as a subscriber wants another revision, `_publish_revised` takes this method's place: until
+        then nobody asks with every message whether there is one.
         """
         links = self.links
-        if self._revised and not own_only:
-            self._publish_revised(handle, message)
-            return
         if not links and not handle.latch:
             return
         now = perf_counter()
@@ -345,7 +344,7 @@ class Publication:
         """With subscribers of other revisions: everybody is served before a value's misfit is told."""
         if type(message) is not self.type.message_class and not isinstance(message, RAW):
             self._check_class(message)
-        self.publish(handle, message, own_only=True)
+        Publication.publish(self, handle, message)
         problem: CodecError | None = None
         for output in list(self._revised.values()):
             if output.links:
