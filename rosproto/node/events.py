@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 
-__all__ = ["Event", "EventKind"]
+__all__ = ["Event", "EventKind", "without_frames"]
 
 
 class EventKind(enum.Enum):
@@ -46,3 +46,20 @@ class Event:
     error: Exception | None = None
     peer: str = ""
     direction: str = ""
+
+
+def without_frames(error: Exception) -> Exception:
+    """The error, fit to be kept: without its tracebacks, and those of its causes.
+
+    A traceback holds the frames it went through, and they their variables: a link's receive buffer of 256 KiB
+    for every error that is remembered.
+    """
+    todo: list[BaseException | None] = [error]
+    seen: set[int] = set()
+    while todo:
+        one = todo.pop()
+        if one is not None and id(one) not in seen:
+            seen.add(id(one))
+            one.__traceback__ = None
+            todo += (one.__cause__, one.__context__)
+    return error

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from rosproto.codec import AnyMsg
 from rosproto.codec.conversion import ConversionError
 from rosproto.errors import CodecError, ConnectionLost, Md5sumMismatch, RosError
-from rosproto.node.events import Event, EventKind
+from rosproto.node.events import Event, EventKind, without_frames
 from rosproto.node.frames import LARGE, LargeFrame, prefix, small_frame
 from rosproto.node.revised_output import RevisedOutput
 from rosproto.node.revisions import explained, note_differences
@@ -225,7 +225,7 @@ class Publication:
             return
         _log.warning("! %s: subscriber refused: %s", self.name, error)
         refuse(sock, str(error))
-        self._node._emit(Event(EventKind.REFUSED, self.name, address, error))
+        self._node._emit(Event(EventKind.REFUSED, self.name, address, without_frames(error)))
 
     def header(self, output: RevisedOutput | None = None) -> dict[str, str]:
         """What we answer a subscriber."""

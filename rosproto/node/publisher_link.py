@@ -20,7 +20,7 @@ from rosproto.errors import (
     RosTimeout,
     TooLarge,
 )
-from rosproto.node.events import Event, EventKind
+from rosproto.node.events import Event, EventKind, without_frames
 from rosproto.node.link_state import LinkEvent, LinkState, next_state, refused_backoff, retry_backoff
 from rosproto.node.stats import LinkStats
 from rosproto.protocol.handshake import HandshakeRefused
@@ -166,6 +166,7 @@ class PublisherLink:
         """Note why; tell once, not with every try."""
         if isinstance(error, OSError) and not isinstance(error, RosError):
             error = translate(error, f"{self.topic} from {self.address}", self.address)
+        error = without_frames(error)
         was = self._state
         refused = isinstance(error, REFUSALS)
         if self._step(LinkEvent.REFUSED if refused else LinkEvent.FAILED) is LinkState.CLOSED:

@@ -15,7 +15,7 @@ import threading
 from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
-from rosproto.node.events import Event, EventKind
+from rosproto.node.events import Event, EventKind, without_frames
 from rosproto.transport.address import same_uri
 from rosproto.transport.backoff import Backoff
 
@@ -178,7 +178,8 @@ class Watchdog:
         if not self._lost:
             self._lost = True
             _log.warning("! the master %s is away, it is tried again: %s", self._node.master_uri, error)
-            self._node._emit(Event(EventKind.MASTER_LOST, address=self._node.master_uri, error=error))
+            known = without_frames(error)
+            self._node._emit(Event(EventKind.MASTER_LOST, address=self._node.master_uri, error=known))
 
     def _master_answers(self, stood: bool) -> None:
         self._backoff.reset()

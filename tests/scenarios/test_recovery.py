@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import socket
 import subprocess
 import sys
@@ -16,6 +17,7 @@ import pytest
 
 from rosproto.master import Master
 from rosproto.node import EventKind, MasterClient, Node, endpoints
+from rosproto.node.frame_reader import FrameReader
 from rosproto.transport import tcp
 from tests.support.proxy import FaultProxy
 from tests.support.ros import free_port
@@ -73,6 +75,23 @@ def test_ten_faults_in_a_row(fault: str, pair: tuple[Node, Node, FaultProxy]) ->
         publisher.publish(data=str(number))
         assert subscriber.next(5).data == str(number)
     assert subscriber.stats()[0].reconnects == 10
+
+
+def test_errors_that_are_kept_hold_no_buffers(pair: tuple[Node, Node, FaultProxy]) -> None:
+    """Their tracebacks held the receive buffer of each dead link: 8 MB for a topic with 32 errors."""
+    a, b, proxy = pair
+    publisher, subscriber = a.publisher("/t", STRING), b.subscriber("/t", STRING)
+    publisher.wait_for_connection(10)
+    subscriber.wait_for_connection(10)
+    for _ in range(5):
+        before = subscriber.stats()[0].reconnects
+        proxy.reset()
+        eventually(lambda n=before: subscriber.stats()[0].reconnects > n and subscriber.connections == 1)  # type: ignore[misc]
+    assert len(subscriber.errors) >= 5
+    gc.collect()
+    address = f"{proxy.host}:{proxy.port}"
+    readers = [one for one in gc.get_objects() if isinstance(one, FrameReader) and one._peer == address]
+    assert len(readers) == 1
 
 
 def test_nothing_queued_is_replayed_late(pair: tuple[Node, Node, FaultProxy]) -> None:
