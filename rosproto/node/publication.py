@@ -206,7 +206,10 @@ class Publication:
 
     def _revise(self, fields: dict[str, str], mismatch: Md5sumMismatch) -> RevisedOutput:
         definition = fields.get("message_definition", "")
-        theirs = self._node.revisions.message(self.type.message_class, fields["md5sum"], definition)
+        ours, revisions = self.type.message_class, self._node.revisions
+        theirs = revisions.message(ours, fields["md5sum"], definition) or revisions.fetched.fetch(
+            self._node, self.name, ours, fields["md5sum"]
+        )
         if theirs is None:
             raise explained(mismatch, self.type.message_class, definition) from None
         try:

@@ -19,6 +19,7 @@ from rosproto.codec.comparison import side_by_side
 from rosproto.codec.conversion import Conversion, ConversionError
 from rosproto.errors import CodecError, DefinitionError, Md5sumMismatch
 from rosproto.msg import bundled
+from rosproto.node.fetched_revision import FetchedRevisions
 from rosproto.node.topic_types import TopicType
 
 if TYPE_CHECKING:
@@ -45,11 +46,15 @@ class Revisions:
     Args:
         paths: Folders of .msg, .srv and .action files in ROS layout; a definition there is another revision
             of the bundled one, or a type of its own.
+
+    Attributes:
+        fetched: Asks other publishers for what is not known.
     """
 
     def __init__(self, paths: Iterable[str | os.PathLike[str]] = ()) -> None:
         # Opened now: a folder that is not there is the caller's error, and not the first peer's.
         self._folders = [bundled().fork([path]) for path in paths]
+        self.fetched = FetchedRevisions()
         self._lock = threading.Lock()
         self._found: dict[tuple[type, str, str], Any] = {}
 
@@ -71,6 +76,14 @@ class Revisions:
         found: type[Message] | None = self._remembered(
             ours, md5sum, definition, lambda: self._find(ours, md5sum, definition)
         )
+        return found
+
+    def learn(self, ours: type[Message], md5sum: str, definition: str) -> type[Message] | None:
+        """As `message`; a definition that counts is remembered for peers that do not send it themselves."""
+        found = self.message(ours, md5sum, definition)
+        if found is not None:
+            with self._lock:
+                self._found[ours, md5sum, ""] = found
         return found
 
     def service(self, ours: Any, md5sum: str) -> Any:

@@ -14,6 +14,8 @@ from rosproto.codec import define, message_class, service_class
 from rosproto.codec.conversion import Conversion, ValuesLost
 from rosproto.errors import CodecError, Md5sumMismatch, RosTimeout
 from rosproto.msg import bundled
+from rosproto.node.fetched_revision import FetchedRevisions
+from rosproto.protocol.handshake import subscriber_header
 
 Battery = message_class("woosh_msgs/Battery")
 Parameter = message_class("woosh_msgs/Parameter")
@@ -377,3 +379,51 @@ def test_what_is_lost_is_seen_inside_arrays(angles: tuple[float, float], lost: l
     step = message_class("woosh_msgs/StepControl")
     message.action_goal.goal.stepControl = [step(angle=angle) for angle in angles]
     assert conversion.lost(message) == lost
+
+
+@pytest.fixture
+def mute_subscribers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Subscribers that do not send their definition, as roscpp's."""
+    from rosproto.node import tcpros_link
+
+    def header(**fields: Any) -> dict[str, str]:
+        return subscriber_header(**{**fields, "message_definition": ""})
+
+    monkeypatch.setattr(tcpros_link, "subscriber_header", header)
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_a_definition_is_asked_of_another_publisher(told: bool, mute_subscribers: None) -> None:
+    """The robot's own client of an action server knows what the server wants, and tells everybody."""
+    ours = define("robot_msgs/Goal", "uint8 mode\nfloat32 speed")
+    theirs = define("robot_msgs/Goal", "string id\nfloat32 speed\nuint8 mode")
+    with (
+        Master() as master,
+        Node("/server", master_uri=master.uri, rosout=False, intraprocess=False) as server,
+        Node("/client", master_uri=master.uri, rosout=False, intraprocess=False) as client,
+        Node("/here", master_uri=master.uri, rosout=False, intraprocess=False) as here,
+    ):
+        if told:
+            client.publisher("/goal", theirs)
+        goals = server.subscriber("/goal", theirs)
+        if not told:
+            # It comes to know our definition from us, and converts; but its md5sum is asked for first.
+            publisher = here.publisher("/goal", ours)
+            goals.wait_for_connection(timeout=5)
+            assert publisher.revisions == {"/server": ours}
+            return
+        goals.wait_for_connection(timeout=5)
+        publisher = here.publisher("/goal", ours)
+        publisher.wait_for_connection(timeout=5)
+        assert publisher.revisions["/server"]._md5sum == theirs._md5sum
+        publisher.publish(mode=3, speed=0.5)
+        message = goals.next(timeout=5)
+        assert (message.id, message.speed, message.mode) == ("", 0.5, 3)
+
+
+def test_strangers_do_not_keep_us_asking() -> None:
+    """The same question is not asked again at once, and not ever more different ones."""
+    fetched = FetchedRevisions()
+    assert fetched._may_ask("/t", "0")
+    assert not fetched._may_ask("/t", "0")
+    assert sum(fetched._may_ask("/t", str(i)) for i in range(1000)) < 200
