@@ -107,7 +107,7 @@ class BagSeries:
     @property
     def size(self) -> int:
         """Bytes in all bags so far."""
-        return self._finished_bytes + self._writer.size
+        return self._finished_bytes + (0 if self._path in self.paths else self._writer.size)
 
     def write(self, topic: str, message: RawMessage, stamp: Time) -> None:
         """Add a message, to another bag if it is time for one.
@@ -164,12 +164,13 @@ class BagSeries:
 
     def _finish(self) -> None:
         self._writer.close()
-        self._finished_bytes += self._writer.size
         try:
             os.replace(self.active_path, self._path)
+            size = os.path.getsize(self._path)
         except OSError as problem:
             raise BagError(
                 f"the finished bag cannot be renamed to {self._path}: {problem.strerror}",
                 path=self.active_path,
             ) from problem
+        self._finished_bytes += size
         self.paths.append(self._path)

@@ -253,7 +253,12 @@ class Player:
             self._clock.publish(self.position_ns)
 
     def _publish(self, entry: TimelineEntry) -> None:
-        self._outputs[entry.bag, entry.message.connection.id].publish(entry.message.data)
+        try:
+            self._outputs[entry.bag, entry.message.connection.id].publish(entry.message.data)
+        except LocalProtocolError:
+            if self._stop.is_set():
+                return  # closed by another thread in this moment
+            raise
         self.published += 1
         if self._on_message is not None:
             self._on_message(entry.message.connection.topic, Time._raw(*divmod(entry.time_ns, NS)))
