@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -153,3 +155,11 @@ def test_versions_between_the_listed_ones() -> None:
     assert isinstance(firmware("page"), Firmware)
     with pytest.raises(ValueError, match=r"1\.1\.4"):
         firmware("latest")
+
+
+def test_the_page_about_firmwares_names_them_all() -> None:
+    """Its table of known revisions, in their order."""
+    page = (Path(__file__).resolve().parents[2] / "docs" / "firmware.md").read_text("utf-8")
+    rows = page.partition("## Known revisions")[2].partition("\n## ")[0]
+    listed = re.findall(r"^\| (page|[0-9.]+)", rows, re.MULTILINE)
+    assert listed == firmware_names()
