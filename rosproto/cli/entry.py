@@ -26,6 +26,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run `rosproto` with these arguments (by default the process's own); the exit code."""
     escape_what_cannot_be_printed()
     words = list(sys.argv[1:] if argv is None else argv)
+    if words[:1] == ["run"] and words[1:2] not in (["-h"], ["--help"]):
+        # Not by way of all the sub-commands: a program's start should not wait for parsers it has no use for.
+        from rosproto.rospy.launch import main as run_program
+
+        return run_program(words[1:], prog="rosproto run")
     parser, name = _parser(words)
     arguments = parser.parse_args(words)
     if name is None:

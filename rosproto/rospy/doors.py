@@ -6,23 +6,24 @@ module genpy would have written it to; pickles and `repr` of classes name it.
 
 from __future__ import annotations
 
-import importlib.abc
-import importlib.machinery
 import sys
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import DefinitionError
 from rosproto.rospy import messages
 from rosproto.rospy.definitions import library
 
+if TYPE_CHECKING:
+    from importlib.machinery import ModuleSpec
+
 __all__ = ["DoorLoader"]
 
 
-class DoorLoader(importlib.abc.Loader):
+class DoorLoader:
     """Fills a module by what its name says."""
 
-    def create_module(self, spec: importlib.machinery.ModuleSpec) -> None:
+    def create_module(self, spec: ModuleSpec) -> None:
         """Python's own kind of module will do."""
 
     def exec_module(self, module: ModuleType) -> None:

@@ -6,13 +6,16 @@ program's arguments are not touched.
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 from collections.abc import Sequence
 from types import ModuleType, TracebackType
+from typing import TYPE_CHECKING
 
 from rosproto.rospy.definitions import MSG_PATH
+
+if TYPE_CHECKING:
+    import argparse
 
 __all__ = ["add_arguments", "main", "run", "run_program"]
 
@@ -35,16 +38,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="folder with packages of .msg, .srv, .action files (repeat for more)",
     )
     parser.add_argument("program", help="a Python file written for rospy")
-    parser.add_argument("arguments", nargs=argparse.REMAINDER, help="the program's arguments")
+    parser.add_argument("arguments", nargs="...", help="the program's arguments")
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """`python -m rosproto.rospy`; the exit code."""
+def main(argv: Sequence[str] | None = None, *, prog: str = "python -m rosproto.rospy") -> int:
+    """Run what these words say (by default the process's own); the exit code."""
+    from rosproto.errors import RosError
+
+    words = list(sys.argv[1:] if argv is None else argv)
+    if words and not words[0].startswith("-"):  # no options: nothing to be parsed
+        return run_program(words[0], words[1:])
+    import argparse
+
     parser = argparse.ArgumentParser(
-        prog="rosproto.rospy", description="Run a program written for rospy, without ROS."
+        prog=prog, description="Run a program written for rospy, unchanged, without ROS."
     )
     add_arguments(parser)
-    return run(parser.parse_args(argv))
+    arguments = parser.parse_args(words)
+    try:
+        return run(arguments)
+    except RosError as error:
+        print(f"{prog}: {error}", file=sys.stderr)
+        return 1
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -108,7 +123,8 @@ def run_program(path: str, arguments: Sequence[str] = ()) -> int:
     except SystemExit:
         raise
     except BaseException as error:
-        sys.excepthook(type(error), error, _from_program(error.__traceback__))
+        error.__traceback__ = _from_program(error.__traceback__)
+        sys.excepthook(type(error), error, error.__traceback__)
         if isinstance(error, KeyboardInterrupt) and type(error) is KeyboardInterrupt:
             _end_by_interrupt()
         return 1

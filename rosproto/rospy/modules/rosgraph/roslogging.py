@@ -14,6 +14,7 @@ _NAMES = {
 }
 _RESET = "\033[0m"
 _plain = logging.Formatter()
+MOST_BYTES = 50000000  # of a log file; the one before is kept
 
 
 class LoggingException(Exception):
@@ -74,33 +75,40 @@ def _with_formats(text, begin, more):
 
 
 class _LazyFile(logging.Handler):
-    """The node's log file, opened with the first record; without a place to write, nothing is written."""
+    """The node's log file, opened with the first record; without a place to write, nothing is written.
+
+    Not `logging.handlers.RotatingFileHandler`: importing that takes longer than the rest of init_node.
+    """
 
     def __init__(self, path):
         super().__init__()
         self.baseFilename = path
-        self._handler = None
-        self._formatter = logging.Formatter("[%(name)s][%(levelname)s] %(asctime)s: %(message)s")
+        self._file = None
+        self._broken = False
+        self._line = logging.Formatter("[%(name)s][%(levelname)s] %(asctime)s: %(message)s")
 
     def emit(self, record):
         """Write one record."""
-        if self._handler is None:
-            self._handler = self._open()
-        self._handler.emit(record)
-
-    def _open(self):
-        from logging.handlers import RotatingFileHandler
-
+        if self._broken:
+            return
         try:
-            os.makedirs(os.path.dirname(self.baseFilename), exist_ok=True)
-            handler = RotatingFileHandler(
-                self.baseFilename, "a", maxBytes=50000000, backupCount=4, encoding="utf-8"
-            )
+            if self._file is None:
+                os.makedirs(os.path.dirname(self.baseFilename), exist_ok=True)
+                self._file = open(  # noqa: SIM115  kept open
+                    self.baseFilename, "a", encoding="utf-8", errors="backslashreplace"
+                )
+            self._file.write(self._line.format(record) + "\n")
+            self._file.flush()
+            if self._file.tell() > MOST_BYTES:
+                self._rotate()
         except OSError as error:
+            self._broken = True
             sys.stderr.write("WARNING: cannot write the log file [%s]: %s\n" % (self.baseFilename, error))
-            return logging.NullHandler()
-        handler.setFormatter(self._formatter)
-        return handler
+
+    def _rotate(self):
+        self._file.close()
+        self._file = None
+        os.replace(self.baseFilename, self.baseFilename + ".1")
 
 
 def configure_logging(logname, level=logging.INFO, filename=None, env=None):

@@ -1,6 +1,8 @@
 """rospy.impl.init: the node behind the module."""
 
 import os
+import threading
+import time
 
 import rosgraph
 
@@ -85,13 +87,26 @@ def _close(reason):
 
 
 def serve_loggers():
-    """Let tools see and set the levels of this process's loggers."""
-    from roscpp.srv import GetLoggers, SetLoggerLevel
+    """Let tools see and set the levels of this process's loggers, from a moment later on.
 
+    In a thread, because it takes as long as the rest of init_node, and no program of its own waits for it.
+    """
+    threading.Thread(target=_serve_loggers, name="rosproto:logger services", daemon=True).start()
+
+
+def _serve_loggers():
+    time.sleep(0.1)
+    from ..service import ServiceException
     from .tcpros_service import Service
 
-    Service("~get_loggers", GetLoggers, _get_loggers)
-    Service("~set_logger_level", SetLoggerLevel, _set_logger_level)
+    try:
+        from roscpp.srv import GetLoggers, SetLoggerLevel
+
+        Service("~get_loggers", GetLoggers, _get_loggers)
+        Service("~set_logger_level", SetLoggerLevel, _set_logger_level)
+    except (RosError, OSError, ServiceException) as error:
+        if not core.is_shutdown():
+            core.rospywarn("the logger services are not provided: %s", error)
 
 
 def _get_loggers(request):
