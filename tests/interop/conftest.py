@@ -7,7 +7,7 @@ with REQUIRE_INTEROP=1 in the environment it fails instead.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import pytest
@@ -102,12 +102,17 @@ def revised_packages(genpy_packages: Path, shared_directory: Path) -> Callable[[
 
 
 @pytest.fixture(scope="session")
-def build_revised_roscpp(ros_installed: None, shared_directory: Path) -> Callable[[str, str, str], Path]:
-    """`build(name, source, "1.1.0") -> executable`: a C++ node with woosh_msgs of that revision, by gencpp."""
+def build_revised_roscpp(ros_installed: None, shared_directory: Path) -> Callable[..., Path]:
+    """`build(name, source, "1.1.0") -> executable`: a C++ node with woosh_msgs of that revision, by gencpp.
 
-    def build(name: str, source: str, label: str) -> Path:
+    `changes` replaces texts: {"msg/Battery.msg": "..."}; give it a label of its own then: "page+1".
+    """
+
+    def build(name: str, source: str, label: str, changes: Mapping[str, str] | None = None) -> Path:
         def generate(target: Path) -> Path:
-            root = ros.write_revision(target / "definitions", "woosh_msgs", label)
+            root = ros.write_revision(target / "definitions", "woosh_msgs", label.partition("+")[0])
+            for path, text in (changes or {}).items():
+                (root / "woosh_msgs" / path).write_text(text)
             return ros.generate_cpp_headers(target, root)
 
         headers = _made_once(shared_directory / f"cpp-revision-{label}", generate)

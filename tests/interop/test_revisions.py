@@ -14,6 +14,7 @@ import pytest
 
 from rosproto import ActionClient, Node
 from rosproto.codec import message_class, service_class
+from rosproto.errors import RosTimeout
 from rosproto.master import Master
 from rosproto.msg import bundled
 from tests.support import ros
@@ -249,7 +250,7 @@ int main(int argc, char **argv) {
 
 
 def test_topics_and_services_with_roscpp_of_another_revision(
-    any_master: str, build_revised_roscpp: Callable[[str, str, str], Path]
+    any_master: str, build_revised_roscpp: Callable[..., Path]
 ) -> None:
     """The same with gencpp's classes, both ways."""
     program = build_revised_roscpp("revised_echo", ROSCPP_ECHO, "page")
@@ -269,3 +270,43 @@ def test_topics_and_services_with_roscpp_of_another_revision(
             response = client.call(task_exect=2, mark_no="A1", timeout=10)
             assert (response.success, response.message, response.statusCode) == (True, "A1", 3)
         assert surveyed(node, "/battery", "/theirs") == [("revision", "page")] * 2
+
+
+FUTURE = "uint32 batteryPercentage\nstring chemistry\nuint8 submodule\n"
+ROSCPP_FUTURE = r"""
+#include <ros/ros.h>
+#include <woosh_msgs/Battery.h>
+void take(const woosh_msgs::Battery &m) {
+    printf("took %u '%s' %u\n", m.batteryPercentage, m.chemistry.c_str(), m.submodule); fflush(stdout);
+}
+int main(int argc, char **argv) {
+    ros::init(argc, argv, "robot", ros::init_options::NoSigintHandler);
+    ros::NodeHandle node;
+    ros::Publisher other;
+    if (argc > 1) other = node.advertise<woosh_msgs::Battery>("/battery_in", 10);
+    ros::Subscriber in = node.subscribe("/battery_in", 10, take);
+    puts("up"); fflush(stdout);
+    ros::spin();
+}
+"""
+
+
+@pytest.mark.parametrize("tells", [True, False], ids=["a publisher tells", "nobody tells"])
+def test_a_roscpp_subscriber_of_a_definition_nobody_bundled(
+    our_master: Master, build_revised_roscpp: Callable[..., Path], tells: bool
+) -> None:
+    """It names an md5sum only; whoever else publishes the topic tells the definition behind it."""
+    program = build_revised_roscpp("future", ROSCPP_FUTURE, "page+future", {"msg/Battery.msg": FUTURE})
+    with (
+        ros.start_program(program, our_master.uri, *(["publish"] if tells else [])) as process,
+        Node("/ours", master_uri=our_master.uri) as node,
+    ):
+        process.wait_for("up")
+        out = node.publisher("/battery_in", "woosh_msgs/Battery")
+        if not tells:
+            with pytest.raises(RosTimeout, match="woosh learn"):
+                out.wait_for_connection(3)
+            return
+        out.wait_for_connection(20)
+        out.publish(batteryPercentage=42, submodule=3)
+        process.wait_for("took 42 '' 3")
