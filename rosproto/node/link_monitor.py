@@ -169,7 +169,10 @@ class LinkMonitor:
     def _change(self, link: MonitoredLink, events: int) -> None:
         try:
             self._selector.modify(link.sock, events, link)
-        except (ValueError, KeyError, OSError):
+        except KeyError:
+            # Full before it was added, over a latched message. (One that was removed has a closed socket.)
+            self._watch(link, events)
+        except (ValueError, OSError):
             pass  # removed meanwhile
 
     def _drop(self, link: MonitoredLink) -> None:

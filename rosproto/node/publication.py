@@ -247,12 +247,13 @@ class Publication:
         with self._lock:
             closed = self._closed
             if not closed:
-                for frame in self._latched.values():
-                    self._send_latched(link, frame, output)
+                # Among the others first: a link that ends over its first message takes itself out again.
                 if output is None:
                     self.links = (*self.links, link)
                 else:
                     output.links = (*output.links, link)
+                for frame in self._latched.values():
+                    self._send_latched(link, frame, output)
                 self._lock.notify_all()
                 callbacks = [handle.on_connect for handle in self._handles if handle.on_connect]
         if closed:

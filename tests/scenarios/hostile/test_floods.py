@@ -5,9 +5,11 @@ from __future__ import annotations
 import random
 import socket
 import struct
+import threading
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
+from typing import Any
 
 import pytest
 
@@ -172,3 +174,55 @@ def test_connections_are_counted_with_their_links(victim: Victim) -> None:
         eventually(lambda: publisher.connections == 0)
         with attacks.many(address, 20, attacks.subscriber_header("/t")):
             publisher.wait_for_connection(10, 20)
+
+
+def test_latched_topics_forget_subscribers_that_are_gone_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The latched message meets a dead connection before the link is among the others: it must not stay there."""
+    from rosproto.master import Master
+    from rosproto.node import Node, publication
+
+    gone = threading.Event()
+    real = publication.write_header
+
+    def write_and_wait(*arguments: Any) -> None:
+        real(*arguments)
+        gone.wait(5)
+
+    monkeypatch.setattr(publication, "write_header", write_and_wait)
+    with Master() as master, Node("/latched", master_uri=master.uri, rosout=False) as node:
+        publisher = node.publisher("/kept", "std_msgs/String", latch=True)
+        publisher.publish(data="x")
+        address = ("127.0.0.1", node._tcpros.port)
+        sock = attacks.connect(address, attacks.subscriber_header("/kept"))
+        attacks.read_header(sock)
+        attacks.reset(sock)
+        gone.set()
+        for _ in range(100):
+            attacks.reset(attacks.connect(address, attacks.subscriber_header("/kept")))
+        eventually(lambda: publisher.connections == 0, 10, "the end of the links")
+        with attacks.connect(address, attacks.subscriber_header("/kept")) as sock:
+            attacks.read_header(sock)
+            assert attacks.read_frame(sock)[4:] == b"x"
+
+
+def test_a_large_latched_message_reaches_a_slow_subscriber_whole() -> None:
+    """It does not fit into the socket, and nothing is published after it that would push it on."""
+    import numpy as np
+
+    from rosproto.master import Master
+    from rosproto.node import Node
+
+    with Master() as master, Node("/latched", master_uri=master.uri, rosout=False) as node:
+        node.publisher("/map", "std_msgs/UInt8MultiArray", latch=True).publish(
+            data=np.full(20_000_000, 7, "u1")
+        )
+        header = attacks.subscriber_header("/map", type="*", md5sum="*")
+        for _ in range(3):
+            with attacks.connect(("127.0.0.1", node._tcpros.port), header) as sock:
+                attacks.read_header(sock)
+                (size,) = struct.unpack("<I", attacks.read_exactly(sock, 4))
+                left = size
+                while left:
+                    part = sock.recv(min(left, 1 << 20))
+                    assert part
+                    left -= len(part)
