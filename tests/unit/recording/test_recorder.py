@@ -1,0 +1,191 @@
+"""What `Recorder` adds to subscribing and writing: ends by itself, several definitions, headers, errors."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rosproto import Master, Node
+from rosproto.bag import BagReader, BagWriter
+from rosproto.codec import define, message_class
+from rosproto.errors import BagError
+from rosproto.recording import Recorder, TopicSelection
+from rosproto.recording.recorder import _connection
+
+String = message_class("std_msgs/String")
+ROOT = Path(__file__).resolve().parents[3]
+
+
+@pytest.fixture
+def nodes() -> Iterator[tuple[Node, Node, Node]]:
+    with (
+        Master() as master,
+        Node("/one", master_uri=master.uri) as one,
+        Node("/two", master_uri=master.uri) as two,
+        Node("/recorder", master_uri=master.uri) as three,
+    ):
+        yield one, two, three
+
+
+def test_publishers_that_disagree_are_both_recorded(nodes: tuple[Node, Node, Node], tmp_path: Path) -> None:
+    """One topic, two definitions: each message is stored with its own publisher's."""
+    one, two, recorder_node = nodes
+    other = define("my_msgs/Other", "int32 x\nstring name\n")
+    strings, others = one.publisher("/a", String), two.publisher("/a", other)
+    with Recorder(recorder_node, tmp_path / "a.bag", ["/a"], limit=2) as recorder:
+        strings.wait_for_connection(5)
+        others.wait_for_connection(5)
+        strings.publish(data="text")
+        others.publish(other(x=7, name="seven"))
+        assert recorder.wait(10)
+    with BagReader(tmp_path / "a.bag") as bag:
+        found = {c.callerid: (c.type, c.md5sum) for c in bag.connections.values()}
+        messages = sorted((getattr(m, "data", None) or m.name) for _, m, _ in bag.read_messages())
+    assert found == {"/one": ("std_msgs/String", String._md5sum), "/two": ("my_msgs/Other", other._md5sum)}
+    assert messages == ["seven", "text"]
+
+
+def test_it_ends_by_size_and_by_time(nodes: tuple[Node, Node, Node], tmp_path: Path) -> None:
+    """`wait` tells; the file is finished then, without close."""
+    one, _, node = nodes
+    publisher = one.publisher("/a", String, queue_size=1000)
+    with (
+        Recorder(node, tmp_path / "size.bag", ["/a"], most_bytes=20_000) as by_size,
+        Recorder(node, tmp_path / "time.bag", ["/a"], most_seconds=0.2) as by_time,
+    ):
+        publisher.wait_for_connection(5)
+        assert by_time.wait(5)
+        assert (tmp_path / "time.bag").exists()
+        assert not by_size.wait(0)
+        while not by_size.finished:
+            publisher.publish(data="x" * 1000)
+            by_size.wait(0.001)
+        assert (tmp_path / "size.bag").exists()
+        assert by_size.paths == [tmp_path / "size.bag"]
+    assert 20_000 <= (tmp_path / "size.bag").stat().st_size < 200_000
+
+
+def test_topics_of_the_recording_process_itself(nodes: tuple[Node, Node, Node], tmp_path: Path) -> None:
+    """A program can record what it publishes itself, with `all` and with topics that come later."""
+    _, _, node = nodes
+    selection = TopicSelection(all=True, exclude=["/rosout.*"])
+    with Recorder(node, tmp_path / "a.bag", selection=selection, poll=0.05, limit=1) as recorder:
+        assert recorder.topics == []
+        latched = node.publisher("/own", String, latch=True)
+        latched.publish(data="mine")
+        assert recorder.wait(10)
+    with BagReader(tmp_path / "a.bag") as bag:
+        assert [(t, m.data) for t, m, _ in bag.read_messages()] == [("/own", "mine")]
+
+
+def test_stats_tell_how_it_stands(nodes: tuple[Node, Node, Node], tmp_path: Path) -> None:
+    """Messages, bytes, topics, and the final name of the file."""
+    one, _, node = nodes
+    publisher = one.publisher("/a", String)
+    with Recorder(node, prefix=str(tmp_path / "run"), topics=["/a", "/nobody"]) as recorder:
+        recorder.wait_for_topics(1)
+        publisher.wait_for_connection(5)
+        publisher.publish(data="x")
+        while recorder.stats().messages < 1:
+            recorder.wait(0.01)
+        stats = recorder.stats()
+        assert (stats.messages, stats.dropped, stats.topics) == (1, 0, 2)
+        assert os.path.exists(stats.path + ".active")
+        with pytest.raises(TimeoutError, match="fewer than 2"):
+            recorder.wait_for_topics(2, timeout=0.05)
+    assert os.path.exists(stats.path)
+    assert not [t for t in threading.enumerate() if t.name.startswith("rosproto:record")]
+
+
+def test_a_publisher_without_definition_gets_ours_if_it_is_the_same() -> None:
+    """A bag must say how to read it; but only by a definition that has the md5sum."""
+    header = {"type": "std_msgs/String", "md5sum": String._md5sum, "callerid": "/c", "latching": "1"}
+    made = _connection("/a", header)
+    assert made.definition == String._full_text
+    assert (made.callerid, made.latching) == ("/c", True)
+    assert _connection("/a", header | {"md5sum": "0" * 32}).definition == ""
+    assert _connection("/a", header | {"type": "no_msgs/Such"}).definition == ""
+
+
+def test_a_file_that_is_there_is_not_replaced(nodes: tuple[Node, Node, Node], tmp_path: Path) -> None:
+    """Unless asked; the error comes before anything is subscribed."""
+    (tmp_path / "a.bag").write_text("precious")
+    with pytest.raises(BagError, match="exists already"):
+        Recorder(nodes[2], tmp_path / "a.bag", ["/a"])
+    assert (tmp_path / "a.bag").read_text() == "precious"
+    Recorder(nodes[2], tmp_path / "a.bag", ["/a"], overwrite=True).close()
+    with BagReader(tmp_path / "a.bag") as bag:
+        assert bag.message_count == 0
+    with pytest.raises(BagError, match="cannot open"):
+        Recorder(nodes[2], tmp_path / "nowhere" / "a.bag", ["/a"])
+
+
+FULL = """
+import resource, sys
+resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))  # the disk ends here
+from rosproto.cli import main
+sys.exit(main(["bag", "record", "/a", "-O", sys.argv[1], "--master", sys.argv[2], "--chunksize", "16"]))
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no limit for file sizes on Windows")
+def test_a_full_disk_ends_the_command_with_one_sentence(
+    nodes: tuple[Node, Node, Node], tmp_path: Path
+) -> None:
+    """A real error of the operating system: exit code 1, and every whole chunk can be read."""
+    one, _, _ = nodes
+    publisher = one.publisher("/a", String, queue_size=1000)
+    path = tmp_path / "run.bag"
+    process = subprocess.Popen(
+        [sys.executable, "-c", FULL, str(path), one.master_uri],
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONPATH": str(ROOT), "ROS_IP": "127.0.0.1"},
+    )
+    try:
+        publisher.wait_for_connection(30)
+        number = 0
+        while process.poll() is None:
+            publisher.publish(data=f"{number:01000}")
+            number += 1
+            threading.Event().wait(0.001)
+            assert number < 30_000
+        said = process.communicate(timeout=10)[1]
+    finally:
+        process.kill()
+        process.wait()
+    assert process.returncode == 1, said
+    assert "cannot write: File too large" in said
+    assert "readable up to byte" in said
+    assert "Traceback" not in said
+    (left,) = tmp_path.iterdir()
+    with BagReader(left) as bag:
+        numbers = [int(m.data) for _, m, _ in bag.read_messages()]
+    assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+    assert len(numbers) > 100
+
+
+def test_writing_that_fails_is_raised_once(
+    nodes: tuple[Node, Node, Node], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By `wait`, and then not again by `close`; `error` keeps it."""
+    one, _, node = nodes
+    publisher = one.publisher("/a", String)
+    recorder = Recorder(node, tmp_path / "a.bag", ["/a"], chunk_bytes=1)
+    publisher.wait_for_connection(5)
+
+    def full(self: BagWriter, pieces: object, *, at: int, lost: int = 0) -> int:
+        raise self._fail(OSError(28, "No space left on device"), lost)
+
+    monkeypatch.setattr(BagWriter, "_put", full)
+    publisher.publish(data="x")
+    with pytest.raises(BagError, match="No space left"):
+        recorder.wait(10)
+    recorder.close()
+    assert isinstance(recorder.error, BagError)
