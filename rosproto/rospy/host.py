@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rosproto.node import Event, EventKind, MasterClient, Node
+from rosproto.node.revisions import Revisions
 from rosproto.protocol.limits import Limits
 
 __all__ = ["Caller", "ProgramNode"]
@@ -50,6 +51,7 @@ class Caller:
         self.name = name
         self.limits = Limits()
         self.master = MasterClient(master_uri, name, timeout=60.0)
+        self.revisions = Revisions()
         self._services = self
 
     def forget_client(self, client: object) -> None:

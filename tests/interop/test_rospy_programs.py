@@ -314,3 +314,15 @@ def test_sim_option(genpy_packages: Path) -> None:
         "chassis_velocity.py", real=False, options=["--sim"], env={"ROS_MASTER_URI": "http://127.0.0.1:1/"}
     )
     assert ours.compared() == (0, ["True True"], [], [])
+
+
+@pytest.mark.parametrize("firmware", ["1.0.7", "page"])
+@pytest.mark.parametrize(("program", "arguments"), [("chassis_task.py", ["A1"]), ("chassis_step.py", [])])
+def test_a_chassis_with_other_definitions(program: str, arguments: list[str], firmware: str) -> None:
+    """What real rospy refuses by md5sum: topics, services and actions of another firmware."""
+    from woosh_pure import SimulatedChassis
+
+    with SimulatedChassis(speed=5, firmware=firmware) as sim:
+        ours = run_program(program, *arguments, real=False, master_uri=sim.master_uri)
+    assert ours.code == 0, ours.err
+    assert ours.out[:1] in (["True Battery"], ["True 3 1"])

@@ -11,7 +11,7 @@ import rosgraph
 import rosgraph.names
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout, ServiceError
-from rosproto.rospy.messages import Encoded, carried_service
+from rosproto.rospy.messages import Encoded, carried_service, is_known
 
 from .. import core, names
 from ..exceptions import ROSException, ROSInterruptException
@@ -158,7 +158,7 @@ class ServiceProxy(_Service):
                 % (request.__class__, self.request_class)
             )
         try:
-            return self._opened().call(self._encoded(request), timeout=None)
+            return self._opened().call(self._sent(request), timeout=None)
         except RosError as error:
             raise self._translated(error) from error
         except OSError as error:
@@ -179,20 +179,25 @@ class ServiceProxy(_Service):
                     caller._services._clients.add(client)
         return client
 
-    def _encoded(self, request):
-        """Its bytes; when it has none, a missing provider is the more important news."""
+    def _sent(self, request):
+        """The request as the node takes it: as it is, so that another firmware's revision can be served.
+
+        Raises:
+            genpy.SerializationError: A value does not fit; but a missing provider is the more important news.
+        """
         if getattr(request, "_has_header", False) and request.header.frame_id is None:
             request.header.frame_id = "0"
         from genpy.message import encode_message
 
         try:
-            return Encoded(request._type, encode_message(request))
-        except genpy.SerializationError:
+            data = encode_message(request)
+        except (genpy.SerializationError, AttributeError):
             try:
                 rosgraph.Master(names.get_caller_id()).lookupService(self.resolved_name)
             except rosgraph.MasterException:
                 raise ServiceException("service [%s] unavailable" % self.resolved_name) from None
             raise
+        return request if is_known(type(request)) else Encoded(request._type, data)
 
     def _translated(self, error):
         if core.is_shutdown():  # what rospy raises then (measured), though its documentation names another
@@ -296,7 +301,8 @@ class Service(_Service):
 
         try:
             response = convert_return_to_response(self.handler(request), self.response_class)
-            return Encoded(self.response_class._type, encode_message(response))
+            data = encode_message(response)  # also when it goes as it is: what is wrong must be known here
+            return response if is_known(type(response)) else Encoded(self.response_class._type, data)
         except ServiceException as error:
             core.rospydebug("handler raised ServiceException: %s", error)
             raise ServiceError(self.resolved_name, "service cannot process request: %s" % error) from None
