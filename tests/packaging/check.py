@@ -1,6 +1,6 @@
 """Build the wheel and the sdist, look inside, and use them as strangers do. `python tests/packaging/check.py`
 
-Needs `build`, `hatchling` and `pyinstaller` in the interpreter that runs it; pip brings numpy and lz4. Each
+Needs `build` and `hatchling` in the interpreter that runs it; pip brings the rest. Each
 check prints one line; the first that fails ends it with an AssertionError.
 """
 
