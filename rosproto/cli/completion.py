@@ -61,9 +61,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "shell",
         choices=[*SHELLS, "words"],
-        help="print its script, whose first line says where to put it; words is what the scripts call",
+        metavar="SHELL",
+        help=f"{', '.join(SHELLS)}: print its script, whose first line says where to put it",
     )
-    parser.add_argument("words", nargs="*", help="after --: the words typed so far, the last one unfinished")
+    # What the scripts call: `words -- WORD...`, the words typed so far, the last one unfinished.
+    parser.add_argument("words", nargs="*", help=argparse.SUPPRESS)
 
 
 def run(arguments: argparse.Namespace) -> int:

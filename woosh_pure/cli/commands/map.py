@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ from ..output import Output
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
+    from woosh_pure.geometry import Pose2D
     from woosh_pure.gridmap import GridMap
 
 HELP = "save the map (PGM, YAML, and a PNG with robot, path and scan), or set another one"
@@ -26,7 +28,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     save = verbs.add_parser("save", help="write OUT.yaml and OUT.pgm for map_server, and OUT.png to look at")
     save.add_argument("out", type=Path, metavar="OUT", help="name of the files, without an ending")
     save.add_argument("--no-png", action="store_true", help="leave the picture out")
-    save.add_argument("--listen", type=number, default=2.0, metavar="S", help="for pose and scan (2)")
+    save.add_argument("--listen", type=number, default=2.0, metavar="S", help="for pose, scan and path (2)")
     change = verbs.add_parser("set", help="replace the map of the chassis")
     change.add_argument("file", type=Path, metavar="YAML", help="map_server's YAML, with the image beside it")
     change.add_argument(
@@ -77,7 +79,7 @@ def _save(args: Namespace, out: Output) -> int:
     if not target.parent.is_dir():
         raise ValueError(f"{target.parent} is no directory; make it first")
     with connect(args, out) as chassis:
-        for name in ("pose", "scan", "plan", "tf_static"):
+        for name in ("pose", "scan", "velocity", "plan", "tf_static"):
             chassis.feed(name).open()  # they come while the map is fetched
         grid = _get(chassis, out)
         files = [*grid.save(target.parent / f"{target.name}.yaml")]
@@ -94,16 +96,33 @@ def _save(args: Namespace, out: Output) -> int:
 def _draw(chassis: Chassis, grid: GridMap, listen: float, out: Output) -> bytes:
     from ..picture import picture_of
     from ..png import encode_png
-    from ..scene import known_path, scan_in_map
+    from ..scene import scan_in_map
 
     pose = scan = None
+    path: Sequence[Pose2D] = ()
     try:
         with out.working("waiting for pose and scan"):
             pose = chassis.pose.wait(listen, new=False)
             scan = scan_in_map(chassis, chassis.scan.wait(listen, new=False), pose)
+            path = _path(chassis, listen)
     except RosTimeout as error:
         out.line(f"not in the picture: {error}")
-    return encode_png(picture_of(grid, pose=pose, scan=scan, path=known_path(chassis)))
+    return encode_png(picture_of(grid, pose=pose, scan=scan, path=path))
+
+
+def _path(chassis: Chassis, listen: float) -> Sequence[Pose2D]:
+    """What a moving robot follows; it is published now and then, or once when it is planned.
+
+    A standing robot has none.
+    """
+    from ..scene import known_path
+
+    if not chassis.measured_velocity.wait(listen, new=False).is_standing():
+        try:
+            chassis.feed("plan").wait(listen, new=False)
+        except RosTimeout:
+            return ()
+    return known_path(chassis)
 
 
 def _set(args: Namespace, out: Output) -> int:

@@ -1,0 +1,238 @@
+"""`woosh watch` and `woosh drive` on a terminal: what is on the screen, and that the robot stops."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+
+import pytest
+
+if sys.platform == "win32":
+    pytest.skip("needs a pseudo-terminal", allow_module_level=True)
+
+from tests.support.terminal import Terminal
+from woosh_pure import SimulatedChassis
+from woosh_pure.geometry import Pose2D
+
+UP, DOWN, RIGHT, LEFT = (f"\x1b[{final}" for final in "ABCD")
+ACKNOWLEDGED = ("--acknowledged", "--feedback-timeout", "2")
+
+
+@pytest.fixture
+def slow():
+    """A simulated chassis in real time."""
+    with SimulatedChassis(full_graph=False) as sim:
+        yield sim
+
+
+def wanted(sim) -> float:
+    """Forward velocity that the simulated base was told last, m/s."""
+    with sim.lock:
+        return sim.world.body.velocity.vx
+
+
+def drive(sim, *more: str) -> Terminal:
+    return Terminal("drive", "--master", sim.master_uri, *(more or ACKNOWLEDGED), columns=120)
+
+
+def standing(sim) -> bool:
+    with sim.lock:
+        return sim.world.body.velocity.is_standing()
+
+
+def hold(terminal, key: str, sim, until, timeout: float = 10.0) -> None:
+    """Repeat a key as a held one does, until something holds."""
+    end = time.monotonic() + timeout
+    while not until():
+        assert time.monotonic() < end, f"it did not come true; the screen:\n{terminal.text}"
+        terminal.send(key)
+        time.sleep(0.04)
+
+
+def stopped_within(sim, seconds: float) -> float:
+    """Wait for the stand; seconds that it took."""
+    began = time.monotonic()
+    while not standing(sim):
+        assert time.monotonic() - began < seconds, f"it still moves after {seconds} s"
+        time.sleep(0.005)
+    return time.monotonic() - began
+
+
+# -- watch ---------------------------------------------------------------------------------------------------
+
+
+def test_watch_shows_map_robot_scan_battery_and_rates(slow):
+    """The hall with its pillars, the robot in it, and the facts at the right."""
+    slow.report(110201000013)
+    with Terminal("watch", "--master", slow.master_uri, columns=100, rows=30) as terminal:
+        terminal.wait_for(lambda text: "87 %" in text and "nearest" in text and "pose           " in text)
+        terminal.wait_for("→")
+        text = terminal.text
+        lines = text.splitlines()
+        assert lines[0].startswith(f"woosh watch {slow.master_uri}")
+        assert "q: leave" in lines[0]
+        assert "█" * 10 in text  # the wall
+        assert "•" in text  # the scan
+        assert "pose     0.00 0.00 m 0°" in text
+        assert "battery  █████████░ 87 %" in text
+        assert "velocity +0.00 m/s +0°/s" in text
+        assert terminal.screen.alternate
+        assert not terminal.screen.cursor_visible
+        terminal.send("q")
+        assert terminal.exit_code() == 0
+        assert not terminal.screen.alternate
+        assert terminal.screen.cursor_visible
+        assert terminal.restored
+        assert terminal.screen.unknown == []
+
+
+def test_watch_follows_the_robot_and_tells_faults(slow):
+    with Terminal("watch", "--master", slow.master_uri, "--rate", "10") as terminal:
+        terminal.wait_for("→")
+        with slow.lock:
+            slow.world.body.pose = Pose2D(4.0, 1.0, 3.14159 / 2)
+        slow.press_emergency_stop()
+        text = terminal.wait_for(lambda t: "NOT READY" in t and "emergency stop" in t)
+        assert "faults" in text
+        slow.release_emergency_stop()
+        terminal.wait_for("none heard")
+
+
+def test_watch_on_a_narrow_terminal_puts_the_map_below(slow):
+    with Terminal("watch", "--master", slow.master_uri, columns=60, rows=45) as terminal:
+        lines = terminal.wait_for(lambda t: "→" in t and "rates" in t).splitlines()
+        rates = next(i for i, line in enumerate(lines) if line.startswith("rates"))
+        robot = next(i for i, line in enumerate(lines) if "→" in line)
+        assert robot > rates
+
+
+def test_watch_leaves_the_terminal_in_order_on_ctrl_c(slow):
+    with Terminal("watch", "--master", slow.master_uri, "--ascii", NO_COLOR="1") as terminal:
+        text = terminal.wait_for(lambda t: "87 %" in t and ">" in t)
+        assert text.isascii()
+        terminal.send("\x03")
+        assert terminal.exit_code() == 130
+        assert terminal.restored
+        assert not terminal.screen.alternate
+        assert "Traceback" not in terminal.text
+
+
+# -- drive ---------------------------------------------------------------------------------------------------
+
+
+def test_drive_asks_once_and_sends_nothing_without_a_yes(slow):
+    with drive(slow, "--feedback-timeout", "2") as terminal:
+        terminal.wait_for("Type yes to drive:")
+        assert "OBSTACLE AVOIDANCE" in terminal.text
+        terminal.send("no\n")
+        assert terminal.exit_code() == 3
+        assert "not acknowledged" in terminal.text
+    with drive(slow, "--feedback-timeout", "2") as terminal:
+        terminal.wait_for("Type yes to drive:")
+        terminal.send("yes\n")
+        terminal.wait_for("sent +0.00")
+        hold(terminal, UP, slow, lambda: wanted(slow) > 0.05)
+        terminal.send("q")
+        assert terminal.exit_code() == 0
+        assert terminal.text.count("Type yes") == 1
+        assert "the robot stands still" in terminal.text
+
+
+@pytest.mark.parametrize("key", [UP, "w"])
+def test_a_held_key_drives_and_its_end_stops_within_four_tenths_of_a_second(slow, key):
+    with drive(slow, *ACKNOWLEDGED, "--direct") as terminal:
+        terminal.wait_for("sent +0.00")
+        hold(terminal, key, slow, lambda: wanted(slow) > 0.08)
+        # 0.4 s, and what this busy computer needs to notice it
+        assert stopped_within(slow, 0.4 + 0.25) > 0.0
+        terminal.send("q")
+        assert terminal.exit_code() == 0
+
+
+def test_any_other_key_stops_at_once(slow):
+    with drive(slow, *ACKNOWLEDGED, "--direct") as terminal:
+        terminal.wait_for("sent +0.00")
+        hold(terminal, UP, slow, lambda: wanted(slow) > 0.05)
+        terminal.send(UP + "x")
+        stopped_within(slow, 0.35)
+        terminal.send("q")
+        assert terminal.exit_code() == 0
+
+
+def test_turning_left_and_right_and_backward(slow):
+    with drive(slow, *ACKNOWLEDGED, "--direct") as terminal:
+        terminal.wait_for("sent +0.00")
+
+        def turning(sign):
+            with slow.lock:
+                return slow.world.body.velocity.wz * sign > 0.05
+
+        hold(terminal, LEFT, slow, lambda: turning(1))
+        hold(terminal, "d", slow, lambda: turning(-1))
+        hold(terminal, DOWN, slow, lambda: wanted(slow) < -0.03)
+        terminal.send("\x1b")
+        assert terminal.exit_code() == 0
+        assert standing(slow)
+
+
+def test_the_drive_is_over_when_the_chassis_falls_silent(slow):
+    with drive(slow, "--acknowledged", "--direct", "--feedback-timeout", "0.8") as terminal:
+        terminal.wait_for("sent +0.00")
+        hold(terminal, UP, slow, lambda: wanted(slow) > 0.05)
+        slow.fall_silent(30.0)
+        hold(terminal, UP, slow, lambda: terminal.process.poll() is not None)
+        assert terminal.exit_code() == 4
+        assert "the drive is over" in terminal.text
+        assert "silent" in terminal.text
+        assert standing(slow)
+        assert terminal.restored
+
+
+def test_the_drive_is_over_when_the_node_that_listens_dies(slow):
+    """The link itself drops: nobody subscribes to the velocity any more."""
+    with drive(slow, "--acknowledged", "--direct", "--feedback-timeout", "5") as terminal:
+        terminal.wait_for("sent +0.00")
+        hold(terminal, UP, slow, lambda: wanted(slow) > 0.05)
+        slow.crash_node("/mobile_base_nodelet_manager")
+        hold(terminal, UP, slow, lambda: terminal.process.poll() is not None)
+        assert terminal.exit_code() == 4
+        assert "nobody subscribes any more" in terminal.text
+        assert terminal.restored
+
+
+@pytest.mark.parametrize(("end", "code"), [("ctrl-c", 130), (signal.SIGTERM, 143), (signal.SIGHUP, 143)])
+def test_ctrl_c_and_signals_stop_the_robot_and_restore_the_terminal(slow, end, code):
+    with drive(slow, *ACKNOWLEDGED) as terminal:
+        terminal.wait_for("sent +0.00")
+        hold(terminal, UP, slow, lambda: wanted(slow) > 0.05)
+        if end == "ctrl-c":
+            terminal.send("\x03")
+        else:
+            terminal.process.send_signal(end)
+        assert terminal.exit_code() == code
+        assert standing(slow)
+        assert terminal.restored
+        assert "stands still" in terminal.text
+        assert "Traceback" not in terminal.text
+
+
+def test_ctrl_z_does_not_put_a_driving_program_to_sleep(slow):
+    with drive(slow, *ACKNOWLEDGED) as terminal:
+        terminal.wait_for("sent +0.00")
+        hold(terminal, UP, slow, lambda: wanted(slow) > 0.05)
+        terminal.send("\x1a")
+        os.kill(terminal.process.pid, signal.SIGTSTP)
+        stopped_within(slow, 3.0)
+        terminal.send("q")
+        assert terminal.exit_code() == 0
+
+
+def test_shell_is_python_with_a_chassis(slow):
+    with Terminal("shell", "--master", slow.master_uri) as terminal:
+        terminal.wait_for(">>>")
+        terminal.send("chassis.battery.wait().percent\n")
+        terminal.wait_for("87")
+        terminal.send("\x04")
+        assert terminal.exit_code() == 0

@@ -1,0 +1,33 @@
+"""docs/commands.md is what `--help` says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rosproto.cli.commands import COMMANDS as ROSPROTO
+from woosh_pure.cli import manual
+from woosh_pure.cli.registry import COMMANDS as WOOSH
+
+PAGE = Path(__file__).resolve().parents[3] / "docs" / "commands.md"
+
+
+def test_the_page_is_current() -> None:
+    """After a change of a command: python -m woosh_pure.cli.manual."""
+    assert manual.page == PAGE
+    assert PAGE.read_text(encoding="utf-8") == manual.manual(), "run: python -m woosh_pure.cli.manual"
+
+
+def test_every_command_has_its_section() -> None:
+    text = manual.manual()
+    for prog, names in (("woosh", WOOSH), ("rosproto", ROSPROTO)):
+        for name in names:
+            assert f"\n### {prog} {name}\n" in text
+            assert f"(#{prog}-{name})" in text
+
+
+def test_check_tells_an_old_page(tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.setattr(manual, "page", tmp_path / "docs" / "commands.md")
+    assert manual.main(["--check"]) == 1
+    assert manual.main([]) == 0
+    assert manual.main(["--check"]) == 0
+    assert "current" in capsys.readouterr().out

@@ -1,0 +1,191 @@
+"""The manual of both commands, made from the parsers that make `--help`: docs/commands.md.
+
+python -m woosh_pure.cli.manual            writes docs/commands.md of this source tree
+python -m woosh_pure.cli.manual --check    exit code 1 when it is not current
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+__all__ = ["main", "manual", "page"]
+
+page = Path(__file__).resolve().parents[2] / "docs" / "commands.md"
+"""Where the manual is in a source tree."""
+
+_HEAD = """# The commands `woosh` and `rosproto`
+
+Made by `python -m woosh_pure.cli.manual` from what `--help` says; edit that, not this page.
+
+Both commands are installed by `pip install`; `python -m woosh_pure` and `python -m rosproto` are the same.
+Everything works with numpy, lz4 and the standard library. Shell completion:
+`woosh completion bash` and `rosproto completion bash` (or zsh, fish, powershell) print a script whose first
+line says where to put it.
+"""
+_WOOSH = """## woosh
+
+A chassis is chosen by `--chassis HOST`, `--master URI`, `$ROS_MASTER_URI`, or the one remembered by
+`woosh connect HOST`, in this order; `--sim` starts a simulated one for the command. With `--json` facts
+come as one JSON document (`watch` and `imu -n`: one a line), errors too. Colours appear only on a terminal
+and not when `$NO_COLOR` is set. Ctrl-C stops what the command has started, and says whether the robot
+stands still. This is no emergency stop: keep the red button in reach.
+
+Poses are metres and degrees in the map, counter-clockwise positive.
+"""
+_ROSPROTO = """## rosproto
+
+The master is `--master URI`, `$ROS_MASTER_URI`, or this computer. Exit codes: 0 done, 1 it failed (one
+sentence on stderr says why), 2 wrong use, 130 interrupted.
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write the page, or check it; the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m woosh_pure.cli.manual", description="Write the manual.")
+    parser.add_argument("--check", action="store_true", help="write nothing; exit code 1 when it is old")
+    check = parser.parse_args(arguments).check
+    text = manual()
+    if check:
+        current = page.exists() and page.read_text(encoding="utf-8") == text
+        print(f"{page}: {'current' if current else 'old; run python -m woosh_pure.cli.manual'}")
+        return 0 if current else 1
+    page.parent.mkdir(exist_ok=True)
+    page.write_text(text, encoding="utf-8", newline="\n")
+    print(f"wrote {page}")
+    return 0
+
+
+def manual() -> str:
+    """The whole page."""
+    return "\n".join([_HEAD, *_woosh(), "", *_rosproto()]).rstrip() + "\n"
+
+
+def _woosh() -> Iterator[str]:
+    from .entry import EXIT_CODES, parser_for
+    from .registry import COMMANDS, load
+
+    yield _WOOSH
+    yield from _table(("Command", ""), [(_link("woosh", name), load(name).HELP) for name in COMMANDS])
+    yield from ("", "Options of every command:", "")
+    top = parser_for(())
+    common = {text for action in top._actions for text in action.option_strings}
+    yield from _table(("Option", ""), list(_options(top, set())))
+    yield from ("", "Exit codes:", "")
+    yield from _table(("Code", "Meaning"), [(str(code), text) for code, text in EXIT_CODES.items()])
+    for name in COMMANDS:
+        yield from _section("woosh", name, _sub(parser_for([name]), name), common)
+
+
+def _rosproto() -> Iterator[str]:
+    from rosproto.cli.commands import COMMANDS
+    from rosproto.cli.entry import _parser
+
+    yield _ROSPROTO
+    rows = [(_link("rosproto", name), command.help) for name, command in COMMANDS.items()]
+    yield from _table(("Command", ""), rows)
+    for name in COMMANDS:
+        yield from _section("rosproto", name, _sub(_parser([name])[0], name), {"-h", "--help"})
+
+
+def _sub(parser: argparse.ArgumentParser, name: str) -> argparse.ArgumentParser:
+    """The parser of a command inside the whole one."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            found = action.choices[name]
+            assert isinstance(found, argparse.ArgumentParser)
+            return found
+    raise LookupError(f"{parser.prog} has no commands")
+
+
+def _link(prog: str, name: str) -> str:
+    return f"[`{prog} {name}`](#{prog}-{name})"
+
+
+def _section(prog: str, name: str, parser: argparse.ArgumentParser, known: set[str]) -> Iterator[str]:
+    yield from ("", f"### {prog} {name}", "")
+    yield from _body(f"{prog} {name}", parser, known)
+
+
+def _body(command: str, parser: argparse.ArgumentParser, known: set[str]) -> Iterator[str]:
+    """Synopsis, what it does, its arguments; then the same of its verbs."""
+    yield f"`{_synopsis(command, parser, known)}`"
+    if parser.description:
+        text = _plain(parser, parser.description)
+        yield from ("", text[:1].upper() + text[1:] + ("" if text.endswith((".", ")")) else "."))
+    rows = [*_positionals(parser), *_options(parser, known)]
+    if rows:
+        yield ""
+        yield from _table(("Argument", ""), rows)
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            helps = {choice.dest: choice.help or "" for choice in action._choices_actions}
+            for verb, sub in action.choices.items():
+                sub.description = sub.description or helps.get(verb)
+                yield ""
+                yield from _body(f"{command} {verb}", sub, known)
+
+
+def _synopsis(command: str, parser: argparse.ArgumentParser, known: set[str]) -> str:
+    words = [command]
+    for action in parser._actions:
+        if action.option_strings or action.help == argparse.SUPPRESS:
+            continue
+        words.append(_values(action) if not _is_optional(action) else f"[{_values(action)}]")
+    if any(True for _ in _options(parser, known)):
+        words.insert(1, "[options]")
+    return " ".join(words)
+
+
+def _is_optional(action: argparse.Action) -> bool:
+    return action.nargs in ("?", "*")
+
+
+def _values(action: argparse.Action) -> str:
+    """How its values are written, the same on every version of Python."""
+    if isinstance(action, argparse._SubParsersAction):
+        return str(action.metavar or "COMMAND")
+    if isinstance(action.metavar, tuple):
+        return " ".join(action.metavar)
+    name = action.metavar
+    if name is None and action.choices is not None:
+        name = "|".join(str(choice) for choice in action.choices)
+    if name is None:
+        name = action.dest if not action.option_strings else action.dest.upper()
+    if action.nargs in ("*", "+", argparse.REMAINDER):
+        return f"{name} ..."
+    return " ".join([name] * action.nargs) if isinstance(action.nargs, int) else name
+
+
+def _positionals(parser: argparse.ArgumentParser) -> Iterator[tuple[str, str]]:
+    for action in parser._actions:
+        if not action.option_strings and not isinstance(action, argparse._SubParsersAction) and action.help:
+            yield f"`{_values(action)}`", _plain(parser, action.help, action)
+
+
+def _options(parser: argparse.ArgumentParser, known: set[str]) -> Iterator[tuple[str, str]]:
+    for action in parser._actions:
+        own = [text for text in action.option_strings if text not in known]
+        if not own or "--help" in own or action.help == argparse.SUPPRESS:
+            continue
+        values = "" if action.nargs == 0 else f" {_values(action)}"
+        yield f"`{', '.join(own)}{values}`", _plain(parser, action.help or "", action)
+
+
+def _plain(parser: argparse.ArgumentParser, text: str, action: argparse.Action | None = None) -> str:
+    """With argparse's %(default)s and %% resolved."""
+    facts = {"prog": parser.prog, **({} if action is None else vars(action))}
+    return " ".join((text % facts).split())
+
+
+def _table(head: tuple[str, str], rows: Sequence[tuple[str, str]]) -> Iterator[str]:
+    yield f"| {head[0]} | {head[1]} |"
+    yield "| --- | --- |"
+    for row in rows:
+        yield "| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |"
+
+
+if __name__ == "__main__":
+    sys.exit(main())
