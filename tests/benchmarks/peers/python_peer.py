@@ -304,6 +304,70 @@ def fan_out():
     say(received=counts[0], rss=rss() - before, threads=threading.active_count() - threads, held=len(held))
 
 
+def many_publish():
+    """`topics` topics, each at `hz`, with the time of sending in linear.x; after all are connected."""
+    lib = peer()
+    before = threading.active_count()
+    if LIBRARY == "ours":
+        pubs = [lib.node.publisher(f"/many{i}", lib.cls, queue_size=10) for i in range(OPTIONS["topics"])]
+        connected = lambda: sum(p.connections > 0 for p in pubs)  # noqa: E731
+    else:
+        pubs = [lib.lib.Publisher(f"/many{i}", lib.cls, queue_size=10) for i in range(OPTIONS["topics"])]
+        connected = lambda: sum(p.get_num_connections() > 0 for p in pubs)  # noqa: E731
+    began = time.monotonic()
+    while connected() < len(pubs) and time.monotonic() < began + 20:
+        time.sleep(0.01)
+    took, there = time.monotonic() - began, connected()
+    time.sleep(0.5)
+    message, sent, busy = lib.cls(), 0, cpu()
+    due = time.monotonic()
+    end = due + OPTIONS["seconds"]
+    while due < end:
+        for pub in pubs:
+            due += 1 / OPTIONS["hz"] / len(pubs)
+            wait = due - time.monotonic()
+            if wait > 0.001:
+                time.sleep(wait)
+            message.linear.x = time.monotonic()
+            pub.publish(message)
+            sent += 1
+    say(
+        sent=sent,
+        connected=there,
+        connect_seconds=took,
+        cpu=cpu() - busy,
+        threads=threading.active_count() - before,
+    )
+    time.sleep(1.0)
+
+
+def many_subscribe():
+    """The other side: counts, latencies, memory and threads; ends when nothing has come for two seconds."""
+    lib = peer()
+    times = []
+
+    def callback(message):
+        times.append(time.monotonic() - message.linear.x)
+
+    memory, threads = rss(), threading.active_count()
+    held = [lib.subscribe(f"/many{i}", callback, 100) for i in range(OPTIONS["topics"])]
+    say(ready=len(held))
+    busy = cpu()
+    end = time.monotonic() + OPTIONS["life"] + 30
+    last = -1
+    result = {}
+    while time.monotonic() < end and not (times and len(times) == last):
+        last = len(times)
+        if times:
+            result = {
+                "rss": rss() - memory,
+                "threads": threading.active_count() - threads,
+                "cpu": cpu() - busy,
+            }
+        time.sleep(0.5)
+    say(received=len(times), times=[round(t, 7) for t in times], **result)
+
+
 def quick_exit():
     sys.stdout.flush()
     os._exit(0)
@@ -321,6 +385,8 @@ if __name__ == "__main__":
         "provide": provide,
         "call": call,
         "fan_out": fan_out,
+        "many_publish": many_publish,
+        "many_subscribe": many_subscribe,
     }
     ROLES[ROLE]()
     quick_exit()
