@@ -53,8 +53,11 @@ def main(argv: Sequence[str] | None = None, *, prog: str = "python -m rosproto.r
     parser = argparse.ArgumentParser(
         prog=prog, description="Run a program written for rospy, unchanged, without ROS."
     )
+    parser.add_argument("-v", "--verbose", action="count", default=0, help="log; twice: log everything")
     add_arguments(parser)
     arguments = parser.parse_args(words)
+    if arguments.verbose:
+        _show_library_log(arguments.verbose)
     try:
         return run(arguments)
     except RosError as error:
@@ -136,6 +139,15 @@ def _from_program(trace: TracebackType | None) -> TracebackType | None:
     while trace is not None and trace.tb_frame.f_code.co_filename == __file__:
         trace = trace.tb_next
     return trace
+
+
+def _show_library_log(verbosity: int) -> None:
+    """The library's own log on stderr; the program's logging stays as it is."""
+    import logging
+
+    logger = logging.getLogger("rosproto")
+    logger.addHandler(logging.StreamHandler())
+    logger.setLevel(logging.INFO if verbosity == 1 else logging.DEBUG)
 
 
 def _forget_logging() -> None:

@@ -341,3 +341,40 @@ def test_reconfigure_a_node(tmp_path: Path) -> None:
             "{'on': False, 'speed': 1.0} {'on': True, 'speed': 2.0}",
             "DynamicReconfigureParameterException",
         ]
+
+
+def test_chassis_option_sets_the_environment(tmp_path: Path) -> None:
+    """A host, a host and port, or a URI; our own address is the one that routes there."""
+    code = "import os; print(os.environ['ROS_MASTER_URI'], os.environ['ROS_IP'])"
+    for given, uri in (
+        ("127.0.0.1", "http://127.0.0.1:11311/"),
+        ("127.0.0.1:99", "http://127.0.0.1:99/"),
+        ("http://127.0.0.1:98", "http://127.0.0.1:98"),
+    ):
+        assert output(code, tmp_path, options=["--chassis", given], ROS_IP="8.8.8.8") == f"{uri} 127.0.0.1\n"
+    assert (
+        output("import os; print(os.environ['ROS_MASTER_URI'])", tmp_path, options=["--master", "http://x:1"])
+        == "http://x:1\n"
+    )
+
+
+def test_library_log_on_request(tmp_path: Path) -> None:
+    """`-v` shows the library's log and leaves the program's logging alone."""
+    code = "import logging, rospy; print(logging.root.handlers); rospy.init_node('n')"
+    with Master() as master:
+        done = run(code, tmp_path, uri=master.uri, options=["-vv"])
+    assert done.stdout == "[]\n"
+    assert done.returncode == 0
+
+
+def test_a_program_that_is_not_there(tmp_path: Path) -> None:
+    """Python's words and exit code."""
+    done = subprocess.run(
+        [sys.executable, "-m", "rosproto", "run", "no_such.py"],
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+        timeout=60,
+    )
+    assert done.returncode == 2
+    assert "can't open file 'no_such.py'" in done.stderr
