@@ -14,6 +14,7 @@ from .bag_words import collect_words
 from .graph import CommandError, add_graph_options, open_node
 
 if TYPE_CHECKING:
+    from rosproto.node import Node
     from rosproto.recording import Recorder, RecorderStats
 
 __all__ = ["add_output_options", "add_record_arguments", "follow", "record", "recorder_options", "seconds_of"]
@@ -114,8 +115,19 @@ def record(arguments: argparse.Namespace) -> int:
             all=arguments.all,
             node=node.resolve_name(arguments.node) if arguments.node else None,
         )
+        _await_clock(node, arguments.quiet)
         recorder = Recorder(node, selection=selection, tcp_nodelay=arguments.tcpnodelay, **options)
         return follow(recorder, quiet=arguments.quiet)
+
+
+def _await_clock(node: Node, quiet: bool) -> None:
+    """With simulated time, record nothing before there is a time: it would be stamped with 0."""
+    if node.clock.wait_for_time(0.5):
+        return
+    if not quiet:
+        print("waiting for /clock (/use_sim_time is set)", file=sys.stderr, flush=True)
+    while not node.clock.wait_for_time(0.5):
+        pass
 
 
 def follow(recorder: Recorder, *, quiet: bool = False) -> int:

@@ -64,6 +64,8 @@ class RecorderStats:
 class Recorder:
     """Records topics of a node's graph until it is closed; use it in a `with` block.
 
+    Messages are stamped with the node's clock: with /use_sim_time, call `node.clock.wait_for_time` before.
+
     Args:
         node: Subscribes; its own publications are recorded too.
         path: The bag, with splitting `name_0.bag`, `name_1.bag` and so on; None: `prefix` with date and time.

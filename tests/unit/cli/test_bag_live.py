@@ -20,6 +20,7 @@ from rosproto.cli.bag_record import _Line, add_record_arguments, recorder_option
 from rosproto.cli.graph import CommandError
 from rosproto.codec import message_class
 from rosproto.recording import RecorderStats
+from rosproto.time import Time
 
 String = message_class("std_msgs/String")
 
@@ -80,6 +81,86 @@ def test_record_what_a_node_hears(graph: tuple[str, Node], tmp_path: Path) -> No
         assert main(["bag", "record", "--master", uri, *words]) == 0
     with BagReader(tmp_path / "run.bag") as bag:
         assert list(bag.topics) == ["/kept"]
+
+
+def test_recording_in_simulated_time_waits_for_the_clock(
+    graph: tuple[str, Node], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nothing is stamped with 0: recording begins with the first /clock, in its time."""
+    uri, node = graph
+    node.params["/use_sim_time"] = True
+    ended = threading.Event()
+
+    def tick() -> None:
+        seconds = 5000
+        ended.wait(1.0)
+        with node.publisher("/clock", "rosgraph_msgs/Clock") as clock:
+            while not ended.wait(0.01):
+                clock.publish(clock=Time(seconds, 0))
+                seconds += 1
+
+    thread = threading.Thread(target=tick, daemon=True)
+    thread.start()
+    try:
+        words = ["/said", "/kept", "-l", "1", "-O", str(tmp_path / "run.bag")]
+        assert main(["bag", "record", "--master", uri, *words]) == 0
+    finally:
+        ended.set()
+        thread.join(5)
+    assert "waiting for /clock" in capsys.readouterr().err
+    with BagReader(tmp_path / "run.bag") as bag:
+        assert bag.start_time is not None
+        assert bag.start_time.secs >= 5000
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals on Windows")
+def test_keys_steer_a_real_player(graph: tuple[str, Node], tmp_path: Path) -> None:
+    """In a terminal: space pauses, s steps, space goes on, Ctrl-C ends; the terminal is as it was."""
+    import pty
+    import signal
+    import subprocess
+    import termios
+
+    uri, node = graph
+    with BagWriter(tmp_path / "run.bag") as writer:
+        for i in range(1000):
+            writer.write("/x", String(data=str(i)), 10.0 + i)
+    ours, theirs = pty.openpty()
+    before = termios.tcgetattr(theirs)
+    words = [
+        sys.executable,
+        "-m",
+        "rosproto",
+        "bag",
+        "play",
+        "--master",
+        uri,
+        "--pause",
+        str(tmp_path / "run.bag"),
+    ]
+    with node.subscriber("/x", "std_msgs/String", queue_size=100) as heard:
+        player = subprocess.Popen(
+            [*words, "-r", "20", "--wait-for-subscribers"], stdin=theirs, stdout=theirs, stderr=theirs,
+            env=os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parents[3]), "ROS_IP": "127.0.0.1"},
+        )  # fmt: skip
+        try:
+            seen = ""
+            while "[PAUSED]" not in seen:
+                seen += os.read(ours, 4096).decode()
+            os.write(ours, b"s")
+            assert heard.next(10).data == "0"
+            os.write(ours, b"ss")
+            assert [heard.next(10).data for _ in range(2)] == ["1", "2"]
+            os.write(ours, b" ")
+            assert [heard.next(10).data for _ in range(3)] == ["3", "4", "5"]
+            player.send_signal(signal.SIGINT)
+            assert player.wait(20) == 130
+        finally:
+            player.kill()
+            player.wait()
+    assert termios.tcgetattr(theirs) == before
+    os.close(ours)
+    os.close(theirs)
 
 
 def test_options_that_contradict_each_other(capsys: pytest.CaptureFixture[str]) -> None:
