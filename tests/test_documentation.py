@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import argparse
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -27,6 +29,48 @@ def snippets() -> list[tuple[str, str]]:
 
 
 SNIPPETS = snippets()
+INDENTED = re.compile(r"^    ((?:woosh|rosproto) [^\n]*)$", re.MULTILINE)
+INLINE = re.compile(r"`((?:woosh|rosproto) [a-z-][^`]*)`")
+
+
+def commands() -> list[tuple[str, str]]:
+    """(page, command) of every complete `woosh` and `rosproto` command in the pages."""
+    found = []
+    for page in PAGES:
+        text = page.read_text("utf-8")
+        name = page.relative_to(ROOT).as_posix()
+        for match in (*INDENTED.finditer(text), *INLINE.finditer(text)):
+            # Words in capitals and dots stand for something; such a line is an explanation, not a command.
+            if not re.search(r"\.\.\.|[|<>\[]|\b[A-Z]{3,}\b", match[1]):
+                found.append((name, match[1].partition("  #")[0].strip()))
+    return sorted(set(found))
+
+
+@pytest.mark.parametrize(("page", "line"), commands(), ids=lambda value: value)
+def test_a_command_of_the_pages_is_accepted_by_its_parser(page: str, line: str) -> None:
+    """No page names a command or an option that does not exist."""
+    program, *words = shlex.split(line)
+    if program == "woosh":
+        from woosh_pure.cli.entry import parser_for
+
+        parser = parser_for(words)
+    else:
+        from rosproto.cli.entry import _parser
+
+        parser, _ = _parser(words)
+    # A mere mention of a command that wants an argument, as in "see `rosproto topic`", is fine too.
+    mention = len(words) <= 2 and not any(word.startswith("-") for word in words)
+    accepted = _exit_code(parser, words) == 0
+    assert accepted or (mention and _exit_code(parser, [*words, "--help"]) == 0), f"{page}: {line}"
+
+
+def _exit_code(parser: argparse.ArgumentParser, words: list[str]) -> object:
+    """How parsing ends: 0 when the words are accepted, or ask for help."""
+    try:
+        parser.parse_args(words)
+    except SystemExit as left:
+        return left.code
+    return 0
 
 
 @pytest.mark.slow
@@ -39,6 +83,25 @@ def test_a_snippet_runs(place: str, code: str, tmp_path: Path) -> None:
         [sys.executable, str(script)], cwd=tmp_path, capture_output=True, text=True, timeout=100, check=False
     )
     assert done.returncode == 0, f"{place}\n{done.stdout}\n{done.stderr}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_links_between_the_pages_lead_somewhere(page: Path) -> None:
+    """Every relative link names a file that is there, and every anchor a heading of it."""
+    for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text("utf-8")):
+        if "://" in target:
+            continue
+        path, _, anchor = target.partition("#")
+        file = (page.parent / path) if path else page
+        assert file.exists(), f"{page.name}: {target}"
+        if anchor:
+            assert anchor in _anchors(file.read_text("utf-8")), f"{page.name}: {target}"
+
+
+def _anchors(text: str) -> set[str]:
+    """What the headings of a page are called in links (as both mkdocs and code hosts make them, mostly)."""
+    headings = re.findall(r"^#+ (.+)$", text, re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-") for heading in headings}
 
 
 def test_the_readme_has_its_two_commands_and_ci_calls_the_second() -> None:
