@@ -1,6 +1,6 @@
 """`rosproto completion`: completion of commands, options and names for bash, zsh, fish and PowerShell.
 
-The script a shell loads asks this command itself (`completion words -- ...`), which walks the same argparse
+The script a shell loads asks this command itself (`completion words =... =...`), which walks the argparse
 parsers as the command line: nothing is listed twice, and names (topics, marks) are looked up when asked for.
 """
 
@@ -16,11 +16,17 @@ Names = Callable[[], Iterable[str]]
 MASTER_PATIENCE = 0.5
 """Seconds that a master may take to tell its topics: a person waits with a finger on the Tab key."""
 
+# Each word goes with a "=" before it: no word is empty then, and none looks like an option.
 _BASH = """\
 # {prog} completion for bash: put `eval "$({prog} completion bash)"` into ~/.bashrc
 _{name}_complete() {{
+    # By spaces only: bash itself would also cut at the colons of a URI.
+    local line=${{COMP_LINE:0:COMP_POINT}} words
+    read -ra words <<< "$line"
+    [[ $line == *" " ]] && words+=("")
+    words=("${{words[@]:1}}")
     local IFS=$'\\n'
-    COMPREPLY=($({prog} completion words -- "${{COMP_WORDS[@]:1:COMP_CWORD}}" 2>/dev/null))
+    COMPREPLY=($({prog} completion words "${{words[@]/#/=}}" 2>/dev/null))
 }}
 complete -o default -F _{name}_complete {prog}
 """
@@ -28,27 +34,29 @@ _ZSH = """\
 #compdef {prog}
 # {prog} completion for zsh: put `eval "$({prog} completion zsh)"` into ~/.zshrc, after compinit
 _{name}_complete() {{
-    local -a found
-    found=("${{(@f)$({prog} completion words -- "${{(@)words[2,CURRENT]}}" 2>/dev/null)}}")
-    if [[ -n "${{found[1]}}" ]]; then compadd -Q -- "${{found[@]}}"; else _files; fi
+    local -a typed found
+    typed=("${{(@)words[2,CURRENT]}}")
+    found=("${{(@f)$({prog} completion words "${{(@)typed/#/=}}" 2>/dev/null)}}")
+    if [[ -n "${{found[1]}}" ]]; then compadd -- "${{found[@]}}"; else _files; fi
 }}
 compdef _{name}_complete {prog}
 """
 _FISH = """\
 # {prog} completion for fish: {prog} completion fish > ~/.config/fish/completions/{prog}.fish
 function __{name}_complete
-    set -l words (commandline -opc) (commandline -ct)
-    {prog} completion words -- $words[2..-1] 2>/dev/null
+    set -l typed (commandline -opc) (commandline -ct)
+    set -g __{name}_found ({prog} completion words (string replace -r '^' '=' -- $typed[2..-1]) 2>/dev/null)
+    test -n "$__{name}_found"
 end
-complete -c {prog} -a '(__{name}_complete)'
+complete -c {prog} -n __{name}_complete -f -a '$__{name}_found'
 """
 _POWERSHELL = """\
 # {prog} completion for PowerShell: {prog} completion powershell | Out-String | Invoke-Expression
 Register-ArgumentCompleter -Native -CommandName {prog} -ScriptBlock {{
     param($current, $line, $position)
-    $words = @($line.CommandElements | Select-Object -Skip 1 | ForEach-Object {{ "$_" }})
-    if ($current -eq "") {{ $words += '""' }}
-    {prog} completion words -- @words 2>$null | ForEach-Object {{
+    $typed = @($line.CommandElements | Select-Object -Skip 1 | ForEach-Object {{ "=$_" }})
+    if ($current -eq "") {{ $typed += "=" }}
+    {prog} completion words @typed 2>$null | ForEach-Object {{
         [System.Management.Automation.CompletionResult]::new($_, $_, "ParameterValue", $_)
     }}
 }}
@@ -64,7 +72,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="SHELL",
         help=f"{', '.join(SHELLS)}: print its script, whose first line says where to put it",
     )
-    # What the scripts call: `words -- WORD...`, the words typed so far, the last one unfinished.
+    # What the scripts call: `words =WORD ...`, what was typed so far, the last one unfinished.
     parser.add_argument("words", nargs="*", help=argparse.SUPPRESS)
 
 
@@ -72,7 +80,12 @@ def run(arguments: argparse.Namespace) -> int:
     """Print the script, or what fits."""
     from .entry import _parser
 
-    return answer("rosproto", arguments, lambda words: _parser(words)[0], _names_of(arguments.words))
+    return answer(
+        "rosproto",
+        arguments,
+        lambda words: _parser(words)[0],
+        _names_of([word.removeprefix("=") for word in arguments.words]),
+    )
 
 
 def answer(
@@ -92,7 +105,7 @@ def answer(
     if arguments.shell in SHELLS:
         print(script(prog, arguments.shell), end="")
         return 0
-    typed = ["" if word in ('""', "''") else word for word in arguments.words] or [""]
+    typed = [word.removeprefix("=") for word in arguments.words] or [""]
     found = complete(parser_for(typed[:-1]), typed, names)
     if found:
         print("\n".join(found))
@@ -182,7 +195,7 @@ class _Walk:
         if action is None:
             return []
         if action.choices is not None:
-            return [str(choice) for choice in action.choices]
+            return [str(choice) for choice in action.choices if choice != "words" or action.dest != "shell"]
         source = names.get(action.dest) or names.get(action.dest.removesuffix("s"))
         return [] if source is None else source()
 

@@ -9,13 +9,13 @@ import signal
 import subprocess
 import sys
 import time
-import zlib
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.support.png import read_png
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.cli import main
 from woosh_pure.cli.registry import COMMANDS
@@ -55,25 +55,6 @@ def document(woosh):
         return code, json.loads(out, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
 
     return run
-
-
-def read_png(data: bytes) -> np.ndarray:
-    """Pixels of a PNG without filters, checked: signature, sums, sizes."""
-    assert data[:8] == b"\x89PNG\r\n\x1a\n"
-    chunks, at = {}, 8
-    while at < len(data):
-        length = int.from_bytes(data[at : at + 4], "big")
-        kind, body = data[at + 4 : at + 8], data[at + 8 : at + 8 + length]
-        assert zlib.crc32(kind + body) == int.from_bytes(data[at + 8 + length : at + 12 + length], "big")
-        chunks[kind] = body
-        at += 12 + length
-    width, height = int.from_bytes(chunks[b"IHDR"][:4], "big"), int.from_bytes(chunks[b"IHDR"][4:8], "big")
-    depth, kind = chunks[b"IHDR"][8], chunks[b"IHDR"][9]
-    channels = {0: 1, 2: 3, 6: 4}[kind]
-    rows = np.frombuffer(zlib.decompress(chunks[b"IDAT"]), np.uint8).reshape(height, -1)
-    assert not rows[:, 0].any()
-    pixels = np.ascontiguousarray(rows[:, 1:]).view(">u2" if depth == 16 else np.uint8)
-    return pixels.reshape(height, width, channels)
 
 
 def has(pixels: np.ndarray, color: tuple[int, int, int]) -> bool:

@@ -1,0 +1,134 @@
+"""Completion: what may stand at the end of a line, and the scripts that ask for it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import rosproto
+from rosproto.cli import main as rosproto_main
+from rosproto.cli.completion import SHELLS, script
+from woosh_pure.cli import main as woosh_main
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+@pytest.fixture(autouse=True)
+def alone(monkeypatch, tmp_path):
+    """No master, and nobody's own marks."""
+    monkeypatch.setenv("ROS_MASTER_URI", "http://127.0.0.1:1")
+    monkeypatch.setenv("WOOSH_CONFIG_DIR", str(tmp_path))
+
+
+@pytest.fixture
+def offers(capsys):
+    def ask(prog: str, *words: str) -> list[str]:
+        run = {"rosproto": rosproto_main, "woosh": woosh_main}[prog]
+        assert run(["completion", "words", *(f"={word}" for word in words)]) == 0
+        return capsys.readouterr().out.split()
+
+    return ask
+
+
+def test_commands(offers) -> None:
+    assert offers("rosproto", "to") == ["topic"]
+    assert {"watch", "drive", "map"} <= set(offers("woosh", ""))
+    assert offers("woosh", "--sim", "wat") == ["watch"]
+    assert offers("woosh", "--chassis", "goto", "wat") == ["watch"]
+    assert offers("woosh", "nonsense", "x") == []
+
+
+def test_verbs_of_a_command(offers) -> None:
+    assert offers("rosproto", "topic", "ec") == ["echo"]
+    assert offers("woosh", "map", "") == ["save", "set", "show"]
+    assert offers("woosh", "task", "c") == ["cancel", "carry", "charge"]
+
+
+def test_options_where_they_belong(offers) -> None:
+    assert offers("woosh", "battery", "--be") == ["--below"]
+    assert "--depth" in offers("woosh", "camera", "--")
+    assert "--load" in offers("woosh", "task", "carry", "A1", "-")
+    assert offers("woosh", "--chas") == ["--chassis"]
+    assert "--rate" in offers("rosproto", "topic", "pub", "--ra")
+
+
+def test_values_of_options_and_arguments(offers) -> None:
+    assert offers("woosh", "led", "--strip", "") == ["base", "both", "shelf"]
+    assert offers("woosh", "led", "--strip", "both", "--mod") == ["--module"]
+    assert offers("woosh", "mode", "w") == ["wait-then-avoid"]
+    assert offers("woosh", "costmap", "o") == ["off", "on"]
+    assert offers("woosh", "completion", "") == sorted(SHELLS)
+    assert offers("woosh", "goto", "--pose", "1", "2", "3", "--time") == ["--timeout"]
+    assert offers("woosh", "battery", "--wait", "") == []
+
+
+def test_marks_come_from_the_users_file(offers) -> None:
+    assert offers("woosh", "goto", "") == []
+    for name in ("A1", "A2", "B1"):
+        assert woosh_main(["marks", "add", name]) == 0
+    assert offers("woosh", "goto", "A")[-2:] == ["A1", "A2"]
+    assert offers("woosh", "charge", "B") == ["B1"]
+    assert offers("woosh", "task", "pick", "A1", "") == []
+
+
+def test_topics_nodes_services_come_from_the_master(offers) -> None:
+    with rosproto.Master() as master, rosproto.Node("/talker", master_uri=master.uri) as node:
+        node.publisher("/odd/topic", "std_msgs/String")
+        at = ("--master", master.uri)
+        assert offers("rosproto", "topic", "echo", *at, "/odd") == ["/odd/topic"]
+        assert offers("rosproto", "node", "ping", *at, "/") == ["/talker"]
+        assert "/talker/get_loggers" in offers("rosproto", "service", "info", *at, "/talker/")
+    assert offers("rosproto", "topic", "echo", *at, "/odd") == []
+
+
+def test_types_come_from_the_definitions(offers) -> None:
+    assert offers("rosproto", "msg", "show", "std_msgs/Stri") == ["std_msgs/String"]
+    assert "std_srvs/SetBool" in offers("rosproto", "srv", "show", "std_srvs/")
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_each_script_names_its_command_and_how_to_install_it(shell, capsys) -> None:
+    for prog, run in (("rosproto", rosproto_main), ("woosh", woosh_main)):
+        assert run(["completion", shell]) == 0
+        text = capsys.readouterr().out
+        assert text == script(prog, shell)
+        assert f"{prog} completion {shell}" in "\n".join(text.splitlines()[:2])
+        assert f"{prog} completion words" in text
+
+
+@pytest.mark.skipif(sys.platform == "win32" or shutil.which("bash") is None, reason="needs bash")
+def test_bash_completes(tmp_path) -> None:
+    """Really in bash: with the command in the path, as after an installation."""
+    command = tmp_path / "woosh"
+    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m woosh_pure "$@"\n')
+    command.chmod(0o755)
+    ask = (
+        'eval "$(woosh completion bash)"; '
+        'COMP_LINE="woosh --master http://10.0.0.7:11311 led --strip b"; COMP_POINT=${#COMP_LINE}; '
+        '_woosh_complete; printf "%s\\n" "${COMPREPLY[@]}"; '
+        'COMP_LINE="woosh map "; COMP_POINT=${#COMP_LINE}; _woosh_complete; printf "%s\\n" "${COMPREPLY[@]}"'
+    )
+    done = subprocess.run(
+        ["bash", "-c", ask],
+        env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.stderr == ""
+    assert done.stdout.split() == ["base", "both", "save", "set", "show"]
+
+
+@pytest.mark.parametrize(("shell", "check"), [("zsh", ["-n"]), ("fish", ["--no-execute"])])
+def test_other_shells_can_read_their_script(shell, check, tmp_path) -> None:
+    if shutil.which(shell) is None:
+        pytest.skip(f"{shell} is not installed")
+    file = tmp_path / "script"
+    file.write_text(script("woosh", shell))
+    assert subprocess.run([shell, *check, str(file)], timeout=20, check=False).returncode == 0
