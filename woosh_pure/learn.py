@@ -116,7 +116,10 @@ def _compare(name: str, kind: str, library: DefinitionLibrary) -> tuple[str, ...
 
 
 def _lines(ours: MessageSpec, theirs: MessageSpec) -> Sequence[str]:
-    lines = [_words(d.name, d.ours, d.theirs) for d in differences(ours, theirs)]
+    spelled = _other_spellings(ours, theirs)
+    lines = [f"{name} is spelled {other} on the robot" for name, other in spelled.items()]
+    known = {*spelled, *spelled.values()}
+    lines += [_words(d.name, d.ours, d.theirs) for d in differences(ours, theirs) if d.name not in known]
     shared = {field.name for field in ours.fields} & {field.name for field in theirs.fields}
     left, right = ([f.name for f in spec.fields if f.name in shared] for spec in (ours, theirs))
     if left != right:
@@ -127,6 +130,18 @@ def _lines(ours: MessageSpec, theirs: MessageSpec) -> Sequence[str]:
         if here.get(name) != there.get(name):
             lines.append(_words(f"constant {name}", here.get(name, ""), there.get(name, "")))
     return lines
+
+
+def _other_spellings(ours: MessageSpec, theirs: MessageSpec) -> dict[str, str]:
+    """Our name -> the robot's, of fields of one type that have two known names."""
+    here, there = ({field.name: field.type for field in spec.fields} for spec in (ours, theirs))
+    pairs = bundled().field_aliases(ours.name)
+    return {
+        name: other
+        for pair in pairs
+        for name, other in (pair, pair[::-1])
+        if name in here and other in there and name not in there and here[name] == there[other]
+    }
 
 
 def _words(name: str, ours: str, theirs: str) -> str:

@@ -74,7 +74,7 @@ class ActionClient:
         self._node = node
         self._clock = clock
         self._status_timeout = status_timeout
-        self.type = _resolve(action_type)
+        self.type = _resolve(action_type, getattr(node, "revisions", None))
         self.name = node.resolve_name(name)
         self._changed = threading.Condition(threading.RLock())
         self._handles: dict[str, GoalHandle] = {}

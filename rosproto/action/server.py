@@ -95,7 +95,7 @@ class ActionServer:
         self._concurrent = concurrent
         self._most_goals = most_goals
         self._clock = clock
-        self.type = _resolve(action_type)
+        self.type = _resolve(action_type, getattr(node, "revisions", None))
         self.name = node.resolve_name(name)
         self._lock = threading.RLock()
         self._goals = GoalList()

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import Message, message_class
 from rosproto.errors import DefinitionError
+
+if TYPE_CHECKING:
+    from rosproto.node.revisions import Revisions
 
 __all__ = ["ActionType", "action_type"]
 
@@ -35,16 +38,17 @@ class ActionType:
     status_array: type[Any]
 
 
-def action_type(given: type[Message] | str) -> ActionType:
+def action_type(given: type[Message] | str, revisions: Revisions | None = None) -> ActionType:
     """Take an action type apart.
 
     Args:
         given: A `FooAction` class, or "package/FooAction", or "package/Foo" as the .action file is named.
+        revisions: Where a name that is not bundled is looked for: a node's own folders.
 
     Raises:
         DefinitionError: It is not known, or no action.
     """
-    cls = _class_of(given) if isinstance(given, str) else given
+    cls = _class_of(given, revisions) if isinstance(given, str) else given
     whole: Any = cls()
     try:
         goal, result, feedback = whole.action_goal, whole.action_result, whole.action_feedback
@@ -67,5 +71,6 @@ def action_type(given: type[Message] | str) -> ActionType:
         ) from None
 
 
-def _class_of(name: str) -> type[Message]:
-    return message_class(name if name.endswith("Action") else name + "Action")
+def _class_of(name: str, revisions: Revisions | None) -> type[Message]:
+    name = name if name.endswith("Action") else name + "Action"
+    return message_class(name, revisions.library_for(name) if revisions is not None else None)

@@ -9,10 +9,13 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Mapping
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rosproto.errors import DefinitionError
 from rosproto.msg.sources import folder_source
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 __all__ = ["learned_paths", "revisions_folder"]
 
@@ -23,6 +26,8 @@ def revisions_folder(environment: Mapping[str, str] | None = None, platform: str
     %LOCALAPPDATA% on Windows, ~/Library/Application Support on macOS, $XDG_DATA_HOME (by default
     ~/.local/share) elsewhere; in there "rosproto/revisions".
     """
+    from pathlib import Path
+
     environment = os.environ if environment is None else environment
     home = Path(environment.get("USERPROFILE" if platform == "win32" else "HOME") or Path.home())
     if platform == "win32":
@@ -37,6 +42,8 @@ def revisions_folder(environment: Mapping[str, str] | None = None, platform: str
 
 def learned_paths(folder: str | os.PathLike[str] | None = None) -> list[Path]:
     """Each learned set, for `msg_path=`; empty when nothing was learned. What is no set is left out."""
+    from pathlib import Path  # late: the commands and programs that learn nothing start faster
+
     root = revisions_folder() if folder is None else Path(folder)
     try:
         entries = sorted(entry for entry in root.iterdir() if entry.is_dir())

@@ -85,7 +85,10 @@ def test_a_robot_of_a_known_firmware_teaches_nothing(firmware: str, tmp_path: Pa
         assert task["verdict"] == "bundled"
     if firmware == "page":
         assert (task["verdict"], task["source"]) == ("revision", "page")
-        assert "woosh_msgs/ExecTaskRequest: task_exec (uint8): only on the robot" in task["differences"]
+        assert task["differences"] == [
+            "woosh_msgs/ExecTaskRequest: task_exect is spelled task_exec on the robot",
+            "woosh_msgs/ExecTaskResponse: statusCode is spelled statuscode on the robot",
+        ]
         assert any("another order" in line for line in of(document, "/battery")["differences"])
 
 

@@ -252,6 +252,21 @@ def test_folders_of_the_user(tmp_path: Path) -> None:
         assert plain.subscriber("/note", None).next(timeout=5).text == "hello"
 
 
+def test_an_action_of_ones_own_in_a_folder(tmp_path: Path) -> None:
+    """Its name is enough, as for messages and services."""
+    place = tmp_path / "my_msgs" / "action"
+    place.mkdir(parents=True)
+    (place / "Fetch.action").write_text("string what\n---\nuint8 count\n---\n")
+    with (
+        Master() as master,
+        Node("/here", master_uri=master.uri, rosout=False, msg_path=[tmp_path]) as here,
+        ActionServer(here, "/fetch", "my_msgs/Fetch", lambda goal: goal.succeed()),
+        ActionClient(here, "/fetch", "my_msgs/FetchAction") as client,
+    ):
+        client.wait_for_server(timeout=5)
+        assert client.send_goal(client.type.goal(what="tea")).wait(timeout=5).count == 0
+
+
 @pytest.fixture
 def counting(monkeypatch: pytest.MonkeyPatch) -> Callable[[], int]:
     """How often a conversion was planned."""
