@@ -96,6 +96,7 @@ class Core:
                     master_uri=self.master_uri,
                     host=self._host,
                     anonymous=True,
+                    timeout=self.timeout,
                     msg_path=self._msg_path,
                 )
             return self._node

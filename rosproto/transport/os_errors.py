@@ -29,7 +29,7 @@ def translate(error: OSError, doing: str, peer: str, deadline: Deadline | None =
     # Python's own time-outs have no errno; with one, TCP itself gave up (keep-alive, TCP_USER_TIMEOUT)
     if isinstance(error, TimeoutError) and error.errno is None:
         seconds = None if deadline is None else deadline.seconds
-        within = "" if seconds is None else f" within {seconds} s"
+        within = "" if seconds is None else f" within {seconds:.3g} s"
         return RosTimeout(
             f"{doing}: no answer{within}; check the address, the cable or Wi-Fi, and firewalls",
             what=doing,
