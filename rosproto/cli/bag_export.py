@@ -141,14 +141,15 @@ def _npz(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> li
     import numpy as np
 
     directory, paths = _directory(arguments), []
-    for topic in topics:
-        fields = arguments.fields or _leaves(bag.message_class(topic))
-        columns = bag.to_numpy(topic, fields)
-        keep = _span_mask(bag, arguments, columns["receive_time"])
-        columns = {name: column[keep] for name, column in columns.items()}
-        path = os.path.join(directory, file_name(topic) + ".npz")
-        np.savez_compressed(path, **columns)  # type: ignore[arg-type]
-        paths.append(path)
+    with Progress("writing NPZ", quiet=arguments.quiet) as progress:
+        for number, topic in enumerate(topics):
+            progress.tell(f"writing NPZ: {topic} ({number} of {len(topics)} topics are done)")
+            columns = bag.to_numpy(topic, arguments.fields or _leaves(bag.message_class(topic)))
+            keep = _span_mask(bag, arguments, columns["receive_time"])
+            columns = {name: column[keep] for name, column in columns.items()}
+            path = os.path.join(directory, file_name(topic) + ".npz")
+            np.savez_compressed(path, **columns)  # type: ignore[arg-type]
+            paths.append(path)
     return paths
 
 

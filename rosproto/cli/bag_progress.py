@@ -46,6 +46,11 @@ class Progress:
         if not self._count & 63 and self._on:
             self._look()
 
+    def tell(self, text: str) -> None:
+        """Show this, if it has taken long enough already."""
+        if time.monotonic() >= self._due:
+            self.show(text)
+
     def _look(self) -> None:
         now = time.monotonic()
         if now < self._due:

@@ -51,7 +51,7 @@ def fix(arguments: argparse.Namespace) -> int:
             arguments.bag,
             arguments.output,
             compression=arguments.compression,
-            progress=lambda count: progress.show(f"saving {arguments.bag}: {count} messages"),
+            progress=lambda count: progress.tell(f"saving {arguments.bag}: {count} messages"),
         )
     for line in report.damage:
         print(f"{arguments.bag}: {line}")
