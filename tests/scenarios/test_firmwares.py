@@ -12,6 +12,7 @@ import pytest
 
 from rosproto.msg import bundled
 from woosh_pure import Chassis, FirmwareLimit, OutcomeKind, Pose2D, SimulatedChassis
+from woosh_pure.cli import main
 from woosh_pure.enums import NavDirection, NavigationMode
 from woosh_pure.firmware import CURRENT, Firmware, firmware, firmware_names
 from woosh_pure.geometry import Velocity
@@ -163,3 +164,11 @@ def test_the_page_about_firmwares_names_them_all() -> None:
     rows = page.partition("## Known revisions")[2].partition("\n## ")[0]
     listed = re.findall(r"^\| (page|[0-9.]+)", rows, re.MULTILINE)
     assert listed == firmware_names()
+
+
+def test_the_command_serves_a_firmware(capsys: pytest.CaptureFixture[str]) -> None:
+    """`woosh sim --firmware`; what is no firmware is wrong use."""
+    assert main(["sim", "--port", "0", "--for", "0.1", "--firmware", "1.0.8"]) == 0
+    assert "firmware 1.0.8" in capsys.readouterr().out
+    assert main(["sim", "--port", "0", "--for", "0.1", "--firmware", "latest"]) == 2
+    assert "1.1.0, 1.0.12" in capsys.readouterr().err

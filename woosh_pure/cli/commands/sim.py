@@ -91,6 +91,8 @@ def run(args: Namespace, out: Output) -> int:
     )
     with sim:
         out.line(f"simulated chassis at {sim.master_uri}, {args.speed:g} times real time; Ctrl-C ends it")
+        if args.firmware != "1.1.4":
+            out.line(f"its messages are those of firmware {args.firmware}")
         out.line(f"marks: {', '.join(sim.world.site.marks) or 'none'}")
         out.line(f"try:   woosh --master {sim.master_uri} status")
         out.result({"master_uri": sim.master_uri, "marks": sorted(sim.world.site.marks)})
