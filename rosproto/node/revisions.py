@@ -130,9 +130,9 @@ class Revisions:
     ) -> Iterable[DefinitionLibrary]:
         """Libraries in which the type has that md5sum."""
         for library in (own, bundled(), *self._folders):
-            if not library.has(kind, name):
-                continue
-            try:
+            try:  # a damaged file in one folder must not keep the others from being used
+                if not library.has(kind, name):
+                    continue
                 if library.md5sum(name, kind=kind) == md5sum:
                     yield library
                 yield from (r.library for r in library.revisions(name, kind=kind) if r.md5sum == md5sum)

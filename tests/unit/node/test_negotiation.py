@@ -252,6 +252,26 @@ def test_folders_of_the_user(tmp_path: Path) -> None:
         assert plain.subscriber("/note", None).next(timeout=5).text == "hello"
 
 
+def test_a_damaged_folder_does_no_harm(tmp_path: Path) -> None:
+    """What cannot be read in one folder is passed over; the next one has the definition."""
+    for name, text in (("broken", "this is ] no definition\n"), ("good", "int64 a\n---\nint64 b\n")):
+        write_package(tmp_path / name, text)
+    theirs = service_class("my_msgs/Ask", bundled().fork([tmp_path / "good"]))
+    ours = service_class(
+        "my_msgs/Ask", bundled().fork([write_package(tmp_path / "mine", "int8 a\n---\nint8 b")])
+    )
+    with (
+        Master() as master,
+        Node("/robot", master_uri=master.uri, rosout=False) as robot,
+        robot.service_server("/ask", theirs, lambda r: theirs.Response(b=r.a + 1)),
+        Node(
+            "/h", master_uri=master.uri, rosout=False, msg_path=[tmp_path / "broken", tmp_path / "good"]
+        ) as here,
+        here.service_client("/ask", ours) as client,
+    ):
+        assert client.call(a=1, timeout=5).b == 2
+
+
 def test_an_action_of_ones_own_in_a_folder(tmp_path: Path) -> None:
     """Its name is enough, as for messages and services."""
     place = tmp_path / "my_msgs" / "action"
