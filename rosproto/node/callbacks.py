@@ -67,23 +67,30 @@ class CallbackRunner:
             self._running = True
             inbox.count(batch)
         done = self._call_some(batch)
-        with inbox.lock:
+        if done == len(batch):
+            # No lock, but this order: a thread begun meanwhile sees that we are done, or we see the thread.
             self._running = False
-            if done < len(batch):  # too slow
-                inbox.put_locked(batch[done:] if done >= 0 else (), stamp, older=True)
-                if self._thread is None and not inbox.closed:
-                    self._start_thread()
             if self._thread is not None:
-                inbox.condition.notify_all()
+                with inbox.lock:
+                    inbox.condition.notify_all()
+            return
+        with inbox.lock:  # too slow
+            self._running = False
+            inbox.put_locked(batch[done:] if done >= 0 else (), stamp, older=True)
+            if self._thread is None and not inbox.closed:
+                self._start_thread()
+            inbox.condition.notify_all()
 
     def _call_some(self, batch: Sequence[Any]) -> int:
         """Call with each; returns how many were called when it took too long, -1: all, but too slowly."""
-        if len(batch) == 1:
-            began = perf_counter()
-            self._call(batch[0])
-            return 1 if perf_counter() - began < SLOW_CALL else -1
         callback, inbox = self._callback, self._inbox
         began = last = perf_counter()
+        if len(batch) == 1:
+            try:
+                callback(batch[0])
+            except BaseException:
+                self._log_error()
+            return 1 if perf_counter() - began < SLOW_CALL else -1
         for start in range(0, len(batch), CHUNK):
             for message in batch[start : start + CHUNK]:
                 if inbox.closed:

@@ -69,7 +69,18 @@ class FrameReader:
             OSError: The connection broke.
         """
         if self._start == self._end:
-            self._fill()
+            # Most often one read brings one message: it is decoded without looking for others.
+            buffer = self._buffer
+            end = self._sock.recv_into(buffer)
+            if end > 4 and _length(buffer)[0] == end - 4:
+                self._start = self._end = end
+                self.bytes += end
+                self.messages += 1
+                if owns:
+                    return [decode(bytes(self._view[4:end]), 0, end - 4)]
+                return [decode(buffer, 4, end)]
+            self._start = self._end = 0
+            self._arrived(end)
         while True:
             batch = self._cut(decode, owns) if newest is None else self._cut_newest(decode, owns, newest)
             if batch:
@@ -134,7 +145,9 @@ class FrameReader:
             rest = self._end - self._start
             self._buffer[:rest] = self._buffer[self._start : self._end]
             self._start, self._end = 0, rest
-        count = self._sock.recv_into(self._view[self._end :])
+        self._arrived(self._sock.recv_into(self._view[self._end :]))
+
+    def _arrived(self, count: int) -> None:
         if not count:
             raise self._ended(self._end - self._start)
         self.bytes += count

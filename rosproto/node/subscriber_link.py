@@ -111,7 +111,17 @@ class SubscriberLink:
                 self._batch.append(frame)
                 error = self._send_batch()
             else:
-                error = self._send_direct(frame)
+                try:
+                    sent = self.sock.send(frame)
+                    self._bytes += sent
+                    if sent == len(frame):
+                        self._messages += 1
+                    else:
+                        self._block([frame], sent)
+                except BlockingIOError:
+                    self._block([frame], 0)
+                except OSError as broken:
+                    error = broken
         if error is not None:
             self._end(error)
 
@@ -158,20 +168,6 @@ class SubscriberLink:
             self._end(error)
         elif self._blocked:
             sleep(0)  # let the monitor, and on a busy computer the subscriber, get on
-
-    def _send_direct(self, frame: bytes) -> OSError | None:
-        try:
-            sent = self.sock.send(frame)
-        except BlockingIOError:
-            sent = 0
-        except OSError as error:
-            return error
-        self._bytes += sent
-        if sent == len(frame):
-            self._messages += 1
-        else:
-            self._block([frame], sent)
-        return None
 
     def _send_batch(self) -> OSError | None:
         """Send what is in the batch, or move it to the outbox."""

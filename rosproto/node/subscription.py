@@ -47,10 +47,20 @@ class Sink:
         newest: No subscriber keeps more than this many messages of one read; None when all are used.
     """
 
-    __slots__ = ("_decode_later", "_handles", "_raw_handles", "decode", "newest", "owns", "subscription")
+    __slots__ = (
+        "_decode_later",
+        "_handles",
+        "_now",
+        "_raw_handles",
+        "decode",
+        "newest",
+        "owns",
+        "subscription",
+    )
 
     def __init__(self, subscription: Subscription, handles: Sequence[Subscriber], type_: TopicType) -> None:
         self.subscription = subscription
+        self._now = subscription.node._wall_time
         self._handles = tuple(handle for handle in handles if not handle.raw)
         self._raw_handles = tuple(handle for handle in handles if handle.raw)
         self._decode_later = type_.decode if self._handles and not type_.is_wildcard else raw_message
@@ -65,7 +75,7 @@ class Sink:
 
     def deliver(self, batch: Sequence[Any], header: dict[str, str], link: PublisherLink) -> None:
         """Hand messages to every subscriber; runs in the link's thread."""
-        stamp = self.subscription.node._wall_time()
+        stamp = self._now()
         for message in batch:
             message._connection_header = header
         if header.get("latching") == "1":
