@@ -44,6 +44,7 @@ def run(arguments: list[str]) -> None:
         env = os.environ | {"ROS_MASTER_URI": master.uri, "ROS_IP": "127.0.0.1", "ROS_HOME": folder}
         if args.only != "play":
             compare_recorders(args, folder, master.uri, env)
+            compare_small(args, folder, master.uri, env)
         if args.only != "record":
             compare_players(args, folder, master.uri, env)
 
@@ -108,6 +109,47 @@ def record(
         got = bag.message_count
     Path(path).unlink()
     return len(plan), got, used / sent_for, args.rate * args.seconds / sent_for
+
+
+def compare_small(args: argparse.Namespace, folder: str, uri: str, env: dict[str, str]) -> None:
+    """8000 velocities a second, sent by the hundred."""
+    count, path = int(8000 * args.seconds), f"{folder}/run.bag"
+    commands = {"ours": [*OURS, "record"], "rosbag record": [str(PEERS / "record")]}
+    print(f"record 8000 small messages a second for {args.seconds:g} s")
+    results: dict[str, list[tuple[int, float]]] = {
+        name: [] for name in commands if Path(commands[name][0]).exists()
+    }
+    for _ in range(args.rounds):
+        for name, rows in results.items():
+            rows.append(record_small([*commands[name], "-O", path, "/cmd"], env, uri, count, path))
+    for name, rows in results.items():
+        each = statistics.median(used for _, used in rows) / count
+        lost = sum(count - got for got, _ in rows)
+        print(f"  {name:14} {lost:5} of {count * len(rows)} lost   {1e6 * each:5.1f} us of a core for each")
+
+
+def record_small(
+    command: list[str], env: dict[str, str], uri: str, count: int, path: str
+) -> tuple[int, float]:
+    """Messages recorded, processor seconds."""
+    process = subprocess.Popen(command, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    twist = message_class("geometry_msgs/Twist")()
+    with rosproto.Node("/robot", master_uri=uri, host="127.0.0.1", rosout=False) as node:
+        publisher = node.publisher("/cmd", "geometry_msgs/Twist", queue_size=100_000)
+        publisher.wait_for_connection(20)
+        before, began = _processor_seconds(process.pid), time.perf_counter()
+        for number in range(count):
+            if number % 100 == 0:
+                time.sleep(max(0.0, began + number / 8000 - time.perf_counter()))
+            publisher.publish(twist)
+        time.sleep(1.0)
+        used = _processor_seconds(process.pid) - before
+        process.send_signal(signal.SIGINT)
+        process.wait(60)
+    with BagReader(path) as bag:
+        got = bag.message_count
+    Path(path).unlink()
+    return got, used
 
 
 def _processor_seconds(pid: int) -> float:
