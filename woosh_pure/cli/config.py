@@ -5,14 +5,13 @@ from __future__ import annotations
 import json
 import os
 import sys
-from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 __all__ = ["Profile", "directory", "forget", "load", "mark_file", "profile_file", "save"]
 
 
-@dataclass(frozen=True, slots=True)
-class Profile:
+class Profile(NamedTuple):
     """The default chassis.
 
     Attributes:
@@ -76,7 +75,7 @@ def save(profile: Profile) -> Path:
     path = profile_file()
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(path.name + ".new")
-    temporary.write_text(json.dumps(asdict(profile), indent=2) + "\n", encoding="utf-8")
+    temporary.write_text(json.dumps(profile._asdict(), indent=2) + "\n", encoding="utf-8")
     os.replace(temporary, path)
     return path
 
