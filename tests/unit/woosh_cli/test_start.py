@@ -18,7 +18,6 @@ HEAVY = (
     "xml",
     "http",
     "ssl",
-    "rosproto.transport",
     "woosh_pure.sim",
     "woosh_pure.core",
 )
