@@ -24,6 +24,7 @@ class Ours:
 
     def __init__(self, name):
         import rosproto
+        import rosproto.node  # `rosproto` itself loads its parts on first use
 
         self.lib = rosproto
         self.imported = time.monotonic()
