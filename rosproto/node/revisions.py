@@ -25,8 +25,10 @@ from rosproto.node.topic_types import TopicType
 if TYPE_CHECKING:
     from rosproto.codec import Message
     from rosproto.msg import DefinitionLibrary
+    from rosproto.node.node import Node
 
 __all__ = [
+    "NoRevisions",
     "RevisedType",
     "Revisions",
     "ServiceRevision",
@@ -138,6 +140,30 @@ class Revisions:
                 yield from (r.library for r in library.revisions(name, kind=kind) if r.md5sum == md5sum)
             except DefinitionError as error:
                 _log.debug("! %s: %s", name, error)
+
+
+class NoRevisions(Revisions):
+    """For a node that takes its own definitions only and refuses all others, as rospy and roscpp do.
+
+    `node.revisions = NoRevisions()` before anything is published, subscribed or provided.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.fetched = _AskNobody()
+
+    def message(self, ours: type[Message], md5sum: str, definition: str = "") -> type[Message] | None:
+        """Nothing is known."""
+        return None
+
+    def service(self, ours: Any, md5sum: str) -> Any:
+        """Nothing is known."""
+        return None
+
+
+class _AskNobody(FetchedRevisions):
+    def fetch(self, node: Node, topic: str, ours: type[Message], md5sum: str) -> type[Message] | None:
+        return None
 
 
 class Unfit:

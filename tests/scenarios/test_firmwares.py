@@ -10,10 +10,11 @@ from typing import Any
 
 import pytest
 
+from rosproto.errors import Md5sumMismatch
 from rosproto.msg import bundled
 from woosh_pure import Chassis, FirmwareLimit, OutcomeKind, Pose2D, SimulatedChassis
 from woosh_pure.cli import main
-from woosh_pure.enums import NavDirection, NavigationMode
+from woosh_pure.enums import NavDirection, NavigationMode, TaskType
 from woosh_pure.firmware import CURRENT, Firmware, firmware, firmware_names
 from woosh_pure.geometry import Velocity
 from woosh_pure.sim import Settings
@@ -172,3 +173,24 @@ def test_the_command_serves_a_firmware(capsys: pytest.CaptureFixture[str]) -> No
     assert "firmware 1.0.8" in capsys.readouterr().out
     assert main(["sim", "--port", "0", "--for", "0.1", "--firmware", "latest"]) == 2
     assert "1.1.0, 1.0.12" in capsys.readouterr().err
+
+
+def test_a_service_of_a_definition_from_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The vendor's .srv makes it known; what it has no field for is refused, and all else works."""
+    text = bundled().service("woosh_msgs/ExecTask").text
+    lines = [line for line in text.split("\n") if not re.match(r"byte custom\b", line)]
+    assert len(lines) == text.count("\n")
+    place = tmp_path / "woosh_msgs" / "srv"
+    place.mkdir(parents=True)
+    (place / "ExecTask.srv").write_text("\n".join(lines))
+    special = Firmware("special", bundled().fork([tmp_path]))
+    monkeypatch.setattr("woosh_pure.sim.chassis.firmware_named", lambda name: special)
+    with SimulatedChassis(speed=8.0, full_graph=False) as sim:
+        with Chassis(sim.master_uri) as chassis, pytest.raises(Md5sumMismatch, match="woosh learn"):
+            chassis.go_to_mark("A1")
+        with Chassis(sim.master_uri, msg_path=[tmp_path]) as chassis:
+            with pytest.raises(FirmwareLimit, match="no field for custom") as caught:
+                chassis.task(TaskType.PICK, "A1", custom=3)
+            assert (caught.value.name, caught.value.firmware) == ("/exec_task", "")
+            assert not sim.world.tasks.busy
+            assert chassis.go_to_mark("A1").wait(60.0).arrived

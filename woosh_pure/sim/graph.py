@@ -7,6 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import rosproto
+from rosproto.node.revisions import NoRevisions
 
 from .. import interface
 from ..firmware import Firmware
@@ -55,9 +56,15 @@ class Graph:
         self.internal_clients: dict[str, rosproto.ActionClient] = {}
 
     def node(self, name: str) -> rosproto.Node:
-        """The node of that name, made on first use. Its links are real sockets also within this process."""
+        """The node of that name, made on first use.
+
+        Its links are real sockets also within this process, and it refuses every definition that is not its
+        own, as the real one does: to agree is the client's part.
+        """
         if name not in self.nodes:
-            self.nodes[name] = rosproto.Node(name, master_uri=self._uri, host=self._host, intraprocess=False)
+            node = rosproto.Node(name, master_uri=self._uri, host=self._host, intraprocess=False)
+            node.revisions = NoRevisions()
+            self.nodes[name] = node
         return self.nodes[name]
 
     def build(self) -> None:
