@@ -280,11 +280,11 @@ class Player:
                 continue
             if self._immediate:
                 self._hold_back()
-                self.position_ns = time_ns
+                self.position_ns = max(self.position_ns, time_ns)  # /clock must not go back
                 return True
             due = self._anchor + (time_ns - self._anchor_ns) / NS / self._rate
             if self._wait_or_tick(now, due):
-                self.position_ns = time_ns
+                self.position_ns = max(self.position_ns, time_ns)  # /clock must not go back
                 return True
         return False
 
@@ -308,7 +308,8 @@ class Player:
         self._pacer.wait_until(min(now + TICK, self._clock.due if self._clock is not None else now + TICK))
 
     def _set_anchor(self, time_ns: int) -> None:
-        self._anchor, self._anchor_ns, self.position_ns = self._pacer.now(), time_ns, time_ns
+        self._anchor, self._anchor_ns = self._pacer.now(), time_ns
+        self.position_ns = max(self.position_ns, time_ns)
 
     def _tick(self, now: float) -> None:
         self._next_tick = now + TICK

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from rosproto import Master, Node
 from rosproto.bag import BagReader, BagWriter
 from rosproto.codec import message_class
 from rosproto.errors import BagError
-from rosproto.recording import Pacer, Timeline
+from rosproto.recording import Pacer, Player, Timeline
 
 String = message_class("std_msgs/String")
 
@@ -99,3 +100,34 @@ def test_unknown_topics_are_an_error(bags: list[BagReader]) -> None:
         Timeline(bags, topics=["/nowhere"])
     with pytest.raises(ValueError, match="negative"):
         Timeline(bags, start=-1)
+
+
+class Late(Pacer):
+    """A computer so busy that every wait takes 30 ms too long."""
+
+    def wait_until(self, moment: float) -> None:
+        super().wait_until(moment + 0.03)
+
+
+def test_the_clock_never_goes_back_on_a_busy_computer(tmp_path: Path) -> None:
+    """Messages that come late do not set /clock back to their own time; a loop begins again at the start."""
+    with BagWriter(tmp_path / "x.bag") as writer:
+        for i in range(20):
+            writer.write("/x", String(data=str(i)), 100.0 + i * 0.02)
+    with (
+        Master() as master,
+        Node("/player", master_uri=master.uri) as node,
+        BagReader(tmp_path / "x.bag") as bag,
+        Player(node, bag, clock_hz=500.0, pacer=Late()) as player,
+    ):
+        assert player._clock is not None
+        published: list[int] = []
+        send = player._clock.publish
+        player._clock.publish = lambda ns: (published.append(ns), send(ns))  # type: ignore[method-assign, assignment, func-returns-value, return-value]
+        player.play()
+        assert published == sorted(published)
+        assert published[0] == 100 * 10**9
+        assert published[-1] >= 100_380_000_000
+        count = len(published)
+        player.play()
+        assert published[count] == 100 * 10**9
