@@ -161,6 +161,25 @@ def test_any_other_key_stops_at_once(slow):
         assert terminal.exit_code() == 0
 
 
+def test_keys_pressed_before_the_drive_is_open_move_nothing(slow):
+    with drive(slow, "--feedback-timeout", "2", "--direct") as terminal:
+        terminal.wait_for("Type yes to drive:")
+        terminal.send("yes\n" + UP * 3)
+        terminal.wait_for("sent +0.00")
+        for _ in range(20):
+            assert standing(slow)
+            time.sleep(0.02)
+        terminal.send("q")
+        assert terminal.exit_code() == 0
+
+
+def test_a_limit_above_the_chassis_s_own_is_refused(slow):
+    with drive(slow, "--acknowledged", "--linear", "9") as terminal:
+        assert terminal.exit_code() == 2
+        assert "at most the chassis's limit" in terminal.text
+        assert terminal.restored
+
+
 def test_turning_left_and_right_and_backward(slow):
     with drive(slow, *ACKNOWLEDGED, "--direct") as terminal:
         terminal.wait_for("sent +0.00")

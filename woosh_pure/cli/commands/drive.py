@@ -7,7 +7,7 @@ import signal
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosTimeout
@@ -89,17 +89,18 @@ def _drive(chassis: Chassis, args: Namespace, out: Output) -> None:
 
     angular = None if args.angular is None else math.radians(args.angular)
     out.line(_KEYS)
-    with (
-        open_keys() as keys,
-        _never_asleep(),
-        chassis.velocity(
-            bypasses_protection=True,
-            direct=args.direct,
-            max_linear=args.linear,
-            max_angular=angular,
-            feedback_timeout=args.feedback_timeout,
-        ) as drive,
-    ):
+    with open_keys() as keys, _never_asleep(), ExitStack() as stack:
+        with out.working("opening the drive"):
+            drive = stack.enter_context(
+                chassis.velocity(
+                    bypasses_protection=True,
+                    direct=args.direct,
+                    max_linear=args.linear,
+                    max_angular=angular,
+                    feedback_timeout=args.feedback_timeout,
+                )
+            )
+        keys.read(0.0)  # what was pressed before nobody meant for a robot that can move now
         linear = min(0.2, drive.limits.linear) if args.linear is None else args.linear
         turning = min(math.radians(25.0), drive.limits.angular) if angular is None else angular
         try:

@@ -25,13 +25,15 @@ def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
     with connect(args, out) as chassis:
         faults = chassis.faults
-        readings = chassis.snapshot(args.wait)
+        with out.working("listening"):
+            readings = chassis.snapshot(args.wait)
         faults, readiness = chassis.faults, chassis.readiness()
         heard = {name: r for name, r in readings.items() if r is not None}
         for name in ("status", "battery", "pose", "velocity", "odometer", "information"):
             out.line(f"{name:12s} {_line(name, heard.get(name))}")
         out.line(f"{'faults':12s} {'; '.join(map(str, faults)) or 'none heard'}")
-        out.line(f"{'ready':12s} {'yes' if readiness else 'NO'}: {readiness.sentence()}")
+        word = out.colour("yes", "green") if readiness else out.colour("NO", "red")
+        out.line(f"{'ready':12s} {word}: {readiness.sentence()}")
         silent = sorted(set(readings) - set(heard))
         out.line(f"{'silent':12s} {', '.join(silent) or 'none'}")
         out.result(

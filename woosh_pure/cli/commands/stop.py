@@ -21,7 +21,8 @@ def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
     with connect(args, out) as chassis:
         # This process has started nothing itself: what runs was started by somebody else.
-        report = chassis.stop(everything=True, timeout=args.timeout)
+        with out.working("stopping"):
+            report = chassis.stop(everything=True, timeout=args.timeout)
         out.line(report.sentence())
         out.result(asdict(report))
         return 0 if report.standing else 1
