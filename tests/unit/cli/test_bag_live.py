@@ -299,7 +299,9 @@ def test_keys_from_a_windows_console(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_without_a_terminal_there_are_no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
     """A pipe, or no stdin at all."""
-    with open(os.devnull) as pipe:
+    read_end, write_end = os.pipe()  # not os.devnull: Windows takes that for a terminal
+    os.close(write_end)
+    with open(read_end) as pipe:
         for stdin in (None, pipe):
             monkeypatch.setattr(sys, "stdin", stdin)
             with Keyboard() as keyboard:
