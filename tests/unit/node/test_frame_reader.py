@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import struct
+import sys
 import threading
 from collections.abc import Iterator
 from typing import Any
@@ -61,8 +62,13 @@ def test_any_split_gives_the_same_messages(owns: bool, step: int) -> None:
     assert read_all(Pieces(pieces), owns=owns) == BODIES
 
 
-def test_large_messages_get_their_own_memory() -> None:
-    """Around the bound, and larger than the buffer, between small ones."""
+@pytest.mark.parametrize("numpy_loaded", [True, False])
+def test_large_messages_get_their_own_memory(numpy_loaded: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Around the bound, and larger than the buffer, between small ones; from numpy only where it is there."""
+    if numpy_loaded:
+        pytest.importorskip("numpy")
+    else:
+        monkeypatch.delitem(sys.modules, "numpy", raising=False)
     bodies = [b"s", bytes(LARGE), b"t", bytes([1]) * (LARGE + 1), b"u", bytes([2]) * (3 * BUFFER), b"v"]
     stream = frames(*bodies)
     for step in (4096, 100_000, len(stream)):
