@@ -84,7 +84,8 @@ def test_rosbag_reads_what_we_record(any_master: str, tmp_path: Path, option: st
     with ros.start_rospy(TALKER, any_master) as talker:
         talker.wait_for("up")
         with ours(any_master, *words) as recorder:
-            time.sleep(2.0)
+            recorder.wait_for("recording to")
+            time.sleep(3.0)
             recorder.process.send_signal(signal.SIGINT)
             assert recorder.wait(20) == 0, recorder.output
             assert "0 dropped" in recorder.output
@@ -189,7 +190,8 @@ def test_rosbag_plays_what_we_record(any_master: str, tmp_path: Path) -> None:
         with ours(
             any_master, "record", "/said", "/ns/pose", "/kept", "-O", tmp_path / "run.bag", "-l", 20
         ) as recorder:
-            time.sleep(2.0)
+            recorder.wait_for("recording to")
+            time.sleep(3.0)
             recorder.interrupt()
             recorder.wait(20)
     with BagReader(tmp_path / "run.bag") as bag:
