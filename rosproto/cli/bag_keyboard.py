@@ -37,8 +37,7 @@ class Keyboard:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if self._saved is not None:
-            import termios
-
+            termios = _module("termios")
             termios.tcsetattr(self._fd, termios.TCSADRAIN, self._saved)
         self.available = False
 
@@ -49,12 +48,9 @@ class Keyboard:
         return self._windows_keys() if self._windows else self._posix_keys()
 
     def _to_single_keys(self) -> None:
-        import termios
-        import tty
-
         self._fd = sys.stdin.fileno()
-        self._saved = termios.tcgetattr(self._fd)
-        tty.setcbreak(self._fd)  # Ctrl-C stays a signal
+        self._saved = _module("termios").tcgetattr(self._fd)
+        _module("tty").setcbreak(self._fd)  # Ctrl-C stays a signal
 
     def _posix_keys(self) -> str:
         import select
@@ -64,10 +60,15 @@ class Keyboard:
         return os.read(self._fd, 64).decode("ascii", "replace")
 
     def _windows_keys(self) -> str:
-        import importlib
-
-        console: Any = importlib.import_module("msvcrt")
+        console = _module("msvcrt")
         typed = ""
         while console.kbhit():
             typed += console.getwch()
         return typed
+
+
+def _module(name: str) -> Any:
+    """A module that only some platforms have; a checker of another platform must not look inside."""
+    import importlib
+
+    return importlib.import_module(name)

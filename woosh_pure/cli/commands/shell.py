@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from argparse import ArgumentParser, Namespace
 from typing import Any
 
@@ -60,12 +61,13 @@ def _names(chassis: Any) -> dict[str, Any]:
 def _interact(names: dict[str, Any], banner: str) -> None:
     import code
 
-    try:
-        import readline
-        import rlcompleter
+    if sys.platform != "win32":  # Windows' console has line editing of its own
+        try:
+            import readline
+            import rlcompleter
 
-        readline.set_completer(rlcompleter.Completer(names).complete)
-        readline.parse_and_bind("tab: complete")
-    except ImportError:
-        pass  # Windows: the console has line editing of its own
+            readline.set_completer(rlcompleter.Completer(names).complete)
+            readline.parse_and_bind("tab: complete")
+        except ImportError:
+            pass  # a Python built without it
     code.interact(banner=banner, local=names, exitmsg="")
