@@ -36,8 +36,9 @@ class Keyboard:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._saved is not None:
-            termios = _module("termios")
+        if self._saved is not None and sys.platform != "win32":
+            import termios
+
             termios.tcsetattr(self._fd, termios.TCSADRAIN, self._saved)
         self.available = False
 
@@ -48,9 +49,14 @@ class Keyboard:
         return self._windows_keys() if self._windows else self._posix_keys()
 
     def _to_single_keys(self) -> None:
+        if sys.platform == "win32":
+            return
+        import termios
+        import tty
+
         self._fd = sys.stdin.fileno()
-        self._saved = _module("termios").tcgetattr(self._fd)
-        _module("tty").setcbreak(self._fd)  # Ctrl-C stays a signal
+        self._saved = termios.tcgetattr(self._fd)
+        tty.setcbreak(self._fd)  # Ctrl-C stays a signal
 
     def _posix_keys(self) -> str:
         import select
@@ -60,15 +66,10 @@ class Keyboard:
         return os.read(self._fd, 64).decode("ascii", "replace")
 
     def _windows_keys(self) -> str:
-        console = _module("msvcrt")
+        import importlib
+
+        console: Any = importlib.import_module("msvcrt")
         typed = ""
         while console.kbhit():
             typed += console.getwch()
         return typed
-
-
-def _module(name: str) -> Any:
-    """A module that only some platforms have; a checker of another platform must not look inside."""
-    import importlib
-
-    return importlib.import_module(name)
