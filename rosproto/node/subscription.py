@@ -86,6 +86,8 @@ class Sink:
             if not self._handles:
                 return
             batch = self._decode_all(batch, header)
+            if not batch:  # all of another revision, and none fits
+                return
         for handle in self._handles:
             handle._offer(batch, stamp)
 

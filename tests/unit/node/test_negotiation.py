@@ -462,3 +462,18 @@ def test_strangers_do_not_keep_us_asking() -> None:
     assert fetched._may_ask("/t", "0")
     assert not fetched._may_ask("/t", "0")
     assert sum(fetched._may_ask("/t", str(i)) for i in range(1000)) < 200
+
+
+def test_a_read_of_which_no_message_fits(nodes: tuple[Node, Node], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside raw subscribers an unfit message that arrives alone is dropped alone: the link stays."""
+    here, robot = nodes
+    monkeypatch.setattr(robot.revisions, "message", lambda *given: None)
+    publisher = robot.publisher("/parameter", PageParameter)
+    raw = here.subscriber("/parameter", Parameter, raw=True)
+    subscriber = here.subscriber("/parameter", Parameter)
+    publisher.wait_for_connection(timeout=5)
+    for value in (0.5, 2.0):
+        publisher.publish(PageParameter(pulsePerCircle=value))
+        raw.next(timeout=5)  # so each comes in a read of its own
+    assert subscriber.next(timeout=5).pulsePerCircle == 2
+    assert subscriber.stats()[0].reconnects == 0
