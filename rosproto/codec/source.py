@@ -24,8 +24,8 @@ class Source:
         self._indent = 1
         self._names: dict[int, str] = {}
         self._counter = 0
-        # No builtin has a name in generated code. C code that warns (numpy, when its bool is packed) finds the
-        # warnings module through the running function's __import__, though.
+        # Generated code names no builtin. But C code that warns (numpy, when its bool is packed) finds the
+        # warnings module through the running function's __import__.
         self.globals: dict[str, Any] = {"__builtins__": {"__import__": __import__}}
 
     def line(self, text: str) -> None:
