@@ -17,8 +17,8 @@ from enum import Enum
 import rosproto
 from rosproto.errors import MasterError, RosError, RosTimeout
 from rosproto.transport.address import parse_uri
+from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.tcp import connect
 from rosproto.transport.tcpros_io import read_header, write_header
 
 from . import interface

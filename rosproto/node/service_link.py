@@ -19,8 +19,9 @@ from rosproto.node.socket_waits import limit_waits
 from rosproto.protocol.handshake import HandshakeRefused
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import format_address
+from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.tcp import connect, interrupt
+from rosproto.transport.tcp import interrupt
 from rosproto.transport.tcpros_io import read_header, write_header
 
 if TYPE_CHECKING:

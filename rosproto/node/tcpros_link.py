@@ -20,8 +20,9 @@ from rosproto.protocol.handshake import (
     subscriber_header,
 )
 from rosproto.transport.address import format_address
+from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.tcp import connect, interrupt
+from rosproto.transport.tcp import expect_data, interrupt
 from rosproto.transport.tcpros_io import read_header, write_header
 
 if TYPE_CHECKING:
@@ -30,11 +31,9 @@ if TYPE_CHECKING:
 
 __all__ = ["TcprosLink"]
 
-# A lost packet of a first try is repeated by the system after one and three seconds. A publisher that comes
-# back between must not wait for that: most tries are short, some are long enough for a slow network.
-SHORT_TRY = 1.2  # seconds
-LONG_TRY = 10.0
-LONG_EVERY = 4
+# For asking and connecting together. Not less, for slow networks; not more, because what was sent into a network
+# that was away is repeated late by some systems, and a new question is faster.
+TRY_SECONDS = 5.0
 
 
 class TcprosLink(PublisherLink):
@@ -47,8 +46,7 @@ class TcprosLink(PublisherLink):
         self._revised: RevisedType | None = None
 
     def _open(self) -> None:
-        long = self._attempts % LONG_EVERY == LONG_EVERY - 1
-        deadline = Deadline(LONG_TRY if long else SHORT_TRY)
+        deadline = Deadline(TRY_SECONDS)
         host, port = self._request_topic(deadline)
         self._step(LinkEvent.ADDRESS)
         self.address = format_address(host, port)
@@ -57,6 +55,7 @@ class TcprosLink(PublisherLink):
         # The publisher answered the connect, so it lives: give a busy one time to answer the header.
         deadline = Deadline(self._node.limits.handshake_seconds)
         sock, reply = self._agree(sock, (host, port), deadline)
+        expect_data(sock)
         self._revised = self.subscription.learn(reply, self.uri)
         self.caller_id = reply.callerid
         self._reader = FrameReader(sock, self._node.limits.message_bytes, peer=self.address)
@@ -126,10 +125,17 @@ class TcprosLink(PublisherLink):
     def _receive(self) -> None:
         reader, subscription, header, revised = self._reader, self.subscription, self.header, self._revised
         assert reader is not None
+        latching = header.get("latching") == "1"  # then `deliver` remembers the message
         while True:
             sink = subscription.sink if revised is None else subscription.sink_for(revised)
-            batch = reader.receive(sink.decode, owns=sink.owns, newest=sink.newest)
-            sink.deliver(batch, header, self)
+            batch = reader.receive(sink.decode, sink.owns, sink.newest)
+            if len(batch) > 1 or latching or sink.offer_one is None:
+                sink.deliver(batch, header, self)
+            else:
+                # By far the most frequent case: after the wait for a message every call costs its latency.
+                message = batch[0]
+                message._connection_header = header
+                sink.offer_one(message)
 
     def _interrupt(self) -> None:
         sock = self._sock

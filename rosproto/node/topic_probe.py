@@ -14,8 +14,8 @@ from rosproto.errors import ConnectionLost
 from rosproto.node.slave_client import NodeClient
 from rosproto.node.topic_types import ANY
 from rosproto.protocol.handshake import PublisherReply, check_publisher_header, subscriber_header
+from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.tcp import connect
 from rosproto.transport.tcpros_io import read_header, write_header
 
 if TYPE_CHECKING:

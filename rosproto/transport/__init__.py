@@ -14,8 +14,9 @@ from rosproto.transport.address import (
 )
 from rosproto.transport.backoff import Backoff
 from rosproto.transport.clock import SYSTEM, Clock
+from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.tcp import connect, interrupt, listen, tune
+from rosproto.transport.tcp import interrupt, listen, tune
 from rosproto.transport.tcp_server import TcpServer
 from rosproto.transport.tcpros_io import (
     ClosedBeforeHeader,

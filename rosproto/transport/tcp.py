@@ -1,79 +1,45 @@
-"""TCP sockets: connecting with one deadline, listening on one address, and the options for robots."""
+"""TCP sockets: listening on one address, and the options for robots. Connecting is in connecting.py."""
 
 from __future__ import annotations
 
-import errno
 import socket
 import sys
 
-from rosproto.errors import ConnectionLost, RosError
+from rosproto.errors import ConnectionLost
 from rosproto.transport.address import format_address, resolve
-from rosproto.transport.deadline import Deadline
 from rosproto.transport.os_errors import translate
 
 __all__ = [
     "KEEPALIVE_COUNT",
     "KEEPALIVE_IDLE",
     "KEEPALIVE_INTERVAL",
-    "connect",
+    "SILENCE_COUNT",
+    "SILENCE_IDLE",
+    "SILENCE_INTERVAL",
+    "expect_data",
     "interrupt",
     "listen",
     "tune",
 ]
 
 # A peer that vanished (power, Wi-Fi) is noticed after idle + count * interval = 30 s; the system's own
-# defaults are two hours, and a quarter of an hour when data is on its way.
+# defaults are two hours, and a quarter of an hour when data is on its way. It is not less because most peers
+# whom we send to (rospy) never come back to a publisher that closed their connection.
 KEEPALIVE_IDLE = 10
 KEEPALIVE_INTERVAL = 5
 KEEPALIVE_COUNT = 4
-_USER_TIMEOUT_MS = 1000 * (KEEPALIVE_IDLE + KEEPALIVE_COUNT * KEEPALIVE_INTERVAL)
 
+# Where we only receive, and come back by ourselves, after 5 s. A shorter silence is left to TCP.
+SILENCE_IDLE = 2
+SILENCE_INTERVAL = 1
+SILENCE_COUNT = 3
 
-def connect(host: str, port: int, deadline: Deadline) -> socket.socket:
-    """A connected, tuned, blocking socket. Every address of the host is tried within one deadline.
-
-    Raises:
-        ConnectionLost: Refused, no route, or the name is unknown; the text names the address.
-        RosTimeout: The deadline passed.
-    """
-    if not 0 < port <= 65535:
-        raise ConnectionLost(f"connect to {host!r}: port {port} is none", peer=format_address(host, port))
-    addresses = resolve(host, deadline)
-    problem: RosError | None = None
-    for number, address in enumerate(addresses):
-        left = deadline.remaining()
-        # an address that does not answer must leave time for those after it
-        share = left if left is None else left / (len(addresses) - number)
-        try:
-            return _connect(address, port, share)
-        except OSError as error:
-            peer = format_address(address, port)
-            named = peer if address == host else f"{peer} ({host})"
-            # the first address is the one people mean; ::1 of localhost is an afterthought
-            if problem is None:
-                problem = translate(error, f"connect to {named}", peer, deadline)
-                problem.__cause__ = error
-    assert problem is not None
-    raise problem
-
-
-def _connect(address: str, port: int, seconds: float | None) -> socket.socket:
-    if seconds is not None and seconds <= 0:
-        raise TimeoutError
-    sock = socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_STREAM)
-    try:
-        sock.settimeout(seconds)
-        sock.connect((address, port))
-        if sock.getsockname() == sock.getpeername():
-            # A connect to a free port of the ephemeral range can meet itself ("simultaneous open"): a node
-            # retrying a dead peer on its own machine would then talk to itself and block the port.
-            raise OSError(errno.ECONNREFUSED, "connected to itself")
-        sock.settimeout(None)
-        tune(sock)
-    except BaseException:
-        sock.close()
-        raise
-    return sock
+# What is not acknowledged is sent again after ever longer pauses, up to two minutes: a network that was away
+# for half a minute would bring nothing for another half. linux/tcp.h, since Linux 6.15; Python has no name
+# for it. One second is the least it takes.
+_TCP_RTO_MAX_MS = 44
+_RTO_MAX_MS = 1000
+_WINDOWS_PROBES = 10  # cannot be chosen there
 
 
 def listen(host: str, port: int = 0, backlog: int = 1024) -> socket.socket:
@@ -122,20 +88,36 @@ def tune(sock: socket.socket, nodelay: bool = True) -> None:
     """Set the options of a TCPROS or XML-RPC connection: no Nagle delay, dead peers noticed in 30 s.
 
     TCP_USER_TIMEOUT (Linux) also ends a connection whose peer has not read for 30 s although it lives;
-    it reconnects when it does.
+    it reconnects when it does. Where the system can (Linux 6.15), what was lost is repeated every second.
     """
     if nodelay:
         _try_option(sock, socket.IPPROTO_TCP, "TCP_NODELAY", 1)
+    if sys.platform == "linux":
+        _try_number(sock, socket.IPPROTO_TCP, _TCP_RTO_MAX_MS, _RTO_MAX_MS)
+    _probe(sock, KEEPALIVE_IDLE, KEEPALIVE_INTERVAL, KEEPALIVE_COUNT)
+
+
+def expect_data(sock: socket.socket) -> None:
+    """Let a connection on which we only receive end after 5 s without a sign of life (`SILENCE_IDLE`).
+
+    The other side's system gives the signs, also when its program has nothing to say or is stopped.
+    """
+    _probe(sock, SILENCE_IDLE, SILENCE_INTERVAL, SILENCE_COUNT)
+
+
+def _probe(sock: socket.socket, idle: int, interval: int, count: int) -> None:
+    """Have the system ask for signs of life after `idle` seconds, `count` times (keep-alive)."""
     _try_option(sock, socket.SOL_SOCKET, "SO_KEEPALIVE", 1)
     if sys.platform == "win32":
-        _tune_windows(sock)
+        _probe_windows(sock, idle, interval * count / _WINDOWS_PROBES)
         return
     # macOS calls TCP_KEEPIDLE by another name
-    idle = "TCP_KEEPIDLE" if hasattr(socket, "TCP_KEEPIDLE") else "TCP_KEEPALIVE"
-    _try_option(sock, socket.IPPROTO_TCP, idle, KEEPALIVE_IDLE)
-    _try_option(sock, socket.IPPROTO_TCP, "TCP_KEEPINTVL", KEEPALIVE_INTERVAL)
-    _try_option(sock, socket.IPPROTO_TCP, "TCP_KEEPCNT", KEEPALIVE_COUNT)
-    _try_option(sock, socket.IPPROTO_TCP, "TCP_USER_TIMEOUT", _USER_TIMEOUT_MS)
+    name = "TCP_KEEPIDLE" if hasattr(socket, "TCP_KEEPIDLE") else "TCP_KEEPALIVE"
+    _try_option(sock, socket.IPPROTO_TCP, name, idle)
+    _try_option(sock, socket.IPPROTO_TCP, "TCP_KEEPINTVL", interval)
+    _try_option(sock, socket.IPPROTO_TCP, "TCP_KEEPCNT", count)
+    # Linux looks at this and not at the count when both are set.
+    _try_option(sock, socket.IPPROTO_TCP, "TCP_USER_TIMEOUT", 1000 * (idle + interval * count))
 
 
 def interrupt(sock: socket.socket) -> None:
@@ -155,19 +137,22 @@ def interrupt(sock: socket.socket) -> None:
 
 def _try_option(sock: socket.socket, level: int, name: str, value: int) -> None:
     option = getattr(socket, name, None)
-    if option is None:
-        return
+    if option is not None:
+        _try_number(sock, level, option, value)
+
+
+def _try_number(sock: socket.socket, level: int, option: int, value: int) -> None:
     try:
         sock.setsockopt(level, option, value)
     except OSError:
         pass  # a comfort, not a need: socket pairs and odd systems lack some; macOS refuses on closed peers
 
 
-def _tune_windows(sock: socket.socket) -> None:
+def _probe_windows(sock: socket.socket, idle: float, interval: float) -> None:
     control, values = getattr(sock, "ioctl", None), getattr(socket, "SIO_KEEPALIVE_VALS", None)
     if control is None or values is None:
         return
     try:
-        control(values, (1, 1000 * KEEPALIVE_IDLE, 1000 * KEEPALIVE_INTERVAL))
+        control(values, (1, int(1000 * idle), int(1000 * interval)))
     except OSError:
         pass  # as above

@@ -188,12 +188,12 @@ class _Link:
             if self.left is not None:
                 data = data[: self.left]
                 self.left -= len(data)
+        self._proxy.forwarded += len(data)  # before they can be received: a test may look then
         if self._proxy.byte_at_a_time:
             for number in range(len(data)):
                 sink.sendall(data[number : number + 1])
         else:
             sink.sendall(data)
-        self._proxy.forwarded += len(data)
         return self.left is None or self.left > 0
 
     def _direction_ended(self) -> None:

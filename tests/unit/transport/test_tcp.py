@@ -15,6 +15,7 @@ from rosproto.errors import ConnectionLost, LocalProtocolError, RemoteProtocolEr
 from rosproto.protocol.header import encode_header
 from rosproto.protocol.limits import Limits
 from rosproto.transport import tcp
+from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.os_errors import translate
 from rosproto.transport.tcpros_io import (
@@ -25,7 +26,6 @@ from rosproto.transport.tcpros_io import (
     write_all,
     write_header,
 )
-from tests.support.clock import FakeClock
 
 SOON = 5.0
 
@@ -37,15 +37,6 @@ def pair() -> Iterator[tuple[socket.socket, socket.socket]]:
         yield one, other
 
 
-def test_connect_gives_a_blocking_tuned_socket() -> None:
-    with tcp.listen("127.0.0.1") as listener:
-        sock = tcp.connect("127.0.0.1", listener.getsockname()[1], Deadline(SOON))
-    with sock:
-        assert sock.gettimeout() is None
-        assert sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
-        assert sock.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
-
-
 @pytest.mark.skipif(sys.platform != "linux", reason="option names of Linux")
 def test_a_vanished_peer_is_noticed_after_thirty_seconds() -> None:
     with socket.socket() as sock:
@@ -54,6 +45,28 @@ def test_a_vanished_peer_is_noticed_after_thirty_seconds() -> None:
         idle, interval, count, user = (sock.getsockopt(socket.IPPROTO_TCP, option) for option in options)
         assert idle + interval * count == 30
         assert user == 30_000
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="option names of Linux")
+def test_where_we_only_receive_silence_is_noticed_after_five_seconds() -> None:
+    with socket.socket() as sock:
+        tcp.tune(sock)
+        tcp.expect_data(sock)
+        options = [socket.TCP_KEEPIDLE, socket.TCP_KEEPINTVL, socket.TCP_KEEPCNT, socket.TCP_USER_TIMEOUT]
+        idle, interval, count, user = (sock.getsockopt(socket.IPPROTO_TCP, option) for option in options)
+        assert idle + interval * count == 5
+        assert user == 5_000
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="an option of Linux")
+def test_what_was_lost_is_repeated_every_second_where_the_system_can() -> None:
+    with socket.socket() as sock:
+        try:
+            sock.getsockopt(socket.IPPROTO_TCP, tcp._TCP_RTO_MAX_MS)
+        except OSError:
+            pytest.skip("Linux older than 6.15")
+        tcp.tune(sock)
+        assert sock.getsockopt(socket.IPPROTO_TCP, tcp._TCP_RTO_MAX_MS) == 1000
 
 
 def test_nagle_stays_on_when_asked() -> None:
@@ -78,7 +91,7 @@ def test_windows_keep_alive_is_set_through_ioctl(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(sys, "platform", "win32")
     monkeypatch.setattr(socket, "SIO_KEEPALIVE_VALS", 0x98000004, raising=False)
     tcp.tune(Windows())  # type: ignore[arg-type]
-    assert calls == [(0x98000004, (1, 10_000, 5_000))]
+    assert calls == [(0x98000004, (1, 10_000, 2_000))]  # ten probes, always: 30 s in all
 
 
 def test_windows_listens_with_exclusive_address_use(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -94,54 +107,6 @@ def test_windows_listens_with_exclusive_address_use(monkeypatch: pytest.MonkeyPa
     assert calls == [(socket.SOL_SOCKET, -5, 1)]
 
 
-def test_refused_names_the_address_and_asks_for_the_master() -> None:
-    with tcp.listen("127.0.0.1") as listener:
-        port = listener.getsockname()[1]
-    with pytest.raises(ConnectionLost, match=rf"127\.0\.0\.1:{port}.*refused.*running") as caught:
-        tcp.connect("127.0.0.1", port, Deadline(SOON))
-    assert caught.value.peer == f"127.0.0.1:{port}"
-    assert isinstance(caught.value.__cause__, ConnectionRefusedError)
-
-
-def test_localhost_is_127_0_0_1_first_and_named_in_the_error() -> None:
-    with tcp.listen("localhost") as listener:
-        host, port = listener.getsockname()
-        assert host == "127.0.0.1"
-        tcp.connect("localhost", port, Deadline(SOON)).close()
-    with pytest.raises(ConnectionLost, match=rf"127\.0\.0\.1:{port} \(localhost\)"):
-        tcp.connect("localhost", port, Deadline(SOON))
-
-
-def test_an_expired_deadline_connects_nowhere() -> None:
-    with pytest.raises(RosTimeout, match="check the address, the cable"):
-        tcp.connect("127.0.0.1", 11311, Deadline(0))
-
-
-def test_the_deadline_is_shared_among_addresses(monkeypatch: pytest.MonkeyPatch) -> None:
-    tried = []
-
-    def dead(address: str, port: int, seconds: float | None) -> socket.socket:
-        tried.append((address, seconds))
-        raise TimeoutError
-
-    monkeypatch.setattr(tcp, "_connect", dead)
-    with pytest.raises(RosTimeout, match=r"127\.0\.0\.1:9"):
-        tcp.connect("localhost", 9, Deadline(4.0, FakeClock()))
-    assert tried == [("127.0.0.1", 2.0), ("::1", 4.0)]
-
-
-def test_a_connection_to_itself_counts_as_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(socket.socket, "getpeername", socket.socket.getsockname)
-    with tcp.listen("127.0.0.1") as listener, pytest.raises(ConnectionLost, match="refused"):
-        tcp.connect("127.0.0.1", listener.getsockname()[1], Deadline(SOON))
-
-
-@pytest.mark.parametrize("port", [0, -1, 65536])
-def test_ports_that_are_none_are_told(port: int) -> None:
-    with pytest.raises(ConnectionLost, match="port"):
-        tcp.connect("127.0.0.1", port, Deadline(SOON))
-
-
 def test_a_taken_port_is_told() -> None:
     with tcp.listen("127.0.0.1") as listener:
         port = listener.getsockname()[1]
@@ -152,7 +117,7 @@ def test_a_taken_port_is_told() -> None:
 def test_a_port_is_free_again_at_once_after_its_server_closed() -> None:
     with tcp.listen("127.0.0.1") as listener:
         port = listener.getsockname()[1]
-        client = tcp.connect("127.0.0.1", port, Deadline(SOON))
+        client = connect("127.0.0.1", port, Deadline(SOON))
         server, _ = listener.accept()
     server.close()  # first, so this side keeps the port in TIME_WAIT
     client.close()

@@ -93,8 +93,8 @@ def wait_for_service(service, timeout=None):
 def _contact(master, resolved, timeout):
     """URI of a provider that answers, None when there is none."""
     from rosproto.protocol.handshake import service_client_header
+    from rosproto.transport.connecting import connect
     from rosproto.transport.deadline import Deadline
-    from rosproto.transport.tcp import connect
     from rosproto.transport.tcpros_io import write_header
 
     try:

@@ -1,0 +1,180 @@
+"""Connecting with one deadline, over a network that may be silent now and back in the next moment.
+
+A connection attempt whose packet is lost is repeated by the system after one second, then two, then four.
+Whoever waits for that notices a network that is back seconds late, and whoever gives up early never gets
+through a slow one. So an attempt that is not answered goes on, and further ones are begun beside it; the
+first to be answered wins.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import selectors
+import socket
+import time
+
+from rosproto.errors import ConnectionLost
+from rosproto.transport.address import format_address, resolve
+from rosproto.transport.deadline import Deadline
+from rosproto.transport.os_errors import translate
+from rosproto.transport.tcp import tune
+
+__all__ = ["connect"]
+
+PATIENCE = 1.0  # seconds for the first attempt alone: answers take less than that on most slow networks
+STAGGER = 0.5  # seconds between the others
+MOST_PENDING = 8  # then the oldest is given up: an answer that takes four seconds is none
+
+_IN_PROGRESS = {errno.EINPROGRESS, errno.EWOULDBLOCK, errno.EALREADY, 10035, 10036, 10037}  # 100xx: Windows
+
+
+def connect(host: str, port: int, deadline: Deadline) -> socket.socket:
+    """A connected, tuned, blocking socket. Every address of the host is tried within one deadline.
+
+    Raises:
+        ConnectionLost: Refused, no route, or the name is unknown; the text names the address.
+        RosTimeout: The deadline passed.
+    """
+    if not 0 < port <= 65535:
+        raise ConnectionLost(f"connect to {host!r}: port {port} is none", peer=format_address(host, port))
+    addresses = resolve(host, deadline)
+    attempts = _Attempts(addresses, port, deadline)
+    try:
+        sock = attempts.run()
+    finally:
+        attempts.close()
+    if sock is not None:
+        sock.settimeout(None)
+        return sock
+    # the first address is the one people mean; ::1 of localhost is an afterthought
+    address = addresses[0]
+    problem = attempts.problems.get(address) or TimeoutError()
+    peer = format_address(address, port)
+    named = peer if address == host else f"{peer} ({host})"
+    raise translate(problem, f"connect to {named}", peer, deadline) from problem
+
+
+class _Attempts:
+    """Attempts to reach one of several addresses, side by side.
+
+    Attributes:
+        problems: Why an address is not tried any more.
+    """
+
+    def __init__(self, addresses: list[str], port: int, deadline: Deadline) -> None:
+        self.problems: dict[str, OSError] = {}
+        self._addresses = addresses
+        self._port = port
+        self._deadline = deadline
+        self._begun = 0
+        self._pending: dict[socket.socket, str] = {}
+        self._selector: selectors.BaseSelector | None = None
+
+    def run(self) -> socket.socket | None:
+        """The first that is connected; None when all addresses have a problem, or the time is over."""
+        while not self._deadline.expired and len(self.problems) < len(self._addresses):
+            sock = self._begin() or self._wait(0.0 if self._begun == 1 else STAGGER)
+            if sock is not None:
+                return sock
+        return None
+
+    def close(self) -> None:
+        """Give up what is pending."""
+        for sock in self._pending:
+            sock.close()
+        if self._selector is not None:
+            self._selector.close()
+
+    def _begin(self) -> socket.socket | None:
+        """Begin one more attempt, at the next address; a connected socket when it succeeds at once."""
+        left = [address for address in self._addresses if address not in self.problems]
+        address = left[self._begun % len(left)]
+        self._begun += 1
+        sock = socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_STREAM)
+        try:
+            tune(sock)  # before the first packet: how often it is repeated is one of the options
+            # Most are answered at once: those need no selector.
+            sock.settimeout(self._at_most(PATIENCE) if self._begun == 1 else 0.0)
+            sock.connect((address, self._port))
+            return self._checked(sock)
+        except OSError as error:
+            if self._goes_on(error):
+                self._watch(sock, address)
+            else:
+                sock.close()
+                self._failed(address, error)
+            return None
+        except BaseException:
+            sock.close()
+            raise
+
+    @staticmethod
+    def _goes_on(error: OSError) -> bool:
+        """The attempt is not over, only our wait for it. A time-out with a number is the system's own."""
+        code = getattr(error, "winerror", None) or error.errno
+        return code in _IN_PROGRESS or (isinstance(error, TimeoutError) and code is None)
+
+    def _at_most(self, seconds: float) -> float:
+        left = self._deadline.remaining()
+        return seconds if left is None else min(seconds, left)
+
+    def _watch(self, sock: socket.socket, address: str) -> None:
+        sock.setblocking(False)
+        self._pending[sock] = address
+        if self._selector is None:
+            self._selector = selectors.DefaultSelector()
+        self._selector.register(sock, selectors.EVENT_WRITE)
+        if len(self._pending) > MOST_PENDING:
+            self._drop(next(iter(self._pending)))
+
+    def _wait(self, seconds: float) -> socket.socket | None:
+        """Wait for one that is connected until it is time for the next attempt."""
+        end = time.monotonic() + seconds
+        while self._pending and self._selector is not None:
+            wait = self._at_most(end - time.monotonic())
+            if wait <= 0:
+                return None
+            failed = len(self.problems)
+            for key, _ in self._selector.select(wait):
+                sock = key.fileobj
+                assert isinstance(sock, socket.socket)
+                if sock in self._pending and self._succeeded(sock):
+                    return sock
+            if len(self.problems) > failed:
+                return None  # the next address need not wait
+        return None
+
+    def _succeeded(self, sock: socket.socket) -> bool:
+        assert self._selector is not None
+        address = self._pending.pop(sock)
+        self._selector.unregister(sock)
+        code = sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
+        try:
+            if code:
+                raise OSError(code, os.strerror(code))
+            self._checked(sock)
+        except OSError as error:
+            sock.close()
+            self._failed(address, error)
+            return False
+        return True
+
+    @staticmethod
+    def _checked(sock: socket.socket) -> socket.socket:
+        if sock.getsockname() == sock.getpeername():
+            # A connect to a free port of the ephemeral range can meet itself ("simultaneous open"): a node
+            # retrying a dead peer on its own machine would then talk to itself and block the port.
+            raise OSError(errno.ECONNREFUSED, "connected to itself")
+        return sock
+
+    def _failed(self, address: str, error: OSError) -> None:
+        self.problems[address] = error
+        for sock in [sock for sock, other in self._pending.items() if other == address]:
+            self._drop(sock)
+
+    def _drop(self, sock: socket.socket) -> None:
+        assert self._selector is not None
+        del self._pending[sock]
+        self._selector.unregister(sock)
+        sock.close()
