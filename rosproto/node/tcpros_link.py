@@ -128,7 +128,7 @@ class TcprosLink(PublisherLink):
         latching = header.get("latching") == "1"  # then `deliver` remembers the message
         while True:
             sink = subscription.sink if revised is None else subscription.sink_for(revised)
-            batch = reader.receive(sink.decode, sink.owns, sink.newest)
+            batch = reader.receive(sink.decode, owns=sink.owns, newest=sink.newest)
             if len(batch) > 1 or latching or sink.offer_one is None:
                 sink.deliver(batch, header, self)
             else:
