@@ -149,6 +149,11 @@ class Subscriber:
         return [link.caller_id for link in list(self._subscription.links.values()) if link.connected]
 
     @property
+    def latching(self) -> bool:
+        """True when a publisher that is connected now latches: its last message comes right after connecting."""
+        return any(link.header.get("latching") == "1" for link in list(self._subscription.links.values()))
+
+    @property
     def errors(self) -> list[Exception]:
         """The last errors of this topic's links, the newest last: lost links, refused handshakes, messages of
         another revision that did not fit."""
