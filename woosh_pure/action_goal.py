@@ -36,7 +36,7 @@ _SUCCEEDED, _PREEMPTED, _ABORTED, _REJECTED, _RECALLED = 3, 2, 4, 5, 8
 class ActionHandle(GoalHandle[Any]):
     """A goal of any action server; progress is the feedback message."""
 
-    def __init__(self, core: Core, name: str, goal_text: str, timeout: float) -> None:
+    def __init__(self, core: Core, name: str, goal_text: str, timeout: float | None) -> None:
         super().__init__(core, goal_text, timeout)
         self._name = name
         self._goal: Any = None
@@ -137,7 +137,7 @@ class NavigationHandle(ActionHandle):
 
 
 def start_navigation(
-    core: Core, path: Sequence[Pose2D], *, mode: ExecutionMode, timeout: float, check: bool
+    core: Core, path: Sequence[Pose2D], *, mode: ExecutionMode, timeout: float | None, check: bool
 ) -> NavigationHandle:
     """Send a goal to /move_base: the last pose is the target, the ones before it are the way."""
     for pose in path:

@@ -25,6 +25,7 @@ from .steps import Step
 from .stop import StopReport, cancel_goals
 from .stop import stop as _stop
 from .task import TaskHandle, start_task
+from .timeouts import require_timeout
 from .velocity import DEFAULT_ANGULAR, DEFAULT_LINEAR, Drive, DriveLimits
 
 if TYPE_CHECKING:
@@ -35,6 +36,9 @@ if TYPE_CHECKING:
     from . import values
 
 __all__ = ["Chassis"]
+
+# Seconds for which nothing must block: messages of different topics may come in another order than sent.
+_SETTLED = 0.3
 
 
 class Chassis(Readings, Peripherals):
@@ -121,17 +125,27 @@ class Chassis(Readings, Peripherals):
     def wait_until_ready(self, timeout: float | None = 60.0) -> Readiness:
         """Wait until nothing known blocks a motion, for example after the emergency stop was released.
 
-        State and status codes come on different topics, in any order; this looks at all of them.
+        State and status codes come on different topics, in any order: ready counts when it has been so for
+        a moment, so that a verb called right afterwards is not refused for a code that was still on its way.
+
+        Args:
+            timeout: Seconds; None waits for ever.
 
         Raises:
             RosTimeout: Something still blocks; the text says what.
+            ValueError: `timeout` is negative or NaN.
         """
+        require_timeout(timeout)
         end = None if timeout is None else time.monotonic() + timeout
-        while not (readiness := self.readiness()):
-            if end is not None and time.monotonic() > end:
+        ready_since = math.inf
+        while True:
+            readiness, now = self.readiness(), time.monotonic()
+            ready_since = min(ready_since, now) if readiness else math.inf
+            if now - ready_since >= _SETTLED:
+                return readiness
+            if end is not None and now > end and not readiness:
                 raise RosTimeout(f"not ready: {readiness.sentence()}", what="readiness", seconds=timeout)
-            time.sleep(0.05)
-        return readiness
+            time.sleep(0.02)
 
     def wait_until(
         self, accept: Callable[[values.RobotStatus], bool], timeout: float | None = 60.0
@@ -145,7 +159,7 @@ class Chassis(Readings, Peripherals):
 
     # -- tasks -----------------------------------------------------------------------------------------------
 
-    def go_to_mark(self, mark: str, *, timeout: float = 300.0, check: bool = True) -> TaskHandle:
+    def go_to_mark(self, mark: str, *, timeout: float | None = 300.0, check: bool = True) -> TaskHandle:
         """Drive to a mark of the map (`/exec_task`, task type pick). Returns at once; `.wait()` for the
         arrival.
 
@@ -169,7 +183,7 @@ class Chassis(Readings, Peripherals):
         direction: Direction = Direction.UNDEFINED,
         type_number: int = 0,
         custom: int = 0,
-        timeout: float = 300.0,
+        timeout: float | None = 300.0,
         check: bool = True,
     ) -> TaskHandle:
         """Run a task (`/exec_task`). Returns at once.
@@ -222,7 +236,7 @@ class Chassis(Readings, Peripherals):
         yaw: float = 0.0,
         *,
         frame: str = "map",
-        timeout: float = 300.0,
+        timeout: float | None = 300.0,
         check: bool = True,
     ) -> NavigationHandle:
         """Drive to a pose (`/move_base`). Returns at once.
@@ -245,7 +259,7 @@ class Chassis(Readings, Peripherals):
         path: Sequence[Pose2D],
         *,
         point_by_point: bool = False,
-        timeout: float = 300.0,
+        timeout: float | None = 300.0,
         check: bool = True,
     ) -> NavigationHandle:
         """Drive along a path to its last pose (`/move_base`). Returns at once.
@@ -345,6 +359,7 @@ class Chassis(Readings, Peripherals):
         max_linear: float | None = None,
         max_angular: float | None = None,
         feedback_timeout: float | None = 1.0,
+        check: bool = True,
     ) -> Drive:
         """A block in which the robot is driven by velocity.
 
@@ -360,6 +375,8 @@ class Chassis(Readings, Peripherals):
             max_linear: A lower limit than the chassis's own, m/s.
             max_angular: A lower limit than the chassis's own, rad/s.
             feedback_timeout: The drive ends when `/odom_twist` is silent for so long, s; None drives blind.
+            check: False opens and keeps it also when the known state speaks against moving (emergency stop,
+                manual mode, a severe fault).
 
         Raises:
             MotionRefused: Not acknowledged, or the known state speaks against moving.
@@ -371,9 +388,10 @@ class Chassis(Readings, Peripherals):
                 "a velocity bypasses the chassis's obstacle avoidance and limits; "
                 "acknowledge it with bypasses_protection=True"
             )
-        self._core.require_ready("velocity", True)
+        self._core.require_ready("velocity", check)
         limits = self._drive_limits(max_linear, max_angular)
-        return Drive(self._core, VELOCITY_TOPICS["direct" if direct else "smooth"], limits, feedback_timeout)
+        topic = VELOCITY_TOPICS["direct" if direct else "smooth"]
+        return Drive(self._core, topic, limits, feedback_timeout, check=check)
 
     def _drive_limits(self, max_linear: float | None, max_angular: float | None) -> DriveLimits:
         try:
@@ -405,7 +423,7 @@ class Chassis(Readings, Peripherals):
 
     # -- everything else -------------------------------------------------------------------------------------
 
-    def action(self, name: str, goal: Any, *, timeout: float = 60.0) -> ActionHandle:
+    def action(self, name: str, goal: Any, *, timeout: float | None = 60.0) -> ActionHandle:
         """Send a goal to any action server of the chassis: lift, roller, tractor, docking ... Returns at
         once.
 

@@ -26,6 +26,7 @@ from .geometry import Velocity
 from .interface import find, row
 from .messages import twist
 from .readiness import Readiness, assess
+from .rivals import Rivals
 
 if TYPE_CHECKING:
     from .goal import GoalHandle
@@ -48,6 +49,7 @@ class Core:
         master_uri: Where its master is.
         node: Our node, made on first use.
         moved: Whether a motion was ever started.
+        rivals: Goals of other clients, as far as heard.
         leave_running: Whether goals go on when this ends.
     """
 
@@ -66,7 +68,10 @@ class Core:
         self.timeout = timeout
         self._name, self._host = name, host
         self._msg_path = msg_path
-        self._lock = threading.RLock()
+        self._lock = threading.RLock()  # for the lists; never held while the network is waited for
+        self._making = (
+            threading.RLock()
+        )  # one node, publisher, client ... is made at a time; this may take long
         self._node: rosproto.Node | None = None
         self._feeds: dict[str, Feed[Any]] = {}
         self._publishers: dict[str, rosproto.Publisher] = {}
@@ -76,6 +81,7 @@ class Core:
         self._drives: list[Drive] = []
         self._zero_due: set[str] = set()
         self._faults = ActiveFaults()
+        self.rivals = Rivals()
         self._fault_lock = threading.Lock()
         self._missing_since: dict[str, float] = {}
         self._closed = False
@@ -87,7 +93,7 @@ class Core:
     @property
     def node(self) -> rosproto.Node:
         """Our node; its name is unique, so no two programs throw each other out."""
-        with self._lock:
+        with self._making:
             if self._closed:
                 raise ConnectionLost(f"this Chassis is closed; open a new one for {self.master_uri}")
             if self._node is None:
@@ -110,14 +116,11 @@ class Core:
 
     def publisher(self, topic: str) -> rosproto.Publisher:
         """A publisher of a row of the interface, kept until close."""
-        with self._lock:
-            if topic not in self._publishers:
-                self._publishers[topic] = self.node.publisher(topic, row(topic).type, queue_size=10)
-            return self._publishers[topic]
+        return self.named_publisher(topic, row(topic).type)
 
     def named_publisher(self, topic: str, type_name: str) -> rosproto.Publisher:
         """A publisher of a topic that is only an alias of a row."""
-        with self._lock:
+        with self._making:
             if topic not in self._publishers:
                 self._publishers[topic] = self.node.publisher(topic, type_name, queue_size=10)
             return self._publishers[topic]
@@ -161,7 +164,7 @@ class Core:
 
     def service(self, name: str) -> Any:
         """The client of a service of the interface."""
-        with self._lock:
+        with self._making:
             if name not in self._services:
                 self._services[name] = self.node.service_client(name, row(name).type)
                 self._services[name].lossless = True
@@ -185,7 +188,7 @@ class Core:
         Raises:
             RosTimeout: The server is not there; the text says which part is missing.
         """
-        with self._lock:
+        with self._making:
             client = self._actions.get(name)
             if client is None:
                 client = rosproto.ActionClient(self.node, name, row(name).type)
@@ -200,12 +203,14 @@ class Core:
     # -- what is known ---------------------------------------------------------------------------------------
 
     def watch_faults(self) -> None:
-        """Begin to keep the set of active faults."""
+        """Begin to keep the set of active faults; from the return on, no code is missed."""
+        feed = self.feed("status_code")
         with self._lock:
             watching, self._watching = self._watching, True
         if not watching:
-            # Outside of the lock: a feed that opens takes its own lock first and ours second.
-            self.feed("status_code").on(self._on_status_code)
+            feed.on(self._on_status_code)
+        else:
+            feed.heard  # noqa: B018  (the first use waits for the links, also when another thread began)
 
     def _on_status_code(self, code: StatusCode) -> None:
         with self._fault_lock:
@@ -218,10 +223,31 @@ class Core:
             return self._faults.active
 
     def readiness(self) -> Readiness:
-        """What is known against moving."""
-        battery = self.feed("battery").latest
+        """What is known against moving; the first call waits until the links it needs stand."""
+        self._listen("battery", "status", "status_code")
+        self.rivals.listen(self.node)
+        return self.known_readiness()
+
+    def known_readiness(self) -> Readiness:
+        """As `readiness`, from what was heard so far: never waits, so that a drive may ask it at any time."""
+        battery, status = self._known("battery"), self._known("status")
         charging = None if battery is None else battery.charging
-        return assess(self.feed("status").latest, self.active_faults(), charging)
+        with self._fault_lock:
+            faults = self._faults.active
+        ours = {goal.task_id for goal in self.goals if goal.task_id}
+        return assess(status, faults, charging, ours, self.rivals.active())
+
+    def _listen(self, *names: str) -> None:
+        feeds = [self.feed(name).open() for name in names]  # all at once: they connect at the same time
+        if "status_code" in names:
+            self.watch_faults()
+        for feed in feeds:
+            feed.heard  # noqa: B018  (the first use waits for the links)
+
+    def _known(self, name: str) -> Any:
+        feed = self._feeds.get(name)
+        reading = None if feed is None else feed.known
+        return None if reading is None else reading.value
 
     def require_ready(self, what: str, check: bool) -> None:
         """Refuse when something known blocks every motion.
@@ -229,9 +255,8 @@ class Core:
         Raises:
             MotionRefused: With the readiness.
         """
-        self.watch_faults()
-        self.feed("velocity").open()
-        readiness = self.readiness()
+        self._listen("battery", "status", "status_code", "velocity")
+        readiness = self.known_readiness()
         if check and not readiness:
             raise MotionRefused(f"{what} refused, nothing was sent", readiness=readiness)
 
@@ -315,7 +340,10 @@ class Core:
     def velocity_publisher(self, topic: str) -> rosproto.Publisher:
         """The publisher of a velocity topic: a queue of one, never latched, so that no old velocity can be
         sent."""
-        with self._lock:
+        made = self._publishers.get(topic)
+        if made is not None:
+            return made  # without the lock: `stop` must not wait for another verb that is connecting
+        with self._making:
             if topic not in self._publishers:
                 self._publishers[topic] = self.node.publisher(
                     topic,
@@ -425,7 +453,7 @@ class Core:
 
     def close(self) -> None:
         """Close feeds and node; goals and drives must have ended before."""
-        with self._lock:
+        with self._making, self._lock:
             if self._closed:
                 return
             self._closed = True

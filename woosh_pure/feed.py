@@ -14,10 +14,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from rosproto.errors import RosTimeout
+from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 
 from .convert import stamp_of, to_value
 from .interface import Row
+from .timeouts import require_timeout
 
 if TYPE_CHECKING:
     from rosproto import Node, Subscriber
@@ -26,6 +27,12 @@ __all__ = ["Feed", "Reading"]
 
 T = TypeVar("T")
 logger = logging.getLogger("woosh_pure.feed")
+
+FIRST_USE = 1.0
+"""Seconds that the first reading of a feed may wait for its links; it takes as long as connecting takes."""
+_LATCHED = 0.3  # seconds from the link to the value a latching publisher sends with it
+_SLICE = 0.1  # waits are cut into slices: on Windows a lock that waits cannot be interrupted by Ctrl-C
+_QUEUE, _QUEUE_ON_CHANGE = 10, 1000  # of what is sent on change only, no message may be given up for a newer
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,10 +60,12 @@ class Reading(Generic[T]):
 class Feed(Generic[T]):
     """Newest value, waiting, iterating and callbacks for one topic.
 
-    "Not heard yet" is a value: `latest`,"
-    " `age` and `reading` are None then. Several publishers on the topic are
-    merged in the order of arrival. Callbacks run in the receiving thread of the link: keep them short; an
-    exception in one is logged and harms nobody else.
+    The first use subscribes, and waits until the links to the publishers stand (a few hundredths of a second,
+    at most `FIRST_USE`): from then on no message is missed, and a latched value is there. A topic that nobody
+    publishes is not waited for. "Not heard yet" is a value: `latest`, `age` and `reading` are None then.
+    Several publishers on the topic are merged in the order of arrival. Callbacks run in the receiving thread
+    of the link: keep them short, and do not wait in them for the same topic; an exception in one is logged
+    and harms nobody else.
 
     Attributes:
         row: The row of the interface table.
@@ -71,7 +80,9 @@ class Feed(Generic[T]):
         self._count = 0
         self._broken = 0
         self._callbacks: list[Callable[[T], object]] = []
+        self._calling: set[int] = set()
         self._subscriber: Subscriber | None = None
+        self._settled = False
         self._closed = False
 
     def __repr__(self) -> str:
@@ -85,16 +96,59 @@ class Feed(Generic[T]):
         return self.row.name
 
     def open(self) -> Feed[T]:
-        """Subscribe now; every other member does it by itself. Returns this feed."""
+        """Subscribe now and return this feed at once; `wait_connected` waits for the links.
+
+        Every other member does both by itself. To use several feeds, open them all first: they connect at
+        the same time then.
+
+        Raises:
+            ConnectionLost: The Chassis is closed, and nothing was ever heard here.
+        """
+        if self._subscriber is not None:
+            return self
         with self._open_lock:
+            if self._closed and not self._history:
+                raise ConnectionLost(
+                    f"{self.topic}: this feed is closed, because its Chassis is; open a new one"
+                )
             if self._subscriber is None and not self._closed:
                 self._subscriber = self._node().subscriber(
-                    self.row.name, self.row.type, callback=self._receive, queue_size=10
+                    self.row.name,
+                    self.row.type,
+                    callback=self._receive,
+                    queue_size=_QUEUE_ON_CHANGE if self.row.on_change else _QUEUE,
                 )
         return self
 
+    def wait_connected(self, timeout: float = FIRST_USE) -> bool:
+        """Wait until every publisher the master names is connected (or cannot be), latched values included.
+
+        Returns:
+            True when at least one publisher is connected.
+        """
+        subscriber = self.open()._subscriber
+        if subscriber is None:
+            return False
+        end = time.monotonic() + timeout
+        # A publisher that cannot be reached is tried again for ever in the background, not waited for here.
+        while any(not (link.connected or link.last_error) for link in subscriber.stats()):
+            if self._closed or time.monotonic() > end:
+                break
+            time.sleep(0.002)
+        end = min(end, time.monotonic() + _LATCHED)
+        while subscriber.latching and not self._history and not self._closed and time.monotonic() < end:
+            time.sleep(0.002)
+        self._settled = True
+        return subscriber.connections > 0
+
+    def _first_use(self) -> None:
+        if not self._settled and not self._closed and threading.get_ident() not in self._calling:
+            self.wait_connected()
+        else:
+            self.open()
+
     def close(self) -> None:
-        """End the subscription and wake everybody who waits."""
+        """End the subscription and wake everybody who waits. What was heard can still be read."""
         with self._open_lock:
             self._closed = True
             subscriber, self._subscriber = self._subscriber, None
@@ -117,18 +171,38 @@ class Feed(Generic[T]):
             self._count += 1
             callbacks = list(self._callbacks)
             self._condition.notify_all()
-        for callback in callbacks:
-            try:
-                callback(value)
-            except Exception:
-                logger.exception("%s: a callback failed", self.row.name)
+        if not callbacks:
+            return
+        me = threading.get_ident()
+        self._calling.add(me)
+        try:
+            for callback in callbacks:
+                self._call(callback, value)
+        finally:
+            self._calling.discard(me)
+
+    def _call(self, callback: Callable[[T], object], value: T) -> None:
+        try:
+            callback(value)
+        except Exception:
+            logger.exception("%s: a callback failed", self.row.name)
+
+    @property
+    def in_callback(self) -> bool:
+        """True in a callback of this feed: the next value comes only after it has returned."""
+        return threading.get_ident() in self._calling
+
+    @property
+    def known(self) -> Reading[T] | None:
+        """As `reading`, but neither subscribes nor waits: None also when this feed was never used."""
+        with self._condition:
+            return self._history[-1] if self._history else None
 
     @property
     def reading(self) -> Reading[T] | None:
         """The newest reading, None when nothing was heard yet."""
-        self.open()
-        with self._condition:
-            return self._history[-1] if self._history else None
+        self._first_use()
+        return self.known
 
     @property
     def latest(self) -> T | None:
@@ -155,26 +229,32 @@ class Feed(Generic[T]):
     @property
     def publishers(self) -> int:
         """Publishers connected now."""
-        self.open()
-        return 0 if self._subscriber is None else self._subscriber.connections
+        subscriber = self.open()._subscriber
+        return 0 if subscriber is None else subscriber.connections
 
     @property
     def errors(self) -> list[Exception]:
         """What went wrong on its links, the last few: refused by a publisher, lost ..."""
-        return [] if self._subscriber is None else self._subscriber.errors
+        subscriber = self._subscriber
+        return [] if subscriber is None else subscriber.errors
 
     @property
     def history(self) -> tuple[Reading[T], ...]:
         """The last readings, oldest first."""
-        self.open()
+        self._first_use()
         with self._condition:
             return tuple(self._history)
 
     def on(self, callback: Callable[[T], object]) -> Callable[[], None]:
-        """Call `callback(value)` for each new value; returns a function that ends it."""
+        """Call `callback(value)` for each new value; returns a function that ends it.
+
+        Raises:
+            ConnectionLost: The Chassis is closed.
+        """
+        self._require_open()
         with self._condition:
             self._callbacks.append(callback)
-        self.open()
+        self._first_use()
 
         def off() -> None:
             with self._condition:
@@ -192,57 +272,84 @@ class Feed(Generic[T]):
 
         Raises:
             RosTimeout: None came in time.
+            ConnectionLost: The Chassis is closed, or was closed meanwhile.
+            LocalProtocolError: Called in a callback of this feed, where no next value can come.
         """
-        self.open()
-        deadline = None if timeout is None else time.monotonic() + timeout
+        if not new:
+            return self.wait_for(lambda value: True, timeout)
+        deadline = self._begin_wait(timeout)
         with self._condition:
-            before = self._count if new else 0
+            before = self._count
             while self._count <= before:
-                rest = None if deadline is None else deadline - time.monotonic()
-                if self._closed or (rest is not None and rest <= 0.0):
-                    raise self._silence(timeout)
-                self._condition.wait(rest)
+                self._pause(deadline, timeout)
             return self._history[-1].value
 
     def wait_for(self, accept: Callable[[T], bool], timeout: float | None = 5.0) -> T:
-        """The first value that `accept` likes, the newest known one included.
+        """The first value that `accept` likes: the newest known one, or any that comes after it.
 
         Raises:
             RosTimeout: None came in time.
+            ConnectionLost: The Chassis is closed, or was closed meanwhile.
+            LocalProtocolError: Called in a callback of this feed, where no next value can come.
         """
-        self.open()
-        deadline = None if timeout is None else time.monotonic() + timeout
-        seen = -1
+        deadline = self._begin_wait(timeout)
         with self._condition:
-            while True:
-                if self._count != seen and self._history:
-                    seen = self._count
-                    value = self._history[-1].value
-                    if accept(value):
-                        return value
-                rest = None if deadline is None else deadline - time.monotonic()
-                if self._closed or (rest is not None and rest <= 0.0):
-                    raise self._silence(timeout)
-                self._condition.wait(rest)
+            seen = max(0, self._count - 1)
+        while True:
+            with self._condition:
+                while self._count == seen:
+                    self._pause(deadline, timeout)
+                values = [reading.value for reading in self._history][seen - self._count :]
+                seen = self._count
+            # Every one of them, also one that was true for a moment only; not under the lock: `accept` is the
+            # caller's, and may read other feeds.
+            for value in values:
+                if accept(value):
+                    return value
+
+    def _begin_wait(self, timeout: float | None) -> float | None:
+        """The deadline of a wait that may begin."""
+        require_timeout(timeout)
+        self._require_open()
+        if self.in_callback:
+            raise LocalProtocolError(
+                f"{self.topic}: waiting for its next value in its own callback would wait for itself; "
+                "wait in another thread"
+            )
+        self.open()
+        return None if timeout is None else time.monotonic() + timeout
+
+    def _require_open(self) -> None:
+        if self._closed:
+            raise ConnectionLost(f"{self.topic}: this feed is closed, because its Chassis is; open a new one")
+
+    def _pause(self, deadline: float | None, timeout: float | None) -> None:
+        """Wait for a change, with the lock held; raises when there is nothing to wait for any more."""
+        self._require_open()
+        rest = _SLICE if deadline is None else min(_SLICE, deadline - time.monotonic())
+        if rest <= 0.0:
+            raise self._silence(timeout)
+        self._condition.wait(rest)
 
     def _silence(self, timeout: float | None) -> RosTimeout:
-        why = "the feed was closed" if self._closed else f"nothing came within {timeout} s"
         hint = " (it is sent on change only)" if self.row.on_change else ""
-        publishers = 0 if self._subscriber is None else self._subscriber.connections
+        subscriber = self._subscriber
+        publishers = 0 if subscriber is None else subscriber.connections
         return RosTimeout(
-            f"{self.row.name}: {why}{hint}; {publishers} publishers are connected; check `woosh doctor`",
+            f"{self.row.name}: nothing came within {timeout} s{hint}; {publishers} publishers are connected; "
+            "check `woosh doctor`",
             what=self.row.name,
             seconds=timeout,
         )
 
     def __iter__(self) -> Iterator[T]:
         """Values as they come; a slow loop skips to the newest. Ends when the chassis is closed."""
-        self.open()
+        self._first_use()
         seen = 0
         while True:
             with self._condition:
                 while self._count == seen and not self._closed:
-                    self._condition.wait()
+                    self._condition.wait(_SLICE)
                 if self._closed:
                     return
                 seen = self._count

@@ -12,10 +12,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from rosproto.errors import RosError
+from rosproto.errors import LocalProtocolError, RosError
 
 from .errors import GoalFailed
 from .outcome import Outcome, OutcomeKind
+from .timeouts import require_timeout
 
 if TYPE_CHECKING:
     from .core import Core
@@ -28,7 +29,16 @@ logger = logging.getLogger("woosh_pure.goal")
 
 # Waiting is cut into slices: on Windows a lock that waits cannot be interrupted by Ctrl-C.
 _SLICE = 0.1
-_OWN_DEFAULT = -1.0
+
+
+class _Default:
+    """Stands for "not given" where None means "for ever"."""
+
+    def __repr__(self) -> str:
+        return "default_timeout"
+
+
+_OWN_DEFAULT = _Default()
 
 
 class GoalHandle(Generic[P]):
@@ -36,20 +46,26 @@ class GoalHandle(Generic[P]):
 
     Attributes:
         goal: What was asked, in words.
-        default_timeout: What `wait()` uses, s.
+        default_timeout: What `wait()` uses, s; None waits for ever.
     """
 
-    def __init__(self, core: Core, goal: str, default_timeout: float) -> None:
+    def __init__(self, core: Core, goal: str, default_timeout: float | None) -> None:
         self._core = core
         self.goal = goal
-        self.default_timeout = default_timeout
+        self.default_timeout = require_timeout(default_timeout)
         self._condition = threading.Condition()
         self._outcome: Outcome | None = None
         self._started = time.monotonic()
         self._progress: list[P] = []
         self._callbacks: list[Callable[[P], object]] = []
+        self._calling: set[int] = set()
         self._cancelled_by_us = False
         self._sending: threading.Thread | None = None
+
+    @property
+    def task_id(self) -> int:
+        """The id of a task; 0 for a goal of another kind."""
+        return 0
 
     def __repr__(self) -> str:
         return (
@@ -112,11 +128,23 @@ class GoalHandle(Generic[P]):
             del self._progress[:-1000]
             callbacks = list(self._callbacks)
             self._condition.notify_all()
-        for callback in callbacks:
-            try:
-                callback(progress)
-            except Exception:
-                logger.exception("%s: a progress callback failed", self.goal)
+        me = threading.get_ident()
+        self._calling.add(me)
+        try:
+            for callback in callbacks:
+                self._call(callback, progress)
+        finally:
+            self._calling.discard(me)
+
+    def _call(self, callback: Callable[[P], object], progress: P) -> None:
+        try:
+            callback(progress)
+        except Exception:
+            logger.exception("%s: a progress callback failed", self.goal)
+
+    def _in_own_callback(self) -> bool:
+        """Whether this thread must return before more about this goal can be heard."""
+        return threading.get_ident() in self._calling
 
     # -- for users -------------------------------------------------------------------------------------------
 
@@ -165,7 +193,7 @@ class GoalHandle(Generic[P]):
             with self._condition:
                 self._condition.wait(_SLICE)
 
-    def wait(self, timeout: float | None = _OWN_DEFAULT, *, raises: bool = True) -> Outcome:
+    def wait(self, timeout: float | _Default | None = _OWN_DEFAULT, *, raises: bool = True) -> Outcome:
         """Wait for the end.
 
         When `timeout` passes the goal is cancelled and the stop is confirmed before this returns.
@@ -176,8 +204,15 @@ class GoalHandle(Generic[P]):
 
         Raises:
             GoalFailed: It ended in anything but an arrival; `error.outcome` says how.
+            ValueError: `timeout` is negative or NaN.
+            LocalProtocolError: Called in a callback that must return before the end can be heard.
         """
-        seconds = self.default_timeout if timeout == _OWN_DEFAULT else timeout
+        seconds = self.default_timeout if isinstance(timeout, _Default) else require_timeout(timeout)
+        if not self.done and self._in_own_callback():
+            raise LocalProtocolError(
+                f"{self.goal}: waiting for it in a callback of its own news would wait for itself; "
+                "wait in another thread"
+            )
         if not self._wait_until_done(seconds):
             self._time_out(seconds or 0.0)
         outcome = self._confirmed()
@@ -221,17 +256,24 @@ class GoalHandle(Generic[P]):
         self._finish(OutcomeKind.TIMED_OUT, text, None, standing)
 
     def cancel(self, timeout: float = 5.0) -> Outcome:
-        """End it now and wait until the chassis confirms.
+        """End it now and wait until the chassis confirms; in a callback of its own news, only ask for it.
 
         Returns:
             The outcome: usually cancelled, but arrived when it got there first.
 
         Raises:
             RosError: The cancellation could not be sent, or was not confirmed in time.
+            ValueError: `timeout` is negative or NaN.
         """
+        require_timeout(timeout)
         if not self.done:
             self._cancelled_by_us = True
             self._request_cancel(timeout)
+            if self._in_own_callback():
+                seconds = time.monotonic() - self._started
+                return Outcome(
+                    OutcomeKind.CANCELLED, self.goal, "asked for, not confirmed yet", seconds=seconds
+                )
             if not self._wait_until_done(timeout):
                 self._finish(
                     OutcomeKind.CANCELLED,

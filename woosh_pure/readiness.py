@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -21,7 +21,8 @@ class Reason:
 
     Attributes:
         key: For programs: "emergency_stop", "manual_mode", "not_in_task_mode", "not_localised",
-            "charging_cable", "fault", "busy", "unknown".
+            "mapping", "no_map", "bumper", "charging_cable", "fault", "busy" (a task of ours is under way),
+            "other_client" (somebody else commands it), "unknown".
         text: For people.
         blocking: False when it is only worth knowing (nothing heard yet, a task is running, a warning).
     """
@@ -57,7 +58,11 @@ class Readiness:
 
 
 def assess(
-    status: RobotStatus | None, faults: Iterable[StatusCode], charging: bool | None = None
+    status: RobotStatus | None,
+    faults: Iterable[StatusCode],
+    charging: bool | None = None,
+    own_tasks: Collection[int] = (),
+    rivals: Iterable[tuple[str, str]] = (),
 ) -> Readiness:
     """What is known against moving.
 
@@ -65,17 +70,23 @@ def assess(
         status: The last /robot_status; None when none was heard (it is published on change only).
         faults: Active faults.
         charging: What /battery says; None when not heard.
+        own_tasks: Ids of tasks that we have started ourselves.
+        rivals: Other clients with a running goal: (client, action).
     """
     reasons: list[Reason] = []
     if status is None:
         reasons.append(Reason("unknown", "no /robot_status heard yet (it is sent on change only)", False))
     else:
-        reasons += _from_status(status, charging)
+        reasons += _from_status(status, charging, own_tasks)
     reasons += [_from_fault(fault) for fault in faults]
+    reasons += [
+        Reason("other_client", f"{client} has a goal of its own under way on {action}", False)
+        for client, action in rivals
+    ]
     return Readiness(tuple(reasons))
 
 
-def _from_status(status: RobotStatus, charging: bool | None) -> list[Reason]:
+def _from_status(status: RobotStatus, charging: bool | None, own_tasks: Collection[int]) -> list[Reason]:
     reasons = []
     if status.robot_mode in (RobotMode.MANUAL, RobotMode.MAINTENANCE):
         reasons.append(
@@ -94,10 +105,17 @@ def _from_status(status: RobotStatus, charging: bool | None) -> list[Reason]:
     if status.robot_state is RobotState.MAPPING:
         reasons.append(Reason("mapping", "the robot is making a map"))
     if not status.task_state.is_final and status.task_state.value > 0:
-        reasons.append(Reason("busy", f"task {status.task_id} is {status.task_state}", False))
+        reasons.append(_task_under_way(status, own_tasks))
     if charging and status.robot_state is not RobotState.CHARGING:
         reasons.append(Reason("charging_cable", "the battery charges without a task; unplug the cable"))
     return reasons
+
+
+def _task_under_way(status: RobotStatus, own_tasks: Collection[int]) -> Reason:
+    if status.task_id in own_tasks:
+        return Reason("busy", f"our own task {status.task_id} is {status.task_state}", False)
+    text = f"task {status.task_id} of another client (or of the robot itself) is {status.task_state}"
+    return Reason("other_client", text, False)
 
 
 _KEYS = {

@@ -6,12 +6,12 @@ reach the red button.
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-import rosproto
 from rosproto.errors import RosError
 
 from .core import VELOCITY_TOPICS
@@ -56,6 +56,8 @@ class StopReport:
 
 def stop(core: Core, *, everything: bool, timeout: float) -> StopReport:
     """See `Chassis.stop`."""
+    if not 0.0 <= timeout < math.inf:
+        timeout = 5.0  # whatever was given: a stop is not refused for its arguments
     report = StopReport()
     deadline = time.monotonic() + timeout
     for drive in core.drives:
@@ -68,23 +70,34 @@ def stop(core: Core, *, everything: bool, timeout: float) -> StopReport:
     if everything:
         _cancel_foreign(core, report)
     zeros.join(max(0.1, deadline - time.monotonic()))
-    report.standing = core.wait_standing(max(0.2, deadline - time.monotonic()))
+    try:
+        report.standing = core.wait_standing(max(0.2, deadline - time.monotonic()))
+    except RosError as error:
+        report.problems.append(f"looking whether it stands ({error})")
     return report
 
 
 def _zeros(core: Core, report: StopReport) -> None:
-    topics = []
+    """Zeros on both topics, on each as soon as somebody listens there."""
+    waiting = {}
     for topic in VELOCITY_TOPICS.values():
         try:
-            publisher = core.velocity_publisher(topic)
-            publisher.wait_for_connection(timeout=1.0)
-            topics.append(topic)
+            waiting[topic] = core.velocity_publisher(topic)
         except RosError as error:
             report.problems.append(f"zero velocity on {topic} ({error})")
-    for _ in range(_REPEATS):
-        for topic in topics:
-            core.zero(topic)
-        time.sleep(0.05)
+    end = time.monotonic() + 1.0
+    sent: dict[str, int] = {}
+    while waiting and any(sent.get(topic, 0) < _REPEATS for topic in waiting):
+        for topic, publisher in list(waiting.items()):
+            if publisher.connections and sent.get(topic, 0) < _REPEATS:
+                core.zero(topic)
+                sent[topic] = sent.get(topic, 0) + 1
+            elif not sent.get(topic) and time.monotonic() > end:
+                report.problems.append(f"zero velocity on {topic} (nobody listens there)")
+                del waiting[topic]
+            elif not publisher.connections and sent.get(topic):
+                del waiting[topic]  # it took some, and has gone away
+        time.sleep(0.05 if sent else 0.01)
 
 
 def cancel_goals(core: Core, report: StopReport, timeout: float) -> None:
@@ -115,7 +128,10 @@ def _cancel_foreign(core: Core, report: StopReport) -> None:
             report.cancelled.append(f"all goals of {name}")
         except RosError as error:
             report.problems.append(f"cancelling {name} ({error})")
-    status = core.feed("status").latest
+    try:
+        status = core.feed("status").latest
+    except RosError:
+        status = None
     under_way = (TaskState.RUNNING, TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
     if status is not None and status.task_state not in under_way:
         return
@@ -124,5 +140,5 @@ def _cancel_foreign(core: Core, report: StopReport) -> None:
         reply = core.exec_task(TaskCommand.CANCEL, task_id, timeout=3.0)
         if reply.success:
             report.cancelled.append(f"task {task_id}" if status is not None else "the running task")
-    except rosproto.RosError as error:
+    except RosError as error:
         report.problems.append(f"cancelling the task ({error})")

@@ -31,7 +31,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
         task_id: The id that was made for it.
     """
 
-    def __init__(self, core: Core, tracker: TaskTracker, goal: str, timeout: float) -> None:
+    def __init__(self, core: Core, tracker: TaskTracker, goal: str, timeout: float | None) -> None:
         super().__init__(core, goal, timeout)
         self._tracker = tracker
         self._off = core.feed("status").on(self._on_status)
@@ -69,6 +69,9 @@ class TaskHandle(GoalHandle[RobotStatus]):
                 f"{self.goal}: {command} refused: {reply.message or 'no reason given'}",
                 readiness=self._core.readiness(),
             )
+
+    def _in_own_callback(self) -> bool:
+        return super()._in_own_callback() or self._core.feed("status").in_callback
 
     def _describe(self, progress: RobotStatus) -> str:
         pose = self._core.feed("pose").latest
@@ -116,7 +119,7 @@ def start_task(
     direction: Direction,
     type_number: int,
     custom: int,
-    timeout: float,
+    timeout: float | None,
     check: bool,
 ) -> TaskHandle:
     """Listen first, then call the service: whatever comes in whatever order is seen."""

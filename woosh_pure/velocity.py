@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from .core import Core
+    from .feed import Feed
 
 __all__ = ["DEFAULT_ANGULAR", "DEFAULT_LINEAR", "Drive", "DriveLimits", "Shaper"]
 
@@ -122,26 +123,47 @@ class Drive:
         topic: Where the velocity goes.
     """
 
-    def __init__(self, core: Core, topic: str, limits: DriveLimits, feedback_timeout: float | None) -> None:
+    def __init__(
+        self,
+        core: Core,
+        topic: str,
+        limits: DriveLimits,
+        feedback_timeout: float | None,
+        *,
+        check: bool = True,
+    ) -> None:
         self._core = core
+        self._check = check
         self.topic = topic
         self.limits = limits
+        if feedback_timeout is not None and not (math.isfinite(feedback_timeout) and feedback_timeout > 0.0):
+            raise ValueError(
+                f"feedback_timeout={feedback_timeout}: expected more than 0 s, or None for no feedback"
+            )
         self._feedback_timeout = feedback_timeout
+        self._beat: Feed[Velocity] = core.feed("velocity")
         self._shaper = Shaper(limits)
         self._lock = threading.Lock()
         self._over = threading.Event()
         self._entered = False
         self._error: Exception | None = None
+        self._told = False  # whether the caller has seen it
         self._thread = threading.Thread(target=self._run, name="woosh:drive", daemon=True)
 
     def __enter__(self) -> Drive:
         if self._entered:
             raise MotionRefused("this drive was used before; open a new one with chassis.velocity(...)")
         self._entered = True
-        self._publisher = self._core.velocity_publisher(self.topic)
-        self._core.require_connection(self._publisher, self.topic)
-        self._require_feedback()
-        self._core.remember_drive(self)
+        try:
+            self._publisher = self._core.velocity_publisher(self.topic)
+            self._core.require_connection(self._publisher, self.topic)
+            self._require_feedback()
+            # What has become known since `chassis.velocity(...)` was called counts, too.
+            self._core.require_ready("velocity", self._check)
+            self._core.remember_drive(self)
+        except BaseException:
+            self._over.set()  # a drive that was not opened takes no velocity
+            raise
         atexit.register(self._at_exit)
         self._thread.start()
         return self
@@ -156,7 +178,7 @@ class Drive:
         finally:
             atexit.unregister(self._at_exit)
             self._core.forget_drive(self)
-        if kind is None and self._error is not None:
+        if kind is None and self._error is not None and not self._told:
             raise self._error
 
     def set(self, vx: float, wz: float = 0.0, *, vy: float = 0.0, valid_for: float = 0.5) -> None:
@@ -174,7 +196,8 @@ class Drive:
             ValueError: A value is not finite or exceeds `limits`. The robot goes on with the last command.
             ConnectionLost: Nobody subscribes to the velocity topic any more, or the chassis has fallen
                 silent.
-            MotionRefused: The drive is over (`stop()` was called, or the block was left).
+            MotionRefused: The drive is over: `stop()` was called, the block was left, or the robot was
+                stopped by other means (emergency stop, manual mode, a severe fault); `error.readiness` tells.
         """
         self._raise_if_over()
         velocity = Velocity(float(vx), float(vy), float(wz))
@@ -182,7 +205,18 @@ class Drive:
             self._shaper.command(velocity, time.monotonic(), valid_for)
 
     def hold(self, vx: float, wz: float = 0.0, *, vy: float = 0.0, seconds: float) -> None:
-        """Keep a velocity for `seconds`, then zero; raises at once when the drive is over (see `set`)."""
+        """Keep a velocity for `seconds`, then zero; raises at once when the drive is over (see `set`).
+
+        Args:
+            vx, wz, vy: As for `set`: m/s and rad/s, in base_link.
+            seconds: How long; the ramp to the velocity is part of it.
+
+        Raises:
+            ValueError: As `set`; or `seconds` is negative or not finite.
+            ConnectionLost, MotionRefused: As `set`.
+        """
+        if not (math.isfinite(seconds) and seconds >= 0.0):
+            raise ValueError(f"seconds={seconds}: expected a finite number of at least 0")
         end = time.monotonic() + seconds
         while (rest := end - time.monotonic()) > 0.0:
             self.set(vx, wz, vy=vy, valid_for=0.3)
@@ -212,6 +246,7 @@ class Drive:
 
     def _raise_if_over(self) -> None:
         if self._error is not None:
+            self._told = True
             raise self._error
         if not self._entered or self._over.is_set():
             raise MotionRefused("a velocity exists only inside `with chassis.velocity(...) as drive:`")
@@ -229,14 +264,30 @@ class Drive:
     def _lost(self) -> str | None:
         if self._publisher.connections == 0:
             return f"{self.topic}: nobody subscribes any more"
-        age = self._core.feed("velocity").age
+        beat = self._beat.known
+        age = None if beat is None else beat.age
         if self._feedback_timeout is not None and (age is None or age > self._feedback_timeout):
             return f"/odom_twist has been silent for more than {self._feedback_timeout} s"
         return None
 
+    def _blocked(self) -> bool:
+        """End the drive when the robot is stopped by other means: releasing its button must not resume it."""
+        readiness = self._core.known_readiness()
+        if readiness.ready or not self._check:
+            return False
+        self._end(
+            MotionRefused(
+                "the drive is over and does not resume by itself; open a new one when the robot is ready",
+                readiness=readiness,
+            )
+        )
+        return True
+
     def _run(self) -> None:
         try:
             while not self._over.wait(1.0 / _RATE):
+                if self._blocked():
+                    break
                 lost = self._lost()
                 if lost is not None:
                     self._core.zero_is_due(self.topic)

@@ -90,6 +90,7 @@ def test_latched_messages_reach_every_later_subscriber(nodes: tuple[Node, Node])
     a.publisher("/kept", String, latch=True).publish(data="x")
     first = b.subscriber("/kept", String)
     assert first.next(5).data == "x"
+    assert first.latching
     assert b.subscriber("/kept", String).next(5).data == "x"
     seen: list[str] = []
     b.subscriber("/kept", String, lambda m: seen.append(m.data))

@@ -108,7 +108,7 @@ def status(**changes: object) -> RobotStatus:
         ({"work_mode": WorkMode.DEPLOYMENT}, (), "not_in_task_mode", True),
         ({"robot_state": RobotState.UNINITIALISED}, (), "not_localised", True),
         ({"robot_state": RobotState.FAULT}, (), "fault", False),
-        ({"task_state": TaskState.RUNNING}, (), "busy", True),
+        ({"task_state": TaskState.RUNNING}, (), "other_client", True),
         ({}, (110201000013,), "emergency_stop", False),
         ({}, (110202000013,), "bumper", False),
         ({}, (130103000012,), "not_localised", True),
@@ -120,6 +120,15 @@ def test_readiness_says_what_is_in_the_way(changes, faults, key, ready):
     assert bool(readiness) is ready
     assert [r.key for r in readiness.reasons] == ([key] if key else [])
     assert readiness.sentence()
+
+
+def test_readiness_tells_our_own_task_from_somebody_elses():
+    running = status(task_state=TaskState.RUNNING)
+    assert [r.key for r in assess(running, [], own_tasks={running.task_id}).reasons] == ["busy"]
+    readiness = assess(running, [], own_tasks={4711}, rivals=[("/laptop", "/move_base")])
+    assert [r.key for r in readiness.reasons] == ["other_client", "other_client"]
+    assert "/laptop has a goal of its own under way on /move_base" in readiness.sentence()
+    assert readiness.ready
 
 
 def test_readiness_with_nothing_heard_and_with_a_cable():
@@ -162,3 +171,24 @@ def test_only_an_arrival_is_true():
         assert bool(outcome) is (kind is OutcomeKind.ARRIVED)
         assert "goal" in outcome.sentence()
     assert "STILL MOVES" in Outcome(OutcomeKind.FAILED, "goal", stopped=False).sentence()
+
+
+def test_goals_of_other_clients_are_known_by_the_name_in_their_id():
+    from types import SimpleNamespace
+
+    from woosh_pure.rivals import Rivals
+
+    def message(*goals):
+        entries = [SimpleNamespace(goal_id=SimpleNamespace(id=i), status=s) for i, s in goals]
+        return SimpleNamespace(status_list=entries)
+
+    rivals = Rivals()
+    rivals._own_name = "/me_1"
+    rivals.receive(
+        "/move_base", message(("/me_1-4-1.0", 1), ("/laptop-1-1.5", 1), ("/ros_interface-2-3.0", 1))
+    )
+    rivals.receive("/cmd_vel_control", message(("odd", 0), ("/laptop-2-1.5", 3)))
+    assert rivals.active() == [("/laptop", "/move_base"), ("odd", "/cmd_vel_control")]
+    rivals.receive("/move_base", message())
+    rivals.receive("/cmd_vel_control", message())
+    assert rivals.active() == []
