@@ -7,7 +7,8 @@ Unlike rosgraph's expressions, which take Unicode letters and a line feed at the
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import NamedTuple
+
+from rosproto.records import NamedTuple
 
 __all__ = [
     "Arguments",

@@ -12,6 +12,8 @@ ROOT = Path(__file__).resolve().parent.parent
 
 LAYERS = [
     "rosproto.errors",
+    "rosproto.logs",
+    "rosproto.records",
     "rosproto.values",
     "rosproto.names",
     "rosproto.time",

@@ -11,7 +11,6 @@ Source: wiki.ros.org/actionlib/DetailedDescription, actionlib/action_client.py.
 from __future__ import annotations
 
 import itertools
-import logging
 import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -20,6 +19,7 @@ from rosproto.action.dispatcher import Dispatcher
 from rosproto.action.goal_handle import GoalHandle
 from rosproto.action.types import action_type
 from rosproto.errors import CodecError, ConnectionLost, LocalProtocolError, RosTimeout
+from rosproto.logs import get_logger
 from rosproto.protocol.goal_client import CommState
 from rosproto.time import Time
 from rosproto.transport.clock import SYSTEM, Clock
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ActionClient"]
 
-_log = logging.getLogger("rosproto.action")
+_log = get_logger("rosproto.action")
 _counter = itertools.count(1)  # in all clients of the process: two with one node name must not make one id
 
 STATUS_TIMEOUT = 5.0

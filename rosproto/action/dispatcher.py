@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections import deque
 from collections.abc import Callable
 
+from rosproto.logs import get_logger
+
 __all__ = ["Dispatcher"]
 
-_log = logging.getLogger("rosproto.action")
+_log = get_logger("rosproto.action")
 MOST_WAITING = 100
 
 

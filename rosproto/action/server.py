@@ -11,7 +11,6 @@ Source: wiki.ros.org/actionlib/DetailedDescription, actionlib/action_server.py a
 from __future__ import annotations
 
 import itertools
-import logging
 import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -19,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.action.server_goal import ServerGoal
 from rosproto.action.types import action_type
 from rosproto.errors import CodecError, LocalProtocolError, RosError
+from rosproto.logs import get_logger
 from rosproto.protocol.goal_server import GoalList, GoalRecord, GoalStatus
 from rosproto.time import Time
 from rosproto.transport.clock import SYSTEM, Clock
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ActionServer"]
 
-_log = logging.getLogger("rosproto.action")
+_log = get_logger("rosproto.action")
 _counter = itertools.count(1)
 
 REPLACED = "canceled: another goal was received"

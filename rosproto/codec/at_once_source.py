@@ -6,11 +6,10 @@ be the same object in all of them: so it is in every received Path, and where a 
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from rosproto.codec.guesses import strings_inside
 from rosproto.codec.layout import Layout
 from rosproto.codec.source import Source
+from rosproto.records import NamedTuple
 
 __all__ = ["AtOnceWriter", "fits_at_once"]
 

@@ -11,11 +11,12 @@ right type, only an unknown method is a Fault.
 
 from __future__ import annotations
 
-import logging
 import os
 import threading
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+
+from rosproto.logs import get_logger
+from rosproto.records import NamedTuple
 
 from . import validation as v
 from .notifications import Notification
@@ -24,7 +25,7 @@ from .registry import ERROR, FAILURE, SUCCESS, Answer, Registry
 
 __all__ = ["MasterApi", "UnknownMethod"]
 
-_log = logging.getLogger("rosproto.master")
+_log = get_logger("rosproto.master")
 
 Handler = Callable[..., Answer]
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
+from rosproto.logs import get_logger
 from rosproto.protocol.limits import Limits
 from rosproto.transport import Deadline, XmlRpcClient
 
@@ -15,7 +15,7 @@ from .notifier import Delivery
 
 __all__ = ["NodeSender"]
 
-_log = logging.getLogger("rosproto.master")
+_log = get_logger("rosproto.master")
 
 
 class NodeSender:

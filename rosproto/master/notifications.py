@@ -6,7 +6,7 @@ the same `topic` of conversation (`key`) replace each other: only the newest sti
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from rosproto.records import NamedTuple
 
 __all__ = ["Notification", "ParamUpdate", "PublisherUpdate", "Shutdown"]
 

@@ -17,18 +17,19 @@ from __future__ import annotations
 
 import heapq
 import itertools
-import logging
 import threading
 import time
 from collections.abc import Callable
 from enum import Enum
 from typing import Protocol
 
+from rosproto.logs import get_logger
+
 from .notifications import Notification
 
 __all__ = ["Delivery", "Notifier", "Sender"]
 
-_log = logging.getLogger("rosproto.master")
+_log = get_logger("rosproto.master")
 
 # Seconds before each further attempt, a quarter of an hour together: a laptop that was asleep gets the newest
 # lists within a minute of waking. Then the node's queue is given up.
@@ -266,8 +267,8 @@ class Notifier:
         # What was posted during the call is for somebody who came meanwhile, perhaps to the same address.
         later = {key: item for key, item in queue.pending.items() if item[0] > begun}
         self._counts["failed"] += 1 + len(queue.pending) - len(later)
-        level = logging.INFO if outcome is Delivery.GONE else logging.WARNING
-        _log.log(level, "! %s is %s: gave up %s and what followed", queue.uri, outcome.value, note.key)
+        say = _log.info if outcome is Delivery.GONE else _log.warning
+        say("! %s is %s: gave up %s and what followed", queue.uri, outcome.value, note.key)
         queue.pending, queue.attempts = later, 0
         return False
 

@@ -19,7 +19,8 @@ Where this differs from rosmaster, on purpose:
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import NamedTuple
+
+from rosproto.records import NamedTuple
 
 from .notifications import Notification, PublisherUpdate, Shutdown
 

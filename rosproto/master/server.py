@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 
 from rosproto.errors import RosError
+from rosproto.logs import get_logger
 from rosproto.protocol import Fault
 from rosproto.protocol.limits import Limits
 from rosproto.transport import Peer, XmlRpcServer, is_loopback, local_address_towards, make_uri
@@ -19,7 +19,7 @@ from .registry import Registry
 
 __all__ = ["DEFAULT_PORT", "Master"]
 
-_log = logging.getLogger("rosproto.master")
+_log = get_logger("rosproto.master")
 
 DEFAULT_PORT = 11311
 ROS_DISTRO = "noetic\n"  # with the newline that roscore's `rosversion -d` leaves

@@ -14,10 +14,11 @@ is a whole library: what differs, over what it is a change of.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from rosproto.errors import DefinitionError
 from rosproto.msg.sources import Folder, Source
+from rosproto.records import NamedTuple
 
 if TYPE_CHECKING:
     from rosproto.msg.library import DefinitionLibrary

@@ -8,7 +8,7 @@ import time.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from rosproto.records import NamedTuple
 
 __all__ = ["BUILTIN_TYPES", "ActionSpec", "Constant", "Field", "FieldType", "MessageSpec", "ServiceSpec"]
 

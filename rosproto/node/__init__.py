@@ -12,14 +12,14 @@ from rosproto.node.events import Event, EventKind
 from rosproto.node.master_client import MasterClient, SystemState
 from rosproto.node.node import Node
 from rosproto.node.publisher import Publisher
-from rosproto.node.slave_client import NodeClient
-from rosproto.node.stats import LinkStats, NodeStats
 from rosproto.node.subscriber import Subscriber
 
 if TYPE_CHECKING:
     from rosproto.node.parameters import Parameters, UnknownParameter
     from rosproto.node.service_client import ServiceClient
     from rosproto.node.service_server import ServiceServer
+    from rosproto.node.slave_client import NodeClient
+    from rosproto.node.stats import LinkStats, NodeStats
 
 __all__ = [
     "Event",
@@ -43,6 +43,9 @@ __all__ = [
 ]
 
 _LATE = {
+    "LinkStats": "rosproto.node.stats",
+    "NodeClient": "rosproto.node.slave_client",
+    "NodeStats": "rosproto.node.stats",
     "Parameters": "rosproto.node.parameters",
     "ServiceClient": "rosproto.node.service_client",
     "ServiceServer": "rosproto.node.service_server",

@@ -14,17 +14,17 @@ the link, without a word.
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections.abc import Callable, Sequence
 from time import perf_counter
 from typing import Any
 
+from rosproto.logs import get_logger
 from rosproto.node.inbox import Inbox
 
 __all__ = ["CallbackRunner", "InlineCaller"]
 
-_log = logging.getLogger("rosproto.node")
+_log = get_logger("rosproto.node")
 
 SLOW_CALL = 0.002  # seconds for one call
 SLOW_BATCH = 0.020  # seconds for all messages of one read

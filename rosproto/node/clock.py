@@ -9,13 +9,14 @@ Source: wiki.ros.org/Clock; rospy rostime.py and timer.py for Rate and Timer.
 
 from __future__ import annotations
 
-import logging
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import MasterError
+from rosproto.logs import get_logger
+from rosproto.records import NamedTuple
 from rosproto.time import Duration, Time
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["NodeClock", "Rate", "Timer", "TimerEvent"]
 
-_log = logging.getLogger("rosproto.node")
+_log = get_logger("rosproto.node")
 
 LONGEST_WAIT = 1.0  # seconds of real time between two looks whether the node is closed
 NSEC = 1_000_000_000

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import enum
-from dataclasses import dataclass
+
+from rosproto.records import NamedTuple
 
 __all__ = ["Event", "EventKind", "without_frames"]
 
@@ -27,8 +28,7 @@ class EventKind(enum.Enum):
     """This computer has another address towards the master; the node listens there now."""
 
 
-@dataclass(frozen=True, slots=True)
-class Event:
+class Event(NamedTuple):
     """One event.
 
     Attributes:

@@ -7,12 +7,12 @@ everybody: the one whose md5sum is the subscriber's is the one that is missing.
 
 from __future__ import annotations
 
-import logging
 import threading
 import time
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
+from rosproto.logs import get_logger
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FetchedRevisions"]
 
-_log = logging.getLogger("rosproto.node")
+_log = get_logger("rosproto.node")
 
 FETCH_SECONDS = 3.0  # the subscriber waits for our answer meanwhile
 MOST_ASKED = 8

@@ -23,7 +23,6 @@ from rosproto.errors import ConnectionLost, MasterError, RosTimeout
 from rosproto.node.frames import LargeFrame
 from rosproto.node.link_state import LinkEvent
 from rosproto.node.publisher_link import PublisherLink
-from rosproto.node.stats import LinkStats
 from rosproto.protocol.handshake import check_publisher_header, check_subscriber_header, subscriber_header
 from rosproto.transport.address import parse_uri
 
@@ -31,6 +30,7 @@ if TYPE_CHECKING:
     from rosproto.node.node import Node
     from rosproto.node.publication import Publication
     from rosproto.node.revisions import RevisedType
+    from rosproto.node.stats import LinkStats
     from rosproto.node.subscription import Subscription
 
 __all__ = ["LocalLink", "find_node", "forget_node", "note_node"]
@@ -136,6 +136,8 @@ class _Pipe:
         self._publication.detach(self)
 
     def stats(self) -> LinkStats:
+        from rosproto.node.stats import LinkStats
+
         return LinkStats(
             topic=self._publication.name,
             direction="out",

@@ -11,7 +11,6 @@ The selector belongs to the thread alone; others leave requests in a deque and w
 
 from __future__ import annotations
 
-import logging
 import selectors
 import socket
 import threading
@@ -19,9 +18,11 @@ from collections import deque
 from collections.abc import Callable
 from typing import Protocol
 
+from rosproto.logs import get_logger
+
 __all__ = ["LinkMonitor", "MonitoredLink"]
 
-_log = logging.getLogger("rosproto.node")
+_log = get_logger("rosproto.node")
 
 TICK = 0.001  # seconds until the end of a burst is sent at the latest, when this thread gets to run
 IDLE_TICKS = 20  # after so many ticks without a batch the thread sleeps again

@@ -21,7 +21,6 @@ How the parts hang together (the seam for services, parameters and whatever come
 from __future__ import annotations
 
 import itertools
-import logging
 import os
 import threading
 import time
@@ -31,6 +30,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto import names
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosError, RosTimeout
+from rosproto.logs import get_logger
 from rosproto.node import intraprocess
 from rosproto.node.clock import NodeClock
 from rosproto.node.endpoints import Endpoints, listening_address, open_endpoints
@@ -51,6 +51,7 @@ from rosproto.transport.address import host_from_environment, parse_uri, resolve
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
+    import logging
     from types import TracebackType
 
     from rosproto.node.parameters import Parameters
@@ -65,7 +66,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Node"]
 
-_log = logging.getLogger("rosproto.node")
+_log = get_logger("rosproto.node")
 
 CLOSE_SECONDS = 1.0  # for each step of closing that waits for somebody else
 MASTER_CALL_SECONDS = 10.0
@@ -385,6 +386,8 @@ class Node:
     @property
     def logger(self) -> logging.Logger:
         """A logger whose records also go to /rosout (with `rosout=True`)."""
+        import logging
+
         return logging.getLogger("ros" + self.name.replace("/", "."))
 
     def resolve_name(self, name: str) -> str:

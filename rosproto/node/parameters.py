@@ -6,13 +6,13 @@ rosmaster paramserver.py where they are silent.
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 from rosproto.errors import MasterError, RosError
+from rosproto.logs import get_logger
 from rosproto.node.parameter_cache import ABSENT, Change, ParameterCache, canonical_key
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ParameterSubscription", "Parameters", "UnknownParameter"]
 
-logger = logging.getLogger("rosproto.node")
+logger = get_logger("rosproto.node")
 T = TypeVar("T")
 Callback = Callable[[str, Any], None]
 

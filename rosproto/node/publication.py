@@ -10,7 +10,6 @@ publication.cpp where they are silent.
 from __future__ import annotations
 
 import itertools
-import logging
 import socket
 import threading
 from collections.abc import Callable
@@ -20,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from rosproto.codec import AnyMsg
 from rosproto.codec.conversion import ConversionError
 from rosproto.errors import CodecError, ConnectionLost, Md5sumMismatch, RosError
+from rosproto.logs import get_logger
 from rosproto.node.events import Event, EventKind, without_frames
 from rosproto.node.frames import LARGE, LargeFrame, prefix, small_frame
 from rosproto.node.revised_output import RevisedOutput
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 __all__ = ["OutgoingLink", "Publication"]
 
-_log = logging.getLogger("rosproto.node")
+_log = get_logger("rosproto.node")
 
 BURST_GAP = 20e-6  # seconds between two publishes that count as a burst
 BURST_LENGTH = 8  # messages in a row before a burst is believed

@@ -6,7 +6,6 @@ received is left to `TcprosLink` and to `LocalLink` (a publisher in this process
 
 from __future__ import annotations
 
-import logging
 import threading
 from typing import TYPE_CHECKING
 
@@ -20,18 +19,19 @@ from rosproto.errors import (
     RosTimeout,
     TooLarge,
 )
+from rosproto.logs import get_logger
 from rosproto.node.events import Event, EventKind, without_frames
 from rosproto.node.link_state import LinkEvent, LinkState, next_state, refused_backoff, retry_backoff
-from rosproto.node.stats import LinkStats
 from rosproto.protocol.handshake import HandshakeRefused
 from rosproto.transport.os_errors import translate
 
 if TYPE_CHECKING:
+    from rosproto.node.stats import LinkStats
     from rosproto.node.subscription import Subscription
 
 __all__ = ["PublisherLink"]
 
-_log = logging.getLogger("rosproto.node")
+_log = get_logger("rosproto.node")
 
 REFUSALS = (HandshakeRefused, Md5sumMismatch, DefinitionError, CodecError, TooLarge)
 """Errors that trying again at once does not cure."""
@@ -179,8 +179,8 @@ class PublisherLink:
         news = self._last_error is None or type(self._last_error) is not type(error)
         self._last_error = error
         if news:
-            level = logging.DEBUG if self._is_ordinary(error, was) else logging.WARNING
-            _log.log(level, "! %s: publisher %s: %s", self.topic, self.caller_id or self.uri, error)
+            say = _log.debug if self._is_ordinary(error, was) else _log.warning
+            say("! %s: publisher %s: %s", self.topic, self.caller_id or self.uri, error)
             self.subscription.report(error)
             self._node._emit(
                 Event(kind, self.topic, self.address, error, peer=self.caller_id, direction="in")
@@ -220,6 +220,8 @@ class PublisherLink:
 
     def stats(self) -> LinkStats:
         """Counters over all sessions."""
+        from rosproto.node.stats import LinkStats
+
         now_bytes, now_messages = self._counters()
         return LinkStats(
             topic=self.topic,

@@ -9,11 +9,11 @@ Source: wiki.ros.org/ROS/Master_API.
 
 from __future__ import annotations
 
-import logging
 import threading
 from typing import TYPE_CHECKING, Protocol
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
+from rosproto.logs import get_logger
 
 if TYPE_CHECKING:
     from rosproto.node.master_client import MasterClient
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Registration", "Registrations"]
 
-_log = logging.getLogger("rosproto.node")
+_log = get_logger("rosproto.node")
 
 
 class Registration(Protocol):

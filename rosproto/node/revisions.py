@@ -8,7 +8,6 @@ user get an error. While the md5sums agree nothing here is ever called.
 
 from __future__ import annotations
 
-import logging
 import os
 import threading
 from collections.abc import Callable, Iterable
@@ -18,6 +17,7 @@ from rosproto.codec import define, message_class, service_class
 from rosproto.codec.comparison import side_by_side
 from rosproto.codec.conversion import Conversion, ConversionError
 from rosproto.errors import CodecError, DefinitionError, Md5sumMismatch
+from rosproto.logs import get_logger
 from rosproto.msg import bundled
 from rosproto.node.fetched_revision import FetchedRevisions
 from rosproto.node.topic_types import TopicType
@@ -39,7 +39,7 @@ __all__ = [
     "revised_type",
 ]
 
-_log = logging.getLogger("rosproto.node")
+_log = get_logger("rosproto.node")
 
 
 class Revisions:

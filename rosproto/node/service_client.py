@@ -11,7 +11,6 @@ Source: wiki.ros.org/ROS/TCPROS, wiki.ros.org/Services; rospy impl/tcpros_servic
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -26,6 +25,7 @@ from rosproto.errors import (
     RosTimeout,
     ServiceError,
 )
+from rosproto.logs import get_logger
 from rosproto.node import service_probe
 from rosproto.node.revisions import ServiceRevision, note_differences, revised_service
 from rosproto.node.service_link import ServiceLink
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Cancellation", "ServiceClient"]
 
-logger = logging.getLogger("rosproto.node")
+logger = get_logger("rosproto.node")
 
 LONGEST_GUESS = 3.0  # seconds for a handshake at a remembered address
 

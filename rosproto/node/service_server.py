@@ -5,7 +5,6 @@ Source: wiki.ros.org/ROS/TCPROS, wiki.ros.org/Services; rospy impl/tcpros_servic
 
 from __future__ import annotations
 
-import logging
 import socket
 import threading
 from collections.abc import Callable, Mapping
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import decode
 from rosproto.errors import ConnectionLost, Md5sumMismatch, RemoteProtocolError, RosTimeout, ServiceError
+from rosproto.logs import get_logger
 from rosproto.node.revisions import ServiceRevision, note_differences, revised_service
 from rosproto.node.service_reply import encode_error, encode_reply, error_text, response_from
 from rosproto.node.service_session import ServiceSession
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ServiceServer"]
 
-logger = logging.getLogger("rosproto.node")
+logger = get_logger("rosproto.node")
 
 
 class ServiceServer:

@@ -5,20 +5,20 @@ Source: wiki.ros.org/ROS/TCPROS; rospy impl/tcpros_service.py and roscpp service
 
 from __future__ import annotations
 
-import logging
 import socket
 import struct
 import threading
 from collections.abc import Callable
 
 from rosproto.errors import RemoteProtocolError, TooLarge
+from rosproto.logs import get_logger
 from rosproto.node.socket_waits import limit_waits
 from rosproto.protocol.limits import Limits
 from rosproto.transport.tcp import interrupt
 
 __all__ = ["ServiceSession"]
 
-logger = logging.getLogger("rosproto.node")
+logger = get_logger("rosproto.node")
 
 LENGTH = struct.Struct("<I")
 CHUNK = 64 << 10

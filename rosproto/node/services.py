@@ -5,13 +5,13 @@ Source: wiki.ros.org/ROS/TCPROS, wiki.ros.org/ROS/Master_API (registerService).
 
 from __future__ import annotations
 
-import logging
 import socket
 import threading
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import LocalProtocolError, RosError
+from rosproto.logs import get_logger
 from rosproto.node.service_client import ServiceClient
 from rosproto.node.service_server import ServiceServer
 from rosproto.node.service_type import ServiceTypeGiven, ask_type, resolve_service_type
@@ -27,7 +27,7 @@ __all__ = ["ServiceRegistration", "Services"]
 
 CLOSE_SECONDS = 1.0  # for answers in progress when the node closes
 
-logger = logging.getLogger("rosproto.node")
+logger = get_logger("rosproto.node")
 
 
 class ServiceRegistration:

@@ -12,12 +12,12 @@ Source: wiki.ros.org/ROS/Slave_API; rospy impl/masterslave.py where it is silent
 
 from __future__ import annotations
 
-import logging
 import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rosproto.errors import MasterError, RosError
+from rosproto.logs import get_logger
 from rosproto.protocol.xmlrpc import Fault
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["SlaveApi", "Topics"]
 
-_log = logging.getLogger("rosproto.node")
+_log = get_logger("rosproto.node")
 
 Reply = list[Any]
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
+from rosproto.logs import get_logger
 from rosproto.node.callbacks import CallbackRunner, InlineCaller
 from rosproto.node.inbox import Inbox
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Subscriber"]
 
-_log = logging.getLogger("rosproto.node")
+_log = get_logger("rosproto.node")
 
 
 class Subscriber:

@@ -16,22 +16,25 @@ this.
 
 from __future__ import annotations
 
-import logging
 import socket
 import sys
 import threading
 from collections.abc import Callable, Sequence
 from time import perf_counter, sleep
+from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, RosTimeout
+from rosproto.logs import get_logger
 from rosproto.node.frames import LargeFrame, remaining
 from rosproto.node.link_monitor import LinkMonitor
 from rosproto.node.outbox import Outbox
-from rosproto.node.stats import LinkStats
+
+if TYPE_CHECKING:
+    from rosproto.node.stats import LinkStats
 
 __all__ = ["SubscriberLink"]
 
-_log = logging.getLogger("rosproto.node")
+_log = get_logger("rosproto.node")
 
 BATCH_BYTES = 16 << 10
 BATCH_SECONDS = 200e-6
@@ -350,6 +353,8 @@ class SubscriberLink:
 
     def stats(self) -> LinkStats:
         """Counters so far."""
+        from rosproto.node.stats import LinkStats
+
         with self._lock:
             return LinkStats(
                 topic=self.topic,

@@ -11,7 +11,6 @@ Source: wiki.ros.org/ROS/Master_API (registerSubscriber), wiki.ros.org/ROS/Slave
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -19,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import AnyMsg, encode
 from rosproto.errors import LocalProtocolError, Md5sumMismatch
+from rosproto.logs import get_logger
 from rosproto.node.revisions import RevisedType, Unfit, note_differences, revised_type
 from rosproto.node.topic_types import TopicType, learn_type
 from rosproto.transport.address import parse_uri
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Sink", "Subscription"]
 
-_log = logging.getLogger("rosproto.node")
+_log = get_logger("rosproto.node")
 
 MOST_ERRORS = 32
 

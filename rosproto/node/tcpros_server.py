@@ -9,13 +9,13 @@ Source: wiki.ros.org/ROS/TCPROS.
 
 from __future__ import annotations
 
-import logging
 import socket
 import threading
 from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
+from rosproto.logs import get_logger
 from rosproto.protocol.handshake import error_header
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp_server import TcpServer
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["TcprosServer"]
 
-_log = logging.getLogger("rosproto.node")
+_log = get_logger("rosproto.node")
 
 OnConnection = Callable[[socket.socket, dict[str, str], tuple[str, int]], None]
 

@@ -5,13 +5,13 @@ Source: wiki.ros.org/ROS/Slave_API for the shapes of getBusStats and getBusInfo.
 
 from __future__ import annotations
 
-import logging
 import socket
 import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import LocalProtocolError
+from rosproto.logs import get_logger
 from rosproto.node.publication import Publication
 from rosproto.node.publisher import Publisher
 from rosproto.node.subscriber import Subscriber
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["TopicTable"]
 
-_log = logging.getLogger("rosproto.node")
+_log = get_logger("rosproto.node")
 
 
 class TopicTable:

@@ -10,11 +10,11 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
+from rosproto.logs import get_logger
 from rosproto.node.events import Event, EventKind, without_frames
 from rosproto.transport.address import same_uri
 from rosproto.transport.backoff import Backoff
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Watchdog"]
 
-_log = logging.getLogger("rosproto.node")
+_log = get_logger("rosproto.node")
 
 PERIOD = 1.0  # seconds between two looks at a master that answers
 CALL_TIMEOUT = 5.0

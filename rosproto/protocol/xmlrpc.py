@@ -42,7 +42,7 @@ _DEFAULT_LIMITS = Limits()
 
 # XML 1.0 has no way to write these, not even as numeric references. Carriage return is legal but read back
 # as a newline by every conforming parser; roscpp, which does not decode numeric references, keeps it.
-_FORBIDDEN = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
+_FORBIDDEN = "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"  # compiled with its first use
 
 
 class Fault(RosError):
@@ -95,7 +95,7 @@ def encode_response(value: object) -> bytes:
 def encode_fault(code: int, text: str) -> bytes:
     """A `<methodResponse>` document with a fault; characters XML cannot carry become `?`."""
     out = [_HEAD, "<methodResponse><fault>"]
-    _write(out, {"faultCode": code, "faultString": _FORBIDDEN.sub("?", text)}, "fault", 0)
+    _write(out, {"faultCode": code, "faultString": re.sub(_FORBIDDEN, "?", text)}, "fault", 0)
     out.append("</fault></methodResponse>")
     return "".join(out).encode()
 
@@ -225,7 +225,7 @@ def _write_other(out: list[str], value: object, where: str, depth: int) -> None:
 
 
 def _escape(text: str, where: str) -> str:
-    forbidden = _FORBIDDEN.search(text)
+    forbidden = None if text.isprintable() else re.search(_FORBIDDEN, text)
     if forbidden is not None:
         raise LocalProtocolError(
             f"{where}: character {forbidden.start()} is U+{ord(forbidden.group()):04X}, which XML 1.0 cannot "

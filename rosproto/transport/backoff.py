@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import random
 from collections.abc import Callable
 
 __all__ = ["Backoff"]
@@ -26,7 +25,7 @@ class Backoff:
         factor: float = 2.0,
         most: float = 5.0,
         jitter: float = 0.2,
-        uniform: Callable[[float, float], float] = random.uniform,
+        uniform: Callable[[float, float], float] | None = None,
     ) -> None:
         if not (0 < first <= most and factor >= 1 and 0 <= jitter < 1):
             raise ValueError(
@@ -41,7 +40,13 @@ class Backoff:
         """The delay before the coming attempt, seconds."""
         delay = self._delay
         self._delay = min(self.most, delay * self.factor)
-        return delay * (1.0 + self._uniform(-self.jitter, self.jitter)) if self.jitter else delay
+        if not self.jitter:
+            return delay
+        if self._uniform is None:
+            import random  # only needed when something goes wrong
+
+            self._uniform = random.uniform
+        return delay * (1.0 + self._uniform(-self.jitter, self.jitter))
 
     def reset(self) -> None:
         """An attempt succeeded: begin with `first` again."""

@@ -11,15 +11,14 @@ one is refused.
 
 from __future__ import annotations
 
-import logging
 import selectors
 import socket
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
 
 from rosproto.errors import RosError
+from rosproto.logs import get_logger
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import format_address
 from rosproto.transport.clock import SYSTEM, Clock
@@ -29,23 +28,28 @@ from rosproto.transport.tcp import interrupt, listen, tune
 
 __all__ = ["Allow", "OnConnection", "ServerStats", "TcpServer"]
 
-log = logging.getLogger("rosproto.transport")
+log = get_logger("rosproto.transport")
 
 Allow = Callable[[str], bool] | Collection[str] | None
 OnConnection = Callable[[socket.socket, tuple[str, int]], object]
 _ACCEPT_PAUSE = 0.1  # after accept() failed (out of file descriptors): do not spin
 
 
-@dataclass(slots=True)
 class ServerStats:
     """Counters since the start."""
 
-    accepted: int = 0
-    not_allowed: int = 0
-    refused_full: int = 0
-    dropped_pending: int = 0
-    dropped_idle: int = 0
-    failed: int = 0
+    __slots__ = ("accepted", "dropped_idle", "dropped_pending", "failed", "not_allowed", "refused_full")
+
+    def __init__(self) -> None:
+        self.accepted = 0
+        self.not_allowed = 0
+        self.refused_full = 0
+        self.dropped_pending = 0
+        self.dropped_idle = 0
+        self.failed = 0
+
+    def __repr__(self) -> str:
+        return f"<ServerStats {', '.join(f'{name} {getattr(self, name)}' for name in self.__slots__)}>"
 
 
 class TcpServer:

@@ -6,12 +6,12 @@ request costs its own connection only.
 
 from __future__ import annotations
 
-import logging
 import socket
 import threading
 from collections.abc import Callable
 
 from rosproto.errors import RemoteProtocolError, RosError
+from rosproto.logs import get_logger
 from rosproto.protocol import xmlrpc
 from rosproto.protocol.http import (
     CONTINUE,
@@ -30,7 +30,7 @@ from rosproto.transport.tcpros_io import write_all
 
 __all__ = ["Dispatch", "Peer", "XmlRpcServer"]
 
-log = logging.getLogger("rosproto.transport")
+log = get_logger("rosproto.transport")
 
 _PATHS = ("/", "/RPC2")
 _RECV_BYTES = 1 << 16

@@ -1,0 +1,48 @@
+"""Loggers that import `logging` when there is something to say.
+
+`logging` and what it pulls in cost a sixth of the time that `import rosproto.node` took, and most programs
+never see a record. One below WARNING that arises before the program itself imported `logging` could not be
+seen by anybody: no handler and no level can be set without it.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from logging import Logger
+
+__all__ = ["get_logger"]
+
+_UNSEEN = ("debug", "info")
+
+
+def get_logger(name: str) -> Logger:
+    """What `logging.getLogger(name)` gives, found when it is first used."""
+    late: Any = _LateLogger(name)
+    return late  # type: ignore[no-any-return]
+
+
+class _LateLogger:
+    """Gives the methods of the real logger, so that a record names the line that called it."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __getattr__(self, attribute: str) -> Any:
+        if attribute in _UNSEEN and "logging" not in sys.modules:
+            return _say_nothing
+        if attribute == "_logger":
+            import logging
+
+            self._logger = logging.getLogger(self._name)
+            return self._logger
+        return getattr(self._logger, attribute)
+
+    def __repr__(self) -> str:
+        return f"<logger {self._name}>"
+
+
+def _say_nothing(*_: object, **__: object) -> None:
+    """A record that nobody can see."""

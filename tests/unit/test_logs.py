@@ -1,0 +1,67 @@
+"""Loggers that import `logging` late: nothing is lost by it, and nothing is paid before."""
+
+from __future__ import annotations
+
+import logging
+import subprocess
+import sys
+
+import pytest
+
+from rosproto.logs import get_logger
+
+
+def run(code: str) -> tuple[str, str]:
+    """Both streams of a fresh interpreter."""
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True
+    )
+    return done.stdout, done.stderr
+
+
+def test_a_record_has_the_name_and_line_of_its_caller(caplog: pytest.LogCaptureFixture) -> None:
+    log = get_logger("rosproto.test")
+    with caplog.at_level("DEBUG", "rosproto.test"):
+        log.debug("%s two", "one")
+    (record,) = caplog.records
+    assert (record.name, record.getMessage()) == ("rosproto.test", "one two")
+    assert (record.filename, record.funcName) == (
+        "test_logs.py",
+        "test_a_record_has_the_name_and_line_of_its_caller",
+    )
+
+
+def test_it_is_the_logger_of_that_name() -> None:
+    log = get_logger("rosproto.test.other")
+    assert log.isEnabledFor(logging.CRITICAL)
+    assert log.manager.getLogger("rosproto.test.other").name == log.name == "rosproto.test.other"
+    assert "rosproto.test.other" in repr(log)
+
+
+def test_what_nobody_can_see_imports_nothing() -> None:
+    code = (
+        "import sys; from rosproto.logs import get_logger; log = get_logger('rosproto.x');"
+        "log.debug('d'); log.info('i %s', 1); print('logging' in sys.modules)"
+    )
+    assert run(code) == ("False\n", "")
+
+
+def test_a_warning_reaches_a_program_that_never_heard_of_logging() -> None:
+    code = "from rosproto.logs import get_logger; get_logger('rosproto.x').warning('! %s', 'lost')"
+    assert run(code) == ("", "! lost\n")
+
+
+def test_a_program_that_sets_logging_up_afterwards_sees_everything() -> None:
+    code = (
+        "from rosproto.logs import get_logger; log = get_logger('rosproto.x'); log.debug('before');"
+        "import logging; logging.basicConfig(level='DEBUG', format='%(levelname)s %(message)s');"
+        "log.debug('after')"
+    )
+    assert run(code) == ("", "DEBUG after\n")
+
+
+def test_importing_the_node_loads_neither_logging_nor_dataclasses() -> None:
+    code = (
+        "import sys, rosproto.node; print({'logging', 'dataclasses', 'inspect', 'random'} & set(sys.modules))"
+    )
+    assert run(code)[0] == "set()\n"
