@@ -6,7 +6,8 @@ A quick callback runs in the thread that received the message: no hand-over, no 
 (25 us less per message, performance.md section 2). But while it runs, nobody reads the connection. So as
 soon as one call, or the calls of one batch together, take too long, the callback gets a thread of its own,
 behind an inbox of `queue_size` messages where the oldest is dropped: the connection is read on, and the
-callback sees new messages. After `QUICK_CALLS` quick calls it goes back.
+callback sees new messages. After `QUICK_CALLS` quick calls it goes back, after a first slow call already when
+a few were quick (that was an import, most often), and whenever nothing comes for `IDLE_WAIT`.
 
 Whatever a callback raises is logged, `SystemExit` of a `sys.exit()` too: in a thread it would end nothing but
 the link, without a word.
@@ -16,7 +17,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Sequence
-from time import perf_counter
+from time import perf_counter, time
 from typing import Any
 
 from rosproto.logs import get_logger
@@ -29,6 +30,7 @@ _log = get_logger("rosproto.node")
 SLOW_CALL = 0.002  # seconds for one call
 SLOW_BATCH = 0.020  # seconds for all messages of one read
 QUICK_CALLS = 100
+QUICK_CALLS_AT_FIRST = 5
 CHUNK = 8  # messages between two looks at the clock, when many came at once
 IDLE_WAIT = 5.0
 
@@ -41,6 +43,7 @@ class CallbackRunner:
         self._inbox = inbox
         self._topic = topic
         self._running = False
+        self._slow_calls = 0
         self._thread: threading.Thread | None = None
 
     @property
@@ -68,15 +71,46 @@ class CallbackRunner:
             inbox.count(batch)
         done = self._call_some(batch)
         if done == len(batch):
-            # No lock, but this order: a thread begun meanwhile sees that we are done, or we see the thread.
-            self._running = False
-            if self._thread is not None:
-                with inbox.lock:
-                    inbox.condition.notify_all()
+            self._done()
+        else:
+            self._too_slow(batch[done:] if done >= 0 else (), stamp)
+
+    def offer_one(self, message: Any) -> None:
+        """As `offer`, for the one message that most reads bring: the way of nearly every message, kept short."""
+        inbox = self._inbox
+        with inbox.lock:
+            if free := not (self._running or self._thread is not None or inbox.closed):
+                self._running = True
+                inbox.received += 1
+                inbox.latest = message
+        if not free:
+            self.offer((message,), time())
             return
-        with inbox.lock:  # too slow
+        began = perf_counter()
+        try:
+            self._callback(message)
+        except BaseException:
+            self._log_error()
+        if perf_counter() - began < SLOW_CALL:
+            self._done()
+        else:
+            self._too_slow((), 0.0)
+
+    def _done(self) -> None:
+        """The calls are over, and were quick."""
+        # No lock, but this order: a thread begun meanwhile sees that we are done, or we see the thread.
+        self._running = False
+        if self._thread is not None:
+            with self._inbox.lock:
+                self._inbox.condition.notify_all()
+
+    def _too_slow(self, rest: Sequence[Any], stamp: float) -> None:
+        """The calls are over; what is left of the batch, and all that comes, goes through a thread."""
+        inbox = self._inbox
+        with inbox.lock:
             self._running = False
-            inbox.put_locked(batch[done:] if done >= 0 else (), stamp, older=True)
+            self._slow_calls += 1
+            inbox.put_locked(rest, stamp, older=True)
             if self._thread is None and not inbox.closed:
                 self._start_thread()
             inbox.condition.notify_all()
@@ -126,17 +160,19 @@ class CallbackRunner:
     def _run(self) -> None:
         """Call with what waits until the callback has been quick for a while, or the inbox is closed."""
         inbox = self._inbox
-        quick = 0
+        quick, idle = 0, False
+        enough = QUICK_CALLS if self._slow_calls > 1 else QUICK_CALLS_AT_FIRST
         while True:
             with inbox.condition:
                 # The link's thread may still be in the slow call that made this thread: never two at once.
                 inbox.condition.wait_for(lambda: not self._running or inbox.closed, IDLE_WAIT)
-                if inbox.closed or (quick > QUICK_CALLS and not len(inbox)):
+                if inbox.closed or ((idle or quick > enough) and not len(inbox)):
                     self._thread = None
                     return
                 if self._running:
                     continue
             item = inbox.get(IDLE_WAIT)
+            idle = item is None
             if item is not None:
                 began = perf_counter()
                 self._call(item[0])
@@ -173,6 +209,20 @@ class InlineCaller:
             try:
                 self._callback(message)
             except BaseException:
-                _log.exception(
-                    "! %s: the callback %r raised; the subscriber goes on", self._topic, self._callback
-                )
+                self._log_error()
+
+    def offer_one(self, message: Any) -> None:
+        """As `offer`, for one message."""
+        inbox = self._inbox
+        with inbox.lock:
+            if inbox.closed:
+                return
+            inbox.received += 1
+            inbox.latest = message
+        try:
+            self._callback(message)
+        except BaseException:
+            self._log_error()
+
+    def _log_error(self) -> None:
+        _log.exception("! %s: the callback %r raised; the subscriber goes on", self._topic, self._callback)

@@ -20,7 +20,8 @@ from rosproto.errors import ConnectionLost, TooLarge
 
 __all__ = ["FrameReader"]
 
-BUFFER = 256 << 10
+FIRST_BUFFER = 4 << 10  # bytes; most topics never need more, and a node may have hundreds
+BUFFER = 256 << 10  # what it grows to when reads fill it
 LARGE = 128 << 10  # longer frames get their own memory
 BATCH = 64  # messages decoded at a time: their memory is then used again, and the collector is not woken
 STEP = 16 << 20  # memory follows the bytes that arrive, not the length announced (pitfall 10)
@@ -45,7 +46,7 @@ class FrameReader:
         self._sock = sock
         self._limit = limit
         self._peer = peer
-        self._buffer = bytearray(BUFFER)
+        self._buffer = bytearray(FIRST_BUFFER)
         self._view = memoryview(self._buffer)
         self._start = 0
         self._end = 0
@@ -53,7 +54,7 @@ class FrameReader:
         self.messages = 0
         self.skipped = 0
 
-    def receive(self, decode: Decode, *, owns: bool, newest: int | None = None) -> list[Any]:
+    def receive(self, decode: Decode, owns: bool, newest: int | None = None) -> list[Any]:
         """Wait until at least one message is complete; return all that are.
 
         Args:
@@ -70,6 +71,8 @@ class FrameReader:
         """
         if self._start == self._end:
             # Most often one read brings one message: it is decoded without looking for others.
+            if self._end == len(self._buffer) < BUFFER:
+                self._grow(0, 0)  # the last read filled it
             buffer = self._buffer
             end = self._sock.recv_into(buffer)
             if end > 4 and _length(buffer)[0] == end - 4:
@@ -89,7 +92,7 @@ class FrameReader:
             if size > LARGE:
                 self.messages += 1
                 return [self._receive_large(size, decode)]
-            self._fill()
+            self._fill(size)
 
     def _cut(self, decode: Decode, owns: bool) -> list[Any]:
         buffer, start, end = self._buffer, self._start, self._end
@@ -138,14 +141,25 @@ class FrameReader:
             raise TooLarge("message_bytes", size, self._limit)
         return size
 
-    def _fill(self) -> None:
-        if self._start == self._end:
+    def _fill(self, size: int) -> None:
+        """Read more; `size` is that of the frame that has begun, -1 while it is not known."""
+        rest = self._end - self._start
+        room = len(self._buffer)
+        if size + 4 > room or (self._end == room < BUFFER):
+            self._grow(size + 4, rest)
+        elif not rest:
             self._start = self._end = 0
-        elif BUFFER - self._end < BUFFER // 2:
-            rest = self._end - self._start
+        elif room - self._end < room // 2:
             self._buffer[:rest] = self._buffer[self._start : self._end]
             self._start, self._end = 0, rest
         self._arrived(self._sock.recv_into(self._view[self._end :]))
+
+    def _grow(self, size: int, rest: int) -> None:
+        """A frame does not fit, or a read filled the buffer: the next one is larger, with the rest in front."""
+        buffer = bytearray(min(max(4 * len(self._buffer), 2 * size), BUFFER))
+        buffer[:rest] = self._view[self._start : self._end]
+        self._buffer, self._view = buffer, memoryview(buffer)
+        self._start, self._end = 0, rest
 
     def _arrived(self, count: int) -> None:
         if not count:

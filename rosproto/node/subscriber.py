@@ -66,6 +66,7 @@ class Subscriber:
         self._offer: Callable[[Sequence[Any], float], None] = (
             self._runner.offer if self._runner is not None else self._inbox.put
         )
+        self._offer_one = self._runner.offer_one if self._runner is not None else None
 
     # -- messages -------------------------------------------------------------------------------------------
 

@@ -45,6 +45,8 @@ class Sink:
         decode: `(buffer, start, end) -> message`: the decoder, or `raw_message`.
         owns: True when messages keep the buffer they are made from.
         newest: No subscriber keeps more than this many messages of one read; None when all are used.
+        offer_one: Takes a single message, where all who want it is one callback; else None, and `deliver` is
+            for one message as well.
     """
 
     __slots__ = (
@@ -54,6 +56,7 @@ class Sink:
         "_raw_handles",
         "decode",
         "newest",
+        "offer_one",
         "owns",
         "subscription",
     )
@@ -72,6 +75,9 @@ class Sink:
             self.owns = type_.may_be_large or type_.is_wildcard
         sizes = [handle.keeps for handle in handles]
         self.newest = None if None in sizes else max((s for s in sizes if s is not None), default=1)
+        self.offer_one: Callable[[Any], None] | None = (
+            self._handles[0]._offer_one if len(handles) == 1 and self._handles else None
+        )
 
     def deliver(self, batch: Sequence[Any], header: dict[str, str], link: PublisherLink) -> None:
         """Hand messages to every subscriber; runs in the link's thread."""
@@ -111,6 +117,7 @@ class RevisedSink(Sink):
     def __init__(self, subscription: Subscription, handles: Sequence[Subscriber], type_: TopicType) -> None:
         super().__init__(subscription, handles, type_)
         self._told = False
+        self.offer_one = None
 
     def deliver(self, batch: Sequence[Any], header: dict[str, str], link: PublisherLink) -> None:
         batch = self._fitting(batch)

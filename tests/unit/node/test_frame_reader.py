@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from rosproto.errors import ConnectionLost, TooLarge
-from rosproto.node.frame_reader import BATCH, BUFFER, LARGE, FrameReader
+from rosproto.node.frame_reader import BATCH, BUFFER, FIRST_BUFFER, LARGE, FrameReader
 
 
 class Pieces:
@@ -88,6 +88,19 @@ def test_many_small_messages_come_in_portions() -> None:
     assert out == bodies
     assert reader.messages == 1000
     assert reader.bytes == 8000
+
+
+@pytest.mark.parametrize("size", [60, 48, 5000, LARGE - 4, LARGE])
+def test_the_buffer_grows_with_what_reads_bring(size: int) -> None:
+    """A quiet topic costs 4 KiB, a stream gets what is worth a system call; 64 with the length fill it exactly."""
+    body = bytes(range(256)) * (size // 256) + bytes(size % 256)
+    count = 3000 if size < 1000 else 300 if size < 10_000 else 20
+    reader = FrameReader(Pieces([frames(b"first"), frames(*[body] * count)]), 1 << 30, peer="test")  # type: ignore[arg-type]
+    assert reader.receive(as_bytes, owns=False) == [b"first"]
+    assert len(reader._buffer) == FIRST_BUFFER
+    while reader.messages < 1 + count:
+        assert set(reader.receive(as_bytes, owns=False)) == {body}
+    assert len(reader._buffer) == BUFFER
 
 
 def test_only_the_newest_are_decoded() -> None:

@@ -71,6 +71,31 @@ def test_a_slow_callback_gets_a_thread_and_sees_the_newest() -> None:
     assert seen == [0, 1, 99]
 
 
+def test_one_slow_first_call_does_not_leave_a_thread_for_ever() -> None:
+    """An import in the first call: after a few quick ones the receiving thread calls again."""
+    inbox = Inbox(10)
+    called = threading.Semaphore(0)
+
+    def callback(n: int) -> None:
+        if n == 0:
+            threading.Event().wait(SLOW_CALL * 3)
+        called.release()
+
+    runner = CallbackRunner(callback, inbox, "/t")
+    runner.offer_one(0)
+    assert called.acquire(timeout=5)
+    thread = runner._thread
+    assert thread is not None
+    for n in range(1, 50):
+        runner.offer_one(n)
+        assert called.acquire(timeout=5)
+        if not runner.has_thread:
+            break
+    thread.join(5)
+    assert not thread.is_alive()
+    inbox.close()
+
+
 def test_calls_never_overlap_when_two_links_deliver() -> None:
     """Two receiving threads, one callback at a time."""
     running, most, count = [0], [0], [0]
