@@ -113,6 +113,7 @@ def drain(sockets: list[socket.socket], seconds: float, quiet: float = 1.0) -> t
 def many_subscribers(bench: Bench, count: int, seconds: float) -> None:
     print(f"\n{count} subscribers of one topic (Twist)")
     for library in ("rospy", "ours"):
+        bench.renew_master()
         process = bench.start(
             library, "publish_fast", subscribers=count, seconds=seconds, chunk=10, queue_size=1000
         )
@@ -183,6 +184,7 @@ def _end(process: subprocess.Popen[str], sockets: list[socket.socket]) -> None:
 def many_topics(bench: Bench, count: int, seconds: float) -> None:
     print(f"\n{count} topics between two nodes, each at 10 Hz")
     for library in ("rospy", "ours"):
+        bench.renew_master()
         sub = bench.start(library, "many_subscribe", topics=count, life=seconds + 25)
         began = time.monotonic()
         _answer(sub, "ready")
@@ -209,6 +211,7 @@ def many_topics(bench: Bench, count: int, seconds: float) -> None:
 def many_connections(bench: Bench, count: int) -> None:
     print(f"\n{count} idle subscribers connected to one publisher")
     for library in ("rospy", "ours"):
+        bench.renew_master()
         process = bench.start(library, "publish_steady", subscribers=10**6, hz=1, count=1)
         sockets: list[socket.socket] = []
         try:

@@ -24,6 +24,7 @@ from collections import defaultdict
 from pathlib import Path
 from typing import Any
 
+from rosproto.master import Master
 from tests.support import ros
 
 HERE = Path(__file__).parent
@@ -44,7 +45,7 @@ def run(arguments: list[str]) -> None:
 
 
 class Bench:
-    """The processes of one run, and a master of ours for all of them."""
+    """The processes of one run, and a master of ours in this process, which waits while they work."""
 
     def __init__(self, folder: Path, rounds: int, seconds: float) -> None:
         self.folder, self.rounds, self.seconds = folder, rounds, seconds
@@ -55,20 +56,23 @@ class Bench:
         source = (HERE / "peers" / "roscpp_peer.cpp").read_text("utf-8")
         self.cpp = ros.build_cpp_node("roscpp_peer", source, self.folder)
         self.python = sys.executable if _other_version() else "/usr/bin/python3"
-        code = "from rosproto.master import Master; import time; m = Master(); print(m.uri, flush=True); time.sleep(36000)"
-        self.master = subprocess.Popen(
-            [self.python, "-c", code], stdout=subprocess.PIPE, text=True, env=self._env("ours", "")
-        )
-        assert self.master.stdout is not None
-        self.uri = self.master.stdout.readline().strip()
+        self.master = Master()
         print(
             f"ours on {self.python}, {os.cpu_count()} CPUs, load {os.getloadavg()[0]:.1f}, {self.rounds} rounds"
         )
         return self
 
     def __exit__(self, *exc: object) -> None:
-        self.master.kill()
-        self.master.wait(5)
+        self.master.close()
+
+    @property
+    def uri(self) -> str:
+        return self.master.uri
+
+    def renew_master(self) -> None:
+        """Peers are killed and stay registered: the next ones would try to reach them."""
+        self.master.close()
+        self.master = Master()
 
     def _env(self, library: str, uri: str) -> dict[str, str]:
         env = ros.environment(uri, packages=self.packages)
@@ -76,6 +80,8 @@ class Bench:
             import numpy
 
             env["PYTHONPATH"] = f"{ROOT}{os.pathsep}{Path(numpy.__file__).parent.parent}"
+            # Compiled once, as pip and Debian's packages do.
+            env.pop("PYTHONDONTWRITEBYTECODE", None)
         return env
 
     def start(self, library: str, role: str, **options: Any) -> subprocess.Popen[str]:
@@ -115,6 +121,7 @@ class Bench:
 
     def _pair(self, pub: str, pub_role: str, sub: str, sub_role: str, **options: Any) -> tuple[dict, dict]:
         """Run two roles against each other; the second is started first. Results of both."""
+        self.renew_master()
         second = self.start(sub, sub_role, **options)
         _answer(second, "ready")
         first = self.start(pub, pub_role, **options)
@@ -264,6 +271,7 @@ class Bench:
 
     def measure_start(self) -> None:
         """Process start to first message, import, memory."""
+        self.renew_master()
         publisher = self.start("ours", "publish_steady", hz=200, count=100_000)
         values: dict[str, dict[str, list[float]]] = {lib: defaultdict(list) for lib in ("rospy", "ours")}
         try:
@@ -301,6 +309,7 @@ class Bench:
         """Memory and threads per link of a process that subscribes many topics."""
         print("\nsubscriptions held by one process: memory and threads per topic")
         for lib in ("rospy", "ours"):
+            self.renew_master()
             process = self.start(lib, "fan_out", topics=200, life=3)
             try:
                 got = _last(process, 60)
