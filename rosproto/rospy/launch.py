@@ -120,7 +120,9 @@ def run_program(path: str, arguments: Sequence[str] = ()) -> int:
     vars(main_module).update(__file__=path, __builtins__=__builtins__, __cached__=None)
     sys.modules["__main__"] = main_module
     sys.argv[:] = [path, *arguments]
-    sys.path[:1] = [os.path.dirname(os.path.realpath(path))]
+    # With -P, -I and in an embeddable Python the first entry is no folder of a program, and none is wanted.
+    if not getattr(sys.flags, "safe_path", sys.flags.isolated):
+        sys.path[:1] = [os.path.dirname(os.path.realpath(path))]
     try:
         exec(compile(source, path, "exec", dont_inherit=True), vars(main_module))
     except SystemExit:

@@ -95,6 +95,21 @@ def test_exit_codes_and_tracebacks(code: str, status: int, error: str, tmp_path:
     assert "launch.py" not in done.stderr
 
 
+@pytest.mark.skipif(sys.version_info < (3, 11), reason="-P is new in Python 3.11")
+def test_a_safe_path_is_left_as_it_is(tmp_path: Path) -> None:
+    """Under -P, and in an embeddable Python, the first entry is Python's own: nothing takes its place."""
+    program = tmp_path / "program.py"
+    program.write_text("import sys, pkgutil; print(sys.path)\n")
+    shown = [
+        subprocess.run(
+            [sys.executable, "-P", *words], capture_output=True, text=True, timeout=60, check=True,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+        ).stdout
+        for words in ([str(program)], ["-m", "rosproto.rospy", str(program)])
+    ]  # fmt: skip
+    assert shown[0] == shown[1] != ""
+
+
 def test_every_module_imports_and_keeps_its_all(tmp_path: Path) -> None:
     """All of `modules/`, submodules too, under their ROS names."""
     code = """
