@@ -450,7 +450,9 @@ def test_reading_definitions_loads_no_heavy_modules() -> None:
         "import sys; import rosproto.msg; rosproto.msg.bundled().full_text('sensor_msgs/LaserScan');"
         "rosproto.msg.bundled().md5sum('sensor_msgs/LaserScan');"
         "heavy = {'inspect', 'hashlib', 'dataclasses', 'importlib.resources', 'importlib.metadata', 'numpy',"
-        "'pkgutil', 'difflib', 'ast'}; print(sorted(heavy & set(sys.modules)))"
+        "'pkgutil', 'difflib', 'ast'};"
+        "heavy -= {'ast'} if sys.version_info >= (3, 14) else set();"  # its NamedTuple needs it
+        "print(sorted(heavy & set(sys.modules)))"
     )
     done = subprocess.run(
         [sys.executable, "-I", "-c", f"import sys; sys.path.insert(0, {str(ROOT)!r}); {program}"],

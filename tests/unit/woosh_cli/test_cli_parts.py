@@ -107,8 +107,12 @@ def test_a_sign_of_life_after_a_second(capsys, monkeypatch) -> None:
     ("platform", "environment", "tail"),
     [
         ("linux", {"XDG_CONFIG_HOME": "/x/conf"}, ("x", "conf", "woosh")),
-        ("linux", {"HOME": "/home/me"}, ("me", ".config", "woosh")),
-        ("darwin", {"HOME": "/Users/me"}, ("Library", "Application Support", "woosh")),
+        ("linux", {"HOME": "/home/me", "USERPROFILE": "/home/me"}, ("me", ".config", "woosh")),
+        (
+            "darwin",
+            {"HOME": "/Users/me", "USERPROFILE": "/Users/me"},
+            ("Library", "Application Support", "woosh"),
+        ),
         ("win32", {"APPDATA": "/C/Roaming"}, ("C", "Roaming", "woosh")),
         ("linux", {"WOOSH_CONFIG_DIR": "/else/where"}, ("else", "where")),
     ],
