@@ -76,7 +76,7 @@ class CallbackRunner:
             self._too_slow(batch[done:] if done >= 0 else (), stamp)
 
     def offer_one(self, message: Any) -> None:
-        """As `offer`, for the one message that most reads bring: the way of nearly every message, kept short."""
+        """As `offer`, for the one message that most reads bring: the way of nearly every one, kept short."""
         inbox = self._inbox
         with inbox.lock:
             if free := not (self._running or self._thread is not None or inbox.closed):

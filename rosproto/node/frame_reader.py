@@ -155,7 +155,7 @@ class FrameReader:
         self._arrived(self._sock.recv_into(self._view[self._end :]))
 
     def _grow(self, size: int, rest: int) -> None:
-        """A frame does not fit, or a read filled the buffer: the next one is larger, with the rest in front."""
+        """A frame does not fit, or a read filled the buffer: a larger one, with the rest in front."""
         buffer = bytearray(min(max(4 * len(self._buffer), 2 * size), BUFFER))
         buffer[:rest] = self._view[self._start : self._end]
         self._buffer, self._view = buffer, memoryview(buffer)

@@ -18,6 +18,8 @@ __all__ = ["Outbox"]
 BATCH = 64 << 10  # bytes joined for one send: more gains nothing (performance.md, section 2)
 
 Frame = bytes | LargeFrame
+NONE: deque[Frame] = deque()
+"""What an outbox holds that was never used, as most are: a deque of its own would be half of an idle link."""
 
 
 class Outbox:
@@ -33,12 +35,14 @@ class Outbox:
     def __init__(self, size: int) -> None:
         self.size = size
         self.dropped = 0
-        self._frames: deque[Frame] = deque()
+        self._frames = NONE
         self._begun: list[memoryview] = []
 
     def put(self, frame: Frame) -> None:
         """Add a frame; the oldest goes when there are too many."""
         frames = self._frames
+        if frames is NONE:
+            frames = self._frames = deque()
         frames.append(frame)
         if len(frames) > self.size:
             frames.popleft()
@@ -87,7 +91,7 @@ class Outbox:
     def clear(self) -> int:
         """Forget everything (the link is dead: nothing is replayed later); how many frames that were."""
         lost = len(self._frames) + bool(self._begun)
-        self._frames.clear()
+        self._frames = NONE
         self._begun = []
         return lost
 

@@ -65,6 +65,29 @@ class SubscriberLink:
 
     transport = "TCPROS"
 
+    __slots__ = (
+        "_batch",
+        "_batch_bytes",
+        "_batch_due",
+        "_blocked",
+        "_bytes",
+        "_closed",
+        "_empty",
+        "_error",
+        "_lock",
+        "_messages",
+        "_monitor",
+        "_noise",
+        "_on_closed",
+        "_outbox",
+        "_tried",
+        "address",
+        "caller_id",
+        "id",
+        "sock",
+        "topic",
+    )
+
     def __init__(
         self,
         sock: socket.socket,
@@ -78,7 +101,6 @@ class SubscriberLink:
         id: int = 0,
     ) -> None:
         self.sock = sock
-        self.header = header
         self.address = address
         self.topic = topic
         self.id = id
@@ -86,7 +108,7 @@ class SubscriberLink:
         self._monitor = monitor
         self._on_closed = on_closed
         self._lock = threading.Lock()
-        self._empty = threading.Condition(self._lock)
+        self._empty: threading.Condition | None = None  # made by who waits for it
         self._outbox = Outbox(queue_size)
         self._batch: list[bytes] = []
         self._batch_bytes = 0
@@ -253,7 +275,8 @@ class SubscriberLink:
                 return None
         self._blocked = False
         self._monitor.want_write(self, False)
-        self._empty.notify_all()
+        if self._empty is not None:
+            self._empty.notify_all()
         return None
 
     # -- called by the monitor ------------------------------------------------------------------------------
@@ -299,6 +322,7 @@ class SubscriberLink:
         """
         self.flush()
         with self._lock:
+            self._empty = self._empty or threading.Condition(self._lock)
             if not self._empty.wait_for(lambda: self._closed or not self._outbox, timeout):
                 raise RosTimeout(
                     f"{self.topic}: {len(self._outbox)} messages wait for {self.caller_id or self.address}"
@@ -325,7 +349,8 @@ class SubscriberLink:
             self._error = str(error) if error is not None else ""
             self._blocked = False
             self._outbox.dropped += self._outbox.clear()
-            self._empty.notify_all()
+            if self._empty is not None:
+                self._empty.notify_all()
         try:
             self.sock.shutdown(socket.SHUT_RDWR)
         except OSError:

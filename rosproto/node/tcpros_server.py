@@ -98,6 +98,8 @@ class TcprosServer:
 class _CountedSocket(socket.socket):
     """A subscriber's connection: it counts against `limits.connections` until it is closed."""
 
+    __slots__ = ("_release",)
+
     def __init__(self, accepted: socket.socket, server: TcpServer) -> None:
         super().__init__(fileno=accepted.detach())
         self._release: Callable[[], None] | None = lambda: server.released(accepted)
