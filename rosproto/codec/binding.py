@@ -2,7 +2,7 @@
 
 A class begins with stubs. The first encode, decode or construction generates that one function
 (0.3 to 2 ms) and puts it in the stub's place. Two threads that come first at once both generate; the
-functions are equal and either may stay.
+functions are equal and either may stay. What generates is imported with its first use as well.
 """
 
 from __future__ import annotations
@@ -12,11 +12,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import values
-from rosproto.codec.decode_source import decode_function
-from rosproto.codec.default_source import fill_function
-from rosproto.codec.encode_source import encode_function
 from rosproto.codec.layout import Layout, resolve
-from rosproto.codec.reference import decode_layout, encode_layout
 from rosproto.errors import CodecError
 
 if TYPE_CHECKING:
@@ -111,25 +107,37 @@ class Binding:
         return first
 
     def _make_fill(self) -> Callable[..., Any]:
+        from rosproto.codec.default_source import fill_function
+
         return fill_function(self.layout, self.flavour, self.maker)
 
     def _make_decode(self) -> Callable[..., Any]:
         if self.layout.sparse:
             return self._decode_slowly
+        from rosproto.codec.decode_source import decode_function
+
         return decode_function(
             self.layout, self.flavour, self.maker, fail=self._decode_again, other=self._decode_general
         )
 
     def _make_encode(self) -> Callable[..., Any]:
+        from rosproto.codec.encode_source import encode_function
+
         return encode_function(self.layout, self.flavour, fail=self._encode_again)
 
     def _make_parts(self) -> Callable[..., Any]:
+        from rosproto.codec.encode_source import encode_function
+
         return encode_function(self.layout, self.flavour, parts=True, fail=self._parts_again)
 
     def _make_general_decode(self) -> Callable[..., Any]:
+        from rosproto.codec.decode_source import decode_function
+
         return decode_function(self.layout, self.flavour, self.maker, general=True, fail=self._decode_slowly)
 
     def _make_general_encode(self) -> Callable[..., Any]:
+        from rosproto.codec.encode_source import encode_function
+
         return encode_function(self.layout, self.flavour, general=True, fail=self._encode_slowly)
 
     # -- when the fast way fails -------------------------------------------------------------
@@ -145,6 +153,8 @@ class Binding:
 
     def _decode_slowly(self, data: Any, start: int, end: int, error: Exception | None = None) -> Any:
         """Find the field that is wrong; or decode what only the reference codec does."""
+        from rosproto.codec.reference import decode_layout
+
         try:
             plain = decode_layout(self.layout, data, start, end)
         except CodecError as found:
@@ -160,6 +170,8 @@ class Binding:
 
     def _encode_slowly(self, message: Any, error: Exception) -> bytes:
         """Find the field whose value is wrong."""
+        from rosproto.codec.reference import encode_layout
+
         try:
             return encode_layout(self.layout, values.to_plain(self.layout, message))
         except CodecError as found:

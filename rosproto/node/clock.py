@@ -14,7 +14,6 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from rosproto.errors import MasterError
 from rosproto.logs import get_logger
 from rosproto.records import NamedTuple
 from rosproto.time import Duration, Time
@@ -48,15 +47,12 @@ class NodeClock:
         self._timers: set[Timer] = set()
         self._on_jump: list[Callable[[], object]] = []
 
-    def attach(self, node: Node) -> None:
-        """Ask the master whether time is simulated, and follow /clock when it is."""
+    def attach(self, node: Node, simulated: bool) -> None:
+        """Belong to a node; follow /clock when time is simulated (`/use_sim_time`)."""
         self._node = node
         node._closers.append(self._close)
-        try:
-            self.simulated = node.master.get_param("/use_sim_time") is True
-        except MasterError:
-            return  # not set
-        if self.simulated:
+        self.simulated = simulated
+        if simulated:
             node.subscriber("/clock", "rosgraph_msgs/Clock", self._on_clock, queue_size=1)
 
     # -- time -----------------------------------------------------------------------------------------------

@@ -6,16 +6,15 @@ so arrays are read-only views of them and nothing is copied. Everything else is 
 must fit, each subscriber has its own queue, oldest dropped, and its own thread, so publish() waits for
 nobody.
 
-Nodes find each other by URI in a weak table of the open nodes of this process: the one thing in this
-library that is known to a module and not to an object. It decides only *how* bytes travel between two nodes
-which the master has brought together, and `Node(intraprocess=False)` does without.
+Nodes find each other by URI in a table of the open nodes of this process (kept alive by their threads in any
+case). It decides only *how* bytes travel between two nodes which the master has brought together, and
+`Node(intraprocess=False)` does without.
 """
 
 from __future__ import annotations
 
 import itertools
 import threading
-import weakref
 from collections import deque
 from typing import TYPE_CHECKING
 
@@ -35,7 +34,7 @@ if TYPE_CHECKING:
 
 __all__ = ["LocalLink", "find_node", "forget_node", "note_node"]
 
-_open_nodes: weakref.WeakValueDictionary[tuple[str, int], Node] = weakref.WeakValueDictionary()
+_open_nodes: dict[tuple[str, int], Node] = {}
 
 MOST_AT_ONCE = 256
 IN_FLIGHT = 1 << 20  # bytes under way before the queue size counts, as a TCP connection's buffers hold them

@@ -9,40 +9,33 @@ Source: roscpp/GetLoggers.srv, roscpp/SetLoggerLevel.srv; rospy client.py `_get_
 
 from __future__ import annotations
 
-import difflib
-import logging
 from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import message_class
 from rosproto.errors import ServiceError
+from rosproto.node.log_levels import LEVELS, level_name
 
 if TYPE_CHECKING:
+    import logging
+
     from rosproto.node.node import Node
 
-__all__ = ["Loggers", "level_name", "logger_names", "set_level"]
+__all__ = ["Loggers", "logger_names", "set_level"]
 
 ROOT = "root"
-LEVELS = {
-    "debug": logging.DEBUG,
-    "info": logging.INFO,
-    "warn": logging.WARNING,
-    "error": logging.ERROR,
-    "fatal": logging.CRITICAL,
-}
-
-
-def level_name(level: int) -> str:
-    """ROS's name of a Python level: the highest one that is not above it ("debug" below all)."""
-    return next((name for name, value in reversed(LEVELS.items()) if level >= value), "debug")
 
 
 def logger_names() -> list[str]:
     """The root logger and every logger that a program has asked for, sorted."""
+    import logging
+
     made = logging.root.manager.loggerDict.items()
     return [ROOT, *sorted(name for name, entry in list(made) if isinstance(entry, logging.Logger))]
 
 
 def _logger(name: str) -> logging.Logger:
+    import logging
+
     return logging.getLogger(None if name in (ROOT, "") else name)
 
 
@@ -57,6 +50,8 @@ def set_level(name: str, level: str) -> None:
         raise ValueError(f"level {level!r} is none of {', '.join(LEVELS)}")
     names = logger_names()
     if name and name not in names:
+        import difflib
+
         near = difflib.get_close_matches(name, names, 3)
         raise ValueError(f"no logger {name!r}{'; near: ' + ', '.join(near) if near else ''}")
     _logger(name).setLevel(value)

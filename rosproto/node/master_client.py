@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rosproto.errors import MasterError, RemoteProtocolError
+from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError, RosError, RosTimeout
 from rosproto.node import replies
 from rosproto.node.api_client import ApiClient
 from rosproto.records import NamedTuple
@@ -180,6 +180,23 @@ class MasterClient(ApiClient):
         if not isinstance(answer, list) or len(answer) != len(calls):
             raise RemoteProtocolError(f"system.multicall at {self.uri}: answered {answer!r:.80}")
         return [self._one(calls[i][0], item) for i, item in enumerate(answer)]
+
+    def several(
+        self, calls: Sequence[tuple[str, tuple[object, ...]]], *, timeout: float | None = None
+    ) -> list[object]:
+        """As `multicall`, one by one at a master without it; `timeout` is for each request then."""
+        try:
+            return self.multicall(calls, timeout=timeout)
+        except (ConnectionLost, RosTimeout):
+            raise
+        except RosError:
+            return [self._alone(method, params, timeout) for method, params in calls]
+
+    def _alone(self, method: str, params: tuple[object, ...], timeout: float | None) -> object:
+        try:
+            return self.call(method, *params, timeout=timeout)
+        except MasterError as error:
+            return error
 
     def _one(self, method: str, item: object) -> object:
         if isinstance(item, dict) and "faultCode" in item:

@@ -21,7 +21,6 @@ How the parts hang together (the seam for services, parameters and whatever come
 from __future__ import annotations
 
 import itertools
-import os
 import threading
 import time
 from collections import deque
@@ -29,14 +28,15 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from rosproto import names
-from rosproto.errors import ConnectionLost, LocalProtocolError, RosError, RosTimeout
+from rosproto.errors import LocalProtocolError
 from rosproto.logs import get_logger
-from rosproto.node import intraprocess
+from rosproto.node import closing, intraprocess
 from rosproto.node.clock import NodeClock
-from rosproto.node.endpoints import Endpoints, listening_address, open_endpoints
 from rosproto.node.events import Event, EventKind
+from rosproto.node.joining import join
 from rosproto.node.link_monitor import LinkMonitor
 from rosproto.node.master_client import MasterClient
+from rosproto.node.options import from_environment, message_path, node_name, queue_length
 from rosproto.node.publisher import Publisher
 from rosproto.node.registrations import Registrations
 from rosproto.node.revisions import Revisions
@@ -47,11 +47,12 @@ from rosproto.node.topic_types import TypeGiven, resolve_type
 from rosproto.node.topics import TopicTable
 from rosproto.node.watchdog import Watchdog
 from rosproto.protocol.limits import Limits
-from rosproto.transport.address import host_from_environment, parse_uri, resolve
+from rosproto.transport.address import parse_uri
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
     import logging
+    import os
     from types import TracebackType
 
     from rosproto.node.parameters import Parameters
@@ -68,7 +69,6 @@ __all__ = ["Node"]
 
 _log = get_logger("rosproto.node")
 
-CLOSE_SECONDS = 1.0  # for each step of closing that waits for somebody else
 MASTER_CALL_SECONDS = 10.0
 
 
@@ -77,7 +77,8 @@ class Node:
 
     Close it, or use it in a `with` block. Any number of nodes may live in one process, also of different
     masters. When the master restarts, or this computer's address changes, everything is registered again by
-    itself.
+    itself. A node that is still open when the program ends is taken off the master then, by a function that
+    the first node registers with `atexit`.
 
     Args:
         name: "/laptop", or "laptop" in `namespace`. Must be unique at the master: a second node of the same
@@ -128,14 +129,14 @@ class Node:
         on_event: Callable[[Event], object] | None = None,
     ) -> None:
         if use_environment:
-            master_uri, host, namespace = _from_environment(master_uri, host, namespace)
+            master_uri, host, namespace = from_environment(master_uri, host, namespace)
         if not master_uri:
             raise ValueError(
                 'which master? Give master_uri="http://host:11311", or use_environment and ROS_MASTER_URI'
             )
-        self.name = _node_name(name, namespace, anonymous)
+        self.name = node_name(name, namespace, anonymous)
         self.limits = limits or Limits()
-        self.revisions = Revisions([*msg_path, *(_environment_path() if use_environment else ())])
+        self.revisions = Revisions([*msg_path, *(message_path() if use_environment else ())])
         self._remappings = names.resolve_remappings(remappings or {}, self.name)
         self._host_given = host
         self._intraprocess = intraprocess
@@ -178,48 +179,36 @@ class Node:
             shut_down=self._shut_down_later,
             allow_shutdown=allow_shutdown,
         )
-        self._endpoints = self._open(Deadline(timeout))
         self.clock = NodeClock()
         self._rosout: Rosout | None = None
+        try:
+            self._endpoints, self._facts = join(self, Deadline(timeout))
+        except BaseException:
+            self._give_up()
+            raise
+        closing.close_at_exit(self)
         try:
             self._start(rosout)
         except BaseException:
             self.close()
             raise
 
-    # -- opening --------------------------------------------------------------------------------------------
-
-    def _open(self, deadline: Deadline) -> Endpoints:
-        """Find the master, then listen: a node that cannot register need not open a port."""
-        try:
-            self._master.get_pid(timeout=deadline.remaining())
-            self._master_hosts = frozenset(resolve(self._master_address[0], deadline))
-            announced, bind = listening_address(
-                self._host_given, self._master_address, deadline.remaining() or 0.1
-            )
-            return open_endpoints(announced, bind, self._master_address, **self._endpoint_options)
-        except RosError as error:
-            self._master.close()
-            self._monitor.close()
-            self._closing.set()
-            self._closed.set()
-            raise self._cannot_open(error) from error
-
-    def _cannot_open(self, error: RosError) -> RosError:
-        text = f"node {self.name} cannot join the master {self.master_uri}: {error}"
-        if isinstance(error, RosTimeout):
-            return RosTimeout(text, what=f"the master {self.master_uri}", seconds=error.seconds)
-        return ConnectionLost(text, peer=self.master_uri)
+    def _give_up(self) -> None:
+        """The node could not even listen: nothing is registered, no other thread runs."""
+        self._master.close()
+        self._monitor.close()
+        self._closing.set()
+        self._closed.set()
 
     def _start(self, rosout: bool) -> None:
         if self._intraprocess:
             intraprocess.note_node(self)
-        self.clock.attach(self)
+        self.clock.attach(self, self._facts.simulated)
         if rosout:
             from rosproto.node.loggers import Loggers
             from rosproto.node.rosout import Rosout
 
-            self._rosout = Rosout(self)
+            self._rosout = Rosout(self, with_topics=self._facts.rosout_topics)
             Loggers(self)
         self._watchdog.start()
 
@@ -257,7 +246,7 @@ class Node:
             self.resolve_name(topic),
             type_,
             latch=latch,
-            queue_size=_queue_size(queue_size),
+            queue_size=queue_length(queue_size),
             on_connect=on_connect,
         )
 
@@ -299,7 +288,7 @@ class Node:
             self.resolve_name(topic),
             resolve_type(type, self.revisions),
             callback=callback,
-            queue_size=_queue_size(queue_size),
+            queue_size=queue_length(queue_size),
             raw=raw,
             tcp_nodelay=tcp_nodelay,
             on_error=on_error,
@@ -386,6 +375,12 @@ class Node:
     @property
     def logger(self) -> logging.Logger:
         """A logger whose records also go to /rosout (with `rosout=True`)."""
+        if self._rosout is not None:
+            _ = self._rosout.handler  # the logger has it now
+        return self._logger
+
+    @property
+    def _logger(self) -> logging.Logger:
         import logging
 
         return logging.getLogger("ros" + self.name.replace("/", "."))
@@ -430,56 +425,10 @@ class Node:
         self._close("")
 
     def _close(self, reason: str) -> None:
-        with self._close_lock:
-            if self._closing.is_set():
-                first = False
-            else:
-                first = True
-                self._close_reason = reason
-                self._closing.set()
-        if not first:
-            self._closed.wait(5 * CLOSE_SECONDS)
-            return
-        try:
-            for callback in self._shutdown_callbacks:
-                self._guard(callback, reason)
-            for closer in reversed(self._closers):
-                self._guard(closer)
-            self._guard(self._leave_master)
-            self._guard(self._topics.close)
-            self._guard(self._close_servers)
-        finally:
-            self._closed.set()
-
-    @staticmethod
-    def _guard(step: Callable[..., object], *arguments: object) -> None:
-        """One step of closing; what it raises must not stop the others."""
-        try:
-            step(*arguments)
-        except Exception:
-            _log.exception("! closing: %r failed", step)
-
-    def _leave_master(self) -> None:
-        if self._intraprocess:
-            intraprocess.forget_node(self.uri, self)
-        if not self._watchdog.master_lost:
-            # Its own client: a call that hangs in `_master` must not use up the time.
-            with MasterClient(self.master_uri, self.name, timeout=CLOSE_SECONDS) as master:
-                self._registrations.unregister_all(Deadline(CLOSE_SECONDS), master)
-        self._watchdog.close(CLOSE_SECONDS)
-
-    def _close_servers(self) -> None:
-        self._endpoints.close(CLOSE_SECONDS)
-        self._monitor.close(CLOSE_SECONDS)
-        self._master.close()
-        self._watchdog.close(CLOSE_SECONDS)
+        closing.close(self, reason)
 
     def _shut_down_later(self, reason: str) -> None:
-        """Obey a shutdown call: answer it first, then close."""
-        _log.warning("= %s: %s", self.name, reason)
-        threading.Thread(
-            target=self._close, args=(reason,), name=f"rosproto:shutdown {self.name}", daemon=True
-        ).start()
+        closing.shut_down_later(self, reason)
 
     def __enter__(self) -> Node:
         return self
@@ -518,6 +467,10 @@ class Node:
         hosts = self._master_hosts
         return host in hosts or (self._endpoints.host in hosts and host == self._endpoints.host)
 
+    def _attach_rosout(self) -> None:
+        if self._rosout is not None:
+            self._rosout.attach_if_used()
+
     def _next_link_id(self) -> int:
         return next(self._link_ids)
 
@@ -543,61 +496,3 @@ class Node:
         """Text about subscribers that were refused, for an error about missing ones."""
         refused = [e for e in list(self._events) if e.kind is EventKind.REFUSED and e.name == topic]
         return f" (refused: {refused[-1].error})" if refused else ""
-
-    def _rebind(self) -> bool:
-        """Listen on our present address towards the master, when it is another one now."""
-        if self._host_given is not None:
-            return False
-        announced, bind = listening_address(None, self._master_address, CLOSE_SECONDS)
-        old = self._endpoints
-        if announced == old.host:
-            return False
-        options = {**self._endpoint_options}
-        new = open_endpoints(announced, bind, self._master_address, **options)
-        new.tcpros.on_service = old.tcpros.on_service
-        self._endpoints = new
-        if self._intraprocess:
-            intraprocess.forget_node(old.uri, self)
-            intraprocess.note_node(self)
-        old.close(CLOSE_SECONDS)
-        self._topics.links_changed_address()
-        return True
-
-
-def _node_name(name: str, namespace: str, anonymous: bool) -> str:
-    """The global name; a "/" in a relative one would hide its namespace (roscpp refuses it too)."""
-    resolved = names.resolve(
-        name, names.join(namespace if namespace.startswith("/") else f"/{namespace}", "x")
-    )
-    if name.startswith("~") or resolved == "/":
-        raise ValueError(f"{name!r} is no node name; expected something like '/laptop'")
-    if anonymous:
-        space, _, base = resolved.rpartition("/")
-        return f"{space}/{names.anonymous_name(base)}"
-    return resolved
-
-
-def _environment_path() -> list[str]:
-    """Folders in $ROSPROTO_MSG_PATH, separated as in $PATH."""
-    return [path for path in os.environ.get("ROSPROTO_MSG_PATH", "").split(os.pathsep) if path]
-
-
-def _from_environment(
-    master_uri: str | None, host: str | None, namespace: str
-) -> tuple[str | None, str | None, str]:
-    import os
-
-    environment = os.environ
-    if namespace == "/":
-        namespace = environment.get("ROS_NAMESPACE", "") or "/"
-    return (
-        master_uri or environment.get("ROS_MASTER_URI", "") or "http://localhost:11311/",
-        host or host_from_environment(environment),
-        namespace,
-    )
-
-
-def _queue_size(size: int) -> int:
-    if not isinstance(size, int) or isinstance(size, bool) or size < 1:
-        raise ValueError(f"queue_size is a number of messages, at least 1, not {size!r}")
-    return size

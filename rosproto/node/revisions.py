@@ -14,8 +14,6 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import define, message_class, service_class
-from rosproto.codec.comparison import side_by_side
-from rosproto.codec.conversion import Conversion, ConversionError
 from rosproto.errors import CodecError, DefinitionError, Md5sumMismatch
 from rosproto.logs import get_logger
 from rosproto.msg import bundled
@@ -24,6 +22,7 @@ from rosproto.node.topic_types import TopicType
 
 if TYPE_CHECKING:
     from rosproto.codec import Message
+    from rosproto.codec.conversion import Conversion
     from rosproto.msg import DefinitionLibrary
     from rosproto.node.node import Node
 
@@ -186,6 +185,8 @@ class RevisedType(TopicType):
     __slots__ = ("conversion", "theirs")
 
     def __init__(self, theirs: type[Message], ours: TopicType) -> None:
+        from rosproto.codec.conversion import Conversion
+
         super().__init__(ours.message_class)
         self.theirs = TopicType(theirs)
         self.conversion = Conversion(theirs, ours.message_class)
@@ -218,6 +219,8 @@ class ServiceRevision:
     """
 
     def __init__(self, ours: Any, theirs: Any) -> None:
+        from rosproto.codec.conversion import Conversion
+
         self.md5sum: str = theirs._md5sum
         self.request_class = theirs._request_class
         self.response_class = theirs._response_class
@@ -245,6 +248,8 @@ def note_differences(what: str, peer: str, conversion: Conversion) -> None:
 
 def explained(mismatch: Md5sumMismatch, ours: Any, definition: str = "", why: str = "") -> Md5sumMismatch:
     """The mismatch with both definitions side by side, where the other side's is known."""
+    from rosproto.codec.comparison import side_by_side
+
     table = why
     if definition and not table:
         try:
@@ -274,6 +279,8 @@ def revised_type(
     Raises:
         Md5sumMismatch: Nobody knows it, or values cannot be carried over; shows both where it can.
     """
+    from rosproto.codec.conversion import ConversionError
+
     theirs = revisions.message(ours.message_class, md5sum, definition)
     if theirs is None:
         raise explained(mismatch, ours.message_class, definition) from None
@@ -291,6 +298,8 @@ def revised_service(
     Raises:
         Md5sumMismatch: As for `revised_type`.
     """
+    from rosproto.codec.conversion import ConversionError
+
     theirs = revisions.service(ours, md5sum)
     if theirs is None:
         raise explained(mismatch, ours) from None

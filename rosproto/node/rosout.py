@@ -4,33 +4,29 @@ Out: `node.logger` (and any logger the program adds `Rosout.handler` to) is publ
 latched, as rospy and roscpp do. In: `log_messages` subscribes /rosout and feeds a logger. The library's own
 records are not published: a record about /rosout on /rosout would go round for ever (pitfall 61).
 
+`logging` is not imported for this: the handler is put on `node.logger` when the program asks for that, when
+`logging` is there already, or within a second of its import (the watchdog looks).
+
 Source: wiki.ros.org/rosout; rospy impl/rosout.py.
 """
 
 from __future__ import annotations
 
 import itertools
-import logging
+import sys
 import threading
 from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import message_class
+from rosproto.node.log_levels import python_level, ros_level
 
 if TYPE_CHECKING:
+    import logging
+
     from rosproto.node.node import Node
     from rosproto.node.subscriber import Subscriber
 
-__all__ = ["LEVELS", "Rosout", "log_messages"]
-
-DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
-LEVELS = {
-    "debug": logging.DEBUG,
-    "info": logging.INFO,
-    "warn": logging.WARNING,
-    "error": logging.ERROR,
-    "fatal": logging.CRITICAL,
-}
-"""Level names of roscpp/SetLoggerLevel."""
+__all__ = ["Rosout", "log_messages"]
 
 OWN = "rosproto"
 
@@ -38,27 +34,39 @@ OWN = "rosproto"
 class Rosout:
     """Publisher of /rosout for one node.
 
-    Attributes:
-        handler: A `logging.Handler`; add it to any logger.
+    Args:
+        node: Whose.
+        with_topics: List the node's topics in every record.
     """
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: Node, *, with_topics: bool = True) -> None:
         self._node = node
         self._log_class = message_class("rosgraph_msgs/Log")
         self._seq = itertools.count(1)
         self._busy = threading.local()
-        self._with_topics = self._asks_for_topics()
+        self._with_topics = with_topics
         self._publisher = node.publisher("/rosout", self._log_class, latch=True, queue_size=100)
-        self.handler = _Handler(self)
-        node.logger.addHandler(self.handler)
+        self._handler: logging.Handler | None = None
+        self._attaching = threading.Lock()
         node._closers.append(self._close)
+        self.attach_if_used()
 
-    def _asks_for_topics(self) -> bool:
-        """The list of topics in every record can be switched off for the whole graph."""
-        try:
-            return not self._node.master.get_param("/rosout_disable_topics_generation")
-        except Exception:
-            return True  # not set, or the master is away: the default holds
+    @property
+    def handler(self) -> logging.Handler:
+        """Publishes what it handles; add it to any logger. The node's own has it from now on."""
+        with self._attaching:
+            if self._handler is None:
+                from rosproto.node.rosout_handler import RosoutHandler
+
+                self._handler = RosoutHandler(self)
+                if not self._node.closed:
+                    self._node._logger.addHandler(self._handler)
+            return self._handler
+
+    def attach_if_used(self) -> None:
+        """Have the node's logger publish, if the program has imported `logging`: nobody can log before."""
+        if self._handler is None and "logging" in sys.modules:
+            _ = self.handler
 
     def publish(self, record: logging.LogRecord, text: str) -> None:
         """Send one record; one that arises meanwhile in the same thread is not sent (no loops)."""
@@ -84,45 +92,9 @@ class Rosout:
         return message
 
     def _close(self) -> None:
-        self._node.logger.removeHandler(self.handler)
-
-
-class _Handler(logging.Handler):
-    def __init__(self, rosout: Rosout) -> None:
-        super().__init__()
-        self._rosout = rosout
-
-    def emit(self, record: logging.LogRecord) -> None:
-        try:
-            self._rosout.publish(record, self.format(record))
-        except Exception:
-            self.handleError(record)
-
-
-def ros_level(levelno: int) -> int:
-    """The level of rosgraph_msgs/Log for one of `logging`."""
-    for limit, level in (
-        (logging.CRITICAL, FATAL),
-        (logging.ERROR, ERROR),
-        (logging.WARNING, WARN),
-        (logging.INFO, INFO),
-    ):
-        if levelno >= limit:
-            return level
-    return DEBUG
-
-
-def python_level(level: int) -> int:
-    """The level of `logging` for one of rosgraph_msgs/Log."""
-    for limit, levelno in (
-        (FATAL, logging.CRITICAL),
-        (ERROR, logging.ERROR),
-        (WARN, logging.WARNING),
-        (INFO, logging.INFO),
-    ):
-        if level >= limit:
-            return levelno
-    return logging.DEBUG
+        with self._attaching:
+            if self._handler is not None:
+                self._node._logger.removeHandler(self._handler)
 
 
 def log_messages(node: Node, logger: logging.Logger, *, topic: str = "/rosout") -> Subscriber:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.node.events import Event, EventKind, without_frames
+from rosproto.node.joining import rebind
 from rosproto.transport.address import same_uri
 from rosproto.transport.backoff import Backoff
 
@@ -76,6 +77,7 @@ class Watchdog:
             if self._node._closing.is_set():
                 return
             try:
+                self._node._attach_rosout()
                 pause = self._look()
             except Exception:
                 _log.exception("! %s: the watchdog failed, and goes on", self._node.name)
@@ -121,27 +123,12 @@ class Watchdog:
 
     def _ask(self) -> tuple[object, object, object]:
         """The master's process id, our URI as it knows it, its run id; one request where multicall works."""
-        master = self._node._master
-        calls: list[tuple[str, tuple[object, ...]]] = [
-            ("getPid", ()),
-            ("lookupNode", (self._node.name,)),
-            ("getParam", ("/run_id",)),
-        ]
-        answers: list[object]
-        try:
-            answers = master.multicall(calls, timeout=CALL_TIMEOUT)
-        except (ConnectionLost, RosTimeout):
-            raise
-        except RosError:  # a master without multicall
-            answers = [self._one(method, params) for method, params in calls]
+        answers = self._node._master.several(
+            [("getPid", ()), ("lookupNode", (self._node.name,)), ("getParam", ("/run_id",))],
+            timeout=CALL_TIMEOUT,
+        )
         values = [None if isinstance(answer, MasterError) else answer for answer in answers]
         return values[0], values[1], values[2]
-
-    def _one(self, method: str, params: tuple[object, ...]) -> object:
-        try:
-            return self._node._master.call(method, *params, timeout=CALL_TIMEOUT)
-        except MasterError as error:
-            return error
 
     def _graph_has_all(self) -> bool:
         node = self._node
@@ -165,7 +152,7 @@ class Watchdog:
         node = self._node
         old = node.uri
         try:
-            if not node._rebind():
+            if not rebind(node):
                 return False
         except RosError as error:
             _log.debug("! %s: the present address is not known: %s", node.name, error)

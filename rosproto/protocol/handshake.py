@@ -32,7 +32,7 @@ __all__ = [
 ]
 
 ANY = "*"
-_MD5SUM = re.compile(r"(?<![0-9a-f])[0-9a-f]{32}(?![0-9a-f])")
+_MD5SUM = r"(?<![0-9a-f])[0-9a-f]{32}(?![0-9a-f])"
 _TRUE = ("1", "true")
 
 
@@ -330,7 +330,7 @@ def _check_refusal(fields: Mapping[str, str], name: str, type_name: str, md5sum:
     text = fields.get("error")
     if text is None:
         return
-    others = [found for found in _MD5SUM.findall(text) if found != md5sum]
+    others = [found for found in re.findall(_MD5SUM, text) if found != md5sum]
     if not others:
         raise HandshakeRefused(name, peer, text)
     raise Md5sumMismatch(

@@ -7,10 +7,10 @@ elements must be white space; text in a `<value>` without a type is a string, wh
 
 from __future__ import annotations
 
+import pyexpat as expat  # xml.parsers.expat is the same, and costs a package more
 from binascii import Error as Base64Error
 from binascii import a2b_base64
 from collections.abc import Callable
-from xml.parsers import expat
 
 from rosproto.errors import RemoteProtocolError, TooLarge
 from rosproto.protocol.limits import Limits

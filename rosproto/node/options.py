@@ -1,0 +1,57 @@
+"""What the arguments of `Node` mean."""
+
+from __future__ import annotations
+
+import os
+
+from rosproto import names
+from rosproto.transport.address import host_from_environment
+
+__all__ = ["from_environment", "message_path", "node_name", "queue_length"]
+
+
+def node_name(name: str, namespace: str, anonymous: bool) -> str:
+    """The global name; a "/" in a relative one would hide its namespace (roscpp refuses it too).
+
+    Raises:
+        ValueError: It is none.
+    """
+    resolved = names.resolve(
+        name, names.join(namespace if namespace.startswith("/") else f"/{namespace}", "x")
+    )
+    if name.startswith("~") or resolved == "/":
+        raise ValueError(f"{name!r} is no node name; expected something like '/laptop'")
+    if anonymous:
+        space, _, base = resolved.rpartition("/")
+        return f"{space}/{names.anonymous_name(base)}"
+    return resolved
+
+
+def message_path() -> list[str]:
+    """Folders in $ROSPROTO_MSG_PATH, separated as in $PATH."""
+    return [path for path in os.environ.get("ROSPROTO_MSG_PATH", "").split(os.pathsep) if path]
+
+
+def from_environment(
+    master_uri: str | None, host: str | None, namespace: str
+) -> tuple[str | None, str | None, str]:
+    """Master, host and namespace, those that were not given taken from ROS's variables."""
+    environment = os.environ
+    if namespace == "/":
+        namespace = environment.get("ROS_NAMESPACE", "") or "/"
+    return (
+        master_uri or environment.get("ROS_MASTER_URI", "") or "http://localhost:11311/",
+        host or host_from_environment(environment),
+        namespace,
+    )
+
+
+def queue_length(size: int) -> int:
+    """A queue_size, checked.
+
+    Raises:
+        ValueError: It is no number of messages.
+    """
+    if not isinstance(size, int) or isinstance(size, bool) or size < 1:
+        raise ValueError(f"queue_size is a number of messages, at least 1, not {size!r}")
+    return size
