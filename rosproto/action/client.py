@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import itertools
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from rosproto.action.dispatcher import Dispatcher
 from rosproto.action.goal_handle import GoalHandle
-from rosproto.action.types import action_type
-from rosproto.errors import CodecError, ConnectionLost, LocalProtocolError, RosTimeout
+from rosproto.action.types import action_type, part_from
+from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.protocol.goal_client import CommState
 from rosproto.time import Time
@@ -158,7 +158,7 @@ class ActionClient:
 
     def send_goal(
         self,
-        goal: Message,
+        goal: Message | Mapping[str, Any],
         *,
         feedback: Callable[[GoalHandle, Any], object] | None = None,
         transition: Callable[[GoalHandle], object] | None = None,
@@ -166,7 +166,7 @@ class ActionClient:
         """Send a goal and follow it.
 
         Args:
-            goal: The goal message.
+            goal: The goal message, or a dict of its fields.
             feedback: Called with the handle and each feedback message.
             transition: Called with the handle for each communication state the goal passes. Both are called
                 in the client's own thread, one at a time and in order; what they raise is logged. They may
@@ -177,11 +177,7 @@ class ActionClient:
             CodecError: It is no goal of this action, or a value does not fit its field.
         """
         self._check_open()
-        if goal.__class__._type != self.type.goal._type:
-            raise CodecError(
-                f"{self.name} takes goals of type {self.type.goal._type}, not {goal.__class__._type}",
-                type_name=self.type.goal._type,
-            )
+        goal = part_from(goal, self.type.goal, f"a goal of {self.name}")
         if self._goal.connections == 0:
             raise ConnectionLost(
                 f"{self.name}: no action server is connected to {self._goal.topic}, the goal would be lost; "

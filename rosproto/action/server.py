@@ -16,8 +16,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from rosproto.action.server_goal import ServerGoal
-from rosproto.action.types import action_type
-from rosproto.errors import CodecError, LocalProtocolError, RosError
+from rosproto.action.types import action_type, part_from
+from rosproto.errors import LocalProtocolError, RosError
 from rosproto.logs import get_logger
 from rosproto.protocol.goal_server import GoalList, GoalRecord, GoalStatus
 from rosproto.time import Time
@@ -48,10 +48,10 @@ class ActionServer:
     """Provides an action.
 
     The handler is called with a `ServerGoal` in a thread of its own, and the goal is ACTIVE then. It ends
-    the goal with `succeed`, `abort` or `preempted`; or returns a result message, which means success. It
-    should look at `cancel_requested` (or pause with `wait_for_cancel`). If it raises, the goal is aborted
-    with the exception's text; if it returns without ending the goal, the goal is aborted, or preempted when
-    a cancel was requested.
+    the goal with `succeed`, `abort` or `preempted`; or returns a result (a message, or a dict of its
+    fields), which means success. It should look at `cancel_requested` (or pause with `wait_for_cancel`).
+    If it raises, the goal is aborted with the exception's text; if it returns without ending the goal,
+    the goal is aborted, or preempted when a cancel was requested.
 
     One goal at a time, as actionlib's simple server: a newer goal (by stamp) asks the one under way to stop
     and starts when its handler has returned; of several that wait only the newest is kept, the others are
@@ -284,13 +284,7 @@ class ActionServer:
                         self._start_waiting()
 
     def _succeed_with(self, goal: ServerGoal, result: Any) -> None:
-        if (
-            not isinstance(result, self.type.result)
-            and getattr(result, "_type", "") != self.type.result._type
-        ):
-            raise TypeError(
-                f"the handler returned {type(result).__name__}, expected {self.type.result._type} or None"
-            )
+        result = part_from(result, self.type.result, f"what the handler of {self.name} returns")
         if not goal.status.is_terminal:
             goal.succeed(result)
 
@@ -315,11 +309,8 @@ class ActionServer:
 
     def _apply(self, goal: ServerGoal, command: str, result: Any, text: str) -> None:
         """Change a goal's state; an end is told with its result."""
-        if result is not None and result.__class__._type != self.type.result._type:
-            raise CodecError(
-                f"the result of {self.name} is a {self.type.result._type}, not {result.__class__._type}",
-                type_name=self.type.result._type,
-            )
+        if result is not None:
+            result = part_from(result, self.type.result, f"a result of {self.name}")
         self._goals.apply(goal._record, command, self._clock.monotonic(), text)
         if goal.status.is_terminal:
             self._live.pop(goal.id, None)
@@ -336,7 +327,8 @@ class ActionServer:
         with self._lock:
             if goal.status.is_terminal:
                 raise LocalProtocolError(f"goal {goal.id} is {goal.status.name}: no feedback after the end")
-            message: Any = self.type.action_feedback(status=self._status_of(goal._record), feedback=feedback)
+            part = part_from(feedback, self.type.feedback, f"feedback of {self.name}")
+            message: Any = self.type.action_feedback(status=self._status_of(goal._record), feedback=part)
             message.header.stamp = self._node.clock.now()
             self._publish(self._feedback_out, message)
 

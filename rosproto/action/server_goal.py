@@ -51,7 +51,7 @@ class ServerGoal:
         return self._cancel.wait(timeout)
 
     def publish_feedback(self, feedback: Any) -> None:
-        """Tell how far the work is.
+        """Tell how far the work is: a feedback message, or a dict of its fields.
 
         Raises:
             LocalProtocolError: The goal has ended.
@@ -63,7 +63,7 @@ class ServerGoal:
         """End the goal: done.
 
         Args:
-            result: Result message; None for one with default values.
+            result: Result message, or a dict of its fields; None for one with default values.
             text: Words to go with it.
 
         Raises:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import Message, message_class
-from rosproto.errors import DefinitionError
+from rosproto.errors import CodecError, DefinitionError
 
 if TYPE_CHECKING:
     from rosproto.node.revisions import Revisions
 
-__all__ = ["ActionType", "action_type"]
+__all__ = ["ActionType", "action_type", "part_from"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +70,31 @@ def action_type(given: type[Message] | str, revisions: Revisions | None = None) 
             f"{cls._type} is no action: it has no action_goal, action_result and action_feedback; "
             "give the FooAction class, not its goal"
         ) from None
+
+
+def part_from(given: Any, part: type[Any], what: str) -> Any:
+    """The goal, result or feedback message that a program means.
+
+    Args:
+        given: A message of the type (of any class that has its name), or a dict of its fields.
+        part: Class of the message.
+        what: For the error: "a goal of /move_base".
+
+    Raises:
+        CodecError: It is neither, or names a field that is not there.
+    """
+    if isinstance(given, Mapping):
+        try:
+            return part(**given)
+        except (AttributeError, TypeError) as error:
+            raise CodecError(f"{what}: {error}", type_name=part._type) from None
+    if getattr(given, "_type", None) == part._type:
+        return given
+    shown = getattr(given, "_type", type(given).__name__)
+    fields = ", ".join(part.__slots__) or "no fields"
+    raise CodecError(
+        f"{what} is a {part._type} or a dict of its fields ({fields}), not a {shown}", type_name=part._type
+    )
 
 
 def _class_of(name: str, revisions: Revisions | None) -> type[Message]:

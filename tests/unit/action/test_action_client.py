@@ -190,8 +190,35 @@ def test_goals_and_cancels_that_nobody_would_receive_are_errors(graph, client):
 
 
 def test_a_goal_of_another_type_is_refused(client):
-    with pytest.raises(CodecError, match="takes goals of type woosh_msgs/StepControlGoal"):
+    with pytest.raises(
+        CodecError, match=r"a goal of /act is a woosh_msgs/StepControlGoal .*StepControlResult"
+    ):
         client.send_goal(Result())
+
+
+def test_a_goal_may_be_a_dict_of_its_fields(graph, client):
+    handle = client.send_goal({"mode": 2, "useAvoid": True})
+    (sent,) = graph.publishers["/act/goal"].sent
+    assert (sent.goal.mode, sent.goal.useAvoid, sent.goal.stepControl) == (2, True, [])
+    assert handle.goal == Goal(mode=2, useAvoid=True)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"mod": 2}, "'mod' is not a field"),
+        ({1: 2}, "keywords must be strings"),
+        ("fast", r"a dict of its fields \(mode, useAvoid, stepControl\), not a str"),
+        (None, "not a NoneType"),
+        ([2, True, []], "not a list"),
+    ],
+)
+def test_what_is_no_goal_is_an_error_that_says_what_is(graph, client, wrong, words):
+    with pytest.raises(CodecError, match=words) as caught:
+        client.send_goal(wrong)
+    assert "/act" in str(caught.value)
+    assert caught.value.type_name == "woosh_msgs/StepControlGoal"
+    assert graph.publishers["/act/goal"].sent == []
 
 
 def test_a_type_that_is_no_action_is_refused(graph):

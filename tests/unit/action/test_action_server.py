@@ -119,6 +119,41 @@ def test_a_returned_result_is_success(make):
     assert bench.graph.publishers["/act/result"].sent[0].result.percent == 0.25
 
 
+def test_results_and_feedback_may_be_dicts_of_their_fields(make):
+    def handler(goal):
+        goal.publish_feedback({"percent": 0.5})
+        if goal.id == "a":
+            return {"percent": 0.25}
+        goal.abort({"percent": 0.75}, "stuck")
+        return None
+
+    bench = make(handler, concurrent=True)
+    bench.send("a")
+    bench.send("b")
+    bench.wait_results(2)
+    results = bench.graph.publishers["/act/result"].sent
+    assert {m.status.goal_id.id: m.result.percent for m in results} == {"a": 0.25, "b": 0.75}
+    assert [m.feedback.percent for m in bench.graph.publishers["/act/feedback"].sent] == [0.5, 0.5]
+
+
+def test_feedback_of_another_type_is_an_error_at_the_call(make):
+    problems = []
+
+    def handler(goal):
+        with pytest.raises(
+            CodecError, match="feedback of /act is a woosh_msgs/StepControlFeedback"
+        ) as caught:
+            goal.publish_feedback(Result())
+        problems.append(caught.value)
+        goal.succeed()
+
+    bench = make(handler)
+    bench.send("a")
+    assert bench.wait_results(1) == [("a", G.SUCCEEDED, "")]
+    assert len(problems) == 1
+    assert bench.graph.publishers["/act/feedback"].sent == []
+
+
 def test_an_exception_aborts_with_its_text(make, caplog):
     def handler(goal):
         raise OSError("the wheel is off")
@@ -131,7 +166,12 @@ def test_an_exception_aborts_with_its_text(make, caplog):
 
 @pytest.mark.parametrize(
     ("returned", "words"),
-    [(None, "without ending the goal"), (Feedback(), "expected woosh_msgs/StepControlResult")],
+    [
+        (None, "without ending the goal"),
+        (Feedback(), "is a woosh_msgs/StepControlResult or a dict of its fields"),
+        ({"percentage": 1.0}, "'percentage' is not a field"),
+        ("done", "not a str"),
+    ],
 )
 def test_a_handler_that_ends_nothing_or_returns_nonsense_aborts_the_goal(make, returned, words):
     bench = make(lambda goal: returned)
