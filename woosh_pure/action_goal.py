@@ -18,7 +18,7 @@ from .goal import GoalHandle
 from .messages import stamped_pose
 from .outcome import OutcomeKind
 from .rostypes import message_type
-from .steps import Step, check_steps
+from .steps import Step, check_steps, locate_step
 
 if TYPE_CHECKING:
     import rosproto
@@ -173,33 +173,32 @@ class StepHandle(ActionHandle):
     def __init__(self, core: Core, steps: tuple[Step, ...], avoid: bool, timeout: float) -> None:
         super().__init__(core, "/cmd_vel_control", ", then ".join(map(str, steps)), timeout)
         self._steps = steps
+        self._first = 0  # index of the first of `_steps` in the goal that was asked for
+        self._count = len(steps)
         self._avoid = avoid
         self._index = 0
         self._percent = 0.0
+        self._done_before = 0.0  # percent of the whole that was done before the last resume
         self._paused = False
 
     @property
     def percent(self) -> float:
-        """How much of the whole goal is done, each step counting the same."""
+        """How much of the whole goal is done, each step counting the same; goes on over a pause."""
         with self._condition:
             return 100.0 if self._outcome is not None and self._outcome.arrived else self._overall()
 
     def _describe(self, progress: StepProgress) -> str:
-        return f"step {progress.index + 1} of {len(self._steps)}, {progress.mode}: {progress.percent:.0f} %"
+        return f"step {progress.index + 1} of {self._count}, {progress.mode}: {progress.percent:.0f} %"
 
     def _overall(self) -> float:
-        return (self._index * 100.0 + self._percent) / len(self._steps)
+        share = (self._index * 100.0 + self._percent) / len(self._steps)
+        return self._done_before + (100.0 - self._done_before) * share / 100.0
 
     def _progress_of(self, feedback: Any) -> StepProgress:
         mode, percent = StepMode(feedback.executeMode), float(feedback.percent)
         with self._condition:
-            # The feedback names the kind of step but not its number: a smaller percentage is the next step.
-            if (percent < self._percent - 1.0 or mode != self._steps[self._index].mode) and (
-                self._index + 1 < len(self._steps) and self._steps[self._index + 1].mode == mode
-            ):
-                self._index += 1
-            self._percent = percent
-            return StepProgress(mode, percent, self._index)
+            self._index, self._percent = locate_step(self._steps, self._index, self._percent, mode, percent)
+            return StepProgress(mode, percent, self._first + self._index)
 
     def remaining(self) -> tuple[Step, ...]:
         """The steps that are left, by the last report."""
@@ -214,18 +213,31 @@ class StepHandle(ActionHandle):
         self._paused = True
         pause = self._core.action(self._name).send_goal(step_goal(StepControlMode.PAUSE, (), self._avoid))
         try:
-            confirmed = pause.wait(5.0).result == 1
-            if not confirmed:
+            result = pause.wait(5.0)
+            if result.result != 1:
                 raise MotionRefused("it reports that nothing was paused")
+            self._refine(result)
         except RosError as error:
             self._paused = False
             raise MotionRefused(f"{self.goal}: the chassis did not confirm the pause: {error}") from error
+
+    def _refine(self, result: Any) -> None:
+        """Where it was paused, when the chassis says so: nearer to the truth than the last report.
+
+        What its numbers mean there is not documented, so only what fits the step under way is believed.
+        """
+        with self._condition:
+            current = self._steps[self._index]
+            if int(result.executeMode) == current.mode and self._percent <= result.percent < 100.0:
+                self._percent = float(result.percent)
 
     def resume(self) -> None:
         """Go on after `pause` with the steps that remain (interface: a combination must be sent again)."""
         if not self._paused:
             raise MotionRefused(f"{self.goal}: it is not paused")
         with self._condition:
+            self._done_before = self._overall()
+            self._first += self._index
             self._steps = self.remaining()
             self._index, self._percent = 0, 0.0
         goal = step_goal(StepControlMode.RESUME, self._steps, self._avoid)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import os
 import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from rosproto.errors import RosTimeout
+from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.msg.user_folder import learned_paths
 
 from . import interface
@@ -18,6 +19,7 @@ from .core import VELOCITY_TOPICS, Core
 from .enums import Direction, ExecutionMode, TaskType
 from .errors import MotionRefused
 from .geometry import Pose2D
+from .localisation import Localisation
 from .peripherals import Peripherals
 from .readiness import Readiness
 from .readings import Readings
@@ -37,11 +39,13 @@ if TYPE_CHECKING:
 
 __all__ = ["Chassis"]
 
+_log = logging.getLogger("woosh_pure.chassis")
+
 # Seconds for which nothing must block: messages of different topics may come in another order than sent.
 _SETTLED = 0.3
 
 
-class Chassis(Readings, Peripherals):
+class Chassis(Readings, Localisation, Peripherals):
     """One chassis. Use it in a `with` block: leaving it cancels what this program started and still runs.
 
     Nothing happens on the network before the first verb or feed is used. The node's name is made unique, so
@@ -89,18 +93,32 @@ class Chassis(Readings, Peripherals):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.close()
+        try:
+            self.close()
+        except ConnectionLost as problem:
+            if kind is None:
+                raise
+            _log.warning("! %s", problem)  # what the block raised is what the caller must see
 
     def close(self) -> None:
         """End velocity blocks, cancel our goals (unless `leave_running`), leave the graph. Idempotent,
         bounded.
+
+        Raises:
+            ConnectionLost: A goal could not be cancelled: the robot may still be driving. All else is closed.
         """
         for drive in self._core.drives:
             drive.halt("the chassis was closed")
             drive.finish()
+        report = StopReport()
         if not self._core.leave_running:
-            cancel_goals(self._core, StopReport(), 3.0)
+            cancel_goals(self._core, report, 3.0)
         self._core.close()
+        if report.problems:
+            raise ConnectionLost(
+                f"not done when closing: {'; '.join(report.problems)}; the robot may still be driving; stop "
+                "it by its own button"
+            )
 
     def __repr__(self) -> str:
         return f"<Chassis {self.master_uri}, {len(self._core.goals)} goals under way>"
@@ -438,6 +456,33 @@ class Chassis(Readings, Peripherals):
         handle = ActionHandle(self._core, found.name, f"goal of {found.name}", timeout)
         handle.send(goal)
         return handle
+
+    def send(self, topic: str, message: Any, *, timeout: float | None = None) -> None:
+        """Send a message to any topic the chassis listens to, once it is connected; velocities apart.
+
+        Args:
+            topic: As in the interface table, for example "/charge_cmd". Units and frame: see there.
+            message: The message, of the topic's type.
+            timeout: Seconds for the chassis to connect; None takes this object's own.
+
+        Raises:
+            KeyError: It is not in the table; the text lists near names.
+            ValueError: It is no topic to write, or the message has another type.
+            MotionRefused: A velocity topic: those are written inside `with chassis.velocity(...)` only.
+            FirmwareLimit: The chassis's definition has no field for a value given; nothing was sent.
+            RosTimeout: Nobody of the chassis listens.
+        """
+        found = interface.row(topic)
+        if found.flow != "write":
+            raise ValueError(f"{found.name} is a {found.kind} to {found.flow}, not a topic to write")
+        if found.bypasses_protection:
+            raise MotionRefused(
+                f"{found.name} passes by the chassis's protection; use `with chassis.velocity(...)`"
+            )
+        given = getattr(message, "_type", type(message).__name__)
+        if given != found.type:
+            raise ValueError(f"{found.name} takes {found.type}, got {given}")
+        self._core.send(found.name, message, timeout)
 
 
 def _lower(name: str, known: float, asked: float | None) -> float:

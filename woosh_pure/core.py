@@ -108,18 +108,15 @@ class Core:
             return self._node
 
     def feed(self, name: str) -> Feed[Any]:
-        """The feed of that name, subscribed on first reading."""
+        """The feed of that name, or of a topic that has none, subscribed on first reading."""
         with self._lock:
             if name not in self._feeds:
-                self._feeds[name] = Feed(find(name), lambda: self.node)
+                found = row(name) if name.startswith("/") else find(name)
+                self._feeds[name] = Feed(found, lambda: self.node)
             return self._feeds[name]
 
-    def publisher(self, topic: str) -> rosproto.Publisher:
-        """A publisher of a row of the interface, kept until close."""
-        return self.named_publisher(topic, row(topic).type)
-
-    def named_publisher(self, topic: str, type_name: str) -> rosproto.Publisher:
-        """A publisher of a topic that is only an alias of a row."""
+    def publisher(self, topic: str, type_name: Any) -> rosproto.Publisher:
+        """A publisher of any topic and type, kept until close."""
         with self._making:
             if topic not in self._publishers:
                 self._publishers[topic] = self.node.publisher(topic, type_name, queue_size=10)
@@ -146,7 +143,7 @@ class Core:
         Raises:
             RosTimeout: Nobody of the chassis subscribes.
         """
-        publisher = self.publisher(topic)
+        publisher = self.publisher(topic, type(message))
         self.require_connection(publisher, topic, timeout)
         require_message(topic, publisher, message)
         publisher.publish(message)
@@ -181,6 +178,22 @@ class Core:
         except ValuesLost as error:
             lack = f"no field for {', '.join(error.fields)}"
             raise limit_error(name, error.theirs, error.fields, lack) from error
+
+    def services_of_type(self, type_name: str) -> list[str]:
+        """Names of the services of a type, by asking the service with each name what it is; none is called.
+
+        Raises:
+            ConnectionLost, RosTimeout, MasterError: The master cannot be asked.
+        """
+        from .survey import survey
+
+        answers = survey(self.node, timeout=self.timeout, kinds=("service",))
+        return [answer.name for answer in answers if answer.type == type_name]
+
+    def call_found(self, name: str, type_name: str, *, timeout: float | None = None, **fields: Any) -> Any:
+        """Call a service that is in no row of the interface under this name."""
+        with self.node.service_client(name, type_name) as client:
+            return client.call(timeout=self.timeout if timeout is None else timeout, **fields)
 
     def action(self, name: str) -> rosproto.ActionClient:
         """The client of an action of the interface, ready to send.
@@ -457,6 +470,7 @@ class Core:
             if self._closed:
                 return
             self._closed = True
+            self._goals.clear()
             feeds, node = list(self._feeds.values()), self._node
         atexit.unregister(self._at_exit)
         for feed in feeds:

@@ -114,7 +114,7 @@ class Feed(Generic[T]):
             if self._subscriber is None and not self._closed:
                 self._subscriber = self._node().subscriber(
                     self.row.name,
-                    self.row.type,
+                    self.row.type if self.row.definition_known else None,
                     callback=self._receive,
                     queue_size=_QUEUE_ON_CHANGE if self.row.on_change else _QUEUE,
                 )

@@ -21,7 +21,10 @@ from .timeouts import require_timeout
 if TYPE_CHECKING:
     from .core import Core
 
-__all__ = ["GoalHandle"]
+__all__ = ["NOT_CONFIRMED", "GoalHandle"]
+
+NOT_CONFIRMED = "cancelled, but the chassis has not confirmed it"
+"""Text of an outcome: the robot may not have heard the cancel."""
 
 P = TypeVar("P")
 R = TypeVar("R")
@@ -277,7 +280,7 @@ class GoalHandle(Generic[P]):
             if not self._wait_until_done(timeout):
                 self._finish(
                     OutcomeKind.CANCELLED,
-                    "cancelled, but the chassis has not confirmed it",
+                    NOT_CONFIRMED,
                     None,
                     self._core.wait_standing(2.0),
                 )

@@ -4,7 +4,8 @@ rows.
 Sources: the vendor's public interface page ("page"), and the graph of a real chassis ("seen"). Types are
 those of woosh_msgs 1.1.4, which is what is on the wire where the page differs. Node names are those of the
 real graph; where the graph listing did not show who provides a row, the node is our assumption and
-`node_assumed` says so.
+`node_assumed` says so. Two services are in the vendor's message package only ("package"): their names are
+our assumption, too, and clients find them by their type.
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ _LOCAL_FOOTPRINT_NODES = (
     "/woosh_auto_dock_node",
     _MOVE,
 )
-_PLAN_NODES = (_RI, "/woosh_move_with_avoid_node", _MOVE, "/woosh_auto_dock_guiway", _BASE)
+_PLAN_NODES = (_MOVE, _RI, "/woosh_move_with_avoid_node", "/woosh_auto_dock_guiway", _BASE)
 
 _PAGE_TOPICS = (
     _read(
@@ -287,7 +288,13 @@ _PAGE_CALLS = (
 )
 
 _PAGE_ACTIONS = (
-    _act("/move_base", "woosh_msgs/MoveBase", _MOVE, "navigate to a pose or along a path"),
+    _act(
+        "/move_base",
+        "woosh_msgs/MoveBase",
+        _MOVE,
+        "navigate to a pose or along a path",
+        listeners=("/woosh_field_detector",),
+    ),
     _act(
         "/cmd_vel_control",
         "woosh_msgs/StepControl",
@@ -303,13 +310,13 @@ _PAGE_ACTIONS = (
 )
 
 
-def _seen(name: str, type_: str, meaning: str, *providers: str, feed: str = "") -> Row:
+def _seen(name: str, type_: str, meaning: str, *providers: str, feed: str = "", **more: object) -> Row:
     nodes = providers or (_BASE,)
-    return _read(name, type_, feed, meaning, source="seen", providers=nodes, listeners=(_RI,))
+    return _read(name, type_, feed, meaning, source="seen", providers=nodes, listeners=(_RI,), **more)
 
 
-def _heard(name: str, type_: str, meaning: str, *listeners: str) -> Row:
-    return _write(name, type_, meaning, source="seen", providers=listeners)
+def _heard(name: str, type_: str, meaning: str, *listeners: str, **more: object) -> Row:
+    return _write(name, type_, meaning, source="seen", providers=listeners, **more)
 
 
 _SEEN_TOPICS = (
@@ -344,6 +351,8 @@ _SEEN_TOPICS = (
         "woosh_msgs/VolumeCtl",
         "volume of the loudspeaker; its definition is not published",
         "/woosh_volume_control",
+        definition_known=False,
+        on_change=True,
     ),
     _seen(
         "/woosh_rosbag_record/filename",
@@ -395,6 +404,7 @@ _SEEN_TOPICS = (
         "woosh_msgs/VolumeCtl",
         "sets the volume; its definition is not published",
         "/woosh_volume_control",
+        definition_known=False,
     ),
     _heard(
         "/woosh_rosbag_record/goal",
@@ -431,7 +441,35 @@ _SEEN_ACTIONS = (
     ),
 )
 
-ROWS: tuple[Row, ...] = _PAGE_TOPICS + _PAGE_CALLS + _PAGE_ACTIONS + _SEEN_TOPICS + _SEEN_ACTIONS
+_PACKAGE_CALLS = (
+    Row(
+        "/init_pose",
+        "woosh_msgs/InitPose",
+        "service",
+        "call",
+        "tells the localisation where the robot is, and answers whether it took it",
+        "m, rad; map",
+        source="package",
+        providers=(_LOC,),
+        node_assumed=True,
+        name_assumed=True,
+    ),
+    Row(
+        "/woosh_init",
+        "woosh_msgs/WooshInit",
+        "service",
+        "call",
+        "initialises the robot",
+        source="package",
+        providers=(_RI,),
+        node_assumed=True,
+        name_assumed=True,
+    ),
+)
+
+ROWS: tuple[Row, ...] = (
+    _PAGE_TOPICS + _PAGE_CALLS + _PAGE_ACTIONS + _SEEN_TOPICS + _SEEN_ACTIONS + _PACKAGE_CALLS
+)
 """Every row; names are unique."""
 
 PAGE_ALIASES: dict[str, dict[str, str]] = {

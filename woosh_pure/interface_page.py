@@ -54,7 +54,8 @@ VERBS: tuple[Verb, ...] = (
     Verb("stop", (*_VELOCITY, "/move_base", "/cmd_vel_control", "/exec_task"), "s"),
     Verb("plan", ("/move_base/make_plan",), "m, rad; map"),
     Verb("set_navigation_mode", ("/navigation_mode",), "s, m/s"),
-    Verb("set_pose", ("/initialpose",), "m, rad; map"),
+    Verb("set_pose", ("/initialpose", "/init_pose"), "m, rad; map"),
+    Verb("initialise", ("/woosh_init",)),
     Verb("start_localization", ("/start_localization",)),
     Verb("enable_costmaps", ("/move_base/enable_costmaps",)),
     Verb("clear_costmaps", ("/move_base/clear_costmaps",)),
@@ -64,8 +65,10 @@ VERBS: tuple[Verb, ...] = (
     Verb("light", ("/rgbled", "/rgbled_shelf")),
     Verb("say", ("/voice_synthesis",)),
     Verb("action", (), "as the goal message says"),
+    Verb("send", (), "as the row says"),
 )
 
+_ANY = {"action": "any action row", "send": "any topic to write, velocities apart"}
 _FEED_OF_ANOTHER_NAME = {"velocity": "measured_velocity"}
 
 _HEAD = """\
@@ -81,7 +84,9 @@ _BEHIND = """\
 ## What the chassis publishes and takes
 
 "page" rows are on the vendor's interface page; "seen" rows were seen on a real chassis only, so yours may not
-have them. Rows marked ⚠ pass by the chassis's own obstacle avoidance, collision detection and limits.
+have them; "package" rows are types of the vendor's message package whose names are not documented: they are
+found by their type, and the name here is the simulator's. Rows marked ⚠ pass by the chassis's own obstacle
+avoidance, collision detection and limits.
 """
 
 _NOTES = """\
@@ -102,7 +107,9 @@ def how(found: Row) -> str:
         return ", ".join(f"`{name}`" for name in verbs)
     if found.kind == "action":
         return f'`action("{found.name}", goal)`'
-    return "`node.subscriber`" if found.flow == "read" else "`node.publisher`"
+    if found.flow == "read":
+        return f'`feed("{found.name}")`'
+    return "on purpose by no verb" if found.bypasses_protection else f'`send("{found.name}", message)`'
 
 
 def _sentence(verb: Verb) -> str:
@@ -133,7 +140,7 @@ def _table(titles: Iterable[str], lines: Iterable[Iterable[str]]) -> Iterator[st
 
 def _verb_lines() -> Iterator[list[str]]:
     for verb in VERBS:
-        behind = ", ".join(f"`{row(name).name}`" for name in verb.rows) or "any action row"
+        behind = ", ".join(f"`{row(name).name}`" for name in verb.rows) or _ANY[verb.name]
         yield [_call(verb), _sentence(verb), verb.units, behind]
 
 

@@ -1,4 +1,4 @@
-"""Lights, voice, footprint, localisation, costmaps, maps, plans, navigation mode: what is neither reading
+"""Lights, voice, footprint, costmaps, maps, plans, navigation mode: what is neither reading
 nor moving.
 """
 
@@ -12,9 +12,10 @@ from rosproto.errors import RosTimeout
 
 from .convert import pose_of
 from .enums import LedState, NavDirection, NavigationMode
-from .errors import ChassisError, StaleState
+from .errors import StaleState
 from .geometry import Footprint, Pose2D
 from .gridmap_message import grid_from_message, grid_message
+from .localisation import require_success
 from .messages import polygon, pose_with_covariance, stamped_pose
 from .rostypes import message_type
 
@@ -74,7 +75,7 @@ class Peripherals:
 
     def _send_to_any(self, topics: Sequence[str], type_name: str, message: Any) -> None:
         """Send to those spellings of a topic that somebody listens to."""
-        publishers = [self._core.named_publisher(topic, type_name) for topic in topics]
+        publishers = [self._core.publisher(topic, type_name) for topic in topics]
         heard = [p for p in publishers if p.connections]
         if not heard:
             self._core.wait_any(publishers, self._core.timeout)
@@ -127,36 +128,11 @@ class Peripherals:
                 self._core.send(topic, message)
         return outline
 
-    # -- localisation ----------------------------------------------------------------------------------------
-
-    def set_pose(
-        self, pose: Pose2D, *, position_deviation: float = 0.25, yaw_deviation: float = 0.26
-    ) -> None:
-        """Tell the localisation where the robot stands (`/initialpose`), after power-up for example.
-
-        Args:
-            pose: In the map.
-            position_deviation: How sure you are, 1 sigma, m.
-            yaw_deviation: 1 sigma, rad.
-        """
-        message = pose_with_covariance(
-            pose, position_deviation=position_deviation, yaw_deviation=yaw_deviation
-        )
-        self._core.send("/initialpose", message)
-
-    def start_localization(self, on: bool = True) -> None:
-        """Start (or stop) the localisation module (`/start_localization`).
-
-        Raises:
-            ChassisError: The chassis refused.
-        """
-        _require(self._core.call("/start_localization", data=on), "start_localization")
-
     # -- costmaps and maps -----------------------------------------------------------------------------------
 
     def enable_costmaps(self, on: bool = True) -> None:
         """Let obstacles enter the costmaps, or not (`/move_base/enable_costmaps`)."""
-        _require(self._core.call("/move_base/enable_costmaps", data=on), "enable_costmaps")
+        require_success(self._core.call("/move_base/enable_costmaps", data=on), "enable_costmaps")
 
     def clear_costmaps(self) -> None:
         """Forget the obstacles seen so far (`/move_base/clear_costmaps`); those in sight come back."""
@@ -184,7 +160,7 @@ class Peripherals:
             initial_pose or Pose2D(0.0, 0.0), position_deviation=0.25, yaw_deviation=0.26
         )
         reply = self._core.call("/set_map", timeout=30.0, map=grid_message(grid), initial_pose=pose)
-        _require(reply, "set_map")
+        require_success(reply, "set_map")
 
     def plan(self, goal: Pose2D, start: Pose2D | None = None, *, tolerance: float = 0.0) -> list[Pose2D]:
         """Plan a path without driving it (`/move_base/make_plan`).
@@ -290,10 +266,3 @@ def _rgb(color: int | tuple[int, int, int] | None) -> int:
     if not 0 <= color <= 0xFFFFFF:
         raise ValueError(f"color {color:#x}: expected 24-bit RGB, 0 to 0xFFFFFF")
     return color
-
-
-def _require(reply: Any, what: str) -> None:
-    if not reply.success:
-        raise ChassisError(
-            f"{what}: the chassis refused: {getattr(reply, 'message', '') or 'no reason given'}"
-        )

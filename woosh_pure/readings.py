@@ -23,11 +23,18 @@ class Readings:
     _core: Core
 
     def feed(self, name: str) -> Feed[Any]:
-        """A feed by its name in the interface table, or by its topic."""
-        found = interface.row(name).feed if name.startswith("/") else interface.find(name).feed
-        if not found:
-            raise KeyError(f"{name} has no feed; subscribe with chassis.node.subscriber(...)")
-        return self._core.feed(found)
+        """A feed by its name in the interface table, or by its topic: any topic that the chassis publishes.
+
+        Topics without a property of their own give the messages themselves.
+
+        Raises:
+            KeyError: It is not in the table; the text lists near names.
+            ValueError: It is no topic that the chassis publishes.
+        """
+        found = interface.row(name) if name.startswith("/") else interface.find(name)
+        if found.flow != "read":
+            raise ValueError(f"{found.name} is a {found.kind} to {found.flow}, not a topic to read")
+        return self._core.feed(found.feed or found.name)
 
     @property
     def status(self) -> Feed[values.RobotStatus]:

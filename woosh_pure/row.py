@@ -9,7 +9,7 @@ __all__ = ["Flow", "Kind", "Row", "Source"]
 
 Kind = Literal["topic", "service", "action"]
 Flow = Literal["read", "write", "call", "act"]
-Source = Literal["page", "seen"]
+Source = Literal["page", "seen", "package"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,13 +23,18 @@ class Row:
         flow: From the user's side: "read" or "write" a topic, "call" a service, "act" through an action.
         meaning: What it is, in our words.
         unit: Unit and frame of its numbers, "" when there are none.
-        source: "page" (the vendor's page) or "seen" (only on a real chassis).
+        source: "page" (the vendor's page), "seen" (only on a real chassis), or "package" (a type of the
+            vendor's message package; where it is served is not documented).
         feed: Name of the feed on `Chassis`, "" when it has none.
         providers: Nodes that publish or serve it (for written topics: that listen).
-        listeners: Nodes of the chassis that subscribe to a topic that is read, beside our own.
+        listeners: Nodes of the chassis that subscribe to a topic that is read, or to the goals of an action,
+            beside those that serve it.
         on_change: True when it is published on change only.
         latched: None when it is not known; treat both.
         node_assumed: True when `providers` is our assumption.
+        name_assumed: True when nothing tells the name: clients find the row by its type, and the simulator
+            uses this name.
+        definition_known: False when the type's definition is not published: it is learned from the publisher.
         aliases: Other names of the same row, seen on some chassis or on the page.
         bypasses_protection: True for velocity topics, which pass by the chassis's own safety.
     """
@@ -47,5 +52,7 @@ class Row:
     on_change: bool = False
     latched: bool | None = False
     node_assumed: bool = False
+    name_assumed: bool = False
+    definition_known: bool = True
     aliases: tuple[str, ...] = ()
     bypasses_protection: bool = False

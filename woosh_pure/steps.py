@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from .enums import StepMode
 from .geometry import Velocity
 
-__all__ = ["MAX_ANGLE", "MAX_DISTANCE", "Step", "check_steps"]
+__all__ = ["MAX_ANGLE", "MAX_DISTANCE", "Step", "check_steps", "locate_step"]
 
 MAX_DISTANCE = 10.0
 """Longest straight, lateral or diagonal step, m (vendor's page)."""
 MAX_ANGLE = 62.8318
 """Largest turn of one step, rad (vendor's page)."""
+_NOISE = 5.0  # percent that a step may seem to go back
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +97,32 @@ def check_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
     for step in checked:
         _check(step)
     return checked
+
+
+def locate_step(
+    steps: Sequence[Step], index: int, percent: float, mode: StepMode, reported: float
+) -> tuple[int, float]:
+    """Which of the steps a report is about: it names the kind of step but not its number.
+
+    Steps are done in order. A report of the same kind is of the same step unless it begins anew; then, or
+    when the kind is another, it is of the next step of that kind (one can be over between two reports).
+
+    Args:
+        steps: All steps of the goal.
+        index: Where the last report was.
+        percent: What it said.
+        mode: Kind of step of the new report.
+        reported: Its percentage.
+
+    Returns:
+        Index and percentage now; as before when the report fits no step.
+    """
+    if mode == steps[index].mode and reported >= percent - _NOISE:
+        return index, reported
+    for later in range(index + 1, len(steps)):
+        if steps[later].mode == mode:
+            return later, reported
+    return (index, reported) if mode == steps[index].mode else (index, percent)
 
 
 def _check(step: Step) -> None:

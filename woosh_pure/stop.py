@@ -16,6 +16,8 @@ from rosproto.errors import RosError
 
 from .core import VELOCITY_TOPICS
 from .enums import TaskCommand, TaskState
+from .goal import NOT_CONFIRMED
+from .outcome import OutcomeKind
 
 if TYPE_CHECKING:
     from .core import Core
@@ -108,15 +110,20 @@ def cancel_goals(core: Core, report: StopReport, timeout: float) -> None:
             target=_cancel, args=(goal, report, timeout), name="woosh:cancel", daemon=True
         )
         worker.start()
-        workers.append(worker)
-    for worker in workers:
+        workers.append((worker, goal))
+    for worker, goal in workers:
         worker.join(timeout + 1.0)
+        if worker.is_alive():
+            report.problems.append(f"cancelling {goal.goal} (no answer yet)")
 
 
 def _cancel(goal: GoalHandle[object], report: StopReport, timeout: float) -> None:
     try:
         outcome = goal.cancel(timeout)
-        report.cancelled.append(f"{goal.goal} ({outcome.kind.value})")
+        if outcome.kind is OutcomeKind.CANCELLED and outcome.text == NOT_CONFIRMED and not outcome.stopped:
+            report.problems.append(f"cancelling {goal.goal} ({NOT_CONFIRMED})")
+        else:
+            report.cancelled.append(f"{goal.goal} ({outcome.kind.value})")
     except RosError as error:
         report.problems.append(f"cancelling {goal.goal} ({error})")
 

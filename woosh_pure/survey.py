@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import queue
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.errors import RosError
@@ -50,6 +50,7 @@ def survey(
     *,
     timeout: float = 30.0,
     parallel: int = 8,
+    kinds: Collection[str] = ("topic", "service"),
     progress: Callable[[Answer], object] | None = None,
 ) -> list[Answer]:
     """Ask every topic that somebody publishes and every service, each once.
@@ -60,6 +61,7 @@ def survey(
         node: In whose name to ask.
         timeout: Seconds for all of it; what is not asked by then is told as such.
         parallel: Most questions at a time.
+        kinds: What to ask: "topic", "service", or both.
         progress: Called with each answer, in a thread of this function.
 
     Returns:
@@ -72,7 +74,7 @@ def survey(
     state = node.master.get_system_state(timeout=min(timeout, 10.0))
     questions: queue.SimpleQueue[tuple[str, str, list[str]]] = queue.SimpleQueue()
     for kind, table in (("topic", state.publishers), ("service", state.services)):
-        for name, peers in table.items():
+        for name, peers in table.items() if kind in kinds else ():
             others = [peer for peer in peers if peer != node.name]
             if others:
                 questions.put((kind, name, others))

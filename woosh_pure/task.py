@@ -82,7 +82,8 @@ class TaskHandle(GoalHandle[RobotStatus]):
         try:
             self._command(TaskCommand.CANCEL, timeout)
         except MotionRefused:
-            if not self._core.status_shows_end_of(self.task_id):
+            # "There is no such task": it has just ended, and the status that says so may still be on its way.
+            if not self._wait_until_done(1.0) and not self._core.status_shows_end_of(self.task_id):
                 raise
 
     def _on_status(self, status: RobotStatus) -> None:

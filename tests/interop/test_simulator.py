@@ -9,7 +9,6 @@ import pytest
 
 from tests.support import ros
 from woosh_pure import Chassis, SimulatedChassis, interface
-from woosh_pure.sim.graph import UNKNOWN_TYPES
 
 
 @pytest.fixture
@@ -21,7 +20,7 @@ def sim(ros_installed: None) -> Iterator[SimulatedChassis]:
 
 def test_rostopic_and_rosnode_see_the_rows_of_the_table(sim: SimulatedChassis, genpy_packages: Path) -> None:
     topics = set(ros.ros_tool(["rostopic", "list"], sim.master_uri).stdout.split())
-    expected = {r.name for r in interface.topics() if r.type not in UNKNOWN_TYPES}
+    expected = {r.name for r in interface.topics() if r.definition_known}
     assert expected <= topics
     nodes = set(ros.ros_tool(["rosnode", "list"], sim.master_uri).stdout.split())
     assert {"/ros_interface", "/move_base", "/mobile_base_nodelet_manager"} <= nodes

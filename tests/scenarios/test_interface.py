@@ -14,9 +14,8 @@ from woosh_pure.errors import ChassisError, GoalFailed
 from woosh_pure.geometry import Velocity
 from woosh_pure.gridmap import GridMap
 from woosh_pure.rostypes import message_type
-from woosh_pure.sim.graph import UNKNOWN_TYPES
 
-SERVED = [row for row in interface.ROWS if row.type not in UNKNOWN_TYPES]
+DEFINED = [row for row in interface.ROWS if row.definition_known]
 SILENT = {"/IO_input"}
 
 
@@ -35,7 +34,7 @@ def system(full):
     return (*state, client.get_topic_types())
 
 
-@pytest.mark.parametrize("row", [r for r in SERVED if r.kind == "topic"], ids=lambda r: r.name)
+@pytest.mark.parametrize("row", interface.topics(), ids=lambda r: r.name)
 def test_every_topic_has_its_nodes_and_its_type(system, row):
     publishers, subscribers, _, types = system
     assert types[row.name] == row.type
@@ -289,7 +288,7 @@ def test_the_robot_state_is_waited_for(sim, chassis, until):
 def test_md5sums_of_all_rows_are_those_of_the_vendors_package(full):
     facts = Path(__file__).with_name("chassis_md5sums.json")
     known = json.loads(facts.read_text(encoding="utf-8"))
-    for row in SERVED:
+    for row in DEFINED:
         if row.kind == "topic":
             assert rosproto.message_class(row.type)._md5sum == known[row.type], row.type
         elif row.kind == "service":

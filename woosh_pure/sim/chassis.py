@@ -14,9 +14,9 @@ what a real chassis does where its documentation is silent; such places are mark
 from __future__ import annotations
 
 import logging
+import math
 import threading
 import time
-from collections import deque
 from typing import TYPE_CHECKING, Any
 
 import rosproto
@@ -27,9 +27,11 @@ from ..firmware import CURRENT
 from ..firmware import firmware as firmware_named
 from ..geometry import Pose2D
 from ..rostypes import message_type
+from .errand import Errands
 from .fill import FILLERS, RATES, fill_plan, fill_status, fill_transforms
 from .graph import Graph
 from .motions import PathMotion
+from .network import Network
 from .serve import Server
 from .settings import Settings
 from .site import Site
@@ -100,9 +102,8 @@ class SimulatedChassis:
         self._thread: threading.Thread | None = None
         self._stop = threading.Event()
         self._epoch = time.time()
-        self._silent_until = 0.0
-        self._delay = 0.0
-        self._late: deque[tuple[float, rosproto.Publisher, Any]] = deque()
+        self.network = Network()
+        self._errands: Errands | None = None
         self._due = dict.fromkeys(FILLERS, 0.0)
         self._status: StatusRecord | None = None
         self._plan: list[Pose2D] = []
@@ -136,8 +137,12 @@ class SimulatedChassis:
             full=self._full,
             latch_status=self._latch,
             firmware=self.firmware,
+            network=self.network,
         )
         self._graph.build()
+        self._graph.client("/move_base")
+        self._errands = Errands(self)
+        self.world.tasks.drive = self._errands.drive
         self._publish_static()
 
     def close(self) -> None:
@@ -146,8 +151,11 @@ class SimulatedChassis:
             self.closing = True
             self.lock.notify_all()
         self._stop.set()
+        self.network.close()
         if self._thread is not None:
             self._thread.join(2.0)
+        if self._errands is not None:
+            self._errands.close()
         if self._graph is not None:
             self._graph.close()
         if self._master is not None:
@@ -190,16 +198,15 @@ class SimulatedChassis:
         while not self._stop.is_set():
             next_tick += _TICK
             debt += _TICK * self.speed
+            self.network.deliver()
             with self.lock:
                 while debt >= _STEP and not self.closing:
                     self.world.step(_STEP)
                     debt -= _STEP
+                    self._note_codes()
                     self._note_status()
                 self.lock.notify_all()
-            try:
-                self._publish()
-            except RosError as error:
-                logger.debug("! publishing failed: %s", error)
+            self._publish()
             rest = next_tick - time.monotonic()
             if rest < -0.5:
                 next_tick = time.monotonic()  # the computer was busy: do not hurry after the lost time
@@ -213,19 +220,16 @@ class SimulatedChassis:
             self._send("/robot_status", fill_status, always=True)
 
     def _publish(self) -> None:
-        now = time.monotonic()
-        self._post_late()
-        if now < self._silent_until:
-            with self.lock:
-                self.world.take_reports()
+        if self.network.silent:
             return
+        now = time.monotonic()
         for topic, filler in FILLERS.items():
             if now >= self._due[topic]:
                 self._due[topic] = now + 1.0 / RATES[topic]
                 with self.lock:
                     self._send(topic, filler)
         with self.lock:
-            self._publish_events()
+            self._publish_plan()
             if now >= self._tf_due:
                 self._tf_due = now + 0.1
                 self._publish_transforms()
@@ -234,39 +238,32 @@ class SimulatedChassis:
         publisher = self.graph.first(topic)
         if publisher is None or not (always or publisher.connections):
             return
-        if time.monotonic() < self._silent_until:
+        if self.network.silent:
             return
         message = message_type(publisher.type_name)()
         filler(self.world, message, self.now)
-        self._post(publisher, self.firmware.convert(message, publisher.message_class))
+        _publish(publisher, self.firmware.convert(message, publisher.message_class))
 
-    def _post(self, publisher: rosproto.Publisher, message: Any) -> None:
-        """Publish, after the delay of a slow network."""
-        if self._delay or self._late:
-            self._late.append((time.monotonic() + self._delay, publisher, message))
-        else:
-            publisher.publish(message)
-
-    def _post_late(self) -> None:
-        while self._late and self._late[0][0] <= time.monotonic():
-            _, publisher, message = self._late.popleft()
-            publisher.publish(message)
-
-    def _publish_events(self) -> None:
+    def _note_codes(self) -> None:
+        """Before the state they explain: two topics, but at least sent in the order of what happened."""
         for code in self.world.take_reports():
+            if self.network.silent:
+                continue
             publisher = self.graph.publishers.get((_speaker(code), "/status_code")) or self.graph.first(
                 "/status_code"
             )
             if publisher is not None:
-                publisher.publish(data=code)
+                _publish(publisher, publisher.message_class(data=code))
+
+    def _publish_plan(self) -> None:
         motion = self.world.motion
         path = [*motion.path] if isinstance(motion, PathMotion) else []
         if path and path[-1:] != self._plan[-1:]:
-            publisher = self.graph.publishers.get(("/move_base", "/move_base/global_plan"))
+            publisher = self.graph.first("/move_base/global_plan")
             if publisher is not None:
                 message = publisher.message_class()
                 fill_plan([self.world.body.pose, *path], message, self.now)
-                publisher.publish(message)
+                _publish(publisher, message)
         self._plan = path
 
     def _publish_transforms(self) -> None:
@@ -282,7 +279,7 @@ class SimulatedChassis:
             if publisher is not None and publisher.connections:
                 message = publisher.message_class()
                 fill_transforms(message, self.now, link)
-                publisher.publish(message)
+                _publish(publisher, message)
 
     def _publish_static(self) -> None:
         publisher = self.graph.first("/tf_static")
@@ -294,6 +291,9 @@ class SimulatedChassis:
             ]
             fill_transforms(message, self.now, *links)
             publisher.publish(message)
+        volume = self.graph.first("/volume/percent")
+        if volume is not None:
+            volume.publish(percent=50)
 
     # -- things that happen to a robot -----------------------------------------------------------------------
 
@@ -343,18 +343,31 @@ class SimulatedChassis:
             self.world.report(code)
 
     def fall_silent(self, seconds: float) -> None:
-        """Publish nothing for a while, as when the cable is pulled; connections stay."""
-        self._silent_until = time.monotonic() + seconds
+        """The topics the chassis publishes by itself end for a while; commands still arrive."""
+        self.network.fall_silent(seconds)
+
+    def drop_link(self, seconds: float) -> None:
+        """The cable is pulled for a while: nothing arrives, in either direction. What was sent meanwhile
+        arrives afterwards, as TCP delivers it; a velocity, too.
+        """
+        self.network.drop(seconds)
 
     def slow_network(self, delay: float) -> None:
-        """Steady topics and /robot_status arrive `delay` s late from now on; 0 ends it. Commands are not
-        delayed.
-        """
-        self._delay = max(0.0, delay)
+        """Everything takes `delay` s each way from now on: topics, commands, requests, goals; 0 ends it."""
+        if not 0.0 <= delay < math.inf:
+            raise ValueError(f"delay {delay}: expected seconds of at least 0")
+        self.network.delay = delay
 
     def crash_node(self, name: str) -> None:
         """End one of its nodes."""
+        if name not in self.graph.nodes:
+            raise ValueError(
+                f"{name} is no node of this chassis; it has {', '.join(sorted(self.graph.nodes))}"
+            )
         self.graph.nodes[name].close()
+        if name == "/move_base":
+            with self.lock:
+                self.world.tasks.fail("navigation failed")  # its client notices (assumed)
 
     def compete(self, x: float, y: float, yaw: float = 0.0) -> None:
         """The robot's own /ros_interface sends a goal to /move_base, as it does for its own tasks."""
@@ -378,6 +391,14 @@ class SimulatedChassis:
         """Where the robot really is."""
         with self.lock:
             return self.world.body.pose
+
+
+def _publish(publisher: rosproto.Publisher, message: Any) -> None:
+    """Publish, unless its node has crashed: the others live on."""
+    try:
+        publisher.publish(message)
+    except RosError as error:
+        logger.debug("! publishing failed: %s", error)
 
 
 def _speaker(code: int) -> str:

@@ -12,15 +12,16 @@ from rosproto.node.revisions import NoRevisions
 from .. import interface
 from ..firmware import Firmware
 from ..interface import Row
+from .network import Network, RobotNode
 from .revised import revised_action, revised_listener, revised_service
 
 if TYPE_CHECKING:
     from .serve import Server
 
-__all__ = ["UNKNOWN_TYPES", "Graph"]
+__all__ = ["Graph"]
 
-UNKNOWN_TYPES = frozenset({"woosh_msgs/VolumeCtl"})
-"""Types whose definition is not published: their rows cannot be simulated."""
+_ASSUMED = {"woosh_msgs/VolumeCtl": "uint8 percent  # assumed\n"}
+"""Types whose definition is not published: what the simulated chassis has instead; clients learn it."""
 
 _RI = "/ros_interface"
 
@@ -44,10 +45,12 @@ class Graph:
         full: bool,
         latch_status: bool,
         firmware: Firmware,
+        network: Network,
     ) -> None:
         self._uri, self._host, self._full = master_uri, host, full
         self._firmware = firmware
         self._latch_status = latch_status
+        self._network = network
         self._server = server
         self.nodes: dict[str, rosproto.Node] = {}
         self.publishers: dict[tuple[str, str], rosproto.Publisher] = {}
@@ -62,7 +65,7 @@ class Graph:
         own, as the real one does: to agree is the client's part.
         """
         if name not in self.nodes:
-            node = rosproto.Node(name, master_uri=self._uri, host=self._host, intraprocess=False)
+            node = RobotNode(name, self._network, master_uri=self._uri, host=self._host, intraprocess=False)
             node.revisions = NoRevisions()
             self.nodes[name] = node
         return self.nodes[name]
@@ -70,15 +73,20 @@ class Graph:
     def build(self) -> None:
         """Bring everything up."""
         for row in interface.ROWS:
-            if row.type in UNKNOWN_TYPES:
-                continue
             builder = {"read": self._publish, "write": self._listen, "call": self._serve, "act": self._act}
             builder[row.flow](row)
 
+    def _class_of(self, row: Row) -> Any:
+        if row.type in _ASSUMED:
+            return rosproto.define(row.type, _ASSUMED[row.type])
+        return self._firmware.message_class(row.type)
+
     def _publish(self, row: Row) -> None:
-        latch = bool(row.latched) or (row.name == "/robot_status" and self._latch_status)
+        latch = (
+            bool(row.latched) or row.type in _ASSUMED or (row.name == "/robot_status" and self._latch_status)
+        )
         providers = row.providers if self._full else row.providers[:1]
-        type_ = self._firmware.message_class(row.type)
+        type_ = self._class_of(row)
         for name in providers:
             publisher = self.node(name).publisher(row.name, type_, latch=latch, queue_size=10)
             self.publishers[name, row.name] = publisher
@@ -90,34 +98,56 @@ class Graph:
         providers = row.providers if self._full else row.providers[-1:]
         for index, name in enumerate(providers):
             obey = self._server.topics.get(row.name, _ignore) if index == 0 else _ignore
-            callback = revised_listener(self._firmware, row.type, partial(self._hear, row.name, obey))
-            type_ = self._firmware.message_class(row.type)
+            callback = partial(self._hear, row.name, obey)
+            if row.definition_known:
+                callback = revised_listener(self._firmware, row.type, callback)
+            type_ = self._class_of(row)
             self._keep.append(self.node(name).subscriber(row.name, type_, callback=callback, queue_size=10))
 
     def _hear(self, topic: str, obey: Callable[[Any], object], message: Any) -> None:
+        self._network.carry(lambda: self._obey(topic, obey, message))
+
+    def _obey(self, topic: str, obey: Callable[[Any], object], message: Any) -> None:
         self.heard[topic] = message
         obey(message)
 
     def _serve(self, row: Row) -> None:
         node = self.node(row.providers[0])
-        handler = revised_service(self._firmware, row.type, self._server.services[row.name])
+        handler = self._distant(revised_service(self._firmware, row.type, self._server.services[row.name]))
         self._keep.append(node.service_server(row.name, self._firmware.service_class(row.type), handler))
+
+    def _distant(self, handler: Callable[[Any], Any]) -> Callable[[Any], Any]:
+        """A service behind the network: request and reply take their time."""
+
+        def handle(request: Any) -> Any:
+            self._network.travel()
+            reply = handler(request)
+            self._network.travel()
+            return reply
+
+        return handle
 
     def _act(self, row: Row) -> None:
         handler = self._server.actions.get(row.name) or partial(self._server.accessory, row.type)
         node = self.node(row.providers[0])
         type_ = self._firmware.message_class(f"{row.type}Action")
-        revised = revised_action(self._firmware, row.type, handler)
+        revised = revised_action(self._firmware, row.type, self._server.distant(handler))
         self._keep.append(rosproto.ActionServer(node, row.name, type_, revised))
         if self._full:
             self.client(row.name)
+            for name in row.listeners:
+                listener = self.node(name).subscriber(f"{row.name}/goal", type_goal(type_), callback=_ignore)
+                self._keep.append(listener)
 
     def client(self, name: str) -> rosproto.ActionClient:
         """The client /ros_interface keeps on an action server: the robot itself competes with us."""
         if name not in self.internal_clients:
             row = interface.row(name)
             type_ = self._firmware.message_class(f"{row.type}Action")
-            self.internal_clients[name] = rosproto.ActionClient(self.node(_RI), name, type_)
+            # It never takes the server for gone: what a dropped link keeps back reaches the robot itself.
+            self.internal_clients[name] = rosproto.ActionClient(
+                self.node(_RI), name, type_, status_timeout=None
+            )
         return self.internal_clients[name]
 
     def first(self, topic: str) -> rosproto.Publisher | None:
@@ -129,6 +159,11 @@ class Graph:
         """Close all nodes."""
         for node in self.nodes.values():
             node.close()
+
+
+def type_goal(action: Any) -> Any:
+    """The class of an action's goal messages on the wire."""
+    return type(action().action_goal)
 
 
 def _ignore(message: Any) -> None:

@@ -58,6 +58,14 @@ class Motion:
     def account(self, body: Body, dt: float) -> None:
         """Take in what the body really did in the last `dt` s."""
 
+    def pause(self) -> None:
+        """Hold it."""
+        self.state = MotionState.PAUSED
+
+    def resume(self) -> None:
+        """Go on."""
+        self.state = MotionState.RUNNING
+
     def end(self, state: MotionState, code: int = 0) -> None:
         """Final state; the first one stands."""
         if not self.state.is_final:
@@ -166,10 +174,14 @@ class StepMotion(Motion):
         d = step.direction()
         return Velocity(d.vx * speed, d.vy * speed, d.wz * speed)
 
+    def coast(self, body: Body, dt: float) -> None:
+        """Count how far the body goes; also while it comes to rest after a pause."""
+        v, d = body.velocity, self.current.direction()
+        self._travelled += (v.vx * d.vx + v.vy * d.vy + v.wz * d.wz) * dt
+
     def account(self, body: Body, dt: float) -> None:
         step, v = self.current, body.velocity
-        d = step.direction()
-        self._travelled += (v.vx * d.vx + v.vy * d.vy + v.wz * d.wz) * dt
+        self.coast(body, dt)
         if abs(step.data) - self._travelled < 5e-4 and v.is_standing(0.02, 0.02):
             self.index += 1
             self._travelled = 0.0

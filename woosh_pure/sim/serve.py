@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from ..convert import pose_of
@@ -20,6 +21,7 @@ from .world import NavigationSettings
 
 if TYPE_CHECKING:
     from .chassis import SimulatedChassis
+    from .network import Network
 
 __all__ = ["Server"]
 
@@ -50,12 +52,15 @@ class Server:
             "/set_map": self.set_map,
             "/move_base/make_plan": self.make_plan,
             "/move_base/clear_costmaps": self.clear_costmaps,
+            "/init_pose": self.init_pose,
+            "/woosh_init": self.woosh_init,
         }
         self.topics = {
             "/base_cmd_vel": self.base_velocity,
             "/smooth_cmd_vel": self.smooth_velocity,
             "/key_cmd_vel": self.smooth_velocity,
             "/initialpose": self.initial_pose,
+            "/volume/percentSet": self.set_volume,
         }
         self.actions = {
             "/move_base": self.move_base,
@@ -63,18 +68,23 @@ class Server:
             "/navigation_mode": self.navigation_mode,
         }
 
+    def distant(self, handler: Callable[[Any], object]) -> Callable[[Any], object]:
+        """An action's handler behind the network: goal and cancel arrive late."""
+        return lambda goal: handler(DistantGoal(goal, self._sim.network))
+
     # -- services --------------------------------------------------------------------------------------------
 
     def exec_task(self, request: Any) -> dict[str, object]:
         """/exec_task."""
         with self._sim.lock:
+            way = self._in_map(_poses(request.poses))
             reply = self._world.tasks.request(
                 TaskRequest(
                     TaskCommand(request.task_exect),
                     request.task_id,
                     TaskType(request.task_type),
                     request.mark_no,
-                    _poses(request.poses),
+                    way,
                     request.direction,
                     request.task_type_no,
                     request.custom,
@@ -89,6 +99,23 @@ class Server:
         with self._sim.lock:
             self._world.run_localization(bool(request.data))
         return {"success": True, "message": ""}
+
+    def init_pose(self, request: Any) -> dict[str, object]:
+        """woosh_msgs/InitPose (its name is assumed)."""
+        return {"success": self._tell_pose(request.initial_pose)}
+
+    def woosh_init(self, request: Any) -> dict[str, object]:
+        """woosh_msgs/WooshInit (its name, and that it starts the localisation, are assumed)."""
+        with self._sim.lock:
+            self._world.run_localization(True)
+            located = self._world.located
+        return {"success": located, "message": "" if located else "position unknown"}
+
+    def set_volume(self, message: Any) -> None:
+        """/volume/percentSet."""
+        publisher = self._sim.graph.first("/volume/percent")
+        if publisher is not None:
+            publisher.publish(percent=min(100, message.percent))
 
     def enable_costmaps(self, request: Any) -> dict[str, object]:
         """/move_base/enable_costmaps."""
@@ -124,10 +151,18 @@ class Server:
         start, goal = _poses([request.start])[0], _poses([request.goal])[0]
         plan = message_type("nav_msgs/Path")()
         with self._sim.lock:
-            usable = _finite(start.x, start.y, goal.x, goal.y, request.tolerance)
-            path = self._world.plan(start, goal, max(0.0, request.tolerance)) if usable else None
+            ends = self._in_map([start, goal]) if _finite(request.tolerance) else None
+            path = None if ends is None else self._world.plan(ends[0], ends[1], max(0.0, request.tolerance))
             fill_plan(path or [], plan, self._sim.now)
         return {"plan": plan}
+
+    def _in_map(self, poses: list[Pose2D]) -> list[Pose2D] | None:
+        """The poses in the map; None when one makes no sense there. With the world locked."""
+        if not all(_finite(pose.x, pose.y, pose.yaw) for pose in poses):
+            return None
+        found = [self._world.in_map(pose) for pose in poses]
+        good = [pose for pose in found if pose is not None]
+        return good if len(good) == len(poses) else None
 
     # -- topics ----------------------------------------------------------------------------------------------
 
@@ -146,23 +181,30 @@ class Server:
 
     def initial_pose(self, message: Any) -> None:
         """/initialpose."""
+        self._tell_pose(message)
+
+    def _tell_pose(self, message: Any) -> bool:
         pose = pose_of(message.pose.pose, "map")
-        if _finite(pose.x, pose.y, pose.yaw):
-            with self._sim.lock:
-                self._world.initial_pose(pose)
+        if not _finite(pose.x, pose.y, pose.yaw):
+            return False
+        with self._sim.lock:
+            return self._world.initial_pose(pose)
 
     # -- actions ---------------------------------------------------------------------------------------------
 
     def move_base(self, goal: Any) -> None:
         """/move_base."""
         target, path = _poses([goal.goal.target_pose])[0], _poses(goal.goal.poses)
-        if not _finite(*(n for p in (target, *path) for n in (p.x, p.y, p.yaw))):
-            goal.abort(text="a pose is not finite")
+        with self._sim.lock:
+            way = self._in_map(path or [target])
+        if way is None:
+            frames = ", ".join(sorted({pose.frame for pose in (target, *path)}))
+            goal.abort(text=f"a pose is not finite, or there is no transform from {frames} to map")
             return
         with self._sim.lock:
             motion = self._world.navigate(
                 "move_base",
-                path or [target],
+                way,
                 keep_path=bool(path),
                 point_by_point=goal.goal.execution_mode == 1,
             )
@@ -182,13 +224,30 @@ class Server:
         with self._sim.lock:
             motion, done = self._step_motion(mode, steps if good else [], bool(message.useAvoid))
         if motion is None:
-            result = _new("woosh_msgs/StepControlResult", result=1 if done else -1)
-            if done:
-                goal.succeed(result)
-            else:
-                goal.abort(result, text="nothing to do")
+            self._answer_step_command(goal, mode, done)
             return
         self._attend(goal, motion, self._step_feedback, lambda ok: self._step_result(motion, ok))
+
+    def _answer_step_command(self, goal: Any, mode: StepControlMode, done: bool) -> None:
+        """The end of a goal that moves nothing: pause, cancel, or a resume without anything paused."""
+        result = _new("woosh_msgs/StepControlResult", result=1 if done else -1)
+        if not done:
+            goal.abort(result, text="nothing to do")
+            return
+        if mode is StepControlMode.PAUSE:
+            self._describe_pause(result)
+        goal.succeed(result)
+
+    def _describe_pause(self, result: Any) -> None:
+        """How far the paused step is, told when the robot stands."""
+        sim, world = self._sim, self._world
+        with sim.lock:
+            end = world.time + 5.0
+            while not world.body.velocity.is_standing(1e-3, 1e-3) and world.time < end and not sim.closing:
+                sim.lock.wait(0.1)
+            if world.paused_step is not None:
+                result.executeMode = int(world.paused_step.current.mode)
+                result.percent = world.paused_step.percent
 
     def _step_motion(
         self, mode: StepControlMode, steps: list[Step], avoid: bool
@@ -285,6 +344,28 @@ class Server:
             goal.preempted(_success(action_type, ok=False), text="cancelled")
         else:
             goal.succeed(_success(action_type))
+
+
+class DistantGoal:
+    """A goal that came over the robot's network; what the handler says goes back through it by itself."""
+
+    def __init__(self, goal: Any, network: Network) -> None:
+        self._goal = goal
+        self._network = network
+        self._cancel_seen: float | None = None
+        network.travel()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._goal, name)
+
+    @property
+    def cancel_requested(self) -> bool:
+        """True when the request to cancel has arrived."""
+        if not self._goal.cancel_requested:
+            return False
+        if self._cancel_seen is None:
+            self._cancel_seen = self._network.arrival()
+        return time.monotonic() >= self._cancel_seen
 
 
 def _success(action_type: str, *, ok: bool = True) -> Any:

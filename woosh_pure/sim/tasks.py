@@ -6,7 +6,7 @@ States and their numbers are the vendor's (see `woosh_pure.enums`). What is not 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -31,13 +31,13 @@ __all__ = ["StatusRecord", "TaskMachine", "TaskReply", "TaskRequest"]
 
 @dataclass(frozen=True, slots=True)
 class TaskRequest:
-    """An ExecTask request; poses in the map."""
+    """An ExecTask request; poses in the map, None when one of them cannot be."""
 
     command: TaskCommand
     task_id: int
     task_type: TaskType = TaskType.PICK
     mark: str = ""
-    poses: Sequence[Pose2D] = ()
+    poses: Sequence[Pose2D] | None = ()
     direction: int = 0
     type_number: int = 0
     custom: int = 0
@@ -70,13 +70,19 @@ class StatusRecord:
 
 
 class TaskMachine:
-    """One task at a time; a finished task stays visible until the next one starts."""
+    """One task at a time; a finished task stays visible until the next one starts.
+
+    Attributes:
+        drive: How a task drives: `(way, keep_path) -> Motion`. The ROS side sends a goal to /move_base here,
+            as /ros_interface does; alone, the world is told directly.
+    """
 
     CARRY_SECONDS = 2.0
     CHARGE_SECONDS = 1.0
 
     def __init__(self, world: World) -> None:
         self._world = world
+        self.drive: Callable[[Sequence[Pose2D], bool], Motion] = self._drive_directly
         self._motion: Motion | None = None
         self._handling = 0.0
         self._left_to_handle: ActionType | None = None
@@ -119,6 +125,8 @@ class TaskMachine:
         refusal = self._refusal()
         if refusal:
             return self._reply(False, refusal[0], refusal[1])
+        if request.poses is None:
+            return self._reply(False, "a pose is not finite or in an unknown frame", 140801000141)
         target = self._target(request)
         if target is None:
             return self._reply(False, f"mark {request.mark!r} is not known", 140801000141)
@@ -158,13 +166,16 @@ class TaskMachine:
         self.wait_id = 0
         self._set(TaskState.RUNNING, ActionType.NAVIGATION, ActionState.RUNNING)
         self._world.leave_dock()
-        self._motion = self._world.navigate("task", target, keep_path=len(target) > 1)
+        self._motion = self.drive(target, len(target) > 1)
+
+    def _drive_directly(self, way: Sequence[Pose2D], keep_path: bool) -> Motion:
+        return self._world.navigate("task", way, keep_path=keep_path)
 
     def _pause(self, request: TaskRequest) -> TaskReply:
         if self.state is not TaskState.RUNNING:
             return self._reply(False, "no running task to pause", 140801000271)
         if self._motion and self._motion.state is MotionState.RUNNING:
-            self._motion.state = MotionState.PAUSED
+            self._motion.pause()
         self._set(TaskState.PAUSED, self.action_type, ActionState.PAUSED)
         return self._reply(True, "ok")
 
@@ -172,7 +183,7 @@ class TaskMachine:
         if self.state is not TaskState.PAUSED:
             return self._reply(False, "no paused task to resume", 140801000281)
         if self._motion and self._motion.state is MotionState.PAUSED:
-            self._motion.state = MotionState.RUNNING
+            self._motion.resume()
         self._set(TaskState.RUNNING, self.action_type, ActionState.RUNNING)
         return self._reply(True, "ok")
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -131,6 +131,19 @@ class World:
         dx, dy, dyaw = self._belief_offset
         return Pose2D(pose.x + dx, pose.y + dy, normalize_angle(pose.yaw + dyaw))
 
+    def in_map(self, pose: Pose2D) -> Pose2D | None:
+        """A pose of a command, in the map; None for a frame this robot does not have."""
+        frame = pose.frame.lstrip("/")
+        if frame == "map":
+            return pose
+        belief = self.believed_pose
+        if frame == "base_link":
+            return belief.transformed(pose.x, pose.y, pose.yaw)
+        if frame == "odom":
+            odometry = self.body.odometry
+            return _compose(belief, odometry, replace(pose, frame="odom"))
+        return None
+
     # -- commands --------------------------------------------------------------------------------------------
 
     def command_velocity(self, velocity: Velocity, *, smooth: bool) -> None:
@@ -179,7 +192,7 @@ class World:
         """Hold the running step goal; what remains is kept for `resume_step`."""
         if not isinstance(self.motion, StepMotion):
             return self.paused_step is not None
-        self.motion.state = MotionState.PAUSED
+        self.motion.pause()
         self.paused_step, self.motion = self.motion, None
         return True
 
@@ -211,16 +224,21 @@ class World:
         self.planner = Planner(grid, self.settings.radius + 0.05)
         self.initial_pose(pose)
 
-    def initial_pose(self, pose: Pose2D) -> None:
-        """A hint where the robot is: near the truth the localisation converges, otherwise it stays lost."""
+    def initial_pose(self, pose: Pose2D) -> bool:
+        """A hint where the robot is: near the truth the localisation converges, otherwise it stays lost.
+
+        Returns:
+            Whether it was taken.
+        """
         truth = self.body.pose
         near = math.hypot(pose.x - truth.x, pose.y - truth.y) < 1.0 and abs(pose.angle_to(truth)) < 0.6
         if near and self.localization_running:
             self.located, self._lost_at = True, None
             self._belief_offset = (0.0, 0.0, 0.0)
             self.report(_LOCATED)
-        else:
-            self.report(140201000022)
+            return True
+        self.report(140201000022)
+        return False
 
     def run_localization(self, on: bool) -> None:
         """/start_localization."""
@@ -307,6 +325,8 @@ class World:
             self.motion.account(self.body, dt)
             if self.motion.state.is_final:
                 self._ended(self.motion)
+        elif self.paused_step is not None:
+            self.paused_step.coast(self.body, dt)
         self.battery.step(dt, self.body.velocity)
         self.tasks.step(dt)
 

@@ -1,0 +1,232 @@
+"""What the simulated chassis does as a real graph does: its own client, its network, frames, odd types."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import pytest
+
+import rosproto
+from rosproto.errors import ConnectionLost, RosTimeout
+from woosh_pure import Chassis, ChassisError, GoalFailed, OutcomeKind, Pose2D, SimulatedChassis
+from woosh_pure.enums import TaskState
+from woosh_pure.errors import MotionRefused
+from woosh_pure.geometry import Velocity
+from woosh_pure.rostypes import message_type
+from woosh_pure.sim import Settings
+
+
+def test_a_task_drives_through_the_robots_own_client(sim, chassis, until):
+    """/ros_interface sends a goal to /move_base, which everybody can see."""
+    seen: set[str] = set()
+    with rosproto.Node("/onlooker", master_uri=sim.master_uri, anonymous=True) as node:
+        node.subscriber(
+            "/move_base/status",
+            "actionlib_msgs/GoalStatusArray",
+            callback=lambda m: seen.update(s.goal_id.id for s in m.status_list),
+        )
+        chassis.go_to_mark("P1").wait(30.0)
+        until(lambda: seen)
+    assert all(goal_id.startswith("/ros_interface-") for goal_id in seen)
+
+
+def test_another_clients_goal_takes_the_base_away_from_a_task(sim, chassis, until):
+    task = chassis.go_to_mark("B1")
+    until(lambda: sim.world.motion is not None)
+    with Chassis(sim.master_uri) as other:
+        drive = other.go_to(1.0, 0.5)
+        with pytest.raises(GoalFailed, match="replaced") as caught:
+            task.wait(20.0)
+        assert caught.value.outcome.kind is OutcomeKind.FAILED
+        assert drive.wait(30.0)
+
+
+def test_a_task_over_points_goes_on_with_the_rest_after_a_pause(sim, chassis, until):
+    from woosh_pure.enums import TaskType
+
+    way = [Pose2D(0.5, 0.0), Pose2D(1.5, 0.0), Pose2D(2.5, 0.0), Pose2D(2.5, 0.8)]
+    task = chassis.task(TaskType.PICK, poses=way)
+    until(lambda: sim.pose.x > 0.9)
+    task.pause()
+    chassis.measured_velocity.wait_for(Velocity.is_standing, 10.0)
+    held = sim.pose
+    task.resume()
+    task.wait(30.0)
+    assert sim.pose.distance_to(way[-1]) < 0.03
+    assert 0.9 < held.x < 2.4
+
+
+def test_the_plan_of_a_drive_is_published_in_the_small_graph_too(chassis):
+    chassis.feed("plan").open().wait_connected()
+    chassis.go_to(2.0, 0.0)
+    assert len(chassis.feed("plan").wait(10.0, new=False).poses) > 1
+
+
+def test_a_pose_in_the_robots_own_frame_is_meant_from_where_it_is(sim, chassis):
+    chassis.go_to(1.0, 0.0, math.pi / 2).wait(30.0)
+    chassis.go_to(0.5, 0.0, frame="base_link").wait(30.0)
+    assert sim.pose.distance_to(Pose2D(1.0, 0.5)) < 0.05
+    odometry = chassis.odometry.wait(5.0).pose
+    chassis.go_to(odometry.x, odometry.y + 0.3, odometry.yaw, frame="odom").wait(30.0)
+    assert sim.pose.distance_to(Pose2D(1.0, 0.8)) < 0.1
+    with pytest.raises(GoalFailed, match="no transform from moon"):
+        chassis.go_to(0.0, 0.0, frame="moon").wait(10.0)
+
+
+def test_commands_are_late_on_a_slow_network(sim, chassis, until):
+    chassis.enable_costmaps(True)
+    with chassis.velocity(bypasses_protection=True) as drive:
+        sim.slow_network(0.4)
+        drive.set(0.2, valid_for=5.0)
+        began = time.monotonic()
+        until(lambda: sim.world.body.velocity.vx > 0.0)
+        assert time.monotonic() - began >= 0.35
+        sim.slow_network(0.0)
+    began = time.monotonic()
+    sim.slow_network(0.3)
+    chassis.enable_costmaps(True)
+    assert time.monotonic() - began >= 0.6
+    with pytest.raises(ValueError, match="at least 0"):
+        sim.slow_network(math.nan)
+
+
+def test_a_goal_on_a_slow_network_ends_well(sim, chassis):
+    sim.slow_network(0.2)
+    assert chassis.move(0.3, speed=0.3).wait(20.0)
+    handle = chassis.go_to(3.0, 2.0)
+    assert handle.cancel(10.0).kind is OutcomeKind.CANCELLED
+    assert chassis.go_to_mark("P1").wait(30.0)
+
+
+def test_a_link_that_drops_in_a_velocity_block_ends_it_and_zero_is_what_arrives_last(sim, chassis, until):
+    with (  # noqa: PT012
+        pytest.raises(ConnectionLost),
+        chassis.velocity(bypasses_protection=True, feedback_timeout=0.5) as drive,
+    ):
+        drive.set(0.1, valid_for=5.0)
+        until(lambda: sim.world.body.velocity.vx > 0.02)
+        sim.drop_link(1.5)
+        drive.hold(0.1, seconds=20.0)
+    until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 10.0)
+    assert chassis.measured_velocity.wait(10.0) is not None
+
+
+def test_a_link_that_drops_in_the_middle_of_a_goal_and_comes_back_loses_nothing(sim, chassis, until):
+    handle = chassis.go_to_mark("P1")
+    until(lambda: not sim.world.body.velocity.is_standing())
+    sim.drop_link(1.0)
+    assert handle.wait(30.0).arrived
+
+
+def test_a_link_that_stays_away_is_a_lost_connection_and_leaving_says_what_was_not_cancelled(
+    sim, until, monkeypatch
+):
+    monkeypatch.setattr("woosh_pure.core._LOST_AFTER", 0.5)
+    chassis = Chassis(sim.master_uri, timeout=1.0)
+    handle = chassis.go_to_mark("B1")
+    chassis.measured_velocity.wait(5.0)
+    sim.drop_link(60.0)
+    assert handle.wait(20.0, raises=False).kind is OutcomeKind.CONNECTION_LOST
+    with pytest.raises(ConnectionLost, match="may still be driving"):
+        chassis.close()
+    chassis.close()  # what could not be done has been told; closing again is fine
+
+
+def test_a_master_that_restarts_in_the_middle_of_a_task_is_not_noticed(sim, chassis, until):
+    handle = chassis.go_to_mark("B1")
+    until(lambda: not sim.world.body.velocity.is_standing())
+    sim.restart_master()
+    assert handle.wait(40.0).arrived
+
+
+def test_a_crashed_navigation_ends_the_task_as_failed(sim, chassis, until):
+    handle = chassis.go_to_mark("B1")
+    until(lambda: not sim.world.body.velocity.is_standing())
+    sim.crash_node("/move_base")
+    assert handle.wait(20.0, raises=False).kind is OutcomeKind.FAILED
+    with pytest.raises(ValueError, match="is no node of this chassis"):
+        sim.crash_node("/move_bas")
+
+
+def test_the_position_is_given_through_the_service_that_is_found_by_its_type(sim, chassis, until):
+    sim.lose_localization()
+    chassis.set_pose(sim.pose, via="service")
+    assert sim.world.located
+    with pytest.raises(ChassisError, match="/init_pose"):
+        chassis.set_pose(Pose2D(5.0, 2.0), via="service")
+    chassis.initialise()
+
+
+def test_without_initialisation_services_the_error_says_what_else_to_do(sim, chassis):
+    for server in [s for s in sim.graph._keep if getattr(s, "name", "") in ("/init_pose", "/woosh_init")]:
+        server.close()
+    with pytest.raises(ChassisError, match=r"no service of type woosh_msgs/WooshInit.*set_pose"):
+        chassis.initialise()
+
+
+def test_a_pose_that_is_not_in_the_map_is_refused_for_the_localisation(chassis):
+    with pytest.raises(ValueError, match="map"):
+        chassis.set_pose(Pose2D(0.0, 0.0, 0.0, "odom"))
+    with pytest.raises(ValueError, match="via"):
+        chassis.set_pose(Pose2D(0.0, 0.0), via="mail")
+
+
+def test_a_type_whose_definition_is_not_published_is_learned_from_the_robot(chassis):
+    volume = chassis.feed("/volume/percent")
+    first = volume.wait(5.0, new=False)
+    assert first.percent == 50
+    chassis.send("/volume/percentSet", type(first)(percent=30))
+    assert volume.wait_for(lambda m: m.percent == 30, 5.0)
+
+
+def test_any_topic_of_the_table_is_written_except_velocities(sim, chassis, until):
+    charge = message_type("woosh_msgs/Charge")()
+    chassis.send("/charge_cmd", charge)
+    until(lambda: "/charge_cmd" in sim.graph.heard)
+    with pytest.raises(MotionRefused, match="velocity"):
+        chassis.send("/key_cmd_vel", message_type("geometry_msgs/Twist")())
+    with pytest.raises(ValueError, match="takes woosh_msgs/Charge, got std_msgs/Bool"):
+        chassis.send("/charge_cmd", message_type("std_msgs/Bool")())
+    with pytest.raises(ValueError, match="not a topic to write"):
+        chassis.send("/battery", charge)
+    with pytest.raises(ValueError, match="not a topic to read"):
+        chassis.feed("/charge_cmd")
+    with pytest.raises(KeyError, match="near names"):
+        chassis.send("/charge_cmdd", charge)
+
+
+def test_equal_seeds_and_equal_commands_give_equal_worlds():
+    from woosh_pure.sim import World
+
+    def run(seed):
+        world = World(settings=Settings(seed=seed))
+        world.navigate("move_base", [Pose2D(2.0, 1.0, 1.0)])
+        for _ in range(400):
+            world.step(0.02)
+        return world.body.pose, world.body.odometry, world.random.random()
+
+    assert run(3) == run(3)
+    assert run(3)[1] != run(4)[1]
+
+
+def test_a_robot_that_is_lost_can_be_told_over_a_whole_session():
+    with (
+        SimulatedChassis(speed=8, full_graph=False, settings=Settings(located=False)) as sim,
+        Chassis(sim.master_uri) as chassis,
+    ):
+        with pytest.raises(MotionRefused, match="not localised"):
+            chassis.go_to_mark("P1")
+        chassis.set_pose(sim.pose)
+        chassis.wait_until(lambda s: s.robot_state != 1, 10.0)
+        assert chassis.go_to_mark("P1").wait(30.0)
+        assert chassis.status.latest.task_state is TaskState.COMPLETED
+
+
+def test_waiting_for_readiness_says_what_is_in_the_way(sim, chassis):
+    sim.press_emergency_stop()
+    chassis.readiness()
+    sim.release_emergency_stop()
+    sim.press_emergency_stop()
+    with pytest.raises(RosTimeout, match="emergency stop"):
+        chassis.wait_until_ready(0.5)

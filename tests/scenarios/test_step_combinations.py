@@ -1,0 +1,97 @@
+"""Every kind of step, combined in one goal, paused in the middle of each, on both kinds of base."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, SimulatedChassis
+from woosh_pure.geometry import Pose2D, Velocity
+from woosh_pure.sim import Settings
+from woosh_pure.sim.body import BodyLimits
+from woosh_pure.steps import Step
+
+ALL = (
+    Step.straight(0.4, 0.3),
+    Step.turn(math.pi / 2, 0.8),
+    Step.lateral(0.4, 0.3),
+    Step.diagonal(0.5, math.pi / 4, 0.3),
+    Step.turn(-1.0, 0.8),
+    Step.straight(-0.2, 0.3),
+)
+
+
+def end_of(steps):
+    """Where a list of steps leads, from the origin."""
+    pose = Pose2D(0.0, 0.0, 0.0)
+    for step in steps:
+        d, size = step.direction(), abs(step.data)
+        pose = pose.transformed(d.vx * size, d.vy * size, d.wz * size)
+    return pose
+
+
+@pytest.fixture
+def omni():
+    settings = Settings(limits=BodyLimits(omnidirectional=True))
+    with SimulatedChassis(speed=8, settings=settings, full_graph=False) as sim:
+        yield sim
+
+
+def test_all_four_kinds_as_one_goal_on_an_omnidirectional_base(omni):
+    with Chassis(omni.master_uri) as chassis:
+        handle = chassis.steps(ALL)
+        seen = [report.index for report in handle.progress()]
+        handle.wait()
+    target = end_of(ALL)
+    assert omni.pose.distance_to(target) < 0.02
+    assert abs(omni.pose.angle_to(target)) < 0.02
+    assert seen == sorted(seen)
+
+
+@pytest.mark.parametrize("paused_in", range(len(ALL)))
+def test_pausing_in_each_kind_of_step_and_resuming_what_remains(omni, until, paused_in):
+    with Chassis(omni.master_uri) as chassis:
+        handle = chassis.steps(ALL)
+        until(lambda: handle.latest_progress and handle.latest_progress.index >= paused_in, 20.0)
+        handle.pause()
+        before = handle.percent
+        chassis.measured_velocity.wait_for(Velocity.is_standing, 5.0)
+        assert not handle.done
+        handle.resume()
+        seen = [(report.index, handle.percent) for report in handle.progress()]
+        handle.wait(30.0)
+    assert omni.pose.distance_to(end_of(ALL)) < 0.03
+    assert [index for index, _ in seen] == sorted(index for index, _ in seen)
+    assert all(percent >= before - 6.0 for _, percent in seen)  # progress goes on, it does not begin anew
+
+
+@pytest.mark.parametrize("sideways", [Step.lateral(0.2), Step.diagonal(0.2, 0.5)])
+def test_a_combination_with_a_sideways_step_moves_a_differential_base_not_at_all(sim, chassis, sideways):
+    with pytest.raises(GoalFailed) as caught:
+        chassis.steps([Step.straight(0.3), sideways]).wait(10.0)
+    assert caught.value.outcome.kind is OutcomeKind.FAILED
+    assert sim.pose.x == 0.0
+
+
+def test_pausing_twice_and_cancelling_while_paused(sim, chassis, until):
+    handle = chassis.steps([Step.straight(2.0, 0.5), Step.turn(1.0)])
+    until(lambda: sim.pose.x > 0.2)
+    handle.pause()
+    handle.resume()
+    until(lambda: handle.latest_progress and not sim.world.body.velocity.is_standing(0.05))
+    handle.pause()
+    chassis.measured_velocity.wait_for(Velocity.is_standing, 5.0)
+    assert handle.cancel().kind is OutcomeKind.CANCELLED
+    with pytest.raises(MotionRefused, match="has ended"):
+        handle.pause()
+    held = sim.pose
+    assert chassis.rotate(0.2, speed=0.5).wait()
+    assert sim.pose.distance_to(held) < 0.02
+
+
+def test_resuming_what_was_not_paused_is_refused(chassis):
+    handle = chassis.move(0.2)
+    with pytest.raises(MotionRefused, match="not paused"):
+        handle.resume()
+    handle.wait()
