@@ -11,20 +11,16 @@ import socket
 import statistics
 import time
 from collections.abc import Generator, Iterator
-from dataclasses import dataclass
-from enum import Enum
 
 import rosproto
 from rosproto.errors import MasterError, RosError, RosTimeout
 from rosproto.transport.address import parse_uri
-from rosproto.transport.connecting import connect
-from rosproto.transport.deadline import Deadline
-from rosproto.transport.tcpros_io import read_header, write_header
 
 from . import interface
+from .doctor_definitions import check_definitions
 from .feed import Feed
+from .finding import Finding, Level
 from .interface import Row
-from .rostypes import message_type
 
 __all__ = ["Finding", "Level", "examine"]
 
@@ -32,31 +28,6 @@ _CABLE = ipaddress.ip_network("169.254.128.0/24")
 _FIRST, _LAST = ipaddress.IPv4Address("169.254.128.20"), ipaddress.IPv4Address("169.254.128.49")
 _HARMLESS = "/rgbled"
 """Announced, but nothing is published on it: the chassis's node connects back to us all the same."""
-
-
-class Level(Enum):
-    """How bad a finding is."""
-
-    OK = "ok"
-    WARNING = "warning"
-    PROBLEM = "PROBLEM"
-
-
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """What one check found.
-
-    Attributes:
-        check: Its name, for programs.
-        level: How bad it is.
-        text: What was found.
-        advice: What to do; "" when nothing is needed.
-    """
-
-    check: str
-    level: Level
-    text: str
-    advice: str = ""
 
 
 def examine(
@@ -212,14 +183,14 @@ def _node_problem(client: rosproto.MasterClient, node: str, timeout: float) -> s
 
 
 def _competitors(state: rosproto.node.SystemState) -> Iterator[Finding]:
+    """Other programs that command it; the chassis's own nodes do so as well, and are none."""
+    own = {node for row in interface.ROWS for node in (*row.providers, *row.listeners)}
     rivals: dict[str, list[str]] = {}
-    for row in interface.actions():
-        for node in state.publishers.get(f"{row.name}/goal", []):
-            if node != "/ros_interface":
-                rivals.setdefault(node, []).append(row.name)
-    for topic in ("/smooth_cmd_vel", "/base_cmd_vel"):
-        for node in state.publishers.get(topic, []):
-            rivals.setdefault(node, []).append(topic)
+    topics = {f"{row.name}/goal": row.name for row in interface.actions()}
+    topics |= {row.name: row.name for row in interface.topics("write") if row.bypasses_protection}
+    for topic, name in topics.items():
+        for node in set(state.publishers.get(topic, [])) - own:
+            rivals.setdefault(node, []).append(name)
     for node, names in sorted(rivals.items()):
         advice = "end that program, or agree who drives: two clients interrupt each other"
         yield Finding("competitor", Level.WARNING, f"{node} also commands {', '.join(names)}", advice)
@@ -264,7 +235,7 @@ def _topics(node: rosproto.Node, state: rosproto.node.SystemState, listen: float
     end = time.monotonic() + listen
     while time.monotonic() < end and not all(feed.heard or feed.row.on_change for feed in feeds):
         time.sleep(0.05)
-    yield from _definitions(node, state, feeds)
+    yield from check_definitions(node, state)
     silent = [f.topic for f in feeds if not f.heard and not f.row.on_change and f.row.source == "page"]
     if silent:
         advice = "the node behind it hangs, or its links are blocked; restart the robot if it stays so"
@@ -275,39 +246,6 @@ def _topics(node: rosproto.Node, state: rosproto.node.SystemState, listen: float
     yield from _clock(feeds)
     for feed in feeds:
         feed.close()
-
-
-def _definitions(
-    node: rosproto.Node, state: rosproto.node.SystemState, feeds: list[Feed[object]]
-) -> Iterator[Finding]:
-    differing = 0
-    for feed in feeds:
-        ours = message_type(feed.row.type)._md5sum
-        for publisher in state.publishers.get(feed.topic, []):
-            theirs = _offered_md5sum(node, publisher, feed.topic)
-            if theirs not in ("", ours):
-                differing += 1
-                text = f"{feed.topic}: {publisher} has another {feed.row.type} (md5sum {theirs}, ours {ours})"
-                advice = "values are carried over by field name where that is possible; report both md5sums"
-                yield Finding("definition", Level.WARNING, text, advice)
-    if not differing:
-        yield Finding("definition", Level.OK, "all message definitions agree")
-
-
-def _offered_md5sum(node: rosproto.Node, publisher: str, topic: str) -> str:
-    """What a publisher's handshake says; "" when it cannot be asked (other checks tell that)."""
-    deadline = Deadline(2.0)
-    try:
-        with rosproto.NodeClient(node.master.lookup_node(publisher), node.name, timeout=2.0) as client:
-            answer = client.request_topic(topic)
-        if len(answer) < 3:
-            return ""
-        sock = connect(str(answer[1]), int(str(answer[2])), deadline)
-        with sock:
-            write_header(sock, {"callerid": node.name, "topic": topic, "type": "*", "md5sum": "*"}, deadline)
-            return read_header(sock, rosproto.Limits(), deadline).get("md5sum", "")
-    except (RosError, ValueError):
-        return ""
 
 
 def _clock(feeds: list[Feed[object]]) -> Iterator[Finding]:

@@ -15,7 +15,7 @@ from rosproto.codec.conversion import Conversion
 from rosproto.errors import DefinitionError
 from rosproto.msg import DefinitionLibrary, bundled
 
-__all__ = ["CURRENT", "Firmware", "firmware", "firmware_names", "revision_of"]
+__all__ = ["CURRENT", "Firmware", "firmware", "firmware_names", "revision_label", "revision_of"]
 
 CURRENT = "1.1.4"
 """The package version whose definitions are the bundled ones."""
@@ -94,10 +94,15 @@ def _version(label: str) -> tuple[int, ...]:
 
 def revision_of(cls: Any) -> tuple[str, str]:
     """(firmware, note) of a class by its md5sum; ("", "") when the bundled definitions do not know it."""
+    return revision_label(cls._type, cls._md5sum)
+
+
+def revision_label(type_name: str, md5sum: str) -> tuple[str, str]:
+    """As `revision_of`, for a message or service type and an md5sum."""
     try:
-        if bundled().md5sum(cls._type) == cls._md5sum:
+        if bundled().md5sum(type_name) == md5sum:
             return CURRENT, ""
-        found = [r for r in bundled().revisions(cls._type) if r.md5sum == cls._md5sum]
+        found = [r for r in bundled().revisions(type_name) if r.md5sum == md5sum]
     except DefinitionError:
         return "", ""
     return (found[0].label, found[0].note) if found else ("", "")

@@ -6,9 +6,14 @@ from typing import Any
 
 import rosproto
 
-__all__ = ["message_type"]
+__all__ = ["message_type", "service_type"]
 
 
 def message_type(name: str) -> Any:
     """The class of a message type, "package/Type"."""
     return rosproto.message_class(name)
+
+
+def service_type(name: str) -> Any:
+    """The class of a service type, "package/Type"."""
+    return rosproto.service_class(name)

@@ -13,6 +13,7 @@ import rosproto
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.cli import main
 from woosh_pure.doctor import Level, check_own_address, examine
+from woosh_pure.doctor_definitions import finding_of
 
 
 def findings(uri: str, **options: object) -> dict[str, list]:
@@ -94,6 +95,38 @@ def test_another_definition_is_named(healthy):
         found = findings(healthy.master_uri)
     assert any("/driver_base/bms" in f.text for f in found["definition"])
     assert all(f.level is not Level.OK for f in found["definition"])
+
+
+def test_a_known_revision_is_named_by_its_firmware_and_needs_nothing():
+    with SimulatedChassis(firmware="1.1.0") as sim:
+        found = findings(sim.master_uri)["definition"]
+    steps = next(f for f in found if f.text.startswith("/cmd_vel_control/goal"))
+    assert "as of firmware 1.1.0" in steps.text
+    assert "nothing is needed" in steps.advice
+    assert all(f.level is Level.WARNING for f in found)
+
+
+def test_services_are_asked_too():
+    with SimulatedChassis(firmware="page", full_graph=False) as sim:
+        found = findings(sim.master_uri)["definition"]
+    assert any(f.text.startswith("/exec_task: /ros_interface has woosh_msgs/ExecTask") for f in found)
+
+
+def test_an_unknown_revision_is_told_with_both_md5sums_and_what_to_do():
+    finding = finding_of("/battery", "/node", "woosh_msgs/Battery", "0" * 32, "1" * 32)
+    assert "0" * 32 in finding.text
+    assert "1" * 32 in finding.text
+    assert "woosh learn" in finding.advice
+
+
+def test_the_robots_own_nodes_are_no_competitors(healthy):
+    """Seen on a real graph: the robot's own programs publish goals and velocities, too."""
+    client = rosproto.MasterClient(healthy.master_uri, "/woosh_auto_dock_node")
+    client.register_publisher("/smooth_cmd_vel", "geometry_msgs/Twist", "http://127.0.0.1:1/")
+    try:
+        assert findings(healthy.master_uri)["competitor"][0].level is Level.OK
+    finally:
+        client.unregister_publisher("/smooth_cmd_vel", "http://127.0.0.1:1/")
 
 
 def test_a_silent_topic_and_a_competitor():
