@@ -59,6 +59,10 @@ class ApiClient:
         """Close the connections; running calls end with ConnectionLost."""
         self._client.close()
 
+    def reconnect(self) -> None:
+        """Make new connections from now on, because this computer's address changed."""
+        self._client.reconnect()
+
     def call(self, method: str, *params: object, timeout: float | None = None) -> object:
         """Any method of the peer with our caller id first; returns the value of its reply."""
         reply = self._client.call(method, self.caller_id, *params, timeout=timeout)

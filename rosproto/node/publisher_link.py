@@ -37,6 +37,10 @@ REFUSALS = (HandshakeRefused, Md5sumMismatch, DefinitionError, CodecError, TooLa
 """Errors that trying again at once does not cure."""
 
 
+ASK_EVERY = 4
+"""Failed tries (1 s of quick ones) after which the master is asked whether the publisher is still there."""
+
+
 class PublisherLink:
     """Thread and states of a link; `_open` and `_receive` are the session.
 
@@ -172,6 +176,8 @@ class PublisherLink:
         if self._step(LinkEvent.REFUSED if refused else LinkEvent.FAILED) is LinkState.CLOSED:
             return
         self._attempts += 1
+        if self._attempts % ASK_EVERY == 0:
+            self._node._watchdog.verify(self.subscription)
         if was is LinkState.RECEIVING:
             kind = EventKind.DISCONNECTED
         else:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import AnyMsg, encode
@@ -371,6 +371,12 @@ class Subscription:
     def connections(self) -> int:
         """Publishers whose messages can arrive now."""
         return sum(link.connected for link in self.links.values())
+
+    def knows(self, publishers: Collection[str]) -> bool:
+        """Are our links those to these nodes, as far as one can tell: not all have said their names yet."""
+        names = {link.caller_id for link in list(self.links.values())}
+        expected = min(len(publishers), self.node.limits.publishers)
+        return len(self.links) == expected and names - {""} <= set(publishers)
 
     def wait_for(self, count: int, timeout: float | None) -> bool:
         """Wait until at least `count` publishers are connected; False when they were not in time."""

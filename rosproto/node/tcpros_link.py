@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 __all__ = ["TcprosLink"]
 
-# For asking and connecting together. Not less, for slow networks; not more, because what was sent into a network
-# that was away is repeated late by some systems, and a new question is faster.
+# For asking and connecting together. Not less, for slow networks; not more, because what was sent into a
+# network that was away is repeated late by some systems, and a new question is faster.
 TRY_SECONDS = 5.0
 
 

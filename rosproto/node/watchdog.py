@@ -4,7 +4,10 @@
   peer does this; rospy and roscpp are forgotten for ever (wire_pitfalls 10).
 * The master is away: asked again after 0.1 to 0.5 s, so that it is noticed within 2 s when it is back.
 * Our address towards the master changed (Wi-Fi, DHCP): the node listens on the new one and registers it.
-* Now and then the whole graph is compared: a registration that got lost for any other reason is made again.
+* Now and then the whole graph is compared: a registration that got lost for any other reason is made again,
+  and publishers that we were not told of are asked for. Behind a firewall that lets nobody in, which is where
+  most laptops are, the master's `publisherUpdate` never arrives.
+* A link that cannot reach its publisher has the master asked too: the publisher may be elsewhere by now.
 * A `publisherUpdate` that did not come from the master's address is checked here by asking the master.
 """
 
@@ -19,8 +22,10 @@ from rosproto.node.events import Event, EventKind, without_frames
 from rosproto.node.joining import rebind
 from rosproto.transport.address import same_uri
 from rosproto.transport.backoff import Backoff
+from rosproto.transport.os_errors import no_route
 
 if TYPE_CHECKING:
+    from rosproto.node.master_client import SystemState
     from rosproto.node.node import Node
     from rosproto.node.subscription import Subscription
 
@@ -30,7 +35,10 @@ _log = get_logger("rosproto.node")
 
 PERIOD = 1.0  # seconds between two looks at a master that answers
 CALL_TIMEOUT = 5.0
-FULL_CHECK_EVERY = 10  # looks
+# An answer that takes longer is asked for once more on a new connection: the old one may be from an address
+# that is no longer ours, or wait for the system to repeat what was lost.
+PATIENCE = 2.0
+FULL_CHECK_EVERY = 5  # looks
 MOST_TO_VERIFY = 1000  # topics; more are not ours
 
 
@@ -41,6 +49,7 @@ class Watchdog:
         self._node = node
         self._wake = threading.Condition()
         self._to_verify: dict[str, Subscription] = {}
+        self._hurry = False
         self._backoff = Backoff(first=0.1, factor=1.5, most=0.5, jitter=0.1)
         self._identity: object = None
         self._lost = False
@@ -67,13 +76,16 @@ class Watchdog:
         with self._wake:
             if len(self._to_verify) < MOST_TO_VERIFY:
                 self._to_verify[subscription.name] = subscription
+                self._hurry = True
                 self._wake.notify_all()
 
     def _run(self) -> None:
         pause = PERIOD
         while not self._node._closing.is_set():
             with self._wake:
-                self._wake.wait_for(lambda: self._node._closing.is_set() or self._to_verify, pause)
+                # Not "until something is to be verified": that stays so while the master is away.
+                self._wake.wait_for(lambda: self._node._closing.is_set() or self._hurry, pause)
+                self._hurry = False
             if self._node._closing.is_set():
                 return
             try:
@@ -85,8 +97,8 @@ class Watchdog:
 
     def _look(self) -> float:
         """One round; returns the seconds until the next."""
-        moved = self._follow_address()
         try:
+            moved = self._follow_address()
             stands = self._check_registration() and not moved
             if not stands and not self._node._registrations.register_all():
                 raise ConnectionLost("the master went away during registration", peer=self._node.master_uri)
@@ -123,10 +135,16 @@ class Watchdog:
 
     def _ask(self) -> tuple[object, object, object]:
         """The master's process id, our URI as it knows it, its run id; one request where multicall works."""
-        answers = self._node._master.several(
-            [("getPid", ()), ("lookupNode", (self._node.name,)), ("getParam", ("/run_id",))],
-            timeout=CALL_TIMEOUT,
-        )
+        calls: list[tuple[str, tuple[object, ...]]] = [
+            ("getPid", ()),
+            ("lookupNode", (self._node.name,)),
+            ("getParam", ("/run_id",)),
+        ]
+        master = self._node._master
+        try:
+            answers = master.several(calls, timeout=PATIENCE)
+        except RosTimeout:
+            answers = master.several(calls, timeout=CALL_TIMEOUT - PATIENCE)
         values = [None if isinstance(answer, MasterError) else answer for answer in answers]
         return values[0], values[1], values[2]
 
@@ -134,11 +152,20 @@ class Watchdog:
         node = self._node
         state = node._master.get_system_state(timeout=CALL_TIMEOUT)
         tables = {"publisher": state.publishers, "subscriber": state.subscribers, "service": state.services}
+        self._note_unknown_publishers(state)
         return all(
             node.name in table.get(registration.name, ())
             for kind, table in tables.items()
             for registration in node._registrations.of_kind(kind)
         )
+
+    def _note_unknown_publishers(self, state: SystemState) -> None:
+        """Have topics verified whose publishers are others than those we know."""
+        for registration in self._node._registrations.of_kind("subscriber"):
+            subscription = self._node._topics.subscription(registration.name)
+            publishers = state.publishers.get(registration.name, ())
+            if subscription is not None and not subscription.knows(publishers):
+                self.verify(subscription)
 
     def _verify_some(self) -> None:
         with self._wake:
@@ -148,15 +175,23 @@ class Watchdog:
                 subscription.register(self._node._master)
 
     def _follow_address(self) -> bool:
-        """Listen on our present address towards the master; True when it is another one than before."""
+        """Listen on our present address towards the master; True when it is another one than before.
+
+        Raises:
+            ConnectionLost: There is no way to the master, the cable is out.
+        """
         node = self._node
         old = node.uri
         try:
             if not rebind(node):
                 return False
         except RosError as error:
+            if no_route(error.__cause__):
+                raise
+            # The name server is silent, or the port taken: that says nothing about the master.
             _log.debug("! %s: the present address is not known: %s", node.name, error)
             return False
+        node._master.reconnect()
         _log.warning("= %s: our address changed, %s is now %s", node.name, old, node.uri)
         node._emit(Event(EventKind.ADDRESS_CHANGED, address=node.uri))
         return True

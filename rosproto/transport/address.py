@@ -189,6 +189,7 @@ def local_address_towards(host: str, port: int, timeout: float | None = 5.0) -> 
         RosTimeout: The name server did not answer.
     """
     problem: RosError | None = None
+    cause: OSError | None = None
     for address in resolve(host, Deadline(timeout)):
         family = _family(address) or socket.AF_INET
         try:
@@ -198,8 +199,9 @@ def local_address_towards(host: str, port: int, timeout: float | None = 5.0) -> 
         except OSError as error:
             peer = format_address(address, port)
             problem = problem or translate(error, f"find the route to {peer}", peer)
+            cause = cause or error
     assert problem is not None
-    raise problem
+    raise problem from cause
 
 
 def host_from_environment(

@@ -7,7 +7,7 @@ import errno
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.transport.deadline import Deadline
 
-__all__ = ["closed_by_peer", "connection_is_over", "translate"]
+__all__ = ["closed_by_peer", "connection_is_over", "no_route", "translate"]
 
 _REFUSED = {errno.ECONNREFUSED, 10061}  # 100xx: Windows' own numbers
 _UNREACHABLE = {errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENETDOWN, 10051, 10065, 10050}
@@ -45,6 +45,11 @@ def _code(error: OSError) -> int | None:
 def connection_is_over(error: OSError) -> bool:
     """Does this say no more than that either side has closed or reset the connection?"""
     return _code(error) in _RESET | _CLOSED_HERE
+
+
+def no_route(error: object) -> bool:
+    """Does this say that the network has no way there at present: no address, the cable is out?"""
+    return isinstance(error, OSError) and _code(error) in _UNREACHABLE
 
 
 def _reason(error: OSError) -> str:

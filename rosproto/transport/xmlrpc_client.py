@@ -108,6 +108,14 @@ class XmlRpcClient:
         for link in busy:
             link.abort()
 
+    def reconnect(self) -> None:
+        """Let go of all connections, this computer has another address. Calls on kept ones are sent again."""
+        with self._lock:
+            busy = list(self._busy)
+        self._drop_idle()
+        for link in busy:
+            link.abort()
+
     def _exchange(self, method: str, body: bytes, deadline: Deadline, retry: bool) -> Response:
         while True:
             link = self._take(method, deadline)

@@ -118,6 +118,61 @@ def test_what_is_lost_at_the_master_without_a_restart_is_found() -> None:
             eventually(lambda: "/p" in somebody.get_system_state().publishers)
 
 
+def _deaf_to_updates(node: Node) -> None:
+    """As behind a firewall that lets nobody in: the master's publisherUpdate never arrives."""
+    _, arity, refusal = node._slave.methods["publisherUpdate"]
+    node._slave.methods["publisherUpdate"] = (lambda *_: [1, "", 0], arity, refusal)
+
+
+def test_publishers_that_nobody_told_us_of_are_found() -> None:
+    with (
+        Master() as master,
+        Node("/a", master_uri=master.uri, intraprocess=False) as a,
+        Node("/b", master_uri=master.uri, intraprocess=False) as b,
+    ):
+        _deaf_to_updates(b)
+        subscriber = b.subscriber("/p", String)
+        publisher = a.publisher("/p", String)
+        b._watchdog._looks = 4  # the next look compares the whole graph
+        eventually(lambda: subscriber.connections == 1)
+        publisher.close()
+        b._watchdog._looks = 4
+        eventually(lambda: not subscriber._subscription.links)
+
+
+def test_a_publisher_that_is_elsewhere_now_is_asked_for() -> None:
+    """Restarted on other ports, which nobody tells us."""
+    with Master() as master, Node("/b", master_uri=master.uri, intraprocess=False) as b:
+        _deaf_to_updates(b)
+        with Node("/a", master_uri=master.uri, intraprocess=False) as a:
+            a.publisher("/p", String)
+            subscriber = b.subscriber("/p", String)
+            subscriber.wait_for_connection(5)
+        eventually(lambda: not subscriber.connections)
+        with Node("/a", master_uri=master.uri, intraprocess=False) as a:
+            a.publisher("/p", String)
+            eventually(lambda: subscriber.connections == 1)
+
+
+def test_waiting_to_verify_does_not_spin_while_the_master_is_away() -> None:
+    with Master() as master, Node("/n", master_uri=master.uri) as node:
+        subscriber = node.subscriber("/p", String)
+        master.close()
+        eventually(lambda: node._watchdog.master_lost)
+        node._watchdog.verify(subscriber._subscription)
+        looks: list[float] = []
+        follow = node._watchdog._follow_address
+
+        def counted() -> bool:
+            looks.append(time.monotonic())
+            return follow()
+
+        node._watchdog._follow_address = counted  # type: ignore[method-assign]
+        eventually(lambda: len(looks) >= 5)
+        # The first may come at once; then the back-off: 0.1 s and more, less a tenth.
+        assert min(looks[n + 1] - looks[n] for n in range(1, len(looks) - 1)) > 0.08
+
+
 def test_the_node_follows_its_address(monkeypatch: pytest.MonkeyPatch) -> None:
     """Another address towards the master: servers and registrations move, links come back."""
     address = ["127.0.0.1"]

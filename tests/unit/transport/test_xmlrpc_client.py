@@ -197,6 +197,28 @@ def test_a_new_connection_is_never_retried(scripted: Callable[..., str]) -> None
     assert numbers == [0]
 
 
+def test_a_call_that_waits_at_an_old_address_is_made_again(scripted: Callable[..., str]) -> None:
+    """What was sent from an address that is gone is never answered: `reconnect` sends it again from the new one."""
+    waiting = threading.Event()
+
+    def script(number: int, sock: socket.socket) -> None:
+        serve_one(sock, number)
+        if number == 0:
+            sock.recv(65536)
+            waiting.set()
+            sock.recv(1)  # until the client lets go
+
+    with XmlRpcClient(scripted(script)) as client:
+        assert client.call("getPid") == 0
+        answers: queue.Queue[object] = queue.Queue()
+        caller = threading.Thread(target=lambda: answers.put(client.call("getPid", timeout=SOON)))
+        caller.start()
+        assert waiting.wait(SOON)
+        client.reconnect()
+        assert answers.get(timeout=SOON) == 1
+        caller.join()
+
+
 def test_an_answer_that_breaks_off_is_not_retried(scripted: Callable[..., str]) -> None:
     numbers = []
 
@@ -253,10 +275,12 @@ def test_a_connection_with_surplus_bytes_is_not_used_again(scripted: Callable[..
 def test_the_path_of_the_uri_is_asked_for(scripted: Callable[..., str]) -> None:
     answered: queue.Queue[Request] = queue.Queue()
     uri = scripted(lambda _n, sock: answered.put(serve_one(sock)))
+    requests = []
     for path in ("", "RPC2"):
         with XmlRpcClient(uri + path) as client:
             client.call("x")
-    requests = [answered.get(timeout=SOON) for _ in range(2)]
+        # Taken one by one: the script notes a request after it was answered.
+        requests.append(answered.get(timeout=SOON))
     assert [request.target for request in requests] == ["/", "/RPC2"]
     assert requests[0].headers["host"] == uri[7:-1]
 
