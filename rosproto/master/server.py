@@ -15,7 +15,7 @@ from .api import MasterApi, UnknownMethod
 from .delivery import NodeSender
 from .notifier import Notifier
 from .parameters import ParameterTree
-from .registry import Registry
+from .registry import SUCCESS, Registry
 
 __all__ = ["DEFAULT_PORT", "Master"]
 
@@ -41,7 +41,7 @@ class Master:
         host: Address to listen on: only this computer by default, "0.0.0.0" for every interface.
         port: Port; 0 takes a free one, 11311 is what nodes look for.
         advertise: Host in `uri` if `host` is not what others should use; for a wildcard the address of the
-            default route is taken.
+            default route is taken, and `getUri` answers each caller with the address that it called.
         limits: Bounds of sizes, times and connections.
         allow: Who may connect: addresses, or a function of the address; None for everybody.
         allow_shutdown: Whether the API's `shutdown` is obeyed; None: from this computer only.
@@ -86,6 +86,7 @@ class Master:
         )
         self._set_core_parameters()
         shown = advertise or _reachable(host)
+        self._follows_caller = not advertise and host in _WILDCARDS
         self._api.uri = make_uri(shown, port)  # right at once if the port is given; see below
         self._server = XmlRpcServer(
             host or "0.0.0.0",
@@ -143,9 +144,17 @@ class Master:
         if method == "system.listMethods":
             return [*self._api.methods(), "system.listMethods", "system.multicall"]
         try:
-            return self._api.dispatch(method, params, peer)
+            answer = self._api.dispatch(method, params, peer)
         except UnknownMethod as error:
             raise Fault(1, str(error)) from error
+        if method == "getUri" and answer[0] == SUCCESS:
+            answer[2] = self._uri_for(peer)
+        return answer
+
+    def _uri_for(self, peer: Peer) -> str:
+        """Our URI for one caller: with a wildcard, the address that the call itself came to."""
+        local = peer.local_host if self._follows_caller else ""
+        return make_uri(local, self.port) if local and "%" not in local else self.uri
 
     def _set_core_parameters(self) -> None:
         import uuid  # costs more to import than the rest of this module, and only masters need it

@@ -209,17 +209,35 @@ def test_a_wildcard_host_gives_a_reachable_uri(host: str) -> None:
     """Nobody can connect to 0.0.0.0."""
     with Master(host) as master:
         assert "0.0.0.0" not in master.uri
-        with (
-            MasterClient(master.uri, "/t") as client,
-            MasterClient(f"http://127.0.0.1:{master.port}", "/t") as other,
-        ):
-            assert client.get_uri() == other.get_uri() == master.uri
+        with MasterClient(master.uri, "/t") as client:
+            assert client.get_uri() == master.uri
+
+
+@pytest.mark.parametrize(("host", "called"), [("0.0.0.0", "127.0.0.1"), ("", "127.0.0.1"), ("::", "[::1]")])
+def test_get_uri_of_a_wildcard_is_where_the_caller_called(host: str, called: str) -> None:
+    """The default route's address may belong to a network that the caller is not in."""
+    with contextlib.ExitStack() as stack:
+        try:
+            master = stack.enter_context(Master(host))
+        except ConnectionLost as error:
+            pytest.skip(f"no IPv6 here: {error}")
+        uri = f"http://{called}:{master.port}/"
+        client = stack.enter_context(MasterClient(uri, "/t"))
+        assert client.get_uri() == uri
+        assert client.multicall([("getUri", ())]) == [uri]
+        with pytest.raises(MasterError, match="getUri"):  # a wrong call has no URI to be changed
+            client.call("getUri", "too", "much")
 
 
 def test_an_advertised_host_is_in_the_uri() -> None:
     """For address translation and names."""
     with Master(advertise="robot.local") as master:
         assert master.uri == f"http://robot.local:{master.port}/"
+    with (
+        Master("0.0.0.0", advertise="robot.local") as master,
+        MasterClient(f"http://127.0.0.1:{master.port}", "/t") as client,
+    ):
+        assert client.get_uri() == master.uri == f"http://robot.local:{master.port}/"
 
 
 def test_ipv6(request: pytest.FixtureRequest) -> None:
