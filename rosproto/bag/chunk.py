@@ -58,6 +58,8 @@ _MOST_HEADER_BYTES = 1 << 20
 _MESSAGE_HEADER = 38  # fields conn, op and time with their lengths
 MESSAGE_HEAD = 4 + _MESSAGE_HEADER + 4  # with the header's and the data's length
 
+_HEAD_TYPE = f"V{MESSAGE_HEAD}"  # numpy's name for that many bytes
+
 _U32 = Struct("<I")
 _HEADER_AND_DATA = Struct("<I38xI")
 
@@ -137,7 +139,9 @@ class ChunkData:
         base: Where the data starts in `blob`.
         end: Where it ends.
         index: Offsets into the data by connection id, from the index records; None when there are none to
-        trust. complete: False when some of the data is missing.
+            trust.
+        complete: False when some of the data is missing.
+        packed: True when it was compressed.
     """
 
     info: ChunkInfo
@@ -146,6 +150,7 @@ class ChunkData:
     end: int
     index: dict[int, NDArray[np.uint32]] | None
     complete: bool = True
+    packed: bool = False
 
     def rows(self, wanted: Collection[int] | None = None) -> Rows:
         """The messages of the wanted connections (None: all), in file order for each connection.
@@ -227,7 +232,7 @@ def read_chunk(source: Source, info: ChunkInfo, span: int, *, with_index: bool =
             plain, complete = decompress(chunk.compression, packed, chunk.size), True
     except BagError as problem:
         raise source.error(str(problem), info.pos) from None
-    return ChunkData(info, plain, 0, len(plain), index, complete)
+    return ChunkData(info, plain, 0, len(plain), index, complete, True)
 
 
 def _chunk_head(source: Source, pos: int) -> RecordHead:
@@ -378,14 +383,14 @@ def _rows_at(blob: bytes, base: int, end: int, offsets: NDArray[np.integer]) -> 
     places = end - base - MESSAGE_HEAD + 1
     if places <= 0 or int(where.max()) >= places or int(where.min()) < 0:
         return None
-    windows = np.ndarray((places,), f"V{MESSAGE_HEAD}", blob, base, (1,))
+    windows = np.ndarray((places,), _HEAD_TYPE, blob, base, (1,))
     heads = windows[where]
     layout = _layout(heads[0].tobytes())
     if layout is None:
         return None
     dtype, constant = layout
     plain = heads.view(np.uint8).reshape(-1, MESSAGE_HEAD)
-    if not (plain[:, constant] == plain[0, constant]).all():
+    if ((plain ^ plain[0]) & constant).any():
         return None
     fields = heads.view(dtype)
     start = where + (base + MESSAGE_HEAD)
@@ -395,8 +400,8 @@ def _rows_at(blob: bytes, base: int, end: int, offsets: NDArray[np.integer]) -> 
     return Rows(fields["conn"].copy(), fields["secs"].copy(), fields["nsecs"].copy(), start, stop)
 
 
-def _layout(head: bytes) -> tuple[np.dtype[np.void], NDArray[np.bool_]] | None:
-    """Where a message header of 38 bytes has its values, and which of its bytes never change."""
+def _layout(head: bytes) -> tuple[np.dtype[np.void], NDArray[np.uint8]] | None:
+    """Where a message header of 38 bytes has its values, and a mask of the bytes that never change."""
     try:
         fields = decode_fields(head, 4, 4 + _MESSAGE_HEADER)
     except BagError:
@@ -409,7 +414,7 @@ def _layout(head: bytes) -> tuple[np.dtype[np.void], NDArray[np.bool_]] | None:
 
 
 @lru_cache(maxsize=8)
-def _layout_of(names: tuple[str, ...]) -> tuple[np.dtype[np.void], NDArray[np.bool_]]:
+def _layout_of(names: tuple[str, ...]) -> tuple[np.dtype[np.void], NDArray[np.uint8]]:
     """The same for an order of the three fields."""
     import numpy as np
 
@@ -420,8 +425,8 @@ def _layout_of(names: tuple[str, ...]) -> tuple[np.dtype[np.void], NDArray[np.bo
         places[name] = at
         at += {"conn": 4, "op": 1, "time": 8}[name]
     conn, time, size = places["conn"], places["time"], MESSAGE_HEAD - 4
-    constant = np.ones(MESSAGE_HEAD, np.bool_)
-    constant[conn : conn + 4] = constant[time : time + 8] = constant[size:] = False
+    constant = np.full(MESSAGE_HEAD, 255, np.uint8)
+    constant[conn : conn + 4] = constant[time : time + 8] = constant[size:] = 0
     dtype = np.dtype(
         {
             "names": ["conn", "secs", "nsecs", "size"],

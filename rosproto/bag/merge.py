@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rosproto.bag.ahead import Following
 from rosproto.bag.chunk import ChunkData, Rows
 from rosproto.bag.records import ChunkInfo
 from rosproto.errors import BagError
@@ -26,7 +27,7 @@ __all__ = ["Batch", "merge"]
 
 BUDGET_BYTES = 64 << 20
 
-Load = Callable[[ChunkInfo], "ChunkData | None"]
+Load = Callable[[ChunkInfo, Following | None], "ChunkData | None"]
 Select = Callable[[ChunkData], "Rows | None"]
 
 
@@ -61,14 +62,14 @@ def merge(chunks: Iterable[ChunkInfo], load: Load, select: Select) -> Iterator[B
 
     Args:
         chunks: Which ones.
-        load: Reads a chunk; None for one to be skipped.
+        load: Reads a chunk, given it and a function that gives the next so many; None for one to be skipped.
         select: The wanted rows of a chunk in file order; None for a chunk to be skipped.
     """
     order = sorted(chunks, key=lambda c: (c.start, c.pos))
     cache = _Cache(order, load)
     waiting: list[_Piece] = []
     for number, info in enumerate(order):
-        data = load(info)
+        data = load(info, lambda count, at=number + 1: order[at : at + count])  # type: ignore[misc]
         rows = None if data is None else select(data)
         if data is not None and rows is not None and len(rows.conn):
             cache.put(number, data)
@@ -83,12 +84,17 @@ def _sorted_piece(number: int, rows: Rows) -> _Piece:
     import numpy as np
 
     time = rows.time
-    step = np.diff(time)
-    if not ((step > 0) | ((step == 0) & (np.diff(rows.start) > 0))).all():
+    # Looking whether they are in order is worth it only where sorting takes longer.
+    if len(time) < 256 or not _in_order(time, rows.start):
         # By time, then by place in the file: rows come connection by connection.
         order = np.lexsort((rows.start, time))
         return _Piece(number, rows.take(order), time[order])
     return _Piece(number, rows, time)
+
+
+def _in_order(time: NDArray[np.int64], start: NDArray[np.int64]) -> bool:
+    step = time[1:] - time[:-1]
+    return bool(((step > 0) | ((step == 0) & (start[1:] > start[:-1]))).all())
 
 
 def _release(waiting: list[_Piece], limit: int | None, cache: _Cache) -> tuple[Batch | None, list[_Piece]]:
@@ -153,7 +159,7 @@ class _Cache:
         if data is not None:
             self._held.move_to_end(number)
             return data
-        data = self._load(self._order[number])
+        data = self._load(self._order[number], None)
         if data is None:  # it could be read a moment ago
             raise BagError("the bag changed while it was read", offset=self._order[number].pos)
         self.put(number, data)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from types import MappingProxyType, TracebackType
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
+from rosproto.bag.ahead import Following, ReadAhead
 from rosproto.bag.chunk import MESSAGE_HEAD, ChunkData, Rows, chunk_header, read_chunk, read_index_times
 from rosproto.bag.index import open_index
 from rosproto.bag.merge import Batch, merge
@@ -313,10 +314,19 @@ class BagReader:
             and (high is None or c.start <= high)
             and not c.counts.keys().isdisjoint(wanted)
         ]
-        return merge(chunks, self._load, lambda data: self._select(data, wanted, low, high))
+        ahead = ReadAhead(self._source, self._spans)
+        return merge(
+            chunks,
+            lambda info, following: self._load(info, ahead, following),
+            lambda data: self._select(data, wanted, low, high),
+        )
 
-    def _load(self, info: ChunkInfo) -> ChunkData | None:
+    def _load(
+        self, info: ChunkInfo, ahead: ReadAhead | None = None, following: Following | None = None
+    ) -> ChunkData | None:
         try:
+            if ahead is not None:
+                return ahead.take(info, following)
             return read_chunk(self._source, info, self._spans[info.pos])
         except BagError as problem:
             self._skipped(info, problem)
@@ -350,9 +360,10 @@ class BagReader:
 
     def _messages(self, blob: bytes, rows: Rows) -> Iterator[tuple[str, Any, Time]]:
         """The hot loop: decoded messages of one chunk."""
-        takers = self._takers(rows)
+        columns = [column.tolist() for column in rows]
+        takers = self._takers(columns[0])
         time_class, new = Time, object.__new__
-        for conn, secs, nsecs, start, end in zip(*[column.tolist() for column in rows], strict=True):
+        for conn, secs, nsecs, start, end in zip(*columns, strict=True):
             stamp = new(time_class)
             stamp.secs = secs
             stamp.nsecs = nsecs
@@ -360,10 +371,10 @@ class BagReader:
             yield topic, decode(blob, start, end), stamp
 
     def _merged_messages(self, batch: Batch) -> Iterator[tuple[str, Any, Time]]:
-        takers = self._takers(batch.rows)
         assert batch.pieces is not None
         assert batch.blob_of is not None
         columns = [column.tolist() for column in (batch.pieces, *batch.rows)]
+        takers = self._takers(columns[1])
         held, blob = -1, b""
         for piece, conn, secs, nsecs, start, end in zip(*columns, strict=True):
             if piece != held:
@@ -391,14 +402,12 @@ class BagReader:
             place = (info.pos, start - base)
             yield topic, make(RawMessage, (kind, blob[start:end], md5sum, place, connection)), stamp
 
-    def _takers(self, rows: Rows) -> dict[int, tuple[str, Give]]:
-        """Topic and decoding function for each connection among the rows."""
-        import numpy as np
-
+    def _takers(self, conns: list[int]) -> dict[int, tuple[str, Give]]:
+        """Topic and decoding function for each of these connections."""
         from rosproto.bag.types import decode_function
 
         takers: dict[int, tuple[str, Give]] = {}
-        for conn in np.unique(rows.conn).tolist():
+        for conn in set(conns):
             if conn not in self._functions:
                 self._functions[conn] = decode_function(self.message_class(self.connections[conn]))
             takers[conn] = self.connections[conn].topic, self._functions[conn]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 from typing import BinaryIO
 
 from rosproto.errors import BagError
@@ -25,6 +26,7 @@ class Source:
     """
 
     def __init__(self, file: str | os.PathLike[str] | BinaryIO) -> None:
+        self._lock = threading.Lock()
         if isinstance(file, (str, os.PathLike)):
             self.path: str | None = os.fspath(file)
             try:
@@ -46,20 +48,24 @@ class Source:
             ) from problem
 
     def read_at(self, position: int, count: int) -> bytes:
-        """`count` bytes from `position`; fewer where the file ends (or has become shorter)."""
+        """`count` bytes from `position`; fewer where the file ends (or has become shorter).
+
+        Any thread may call it.
+        """
         count = min(count, self.size - position)
         if count <= 0:
             return b""
-        self._file.seek(position)
-        data = self._file.read(count)
-        if len(data) == count:
-            return data
-        parts = [data]  # a raw file may give less than asked (Linux: at most 2 GiB in one call)
-        left = count - len(data)
-        while data and left > 0:
-            data = self._file.read(left)
-            parts.append(data)
-            left -= len(data)
+        with self._lock:  # or another thread could move the position, or close the file, in between
+            self._file.seek(position)
+            data = self._file.read(count)
+            if len(data) == count:
+                return data
+            parts = [data]  # a raw file may give less than asked (Linux: at most 2 GiB in one call)
+            left = count - len(data)
+            while data and left > 0:
+                data = self._file.read(left)
+                parts.append(data)
+                left -= len(data)
         return b"".join(parts)
 
     def error(self, message: str, offset: int | None = None) -> BagError:
@@ -69,4 +75,5 @@ class Source:
     def close(self) -> None:
         """Close the file if it was opened here."""
         if self._owned:
-            self._file.close()
+            with self._lock:
+                self._file.close()

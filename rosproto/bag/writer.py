@@ -1,9 +1,10 @@
 """Writing bags that every ROS 1 tool reads.
 
 Messages are collected in memory until a chunk is full; then the chunk, its index records and nothing else go
-to the file at once. So the file on disk is always a row of complete chunks: a process that dies loses the
-chunk it was filling, and the rest is read by `BagReader` as it is, by rosbag after `rosbag reindex`.
-`close()` adds the table of contents.
+to the file at once (compressed by helper threads, while the next one is filled). So the file on disk is
+always a row of complete chunks: a process that dies loses the chunk it was filling and those being
+compressed, and the rest is read by `BagReader` as it is, by rosbag after `rosbag reindex`. `close()` adds the
+table of contents.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 import os
 import time
 from array import array
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from struct import Struct, error
 from types import TracebackType
@@ -20,12 +21,12 @@ from typing import Any, BinaryIO, Literal
 from rosproto.bag.chunk import MESSAGE_HEAD
 from rosproto.bag.compression import compressor
 from rosproto.bag.index import BagIndex, open_index
+from rosproto.bag.output import LARGE, ChunkOutput, Output
 from rosproto.bag.reader import RawMessage
 from rosproto.bag.records import (
     MAGIC,
     NS,
     OP_MESSAGE,
-    ChunkHeader,
     ChunkInfo,
     Connection,
     FileHeader,
@@ -40,7 +41,7 @@ from rosproto.time import Time
 __all__ = ["BagWriter"]
 
 _pack_tail = Struct("<III").pack  # secs, nsecs, size of the data: the end of a message record's head
-_LARGE = 1 << 16
+_FEW = 64  # messages of one connection in a chunk, up to which numpy takes longer to begin than to do it
 _OWN_FIELDS = ("topic", "type", "md5sum", "message_definition")
 
 
@@ -95,7 +96,7 @@ class BagWriter:
         if not 1 <= chunk_bytes <= 1 << 30:
             raise ValueError(f"chunk_bytes {chunk_bytes}: between 1 and {1 << 30} bytes")
         self._compression = compression
-        self._compress = compressor(compression)
+        compress = compressor(compression)
         self._limit = chunk_bytes
         self._outs: dict[tuple[str, type], _Out] = {}
         self._raw_outs: dict[tuple[str, int], _Out] = {}
@@ -104,12 +105,19 @@ class BagWriter:
         self._written: list[_Out] = []
         self._parts: list[bytes | memoryview] = []
         self._size = 0
-        self._has_large = False
         self._index = BagIndex()
         self._failed: BagError | None = None
         self.message_count = 0
         self._closed = False
-        self._open(file, append)
+        self._output = Output(file, keep=append)
+        self.path = self._output.path
+        self._chunks = ChunkOutput(self._output, compression, compress)
+        try:
+            self._resume() if self._output.existed else self._start()
+            self._chunks.end, self._chunks.chunks = self._index.end, self._index.chunks
+        except BaseException:
+            self._output.close()
+            raise
 
     def __enter__(self) -> BagWriter:
         return self
@@ -124,8 +132,8 @@ class BagWriter:
 
     @property
     def size(self) -> int:
-        """Bytes in the file so far, the chunk being filled counted uncompressed."""
-        return self._index.end + self._size
+        """Bytes in the file so far; what is not in it yet is counted uncompressed."""
+        return self._chunks.size + self._size
 
     def write(
         self,
@@ -162,7 +170,7 @@ class BagWriter:
             out = self._outs.get((topic, message.__class__))
         if out is None or header is not None:
             out, message = self._find_out(topic, message, header)
-        if out.last_size >= _LARGE:
+        if out.last_size >= LARGE:
             self._add_large(out, message, secs, nsecs)
             return
         data = out.encode(message)
@@ -194,9 +202,15 @@ class BagWriter:
         self.write(connection.topic, raw, t)
 
     def flush(self) -> None:
-        """Write the chunk being filled, however small, so that a reader of the file finds it."""
+        """Write the chunk being filled, however small, so that a reader of the file finds it.
+
+        Raises:
+            BagError: The file cannot be written.
+        """
         self._check_open()
         self._flush()
+        self._chunks.drain()
+        self._check_written()
 
     def close(self) -> None:
         """Write the last chunk and the table of contents, and close the file.
@@ -211,10 +225,11 @@ class BagWriter:
         try:
             if self._failed is None:
                 self._flush()
+                self._chunks.drain()
+                self._check_written()
             self._finish()
         finally:
-            if self._owned:
-                self._file.close()
+            self._output.close()
 
     def _add_large(self, out: _Out, message: Message | RawMessage, secs: int, nsecs: int) -> None:
         """Add a message without copying its arrays, if its chunk is written before this returns."""
@@ -234,7 +249,6 @@ class BagWriter:
         full = self._size + MESSAGE_HEAD + size >= self._limit
         out.index += (secs, nsecs, self._size)
         self._parts += (out.head, tail, *(parts if full else [b"".join(parts)]))
-        self._has_large = True
         out.last_size = size
         self.message_count += 1
         self._size += MESSAGE_HEAD + size
@@ -297,30 +311,6 @@ class BagWriter:
 
     # -- the file ----------------------------------------------------------------------------
 
-    def _open(self, file: str | os.PathLike[str] | BinaryIO, append: bool) -> None:
-        if isinstance(file, (str, os.PathLike)):
-            self.path: str | None = os.fspath(file)
-            exists = append and os.path.exists(self.path)
-            try:
-                # Unbuffered: whole chunks are written, a buffer would only copy them once more.
-                self._file: BinaryIO = open(self.path, "r+b" if exists else "w+b", buffering=0)  # noqa: SIM115
-            except OSError as problem:
-                raise BagError(
-                    f"cannot open the bag for writing: {problem.strerror}", path=self.path
-                ) from problem
-            self._owned = True
-        else:
-            name = getattr(file, "name", None)
-            self.path = name if isinstance(name, str) else None
-            self._file, self._owned = file, False
-            exists = append and file.seek(0, os.SEEK_END) > 0
-        try:
-            self._resume() if exists else self._start()
-        except BaseException:
-            if self._owned:
-                self._file.close()
-            raise
-
     def _start(self) -> None:
         head = MAGIC + FileHeader().encode()
         self._put([head], at=0)
@@ -328,7 +318,7 @@ class BagWriter:
 
     def _resume(self) -> None:
         """Take over the contents of an existing bag and cut its table of contents off."""
-        found = open_index(Source(self._file))
+        found = open_index(Source(self._output.file))
         if found.damage or not found.closed:
             raise BagError(
                 f"cannot append: {'; '.join(found.damage) or 'the bag has no index'}. Repair it first with "
@@ -342,83 +332,63 @@ class BagWriter:
             self._written.append(out)
             self._by_identity[_identity(connection)] = out
         self._put([FileHeader().encode()], at=len(MAGIC))  # from here on it is an unclosed bag
-        self._file.truncate(found.end)
+        self._output.truncate(found.end)
 
     def _flush(self) -> None:
-        """Write the chunk that was filled, and its index records."""
+        """Pass the chunk that was filled on to the file."""
         if not self._parts:
             return
-        info = ChunkInfo(self._index.end, 0, 0)
+        info = ChunkInfo(0, 0, 0)
         indexes = self._take_index(info)
-        if self._compression == "none":
-            stored, body = self._size, self._parts if self._has_large else [b"".join(self._parts)]
-        else:
-            packed = self._compress(b"".join(self._parts))
-            stored, body = len(packed), [packed]
-        head = ChunkHeader(self._compression, self._size).encode(stored)
-        count = sum(info.counts.values())
-        self._parts, self._size, self._has_large = [], 0, False
-        end = self._put([head, *body, indexes], at=self._index.end, lost=count)
-        if info.counts:
-            self._index.chunks.append(info)
-        self._index.end = end
+        parts, size = self._parts, self._size
+        self._parts, self._size = [], 0
+        self._chunks.add(info, size, parts, indexes)
+        self._check_written()
 
     def _take_index(self, info: ChunkInfo) -> bytes:
         """Index records of the chunk, times in order; counts and time span go into `info`."""
-        import numpy as np
-
         records: list[bytes] = []
         spans: list[tuple[int, int]] = []
         for out in self._written:
             if not out.index:
                 continue
-            table = np.array(array("I", out.index), "<u4").reshape(-1, 3)
+            entries, start, end = _index_entries(out.index)
+            info.counts[out.connection.id] = len(out.index) // 3
             out.index.clear()
-            times = table[:, 0].astype(np.int64) * NS + table[:, 1]
-            if (times[1:] < times[:-1]).any():  # rosbag searches it by halving
-                table = table[np.argsort(times, kind="stable")]
-            spans.append((int(times.min()), int(times.max())))
-            info.counts[out.connection.id] = len(table)
-            records.append(encode_index(out.connection.id, table.tobytes()))
+            spans.append((start, end))
+            records.append(encode_index(out.connection.id, entries))
         if spans:
             info.start, info.end = min(s for s, _ in spans), max(e for _, e in spans)
         return b"".join(records)
 
     def _finish(self) -> None:
         """Write the table of contents, then the file header that points to it: in this order, a crash in
-        between
-        leaves an unclosed bag."""
-        index = self._index
-        self._put([encode_contents(index.connections.values(), index.chunks)], at=index.end)
-        header = FileHeader(index.end, len(index.connections), len(index.chunks))
-        self._put([header.encode()], at=len(MAGIC))
+        between leaves an unclosed bag."""
+        index, end = self._index, self._chunks.end
+        self._put([encode_contents(index.connections.values(), index.chunks)], at=end)
+        self._put([FileHeader(end, len(index.connections), len(index.chunks)).encode()], at=len(MAGIC))
 
-    def _put(self, pieces: Sequence[bytes | memoryview], *, at: int, lost: int = 0) -> int:
-        """Write pieces one after the other; returns the position after them."""
+    def _put(self, pieces: Sequence[bytes], *, at: int) -> None:
         try:
-            self._file.seek(at)
-            for piece in _gathered(pieces):
-                view = memoryview(piece)
-                done = 0
-                while done < len(view):  # a raw file may take less than all of it
-                    done += self._file.write(view[done:]) or 0
-                at += len(view)
+            self._output.put(pieces, at)
         except OSError as problem:
-            raise self._fail(problem, lost) from problem
-        return at
+            raise self._fail(problem) from problem
 
-    def _fail(self, problem: OSError, lost: int) -> BagError:
-        """Cut the file back to its last whole chunk, and remember that nothing more can be written."""
+    def _check_written(self) -> None:
+        problem = self._chunks.problem
+        if problem is not None:
+            raise self._fail(problem) from problem
+
+    def _fail(self, problem: Exception) -> BagError:
+        """Remember that nothing more can be written."""
         self._forget()
-        try:
-            self._file.truncate(self._index.end)
-        except OSError:
-            pass  # a reader finds the last whole chunk all the same
+        lost, end = self.message_count - self._chunks.messages, self._chunks.end
+        why = (problem.strerror if isinstance(problem, OSError) else None) or problem
         self._failed = BagError(
-            f"cannot write: {problem.strerror or problem}; {lost} messages of the last chunk are lost, "
-            f"the bag is readable up to byte {self._index.end}",
+            f"cannot write: {why}; {lost} messages were not in the file yet and are lost, "
+            f"the bag is readable up to byte {end}",
             path=self.path,
-            offset=self._index.end,
+            offset=end,
         )
         return self._failed
 
@@ -441,19 +411,19 @@ def _message_head(connection_id: int) -> bytes:
     return u32(38) + conn + u32(4) + b"op=" + bytes([OP_MESSAGE]) + u32(13) + b"time="
 
 
-def _gathered(pieces: Sequence[bytes | memoryview]) -> Iterator[bytes | memoryview]:
-    """The same bytes in fewer pieces: small ones joined, large ones as they are, not copied."""
-    small: list[bytes | memoryview] = []
-    for piece in pieces:
-        if len(piece) < _LARGE:
-            small.append(piece)
-            continue
-        if small:
-            yield b"".join(small)
-            small = []
-        yield piece
-    if small:
-        yield b"".join(small)
+def _index_entries(flat: list[int]) -> tuple[bytes, int, int]:
+    """secs, nsecs and offsets as an index record has them, by time, and the first and the last time."""
+    if len(flat) <= 3 * _FEW:
+        times = [secs * NS + nsecs for secs, nsecs in zip(flat[0::3], flat[1::3], strict=True)]
+        if times == sorted(times):
+            return Struct(f"<{len(flat)}I").pack(*flat), times[0], times[-1]
+    import numpy as np
+
+    table = np.array(array("I", flat), "<u4").reshape(-1, 3)
+    stamps = table[:, 0].astype(np.int64) * NS + table[:, 1]
+    if (stamps[1:] < stamps[:-1]).any():  # rosbag searches it by halving
+        table = table[np.argsort(stamps, kind="stable")]
+    return table.tobytes(), int(stamps.min()), int(stamps.max())
 
 
 def _identity(connection: Connection) -> tuple[object, ...]:

@@ -10,6 +10,7 @@ import pytest
 
 import rosproto
 from rosproto.bag import BagReader, BagWriter
+from rosproto.bag.output import Output
 from rosproto.codec import encode, message_class
 from rosproto.errors import BagError
 from rosproto.recording import Player, Recorder
@@ -110,12 +111,12 @@ def test_a_disk_that_is_full_ends_the_recording_with_an_error(nodes, tmp_path, m
     one, two = nodes
     chatter = one.publisher("/chatter", String)
 
-    def full(self, pieces, *, at, lost=0):
-        raise self._fail(OSError(28, "No space left on device"), lost)
+    def full(self, pieces, at):
+        raise OSError(28, "No space left on device")
 
     recorder = Recorder(two, tmp_path / "a.bag", ["/chatter"], chunk_bytes=1)
     chatter.wait_for_connection(10)
-    monkeypatch.setattr(BagWriter, "_put", full)
+    monkeypatch.setattr(Output, "put", full)
     chatter.publish(String(data="x"))
     wait(lambda: recorder.error is not None)
     with pytest.raises(BagError, match="No space left"):

@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 
 from rosproto import Master, Node
-from rosproto.bag import BagReader, BagWriter
+from rosproto.bag import BagReader
+from rosproto.bag.output import Output
 from rosproto.codec import define, message_class
 from rosproto.errors import BagError
 from rosproto.recording import Recorder, TopicSelection
@@ -180,10 +181,10 @@ def test_writing_that_fails_is_raised_once(
     recorder = Recorder(node, tmp_path / "a.bag", ["/a"], chunk_bytes=1)
     publisher.wait_for_connection(5)
 
-    def full(self: BagWriter, pieces: object, *, at: int, lost: int = 0) -> int:
-        raise self._fail(OSError(28, "No space left on device"), lost)
+    def full(self: Output, pieces: object, at: int) -> int:
+        raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(BagWriter, "_put", full)
+    monkeypatch.setattr(Output, "put", full)
     publisher.publish(data="x")
     with pytest.raises(BagError, match="No space left"):
         recorder.wait(10)

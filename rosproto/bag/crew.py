@@ -1,0 +1,156 @@
+"""Helpers that compress and decompress chunks beside the caller.
+
+LZ4 and bz2 let go of the interpreter while they work, so a second thread nearly doubles their speed. The
+threads here are started when there is something to do and end a moment after there is nothing left, so none
+can keep a program alive, a file open, or a test from ending. Who waits for a result works, too; where no
+thread can be started (one processor, an interpreter that is ending), the caller does it all.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+__all__ = ["Crew", "Task", "helper_count"]
+
+T = TypeVar("T")
+LINGER = 0.02  # seconds that a thread waits for more work, which is cheaper than to start another one
+_WAITING, _RUNNING, _DONE = range(3)
+
+
+def helper_count() -> int:
+    """Threads worth having beside the caller: one less than this process has processors, at most 3."""
+    try:
+        processors = len(os.sched_getaffinity(0))
+    except AttributeError:  # not on Windows and macOS
+        processors = os.cpu_count() or 1
+    return min(processors - 1, 3)
+
+
+class Task(Generic[T]):
+    """Something to be done once, by whoever comes first.
+
+    Attributes:
+        done: True when there is a result or an error.
+    """
+
+    __slots__ = ("_problem", "_result", "_state", "_work")
+
+    def __init__(self, work: Callable[[], T]) -> None:
+        self._work: Callable[[], T] | None = work
+        self._state = _WAITING
+        self._result: T | None = None
+        self._problem: BaseException | None = None
+
+    @property
+    def done(self) -> bool:
+        return self._state == _DONE
+
+    def result(self) -> T:
+        """What the work gave, or the exception it raised; only once it is done."""
+        assert self._state == _DONE
+        if self._problem is not None:
+            raise self._problem
+        return self._result  # type: ignore[return-value]
+
+
+class Crew:
+    """Does tasks in the order they were given, several at a time.
+
+    Args:
+        name: Of the threads: "rosproto:name".
+        most: Threads at a time; 0 leaves all work to the callers of `wait` and `help`.
+        daemon: Whether a program may end before the tasks are done.
+    """
+
+    def __init__(self, name: str, most: int, *, daemon: bool) -> None:
+        self._name = "rosproto:" + name
+        self._most = most
+        self._daemon = daemon
+        self._changed = threading.Condition()
+        self._waiting: deque[Task[object]] = deque()
+        self._threads = 0
+        self._resting = 0
+
+    @property
+    def idle(self) -> bool:
+        """True when no thread is at work."""
+        return self._threads == 0
+
+    def add(self, work: Callable[[], T]) -> Task[T]:
+        """Have this done; a thread is started for it unless enough are at work already."""
+        task = Task(work)
+        with self._changed:
+            self._waiting.append(task)  # type: ignore[arg-type]
+            if self._resting >= len(self._waiting):
+                self._changed.notify_all()
+                return task  # each waiting task has a thread that was waiting for it
+            if self._threads >= self._most:
+                return task
+            self._threads += 1
+        try:
+            threading.Thread(target=self._run, name=self._name, daemon=self._daemon).start()
+        except RuntimeError:  # no thread can be had, now or any more: callers do it themselves
+            with self._changed:
+                self._threads -= 1
+        return task
+
+    def help(self) -> bool:
+        """Do the next waiting task in this thread; False when none is waiting."""
+        with self._changed:
+            if not self._waiting:
+                return False
+            task = self._waiting.popleft()
+            task._state = _RUNNING
+        self._do(task)
+        return True
+
+    def wait(self, task: Task[T]) -> T:
+        """The result of a task; until there is one, this thread works on what is waiting.
+
+        Raises:
+            Whatever the work raised.
+        """
+        while not task.done:
+            if self.help():
+                continue
+            with self._changed:
+                # Somebody is at it: a task that has begun always ends, so this wait does, too.
+                self._changed.wait_for(lambda: task.done or bool(self._waiting))
+        return task.result()
+
+    def _run(self) -> None:
+        """Thread: work until nothing has been waiting for a moment."""
+        while True:
+            with self._changed:
+                if not self._waiting:
+                    self._resting += 1
+                    self._changed.wait_for(lambda: bool(self._waiting), LINGER)
+                    self._resting -= 1
+                if not self._waiting:
+                    self._threads -= 1
+                    return
+                task = self._waiting.popleft()
+                task._state = _RUNNING
+            self._do(task)
+
+    def _do(self, task: Task[T]) -> None:
+        assert task._work is not None
+        try:
+            task._result = task._work()
+        except Exception as problem:
+            task._problem = problem
+        except BaseException:
+            # Ctrl-C came in the middle of it: it is not done, and somebody may still want it.
+            with self._changed:
+                task._state = _WAITING
+                self._waiting.appendleft(task)  # type: ignore[arg-type]
+                self._changed.notify_all()
+            raise
+        with self._changed:
+            task._work = None  # what it held need not stay in memory as long as the result
+            task._state = _DONE
+            self._changed.notify_all()

@@ -1,0 +1,245 @@
+"""The file under a writer: whole chunks one after the other, compressed side by side, written in order."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import BinaryIO
+
+from rosproto.bag.compression import keep_freed_memory
+from rosproto.bag.crew import Crew, helper_count
+from rosproto.bag.records import ChunkHeader, ChunkInfo
+from rosproto.errors import BagError
+
+__all__ = ["LARGE", "ChunkOutput", "Output"]
+
+LARGE = 1 << 16  # bytes from which a piece is written from where it is, not joined with others
+_SMALL = 1 << 16  # a chunk below is compressed sooner than a thread is started
+AHEAD_BYTES = 16 << 20  # of chunks on their way to the file, uncompressed
+_MOST_PIECES = 512  # of one system call; POSIX promises 16, Linux and the BSDs take 1024
+
+Piece = bytes | memoryview
+
+
+class Output:
+    """A seekable binary file, written by position.
+
+    Args:
+        file: Path, or a file object, which stays open when this is closed.
+        keep: Open an existing file without emptying it.
+
+    Raises:
+        BagError: It cannot be opened.
+
+    Attributes:
+        path: The path, None for a file object without a name.
+        existed: Whether there is something in it, to be continued.
+    """
+
+    def __init__(self, file: str | os.PathLike[str] | BinaryIO, *, keep: bool) -> None:
+        self._gather = False
+        if isinstance(file, (str, os.PathLike)):
+            self.path: str | None = os.fspath(file)
+            self.existed = keep and os.path.exists(self.path)
+            try:
+                # Unbuffered: whole chunks are written, a buffer would only copy them once more.
+                self.file: BinaryIO = open(self.path, "r+b" if self.existed else "w+b", buffering=0)  # noqa: SIM115
+            except OSError as problem:
+                raise BagError(
+                    f"cannot open the bag for writing: {problem.strerror}", path=self.path
+                ) from problem
+            self._owned = True
+            self._gather = hasattr(os, "writev")  # not on Windows
+        else:
+            name = getattr(file, "name", None)
+            self.path = name if isinstance(name, str) else None
+            self.file, self._owned = file, False
+            self.existed = keep and file.seek(0, os.SEEK_END) > 0
+
+    def put(self, pieces: Sequence[Piece], at: int) -> int:
+        """Write pieces one after the other; returns the position after them.
+
+        Raises:
+            OSError: Not all of them are written.
+        """
+        self.file.seek(at)
+        gathered = list(_gathered(pieces))
+        for first in range(0, len(gathered), _MOST_PIECES):
+            some = gathered[first : first + _MOST_PIECES]
+            done = os.writev(self.file.fileno(), some) if self._gather and len(some) > 1 else 0
+            for piece in some:
+                size = len(piece)
+                if done < size:
+                    self._put_rest(memoryview(piece)[done:])
+                done = max(0, done - size)
+                at += size
+        return at
+
+    def truncate(self, size: int) -> None:
+        """Cut the file off there."""
+        self.file.truncate(size)
+
+    def close(self) -> None:
+        """Close the file if it was opened here."""
+        if self._owned:
+            self.file.close()
+
+    def _put_rest(self, view: memoryview) -> None:
+        while len(view):  # a raw file may take less than all of it
+            view = view[self.file.write(view) or 0 :]
+
+
+def _gathered(pieces: Sequence[Piece]) -> Iterator[Piece]:
+    """The same bytes in fewer pieces: small ones joined, large ones as they are, not copied."""
+    small: list[Piece] = []
+    for piece in pieces:
+        if len(piece) < LARGE:
+            small.append(piece)
+            continue
+        if small:
+            yield b"".join(small)
+            small = []
+        yield piece
+    if small:
+        yield b"".join(small)
+
+
+@dataclass(slots=True)
+class _Chunk:
+    """A chunk on its way to the file; `ahead` is what it adds to the bytes that wait."""
+
+    info: ChunkInfo
+    plain: bytes
+    indexes: bytes
+    ahead: int = 0
+    packed: bytes | None = None
+    problem: Exception | None = None
+
+
+class ChunkOutput:
+    """Writes chunks in the order they are given.
+
+    Uncompressed chunks are in the file when `add` returns. Others are compressed by helper threads, and
+    whoever finishes the one that is next writes it, so a chunk is in the file as soon as it can be. At most
+    16 MB are on their way (or one chunk, when it is larger); beyond that `add` does some of the work itself.
+
+    Args:
+        output: The file.
+        compression: "none", "bz2" or "lz4".
+        compress: The function that does it.
+
+    Attributes:
+        end: Position after the last whole chunk; the next one is written there.
+        chunks: What is in the file; those written are added.
+        messages: Messages in the chunks that were written here.
+        problem: What ended writing, None while all is well.
+    """
+
+    def __init__(self, output: Output, compression: str, compress: Callable[[bytes], bytes]) -> None:
+        self._output = output
+        self._compression = compression
+        self._compress = compress
+        self.end = 0
+        self.chunks: list[ChunkInfo] = []
+        self.messages = 0
+        self.problem: Exception | None = None
+        self._order: deque[_Chunk] = deque()
+        self._bytes = 0
+        self._writing = threading.Lock()
+        self._moved = threading.Condition()
+        keep_freed_memory()
+        # A program that ends without closing its bag still finishes these few chunks: not daemons.
+        self._crew = Crew("bag writer", 0 if compression == "none" else helper_count(), daemon=False)
+
+    @property
+    def size(self) -> int:
+        """Bytes in the file, and those on their way, uncompressed."""
+        return self.end + self._bytes
+
+    def add(self, info: ChunkInfo, size: int, parts: Sequence[Piece], indexes: bytes) -> None:
+        """Take a chunk; look at `problem` afterwards.
+
+        Args:
+            info: What it holds; its position is set here.
+            size: Bytes of its data.
+            parts: The data; it may change when this has returned.
+            indexes: The index records to follow it.
+        """
+        if self._compression == "none":
+            self._put(info, size, size, parts, indexes)
+            return
+        chunk = _Chunk(info, b"".join(parts), indexes)
+        if size < _SMALL:
+            self.drain()
+            self._order.append(chunk)
+            self._pack(chunk)
+            return
+        self._order.append(chunk)
+        chunk.ahead = size
+        with self._moved:
+            self._bytes += size
+        self._crew.add(lambda: self._pack(chunk))
+        while self._order and (self._bytes > AHEAD_BYTES or self._crew.idle):
+            self._advance()
+
+    def drain(self) -> None:
+        """Return when everything that was added is in the file, or writing has failed."""
+        while self._order:
+            self._advance()
+
+    def _advance(self) -> None:
+        """Do some of the work, or wait until another chunk has reached the file."""
+        head = self._order[0] if self._order else None
+        if head is None or self._crew.help():
+            return
+        # A helper has it in hand: work that has begun ends, with an error if need be, so this wait does, too.
+        with self._moved:
+            self._moved.wait_for(lambda: not self._order or self._order[0] is not head)
+
+    def _pack(self, chunk: _Chunk) -> None:
+        """In any thread: compress a chunk, and write what is next in the file."""
+        if chunk.packed is None:  # else Ctrl-C came between the two
+            try:
+                chunk.packed = self._compress(chunk.plain)
+            except Exception as problem:
+                chunk.problem, chunk.packed = problem, b""
+        while self._order and self._order[0].packed is not None and self._writing.acquire(blocking=False):
+            try:
+                self._write_ready()
+            finally:
+                self._writing.release()
+            # And look once more: another may have become ready just before the lock was given back.
+
+    def _write_ready(self) -> None:
+        while self._order and self._order[0].packed is not None:
+            chunk = self._order[0]
+            if self.problem is None:
+                self.problem = chunk.problem
+            if self.problem is None:
+                assert chunk.packed is not None
+                self._put(chunk.info, len(chunk.plain), len(chunk.packed), [chunk.packed], chunk.indexes)
+            with self._moved:
+                self._order.popleft()
+                self._bytes -= chunk.ahead
+                self._moved.notify_all()
+
+    def _put(self, info: ChunkInfo, size: int, stored: int, parts: Sequence[Piece], indexes: bytes) -> None:
+        """Write a chunk and its index records; on failure cut the file back to its last whole chunk."""
+        info.pos = self.end
+        head = ChunkHeader(self._compression, size).encode(stored)
+        try:
+            end = self._output.put([head, *parts, indexes], self.end)
+        except (OSError, ValueError) as problem:  # ValueError: somebody has closed the file
+            self.problem = problem
+            try:
+                self._output.truncate(self.end)
+            except (OSError, ValueError):
+                pass  # a reader finds the last whole chunk all the same
+            return
+        if info.counts:
+            self.chunks.append(info)
+            self.messages += sum(info.counts.values())
+        self.end = end

@@ -1,0 +1,111 @@
+"""Helper threads: every task is done once, errors reach who asks, and no thread stays."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import pytest
+
+from rosproto.bag.crew import Crew, helper_count
+
+
+def threads(name: str) -> int:
+    return sum(thread.name == f"rosproto:{name}" for thread in threading.enumerate())
+
+
+@pytest.mark.parametrize("most", [0, 1, 3])
+def test_every_task_is_done_once_and_gives_its_result(most):
+    crew = Crew("crew results", most, daemon=True)
+    ran: list[int] = []
+    tasks = [crew.add(lambda i=i: (ran.append(i), i * i)[1]) for i in range(50)]
+    assert [crew.wait(task) for task in tasks] == [i * i for i in range(50)]
+    assert sorted(ran) == list(range(50))
+
+
+def test_an_error_is_raised_where_the_result_is_asked_for():
+    crew = Crew("crew errors", 1, daemon=True)
+
+    def fails() -> None:
+        raise ValueError("no good")
+
+    task = crew.add(fails)
+    after = crew.add(lambda: "fine")
+    for _ in range(2):
+        with pytest.raises(ValueError, match="no good"):
+            crew.wait(task)
+    assert crew.wait(after) == "fine"
+
+
+def test_the_caller_works_too_when_the_helper_is_busy():
+    crew = Crew("crew helps", 1, daemon=True)
+    go, begun = threading.Event(), threading.Event()
+    slow = crew.add(lambda: (begun.set(), go.wait(10))[1])
+    assert begun.wait(10)
+    who = crew.add(threading.get_ident)
+    assert crew.wait(who) == threading.get_ident()
+    go.set()
+    assert crew.wait(slow) is True
+
+
+def test_threads_end_by_themselves_and_come_back():
+    crew = Crew("crew ends", 2, daemon=False)
+    for _ in range(2):
+        tasks = [crew.add(lambda: None) for _ in range(10)]
+        for task in tasks:
+            crew.wait(task)
+        end = time.monotonic() + 10
+        while not (crew.idle and threads("crew ends") == 0):
+            assert time.monotonic() < end
+            time.sleep(0.001)
+
+
+def test_never_more_threads_than_allowed():
+    crew = Crew("crew most", 2, daemon=True)
+    go = threading.Event()
+    tasks = [crew.add(lambda: go.wait(10)) for _ in range(6)]
+    assert threads("crew most") == 2
+    go.set()
+    assert all(crew.wait(task) for task in tasks)
+
+
+def test_without_threads_to_be_had_the_caller_does_it(monkeypatch):
+    def refuse(self: threading.Thread) -> None:
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(threading.Thread, "start", refuse)
+    crew = Crew("crew none", 2, daemon=True)
+    task = crew.add(threading.get_ident)
+    assert crew.idle
+    assert crew.wait(task) == threading.get_ident()
+
+
+def test_a_task_interrupted_by_ctrl_c_is_still_to_be_done():
+    crew = Crew("crew interrupted", 0, daemon=True)
+    calls: list[int] = []
+
+    def work() -> str:
+        calls.append(1)
+        if len(calls) == 1:
+            raise KeyboardInterrupt
+        return "done"
+
+    task = crew.add(work)
+    with pytest.raises(KeyboardInterrupt):
+        crew.wait(task)
+    assert not task.done
+    assert crew.wait(task) == "done"
+
+
+def test_helpers_are_for_the_processors_beside_the_caller(monkeypatch):
+    import os
+
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0}, raising=False)
+    assert helper_count() == 0
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(64)), raising=False)
+    assert helper_count() == 3
+    monkeypatch.delattr(os, "sched_getaffinity")
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    assert helper_count() == 1
+    monkeypatch.setattr(os, "cpu_count", lambda: None)
+    assert helper_count() == 0

@@ -1,0 +1,321 @@
+"""Chunks on their way to the file and from it: compressed and read by several threads, in order all the same."""
+
+from __future__ import annotations
+
+import errno
+import gc
+import io
+import os
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from rosproto.bag import BagReader, BagWriter, ahead, output
+from rosproto.codec import message_class
+from rosproto.errors import BagError
+from rosproto.time import Time
+
+UInt8MultiArray = message_class("std_msgs/UInt8MultiArray")
+PACKED = ["bz2", "lz4"]
+
+
+@pytest.fixture(params=[0, 1, 3], ids=["alone", "one helper", "three helpers"])
+def helpers(request, monkeypatch):
+    """Whatever the machine has."""
+    monkeypatch.setattr(output, "helper_count", lambda: request.param)
+    monkeypatch.setattr(ahead, "helper_count", lambda: request.param)
+    return request.param
+
+
+def blocks(count: int, size: int = 100_000) -> list[UInt8MultiArray]:
+    """Messages that differ, some of them easy to compress."""
+    rng = np.random.default_rng(count)
+    return [UInt8MultiArray(data=rng.integers(0, 4 if i % 3 else 256, size, np.uint8)) for i in range(count)]
+
+
+def write(file, messages, compression: str, chunk_bytes: int = 150_000) -> BagWriter:
+    writer = BagWriter(file, compression, chunk_bytes)
+    for i, message in enumerate(messages):
+        writer.write("/blocks", message, Time(i, 0))
+    return writer
+
+
+def indices(bag: BagReader) -> list[int]:
+    return [stamp.secs for _, _, stamp in bag.read_messages()]
+
+
+@pytest.mark.parametrize("compression", PACKED)
+def test_chunks_are_in_the_order_they_were_written(helpers, compression):
+    """And every message is what it was."""
+    file = io.BytesIO()
+    messages = blocks(30)
+    write(file, messages, compression).close()
+    with BagReader(file) as bag:
+        assert bag.damage == []
+        assert [chunk.pos for chunk in bag.chunks] == sorted(chunk.pos for chunk in bag.chunks)
+        assert len(bag.chunks) == 15
+        found = [(stamp.secs, message.data.tobytes()) for _, message, stamp in bag.read_messages()]
+    assert found == [(i, message.data.tobytes()) for i, message in enumerate(messages)]
+
+
+@pytest.mark.parametrize("compression", PACKED)
+def test_the_same_bytes_whatever_the_number_of_helpers(monkeypatch, compression):
+    files = []
+    for count in (0, 1, 3):
+        monkeypatch.setattr(output, "helper_count", lambda count=count: count)
+        file = io.BytesIO()
+        write(file, blocks(12), compression).close()
+        files.append(file.getvalue())
+    assert files[0] == files[1] == files[2]
+
+
+def test_flush_waits_for_what_is_on_its_way(helpers, tmp_path):
+    path = tmp_path / "a.bag"
+    writer = write(path, blocks(9), "lz4")
+    writer.flush()
+    with BagReader(path) as bag:
+        assert indices(bag) == list(range(9))
+    assert writer.size == path.stat().st_size
+    writer.close()
+
+
+def test_a_chunk_gets_into_the_file_without_another_call(helpers, tmp_path):
+    """A recording that is killed later loses no chunk that was full."""
+    path = tmp_path / "a.bag"
+    writer = write(path, blocks(4), "lz4")
+    end = time.monotonic() + 20
+    while len(BagReader(path).chunks) < 2:
+        assert time.monotonic() < end
+        time.sleep(0.001)
+    writer.close()
+
+
+class Disk(io.BytesIO):
+    """A disk with so much room."""
+
+    def __init__(self, room: int) -> None:
+        super().__init__()
+        self.room = room
+
+    def write(self, data) -> int:
+        if self.tell() + len(data) > self.room:
+            super().write(memoryview(data)[: max(self.room - self.tell(), 0)])
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return super().write(data)
+
+
+@pytest.mark.parametrize("compression", ["none", *PACKED])
+def test_a_disk_that_fills_up_while_others_compress(helpers, compression):
+    """The error comes with a later write or with close, counts what is lost, and the file ends with a whole chunk."""
+    messages = blocks(40)
+    disk = Disk(700_000)
+    writer = BagWriter(disk, compression, 150_000)
+
+    def go() -> None:
+        for i, message in enumerate(messages):
+            writer.write("/blocks", message, Time(i, 0))
+        writer.close()
+
+    with pytest.raises(BagError, match="No space left on device") as caught:
+        go()
+    with pytest.raises(BagError, match="No space left"):
+        writer.write("/blocks", messages[0], 1)
+    try:
+        writer.close()
+    except BagError:
+        pass  # no room for the contents either
+    with BagReader(disk) as bag:
+        found = indices(bag)
+    assert found == list(range(len(found)))
+    assert found
+    lost = writer.message_count - len(found)
+    assert f" {lost} messages were not in the file yet and are lost" in str(caught.value)
+    assert caught.value.offset is not None
+    assert caught.value.offset <= 700_000
+
+
+def test_compression_that_fails_is_reported_and_nothing_later_is_written(helpers, monkeypatch):
+    calls: list[int] = []
+
+    def compress(data: bytes) -> bytes:
+        calls.append(1)
+        if len(calls) > 2:
+            raise MemoryError("no memory for it")
+        return real(data)
+
+    from rosproto.bag import compression, writer
+
+    real = compression.compressor("lz4")
+    monkeypatch.setattr(writer, "compressor", lambda name: compress)
+    file = io.BytesIO()
+
+    def go() -> None:
+        write(file, blocks(20), "lz4").close()
+
+    with pytest.raises(BagError, match="no memory for it"):
+        go()
+    with BagReader(file) as bag:
+        assert indices(bag) in ([0, 1], [0, 1, 2, 3])  # the third call may have been for the second chunk
+
+
+def test_ctrl_c_while_the_caller_compresses_loses_nothing(monkeypatch):
+    monkeypatch.setattr(output, "helper_count", lambda: 0)
+    from rosproto.bag import compression, writer
+
+    real = compression.compressor("lz4")
+    calls: list[int] = []
+
+    def compress(data: bytes) -> bytes:
+        calls.append(1)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return real(data)
+
+    monkeypatch.setattr(writer, "compressor", lambda name: compress)
+    file = io.BytesIO()
+    bag = BagWriter(file, "lz4", 150_000)
+
+    def go() -> None:
+        with bag:
+            for i, message in enumerate(blocks(20)):
+                bag.write("/blocks", message, Time(i, 0))
+
+    with pytest.raises(KeyboardInterrupt):
+        go()
+    with BagReader(file) as found:
+        assert found.damage == []
+        assert indices(found) == [0, 1, 2, 3]
+
+
+def test_memory_on_its_way_is_bounded(monkeypatch):
+    """A disk that is slower than the writer holds the writer up."""
+    monkeypatch.setattr(output, "helper_count", lambda: 1)
+    monkeypatch.setattr(output, "AHEAD_BYTES", 500_000)
+    writer = BagWriter(io.BytesIO(), "bz2", 150_000)
+    for i, message in enumerate(blocks(20)):
+        writer.write("/blocks", message, Time(i, 0))
+        assert writer._chunks._bytes <= 500_000
+    writer.close()
+
+
+def test_no_thread_is_left_of_writing_and_reading(helpers, tmp_path):
+    path = tmp_path / "a.bag"
+    write(path, blocks(20), "lz4").close()
+    bag = BagReader(path)
+    abandoned = bag.read_messages()
+    next(abandoned)
+    bag.close()
+    end = time.monotonic() + 20
+    while any(
+        thread.name in ("rosproto:bag writer", "rosproto:bag reader") for thread in threading.enumerate()
+    ):
+        assert time.monotonic() < end
+        time.sleep(0.001)
+
+
+def test_a_program_that_never_closes_its_bag_ends_and_keeps_the_whole_chunks(tmp_path):
+    path = tmp_path / "a.bag"
+    code = (
+        "import sys; from rosproto.bag import BagWriter, output; output.helper_count = lambda: 2\n"
+        "from rosproto.codec import message_class; import numpy as np\n"
+        "message = message_class('std_msgs/UInt8MultiArray')(data=np.zeros(400_000, np.uint8))\n"
+        "bag = BagWriter(sys.argv[1], 'bz2', 300_000)\n"
+        "for i in range(12): bag.write('/a', message, i)\n"
+    )
+    subprocess.run([sys.executable, "-c", code, str(path)], check=True, timeout=60)
+    with BagReader(path) as bag:
+        assert indices(bag) == list(range(12))
+        assert not bag.indexed
+
+
+def test_a_file_somebody_else_closed_is_an_error(tmp_path):
+    with (tmp_path / "a.bag").open("w+b") as file:
+        writer = write(file, blocks(1), "lz4")
+    with pytest.raises(BagError, match="closed file"):
+        writer.flush()
+
+
+class Dribble(io.BytesIO):
+    """A raw file that takes and gives little at a time."""
+
+    def write(self, data) -> int:
+        return super().write(memoryview(data)[:70_000])
+
+    def read(self, size=-1) -> bytes:
+        return super().read(min(size, 70_000))
+
+
+@pytest.mark.parametrize("compression", ["none", *PACKED])
+def test_files_that_take_and_give_a_part_of_what_is_asked(compression):
+    file = Dribble()
+    write(file, blocks(6), compression).close()
+    assert indices(BagReader(file)) == list(range(6))
+
+
+def test_a_system_call_that_writes_less_is_continued(tmp_path, monkeypatch):
+    """writev may stop anywhere, also in the middle of a piece."""
+    if not hasattr(os, "writev"):
+        pytest.skip("no writev on this system")
+    real = os.writev
+
+    def some(fd: int, pieces: list[bytes]) -> int:
+        return real(fd, [b"".join(pieces)[:1234]])
+
+    monkeypatch.setattr(os, "writev", some)
+    write(tmp_path / "a.bag", blocks(6), "none").close()
+    with BagReader(tmp_path / "a.bag") as bag:
+        assert bag.damage == []
+        assert indices(bag) == list(range(6))
+
+
+def test_damage_ahead_is_told_when_its_turn_comes(helpers, tmp_path):
+    file = io.BytesIO()
+    write(file, blocks(20), "lz4").close()
+    data = bytearray(file.getvalue())
+    with BagReader(io.BytesIO(bytes(data))) as bag:
+        at = bag.chunks[5].pos
+    data[at + 80 : at + 200] = b"\xff" * 120
+    found: list[int] = []
+    with BagReader(io.BytesIO(bytes(data))) as bag:
+        times = (stamp.secs for _, _, stamp in bag.read_messages())
+        with pytest.raises(BagError, match=f"chunk at byte {at}"):
+            found.extend(times)
+    assert found == list(range(10))
+    with BagReader(io.BytesIO(bytes(data)), skip_damaged=True) as bag:
+        assert indices(bag) == [*range(10), *range(12, 20)]
+        assert len(bag.damage) == 1
+
+
+def test_large_chunks_are_not_read_ahead(helpers, monkeypatch):
+    """Or memory would hold several of them."""
+    monkeypatch.setattr(ahead, "MOST_AHEAD_BYTES", 120_000)
+    file = io.BytesIO()
+    writer = BagWriter(file, "lz4", 90_000)
+    for i, message in enumerate([*blocks(4, 100_000), *blocks(4, 300_000), *blocks(4, 100_000)]):
+        writer.write("/blocks", message, Time(i, 0))
+    writer.close()
+    with BagReader(file) as bag:
+        assert indices(bag) == list(range(12))
+
+
+def test_two_iterations_at_once_do_not_disturb_each_other(helpers):
+    file = io.BytesIO()
+    write(file, blocks(20), "lz4").close()
+    with BagReader(file) as bag:
+        pairs = list(zip(bag.read_messages(), bag.read_messages(start_time=5.0), strict=False))
+    assert [(a[2].secs, b[2].secs) for a, b in pairs] == [(i, i + 5) for i in range(15)]
+
+
+def test_a_message_outlives_reader_and_iteration(tmp_path):
+    """Its arrays are views of the chunk, which they keep; nothing writes into that memory again."""
+    path = tmp_path / "a.bag"
+    messages = blocks(6)
+    write(path, messages, "lz4").close()
+    with BagReader(path) as bag:
+        kept = [message for _, message, _ in bag.read_messages()]
+    gc.collect()
+    assert [k.data.tobytes() for k in kept] == [m.data.tobytes() for m in messages]
