@@ -184,6 +184,14 @@ class TopicTable:
         for publication in list(self._publications.values()):
             publication.drop_links()
 
+    def woke_up(self) -> None:
+        """This computer slept: publishers may have given us up, and what is on its way to us is late.
+
+        Links to subscribers are left to TCP: most of them (rospy) do not come back to one that was closed.
+        """
+        for subscription in list(self._subscriptions.values()):
+            subscription.reconnect()
+
     def link_stats(self) -> list[LinkStats]:
         """Every link of every topic."""
         topics: list[Publication | Subscription] = [

@@ -8,12 +8,15 @@
   and publishers that we were not told of are asked for. Behind a firewall that lets nobody in, which is where
   most laptops are, the master's `publisherUpdate` never arrives.
 * A link that cannot reach its publisher has the master asked too: the publisher may be elsewhere by now.
+* The computer slept (a laptop's lid): every subscriber's link is made anew at once, and the graph compared.
+  What the links bring from before the sleep is late, and many are dead without knowing.
 * A `publisherUpdate` that did not come from the master's address is checked here by asking the master.
 """
 
 from __future__ import annotations
 
 import threading
+import time
 from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
@@ -23,6 +26,7 @@ from rosproto.node.joining import rebind
 from rosproto.transport.address import same_uri
 from rosproto.transport.backoff import Backoff
 from rosproto.transport.os_errors import no_route
+from rosproto.transport.sleep import SleepDetector
 
 if TYPE_CHECKING:
     from rosproto.node.master_client import SystemState
@@ -54,6 +58,7 @@ class Watchdog:
         self._identity: object = None
         self._lost = False
         self._looks = 0
+        self._sleep = SleepDetector()
         self._thread = threading.Thread(target=self._run, name=f"rosproto:watchdog {node.name}", daemon=True)
 
     def start(self) -> None:
@@ -80,7 +85,7 @@ class Watchdog:
                 self._wake.notify_all()
 
     def _run(self) -> None:
-        pause = PERIOD
+        pause, took = PERIOD, 0.0
         while not self._node._closing.is_set():
             with self._wake:
                 # Not "until something is to be verified": that stays so while the master is away.
@@ -89,11 +94,23 @@ class Watchdog:
             if self._node._closing.is_set():
                 return
             try:
+                self._notice_sleep(pause + took)  # a master that is slow to answer is no sleep
+                begun = time.monotonic()
                 self._node._attach_rosout()
                 pause = self._look()
+                took = time.monotonic() - begun
             except Exception:
                 _log.exception("! %s: the watchdog failed, and goes on", self._node.name)
                 pause = PERIOD
+
+    def _notice_sleep(self, meant: float) -> None:
+        seconds = self._sleep.slept(meant)
+        if seconds:
+            _log.info(
+                "= %s: this computer slept for %.0f s; all links are made anew", self._node.name, seconds
+            )
+            self._looks = FULL_CHECK_EVERY - 1
+            self._node._topics.woke_up()
 
     def _look(self) -> float:
         """One round; returns the seconds until the next."""
