@@ -170,7 +170,7 @@ def test_a_command_that_is_not_refreshed_lapses(sim, chassis, until):
 
 
 def test_an_emergency_stop_ends_a_drive_and_releasing_it_resumes_nothing(sim, chassis, until):
-    with (
+    with (  # noqa: PT012
         pytest.raises(MotionRefused, match="emergency stop") as caught,
         chassis.velocity(bypasses_protection=True) as drive,
     ):
