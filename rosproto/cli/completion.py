@@ -1,6 +1,6 @@
 """`rosproto completion`: completion of commands, options and names for bash, zsh, fish and PowerShell.
 
-The script a shell loads asks this command itself (`completion words =... =...`), which walks the argparse
+The script a shell loads asks this command itself (`completion _words =... =...`), which walks the argparse
 parsers as the command line: nothing is listed twice, and names (topics, marks) are looked up when asked for.
 """
 
@@ -26,7 +26,7 @@ _{name}_complete() {{
     [[ $line == *" " ]] && words+=("")
     words=("${{words[@]:1}}")
     local IFS=$'\\n'
-    COMPREPLY=($({prog} completion words "${{words[@]/#/=}}" 2>/dev/null))
+    COMPREPLY=($({prog} completion _words "${{words[@]/#/=}}" 2>/dev/null))
 }}
 complete -o default -F _{name}_complete {prog}
 """
@@ -36,7 +36,7 @@ _ZSH = """\
 _{name}_complete() {{
     local -a typed found
     typed=("${{(@)words[2,CURRENT]}}")
-    found=("${{(@f)$({prog} completion words "${{(@)typed/#/=}}" 2>/dev/null)}}")
+    found=("${{(@f)$({prog} completion _words "${{(@)typed/#/=}}" 2>/dev/null)}}")
     if [[ -n "${{found[1]}}" ]]; then compadd -- "${{found[@]}}"; else _files; fi
 }}
 compdef _{name}_complete {prog}
@@ -45,7 +45,7 @@ _FISH = """\
 # {prog} completion for fish: {prog} completion fish > ~/.config/fish/completions/{prog}.fish
 function __{name}_complete
     set -l typed (commandline -opc) (commandline -ct)
-    set -g __{name}_found ({prog} completion words (string replace -r '^' '=' -- $typed[2..-1]) 2>/dev/null)
+    set -g __{name}_found ({prog} completion _words (string replace -r '^' '=' -- $typed[2..-1]) 2>/dev/null)
     test -n "$__{name}_found"
 end
 complete -c {prog} -n __{name}_complete -f -a '$__{name}_found'
@@ -56,7 +56,7 @@ Register-ArgumentCompleter -Native -CommandName {prog} -ScriptBlock {{
     param($current, $line, $position)
     $typed = @($line.CommandElements | Select-Object -Skip 1 | ForEach-Object {{ "=$_" }})
     if ($current -eq "") {{ $typed += "=" }}
-    {prog} completion words @typed 2>$null | ForEach-Object {{
+    {prog} completion _words @typed 2>$null | ForEach-Object {{
         [System.Management.Automation.CompletionResult]::new($_, $_, "ParameterValue", $_)
     }}
 }}
@@ -68,12 +68,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Which shell."""
     parser.add_argument(
         "shell",
-        choices=[*SHELLS, "words"],
+        choices=[*SHELLS, "_words"],
         metavar="SHELL",
         help=f"{', '.join(SHELLS)}: print its script, whose first line says where to put it",
     )
     # What the scripts call: `words =WORD ...`, what was typed so far, the last one unfinished.
-    parser.add_argument("words", nargs="*", help=argparse.SUPPRESS)
+    parser.add_argument("words", nargs="*", default=[], help=argparse.SUPPRESS)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -195,7 +195,7 @@ class _Walk:
         if action is None:
             return []
         if action.choices is not None:
-            return [str(choice) for choice in action.choices if choice != "words" or action.dest != "shell"]
+            return [str(choice) for choice in action.choices if not str(choice).startswith("_")]
         source = names.get(action.dest) or names.get(action.dest.removesuffix("s"))
         return [] if source is None else source()
 

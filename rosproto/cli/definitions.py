@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING
 
-from rosproto.errors import DefinitionError
-from rosproto.msg import DefinitionLibrary, MessageSpec, bundled
+from .graph import CommandError, Verb, print_json, unknown, verbs
+from .parser import near
 
-from .graph import CommandError, Verb, print_json, verbs
+if TYPE_CHECKING:
+    from rosproto.msg import DefinitionLibrary, MessageSpec
 
 __all__ = ["add_arguments_action", "add_arguments_msg", "add_arguments_srv", "run"]
 
@@ -36,10 +38,11 @@ def run(arguments: argparse.Namespace) -> int:
 def _add(parser: argparse.ArgumentParser, kind: str) -> None:
     table: dict[str, Verb] = {
         "show": (_show_arguments, _show, "print a definition with the types it uses unfolded"),
+        "info": (_show_arguments, _show, "the same as show"),
         "list": (_common, _list, "list every type there is"),
         "md5": (_type_arguments, _md5, "print the md5sum that peers compare"),
         "package": (_package_arguments, _package, "list the types of a package"),
-        "packages": (_common, _packages, "list the packages that have types of this kind"),
+        "packages": (_packages_arguments, _packages, "list the packages that have types of this kind"),
     }
     if kind == "action":
         del table["md5"]
@@ -62,15 +65,25 @@ def _type_arguments(parser: argparse.ArgumentParser) -> None:
 def _show_arguments(parser: argparse.ArgumentParser) -> None:
     _type_arguments(parser)
     parser.add_argument("-r", "--raw", action="store_true", help="the text as it was written, with comments")
+    parser.add_argument("-b", "--bag", metavar="FILE", help="the definition that a bag holds (messages only)")
 
 
 def _package_arguments(parser: argparse.ArgumentParser) -> None:
-    _common(parser)
+    _packages_arguments(parser)
     parser.add_argument("package")
 
 
+def _packages_arguments(parser: argparse.ArgumentParser) -> None:
+    _common(parser)
+    parser.add_argument("-s", "--single-line", action="store_true", help="all on a single line")
+
+
 def _library(arguments: argparse.Namespace) -> DefinitionLibrary:
-    return bundled().fork(arguments.msg_path) if arguments.msg_path else bundled()
+    from rosproto.msg import bundled
+    from rosproto.msg.user_folder import environment_paths
+
+    folders = [*arguments.msg_path, *environment_paths()]
+    return bundled().fork(folders) if folders else bundled()
 
 
 def _names(library: DefinitionLibrary, kind: str, package: str) -> list[str]:
@@ -85,19 +98,44 @@ def _all(library: DefinitionLibrary, kind: str) -> list[str]:
 def _asked(library: DefinitionLibrary, arguments: argparse.Namespace) -> list[tuple[str, bool]]:
     """(full name, whether the package had to be looked for)."""
     found: list[tuple[str, bool]] = []
-    for name in arguments.type:
+    for name in (name.removesuffix(f".{arguments.kind}") for name in arguments.type):
         if "/" in name:
             found.append((name, False))
             continue
         matches = [full for full in _all(library, arguments.kind) if full.partition("/")[2] == name]
         if not matches:
-            raise CommandError(f"no {arguments.kind} is called {name!r}; see: rosproto {arguments.kind} list")
+            known = {full.partition("/")[2] for full in _all(library, arguments.kind)}
+            raise unknown(f"no {arguments.kind} is called", name, known, f"{arguments.kind} list")
         found += [(full, True) for full in matches]
     return found
 
 
+def _joined(arguments: argparse.Namespace) -> str:
+    return " " if arguments.single_line else "\n"
+
+
+def _in_bag(arguments: argparse.Namespace) -> DefinitionLibrary:
+    """The definitions of the asked types as a bag holds them."""
+    from rosproto.bag import BagReader
+    from rosproto.msg import DefinitionLibrary, library_from_full_text
+
+    if arguments.kind != "msg":
+        raise ValueError("--bag: bags hold messages only, no services and actions")
+    with BagReader(arguments.bag) as bag:
+        texts = {c.type: c.definition for t in bag.topics.values() for c in t.connections}
+    found = DefinitionLibrary()
+    for name in arguments.type:
+        if name not in texts:
+            raise CommandError(
+                f"{arguments.bag} has no {name}{near(name, texts)}; "
+                f"it has: {', '.join(sorted(texts)) or 'none'}"
+            )
+        found = library_from_full_text(name, texts[name], base=found)
+    return found
+
+
 def _show(arguments: argparse.Namespace) -> int:
-    library = _library(arguments)
+    library = _in_bag(arguments) if arguments.bag else _library(arguments)
     shown = []
     for name, looked_for in _asked(library, arguments):
         text = (
@@ -158,16 +196,15 @@ def _md5(arguments: argparse.Namespace) -> int:
 def _package(arguments: argparse.Namespace) -> int:
     library = _library(arguments)
     if arguments.package not in library.packages():
-        raise DefinitionError(
-            f"no package is called {arguments.package!r}; see: rosproto {arguments.kind} packages"
-        )
+        names = library.packages()
+        raise unknown("no package is called", arguments.package, names, f"{arguments.kind} packages")
     names = _names(library, arguments.kind, arguments.package)
-    print_json(names) if arguments.json else print("\n".join(names))
+    print_json(names) if arguments.json else print(_joined(arguments).join(names))
     return 0
 
 
 def _packages(arguments: argparse.Namespace) -> int:
     library = _library(arguments)
     packages = [p for p in sorted(library.packages()) if _names(library, arguments.kind, p)]
-    print_json(packages) if arguments.json else print("\n".join(packages))
+    print_json(packages) if arguments.json else print(_joined(arguments).join(packages))
     return 0

@@ -8,13 +8,14 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
-from rosproto.node.master_client import MasterClient, SystemState
-from rosproto.transport.address import is_loopback, local_address_towards, parse_uri, resolve
 
 from .graph import add_graph_options, master_client, master_uri, node_client, print_json
+
+if TYPE_CHECKING:
+    from rosproto.node.master_client import MasterClient, SystemState
 
 __all__ = ["Finding", "add_arguments", "examine", "run"]
 
@@ -64,6 +65,8 @@ def _all(arguments: argparse.Namespace) -> Iterator[Finding]:
 
 def examine(uri: str, master: MasterClient) -> Iterator[Finding]:
     """All checks, each resting on the one before; ends early where the next would be pointless."""
+    from rosproto.transport.address import parse_uri
+
     try:
         host, port = parse_uri(uri)
     except ValueError as error:
@@ -87,6 +90,8 @@ def examine(uri: str, master: MasterClient) -> Iterator[Finding]:
 
 
 def _own_address(host: str, port: int) -> Finding:
+    from rosproto.transport.address import is_loopback, local_address_towards, resolve
+
     try:
         address = resolve(host)[0]
         own = local_address_towards(address, port)
@@ -116,6 +121,8 @@ def _master_advice(error: RosError, host: str) -> str:
 
 def _named(master: MasterClient, host: str) -> Iterator[Finding]:
     """A master that calls itself by a name which we cannot resolve was started without ROS_IP."""
+    from rosproto.transport.address import is_loopback, parse_uri, resolve
+
     try:
         name, _ = parse_uri(master.get_uri())
         resolve(name)

@@ -1,25 +1,39 @@
-"""Entry of the `rosproto` command: picks a sub-command and turns its errors into one sentence.
-
-Exit codes: 0 done, 1 it failed (one sentence on stderr says why), 2 wrong usage, 130 interrupted before
-it was done.
-"""
+"""Entry of the `rosproto` command: picks a sub-command and turns its errors into one sentence."""
 
 from __future__ import annotations
 
 import argparse
-import logging
-import os
 import sys
 from collections.abc import Sequence
 
-from rosproto.errors import RosError
-
 from .commands import COMMANDS
+from .failure import (
+    DONE,
+    FAILED,
+    INTERRUPTED,
+    TERMINATED,
+    UNREACHABLE,
+    WRONG_USE,
+    Terminated,
+    explain,
+    output_is_gone,
+    say,
+    signals_unwind,
+)
+from .parser import Parser, leaves
 from .streams import escape_what_cannot_be_printed
 
-__all__ = ["main"]
+__all__ = ["EXIT_CODES", "main"]
 
-INTERRUPTED = 130
+EXIT_CODES = {
+    DONE: "done",
+    FAILED: "it failed, or the answer is no; one sentence on stderr says why and what to do",
+    WRONG_USE: "wrong use: an argument is missing, unknown or out of range",
+    UNREACHABLE: "the master or a node cannot be reached, or the connection was lost",
+    INTERRUPTED: "interrupted by Ctrl-C before it was done",
+    TERMINATED: "ended by SIGTERM, a hang-up or a closed console",
+}
+"""What the exit codes mean."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -31,39 +45,77 @@ def main(argv: Sequence[str] | None = None) -> int:
         from rosproto.rospy.launch import main as run_program
 
         return run_program(words[1:], prog="rosproto run")
-    parser, name = _parser(words)
-    arguments = parser.parse_args(words)
-    if name is None:
-        parser.print_help(sys.stderr)
-        return 2
-    _log_to_stderr(arguments.verbose)
-    _, run = COMMANDS[name].load()
     try:
-        return run(arguments)
-    except (RosError, ValueError) as error:
-        print(f"rosproto {name}: {error}", file=sys.stderr)
-        return 1
+        parser, name = _parser(words)
+        arguments = parser.parse_args(words)
     except KeyboardInterrupt:
         return INTERRUPTED
+    if name is None:
+        parser.print_help(sys.stderr)
+        return WRONG_USE
+    return _run(name, arguments)
+
+
+def _run(name: str, arguments: argparse.Namespace) -> int:
+    try:
+        with signals_unwind():
+            _log_to_stderr(arguments.verbose)
+            code = COMMANDS[name].load()[1](arguments)
+            if sys.stdout is not None:
+                sys.stdout.flush()  # a full disk or a closed pipe shows here, not at exit
+            return code
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except Terminated:
+        return TERMINATED
     except BrokenPipeError:
-        # The reader (head, less) has enough. What is still buffered must not raise again at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
+        output_is_gone()
+        return DONE
+    except Exception as error:
+        if arguments.debug:
+            raise
+        text, code = explain(error)
+        say(f"rosproto {name}: {text}")
+        return code
 
 
 def _parser(words: Sequence[str]) -> tuple[argparse.ArgumentParser, str | None]:
     """A parser that knows all commands by name and the asked one in full; and that one's name."""
-    parser = argparse.ArgumentParser(prog="rosproto", description="ROS 1 without a ROS installation.")
+    parser = Parser(
+        prog="rosproto",
+        description="ROS 1 without a ROS installation.",
+        epilog="Exit codes: "
+        + "; ".join(f"{code} {text.partition(';')[0].partition(':')[0]}" for code, text in EXIT_CODES.items())
+        + ".",
+    )
+    _add_general(parser, 0, False)
     choices = parser.add_subparsers(title="commands", metavar="COMMAND")
     asked = next((word for word in words if word in COMMANDS), None)
     for name, command in COMMANDS.items():
         sub = choices.add_parser(name, help=command.help, description=command.help)
         if name == asked:
-            sub.add_argument("-v", "--verbose", action="count", default=0, help="log; twice: log everything")
             command.load()[0](sub)
+            for place in {id(p): p for p in (sub, *leaves(sub))}.values():
+                _add_general(place, argparse.SUPPRESS, argparse.SUPPRESS)
     return parser, asked
 
 
+def _add_general(parser: argparse.ArgumentParser, count: object, debug: object) -> None:
+    """--debug and --verbose, before and after the command; `topic list -v` keeps rostopic's meaning."""
+    taken = parser._option_string_actions
+    names = [name for name in ("-v", "--verbose") if name not in taken]
+    if names:
+        parser.add_argument(
+            *names, dest="verbose", action="count", default=count, help="log; twice: everything"
+        )
+    if "--debug" not in taken:
+        parser.add_argument(
+            "--debug", action="store_true", default=debug, help="show the traceback of an error"
+        )
+
+
 def _log_to_stderr(verbosity: int) -> None:
+    import logging
+
     level = (logging.WARNING, logging.INFO, logging.DEBUG)[min(verbosity, 2)]
     logging.basicConfig(level=level, format="%(asctime)s %(levelname)s %(message)s", stream=sys.stderr)

@@ -35,20 +35,25 @@ def split_topic(text: str, topics: list[str]) -> tuple[str, str]:
     return text, ""
 
 
-def parse_field_path(path: str) -> Callable[[object], object]:
+def parse_field_path(path: str, shown: str | None = None) -> Callable[[object], object]:
     """A function that takes the part of a message a path names; "" is the message itself.
+
+    Args:
+        path: `pose/position/x`, `ranges[0]`.
+        shown: How errors call it: as typed, with the topic.
 
     Raises:
         FieldPathError: The path is malformed. The returned function raises it too, naming the fields.
     """
-    steps = [_parse_step(part, path) for part in path.strip("/").split("/")] if path.strip("/") else []
+    shown = shown or path
+    steps = [_parse_step(part, shown) for part in path.strip("/").split("/")] if path.strip("/") else []
 
     def take(message: object) -> object:
         value = message
         for name, indices in steps:
-            value = _field(value, name, path)
+            value = _field(value, name, shown)
             for index in indices:
-                value = _element(value, index, path)
+                value = _element(value, index, shown)
         return value
 
     return take

@@ -6,22 +6,28 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from rosproto.errors import RosError
-from rosproto.node.master_client import MasterClient
-from rosproto.node.slave_client import NodeClient
+from rosproto.errors import ConnectionLost, RosTimeout
 
-if TYPE_CHECKING:
+from .failure import CommandError
+from .parser import near
+
+if TYPE_CHECKING:  # imported when they are used: --help has no use for them
     from rosproto.msg import DefinitionLibrary
+    from rosproto.node.master_client import MasterClient
+    from rosproto.node.slave_client import NodeClient
 
 __all__ = [
     "CALLER_ID",
     "TIMEOUT",
     "CommandError",
     "Verb",
+    "absolute",
     "add_graph_options",
+    "below",
     "library_for",
     "master_client",
     "master_uri",
@@ -29,15 +35,13 @@ __all__ = [
     "node_client",
     "open_node",
     "print_json",
+    "unknown",
     "verbs",
+    "warn",
 ]
 
 CALLER_ID = "/rosproto"
 TIMEOUT = 5.0
-
-
-class CommandError(RosError):
-    """A command cannot do what was asked; the text is the one sentence the user sees."""
 
 
 def add_graph_options(parser: argparse.ArgumentParser, *, as_json: bool = True) -> None:
@@ -65,13 +69,26 @@ def master_uri(arguments: argparse.Namespace) -> str:
     return arguments.master or os.environ.get("ROS_MASTER_URI") or "http://localhost:11311"
 
 
-def master_client(arguments: argparse.Namespace) -> MasterClient:
-    """Typed calls to the master, without being a node: nothing is registered."""
-    return MasterClient(master_uri(arguments), CALLER_ID, timeout=TIMEOUT)
+@contextmanager
+def master_client(arguments: argparse.Namespace) -> Iterator[MasterClient]:
+    """Typed calls to the master, without being a node: nothing is registered.
+
+    Raises:
+        ConnectionLost: It is not there, or keeps silent, which is the same to a script.
+    """
+    from rosproto.node.master_client import MasterClient
+
+    with MasterClient(master_uri(arguments), CALLER_ID, timeout=TIMEOUT) as master:
+        try:
+            yield master
+        except RosTimeout as error:
+            raise ConnectionLost(str(error)) from error
 
 
 def node_client(uri: str) -> NodeClient:
     """Typed calls to a node's slave API."""
+    from rosproto.node.slave_client import NodeClient
+
     return NodeClient(uri, CALLER_ID, timeout=TIMEOUT)
 
 
@@ -93,7 +110,7 @@ def open_node(arguments: argparse.Namespace, name: str = "rosproto") -> Any:
 
 
 def msg_path(arguments: argparse.Namespace) -> list[Any]:
-    """Folders of --msg-path, then what `woosh learn` has kept."""
+    """Folders of --msg-path, then what `woosh learn` has kept; a node adds those of the environment."""
     from rosproto.msg.user_folder import learned_paths
 
     return [*(arguments.msg_path or ()), *(() if arguments.no_learned else learned_paths())]
@@ -101,9 +118,40 @@ def msg_path(arguments: argparse.Namespace) -> list[Any]:
 
 def library_for(arguments: argparse.Namespace, name: str, kind: str = "msg") -> DefinitionLibrary | None:
     """Where a type's definition is: None for the bundled ones, else one of `msg_path`."""
+    from rosproto.msg.user_folder import environment_paths
     from rosproto.node.revisions import Revisions
 
-    return Revisions(msg_path(arguments)).library_for(name, kind)
+    return Revisions([*msg_path(arguments), *environment_paths()]).library_for(name, kind)
+
+
+def absolute(name: str) -> str:
+    """A name as typed, with the slash that people leave out, below $ROS_NAMESPACE."""
+    if name.startswith("/"):
+        return name
+    space = os.environ.get("ROS_NAMESPACE", "").strip("/")
+    return f"/{space}/{name}" if space else f"/{name}"
+
+
+def below(names: Iterable[str], asked: str) -> list[str]:
+    """Those of a namespace, or that match a pattern (`/move_base/*`); sorted."""
+    if asked in ("", "/"):
+        return sorted(names)
+    if any(sign in asked for sign in "*?["):
+        import fnmatch
+
+        return sorted(fnmatch.filter(names, absolute(asked)))
+    space = absolute(asked).rstrip("/")
+    return sorted(name for name in names if name == space or name.startswith(space + "/"))
+
+
+def unknown(what: str, name: str, names: Iterable[str], see: str) -> CommandError:
+    """The error for a name that is not there: what is near it, and where to look."""
+    return CommandError(f"{what} {name!r}{near(name, names)}; see: rosproto {see}")
+
+
+def warn(text: str) -> None:
+    """A line on stderr that does not end the command."""
+    print(f"WARNING: {text}", file=sys.stderr, flush=True)
 
 
 def print_json(value: object) -> None:

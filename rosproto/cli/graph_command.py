@@ -7,11 +7,13 @@ import sys
 from collections.abc import Iterable
 from html import escape
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from rosproto.node.master_client import SystemState
+from .graph import absolute, add_graph_options, master_client, print_json, unknown
+from .option_types import folder_exists
 
-from .graph import CommandError, add_graph_options, master_client, print_json
+if TYPE_CHECKING:
+    from rosproto.node.master_client import SystemState
 
 __all__ = ["add_arguments", "run"]
 
@@ -32,7 +34,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--format", choices=("text", "dot", "svg"), help="default: text, or by the file's name"
     )
-    parser.add_argument("-o", "--output", metavar="FILE", help="write there instead of standard output")
+    parser.add_argument(
+        "-o", "--output", type=folder_exists, metavar="FILE", help="write there instead of standard output"
+    )
     parser.add_argument("-a", "--all", action="store_true", help="with /rosout, /clock and the like")
     parser.add_argument("--node", metavar="NAME", help="only what this node is part of")
 
@@ -41,7 +45,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Print or write the graph."""
     with master_client(arguments) as master:
         state, types = master.get_system_state(), master.get_topic_types()
-    edges = _edges(state, arguments.all, arguments.node)
+    if arguments.node is not None and absolute(arguments.node) not in state.nodes:
+        raise unknown("the master knows no node", arguments.node, state.nodes, "node list")
+    edges = _edges(state, arguments.all, arguments.node and absolute(arguments.node))
     if arguments.json:
         print_json([edge._asdict() | {"type": types.get(edge.topic, "*")} for edge in edges])
         return 0
@@ -50,15 +56,12 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.output is None:
         sys.stdout.write(text)
         return 0
-    try:
-        Path(arguments.output).write_text(text, "utf-8")
-    except OSError as error:
-        raise CommandError(f"cannot write {arguments.output}: {error.strerror}") from error
+    Path(arguments.output).write_text(text, "utf-8")
     return 0
 
 
-def _form_of(file: str | None) -> str:
-    ending = Path(file).suffix.lower() if file else ""
+def _form_of(file: Path | None) -> str:
+    ending = file.suffix.lower() if file else ""
     return {".dot": "dot", ".gv": "dot", ".svg": "svg"}.get(ending, "text")
 
 

@@ -5,6 +5,15 @@ from __future__ import annotations
 import argparse
 import signal
 from types import FrameType
+from typing import TYPE_CHECKING
+
+from rosproto.errors import ConnectionLost
+
+from .failure import CommandError
+from .option_types import port
+
+if TYPE_CHECKING:
+    from rosproto.master import Master
 
 __all__ = ["add_arguments", "run"]
 
@@ -16,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="127.0.0.1",
         help="address to listen on; only this computer by default, 0.0.0.0 for every network",
     )
-    parser.add_argument("--port", type=_port, default=11311, help="port, 0 for a free one (default: 11311)")
+    parser.add_argument("--port", type=port, default=11311, help="port, 0 for a free one (default: 11311)")
     parser.add_argument(
         "--advertise", metavar="HOST", help="host name or address that others should use, if not --host"
     )
@@ -37,9 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
     if hasattr(signal, "SIGBREAK"):  # Windows: Ctrl-Break, the one that can be sent to a process group
         signal.signal(signal.SIGBREAK, _interrupt)
     try:
-        with Master(
-            arguments.host, arguments.port, advertise=arguments.advertise, allow=arguments.allow
-        ) as master:
+        with _listening(Master, arguments) as master:
             print(master.uri, flush=True)
             # In steps, because Windows delivers no Ctrl-C to a thread in an endless wait.
             while not master.wait(0.5):
@@ -49,11 +56,13 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _listening(kind: type[Master], arguments: argparse.Namespace) -> Master:
+    try:
+        return kind(arguments.host, arguments.port, advertise=arguments.advertise, allow=arguments.allow)
+    except ConnectionLost as error:
+        # Nobody is out of reach: this computer does not let us listen there.
+        raise CommandError(f"{error}; --port 0 takes a free one") from error
+
+
 def _interrupt(number: int, frame: FrameType | None) -> None:
     raise KeyboardInterrupt
-
-
-def _port(text: str) -> int:
-    if text.isascii() and text.isdigit() and int(text) <= 65535:
-        return int(text)
-    raise argparse.ArgumentTypeError(f"{text!r} is no port (0 to 65535)")

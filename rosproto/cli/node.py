@@ -5,13 +5,16 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
-from rosproto.node.master_client import MasterClient, SystemState
-from rosproto.node.slave_client import BusConnection
-from rosproto.transport.address import parse_uri
 
-from .graph import CommandError, master_client, node_client, print_json, verbs
+from .graph import CommandError, absolute, below, master_client, node_client, print_json, unknown, verbs
+from .option_types import count, positive
+
+if TYPE_CHECKING:
+    from rosproto.node.master_client import MasterClient, SystemState
+    from rosproto.node.slave_client import BusConnection
 
 __all__ = ["add_arguments", "run"]
 
@@ -46,7 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _nothing(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--timeout", type=float, default=2.0, help="seconds a node has to answer (default: 2)"
+        "--timeout", type=positive, default=2.0, metavar="S", help="seconds a node has to answer (2)"
     )
 
 
@@ -65,8 +68,7 @@ def _list_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _list(arguments: argparse.Namespace) -> int:
     with master_client(arguments) as master:
-        below = arguments.namespace.rstrip("/")
-        names = [n for n in master.get_system_state().nodes if n == below or n.startswith(below + "/")]
+        names = below(master.get_system_state().nodes, arguments.namespace)
         if not (arguments.uris or arguments.all or arguments.json):
             print("\n".join(names) if names else "", end="\n" if names else "")
             return 0
@@ -82,23 +84,20 @@ def _uri(master: MasterClient, name: str) -> str:
     try:
         return master.lookup_node(name)
     except MasterError as error:
-        raise CommandError(f"the master knows no node {name!r}; see: rosproto node list") from error
+        nodes = master.get_system_state().nodes
+        raise unknown("the master knows no node", name, nodes, "node list") from error
 
 
 def _info(arguments: argparse.Namespace) -> int:
     with master_client(arguments) as master:
         state, types = master.get_system_state(), master.get_topic_types()
-        facts = [_facts(master, _global(name), state, types) for name in arguments.node]
+        facts = [_facts(master, absolute(name), state, types) for name in arguments.node]
     if arguments.json:
         print_json(facts if len(facts) > 1 else facts[0])
     else:
         for fact in facts:
             _print_facts(fact)
     return 0
-
-
-def _global(name: str) -> str:
-    return name if name.startswith("/") else "/" + name
 
 
 def _facts(master: MasterClient, name: str, state: SystemState, types: dict[str, str]) -> dict[str, object]:
@@ -134,6 +133,8 @@ def _connection(master: MasterClient, state: SystemState, row: BusConnection) ->
 
 
 def _same(master: MasterClient, name: str, uri: str) -> bool:
+    from rosproto.transport.address import parse_uri
+
     try:
         return parse_uri(master.lookup_node(name)) == parse_uri(uri)
     except (RosError, ValueError):
@@ -176,20 +177,20 @@ def _ping_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("node", nargs="*")
     parser.add_argument("-a", "--all", action="store_true", help="every node, once")
     parser.add_argument(
-        "-c", "--count", type=int, default=None, help="stop after this many (default: Ctrl-C)"
+        "-c", "--count", type=count, default=None, metavar="N", help="stop after this many (default: Ctrl-C)"
     )
     parser.add_argument(
-        "--timeout", type=float, default=3.0, help="seconds a node has to answer (default: 3)"
+        "--timeout", type=positive, default=3.0, metavar="S", help="seconds a node has to answer (3)"
     )
 
 
 def _ping(arguments: argparse.Namespace) -> int:
     with master_client(arguments) as master:
-        names = master.get_system_state().nodes if arguments.all else [_global(n) for n in arguments.node]
+        names = master.get_system_state().nodes if arguments.all else [absolute(n) for n in arguments.node]
         if not names:
-            raise CommandError("name a node, or give --all; see: rosproto node list")
-        count = 1 if arguments.all else arguments.count
-        results = [_ping_node(master, name, count, arguments) for name in names]
+            raise ValueError("name a node, or give --all; see: rosproto node list")
+        times = 1 if arguments.all else arguments.count
+        results = [_ping_node(master, name, times, arguments) for name in names]
     if arguments.json:
         print_json(results)
     return 0 if all(result["answers"] for result in results) else 1
@@ -230,9 +231,9 @@ def _kill_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _kill(arguments: argparse.Namespace) -> int:
     with master_client(arguments) as master:
-        names = master.get_system_state().nodes if arguments.all else [_global(n) for n in arguments.node]
+        names = master.get_system_state().nodes if arguments.all else [absolute(n) for n in arguments.node]
         if not names:
-            raise CommandError("name a node, or give --all; see: rosproto node list")
+            raise ValueError("name a node, or give --all; see: rosproto node list")
         killed, failed = [], {}
         for name in names:
             try:
@@ -240,14 +241,14 @@ def _kill(arguments: argparse.Namespace) -> int:
                     node.shutdown("user request")
                 killed.append(name)
             except RosError as error:
-                failed[name] = str(error)
+                failed[name] = str(error).removeprefix(f"{name}: ")
     if arguments.json:
         print_json({"killed": killed, "failed": failed})
         return 1 if failed else 0
     for name in killed:
         print(f"killing {name}\nkilled")
     if failed:
-        raise CommandError("; ".join(f"{name}: {text}" for name, text in failed.items()))
+        raise CommandError("; ".join(failed.values()))
     return 0
 
 
@@ -276,6 +277,8 @@ def _answers(master: MasterClient, name: str, timeout: float) -> bool:
 def _unregister(master: MasterClient, name: str, state: SystemState) -> None:
     """In the dead node's name, with its old URI: a node that came back meanwhile has another."""
     uri = _uri(master, name)
+    from rosproto.node.master_client import MasterClient
+
     with MasterClient(master.uri, name) as as_node:
         for topic, nodes in state.publishers.items():
             if name in nodes:
@@ -289,11 +292,16 @@ def _unregister(master: MasterClient, name: str, state: SystemState) -> None:
 
 
 def _machine(arguments: argparse.Namespace) -> int:
+    from rosproto.transport.address import parse_uri
+
     with master_client(arguments) as master:
         hosts: dict[str, list[str]] = {}
         for name in master.get_system_state().nodes:
             hosts.setdefault(parse_uri(_uri(master, name))[0], []).append(name)
-    asked = {host: hosts.get(host, []) for host in arguments.host} or hosts
+    for host in arguments.host:
+        if host not in hosts:
+            raise CommandError(f"no node runs on {host!r}; hosts: {', '.join(sorted(hosts)) or 'none'}")
+    asked = {host: sorted(hosts[host]) for host in arguments.host} or hosts
     if arguments.json:
         print_json(asked)
     elif arguments.host:

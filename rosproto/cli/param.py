@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import sys
 from pathlib import Path
 from typing import Any
 
 from rosproto.errors import MasterError
-from rosproto.values import parse_value
 
-from .graph import CommandError, master_client, print_json, verbs
-from .yaml_text import load_text, to_text
+from .graph import CommandError, absolute, below, master_client, print_json, unknown, verbs
+from .yaml_text import load_text, to_text, value_of
 
 __all__ = ["add_arguments", "run"]
 
@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     verbs(
         parser,
         {
-            "get": (_key_arguments, _get, "print a parameter or a whole namespace"),
+            "get": (_get_arguments, _get, "print a parameter or a whole namespace"),
             "set": (_set_arguments, _set, "set a parameter"),
             "list": (_list_arguments, _list, "list the names of parameters"),
             "delete": (_key_arguments, _delete, "delete a parameter or namespace"),
@@ -43,9 +43,21 @@ def _key_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("key")
 
 
+def _get_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("key")
+    parser.add_argument(
+        "-p", "--pretty", action="store_true", help="text as it is, over several lines: to look at"
+    )
+
+
 def _set_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("key")
-    parser.add_argument("value", help="a number, true, text, [1, 2] or {a: 1}; - reads standard input")
+    parser.add_argument(
+        "value", nargs="?", help="a number, true, text, [1, 2] or {a: 1}; - reads standard input"
+    )
+    source = parser.add_mutually_exclusive_group()
+    source.add_argument("-t", "--textfile", metavar="FILE", help="the value is the text of this file")
+    source.add_argument("-b", "--binfile", metavar="FILE", help="the value is the bytes of this file")
 
 
 def _list_arguments(parser: argparse.ArgumentParser) -> None:
@@ -62,42 +74,75 @@ def _load_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("namespace", nargs="?", default="/")
 
 
-def _global(key: str) -> str:
-    return key if key.startswith("/") else "/" + key
-
-
 def _fetch(arguments: argparse.Namespace, key: str) -> Any:
     with master_client(arguments) as master:
         try:
-            return master.get_param(_global(key))
+            return master.get_param(absolute(key))
         except MasterError as error:
-            raise CommandError(f"parameter [{_global(key)}] is not set; see: rosproto param list") from error
+            names = master.get_param_names()
+            raise unknown("there is no parameter", absolute(key), names, "param list") from error
 
 
 def _get(arguments: argparse.Namespace) -> int:
     value = _fetch(arguments, arguments.key)
     if arguments.json:
-        print_json(value)
+        print_json(_json_value(value))
+    elif arguments.pretty and isinstance(value, str):
+        print(value)
+    elif arguments.pretty and isinstance(value, dict):
+        _print_pretty(value, "")
     else:
         print(to_text(value))
     return 0
 
 
+def _json_value(value: Any) -> Any:
+    """JSON has no bytes, no infinities and no NaN."""
+    if isinstance(value, dict):
+        return {key: _json_value(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_json_value(item) for item in value]
+    if isinstance(value, (bytes, bytearray)):
+        return list(value)
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _print_pretty(value: dict[str, Any], indent: str) -> None:
+    """Keys in order; a text of several lines below its key, as it is."""
+    for key, item in sorted(value.items()):
+        if isinstance(item, dict):
+            print(f"{indent}{key}:")
+            _print_pretty(item, indent + "  ")
+        elif isinstance(item, str):
+            lines = item.split("\n")
+            print(f"{indent}{key}: {item}" if len(lines) == 1 else f"{indent}{key}: |")
+            for line in lines if len(lines) > 1 else ():
+                print(f"{indent}  {line}")
+        else:
+            text = to_text(item)
+            print(
+                f"{indent}{key}:" + (f"\n{text}" if isinstance(item, list) and item else f" {text}").rstrip()
+            )
+
+
 def _set(arguments: argparse.Namespace) -> int:
-    text = sys.stdin.read() if arguments.value == "-" else arguments.value
-    try:
-        value = parse_value(text)
-    except ValueError:
-        value = load_text(text, "the value")
+    given = [v for v in (arguments.value, arguments.textfile, arguments.binfile) if v is not None]
+    if len(given) != 1:
+        raise ValueError("give a value, or --textfile FILE, or --binfile FILE")
+    if arguments.textfile is not None:
+        value: Any = Path(arguments.textfile).read_text("utf-8")
+    elif arguments.binfile is not None:
+        value = Path(arguments.binfile).read_bytes()
+    else:
+        value = value_of(sys.stdin.read() if arguments.value == "-" else arguments.value)
     with master_client(arguments) as master:
-        master.set_param(_global(arguments.key), value)
+        master.set_param(absolute(arguments.key), value)
     return 0
 
 
 def _list(arguments: argparse.Namespace) -> int:
-    below = _global(arguments.namespace).rstrip("/")
     with master_client(arguments) as master:
-        names = sorted(n for n in master.get_param_names() if n == below or n.startswith(below + "/"))
+        names = below(master.get_param_names(), arguments.namespace)
     if arguments.json:
         print_json(names)
     elif names:
@@ -108,9 +153,10 @@ def _list(arguments: argparse.Namespace) -> int:
 def _delete(arguments: argparse.Namespace) -> int:
     with master_client(arguments) as master:
         try:
-            master.delete_param(_global(arguments.key))
+            master.delete_param(absolute(arguments.key))
         except MasterError as error:
-            raise CommandError(f"parameter [{_global(arguments.key)}] is not set") from error
+            names = master.get_param_names()
+            raise unknown("there is no parameter", absolute(arguments.key), names, "param list") from error
     return 0
 
 
@@ -119,14 +165,16 @@ def _search(arguments: argparse.Namespace) -> int:
         try:
             found = master.search_param(arguments.key)
         except MasterError as error:
-            raise CommandError(f"no parameter is called {arguments.key!r} from here upwards") from error
+            raise CommandError(
+                f"no parameter is called {arguments.key!r} from here upwards; see: rosproto param list"
+            ) from error
     print_json(found) if arguments.json else print(found)
     return 0
 
 
 def _dump(arguments: argparse.Namespace) -> int:
     value = _fetch(arguments, arguments.namespace)
-    text = json.dumps(value, indent=2) if arguments.json else to_text(value)
+    text = json.dumps(_json_value(value), indent=2) if arguments.json else to_text(value)
     if arguments.file == "-":
         print(text)
     else:
@@ -135,12 +183,9 @@ def _dump(arguments: argparse.Namespace) -> int:
 
 
 def _load(arguments: argparse.Namespace) -> int:
-    try:
-        text = sys.stdin.read() if arguments.file == "-" else Path(arguments.file).read_text("utf-8")
-    except OSError as error:
-        raise CommandError(f"cannot read {arguments.file}: {error.strerror}") from error
+    text = sys.stdin.read() if arguments.file == "-" else Path(arguments.file).read_text("utf-8")
     value = load_text(text, arguments.file)
-    namespace = _global(arguments.namespace)
+    namespace = absolute(arguments.namespace)
     if namespace == "/" and not isinstance(value, dict):
         raise CommandError(
             f"{arguments.file}: the root namespace takes names and values, not one {value!r:.40}"

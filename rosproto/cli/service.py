@@ -3,15 +3,32 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+import sys
+from typing import TYPE_CHECKING, Any
 
-from rosproto.codec import service_class
-from rosproto.codec.dicts import from_dict, to_dict
-from rosproto.errors import DefinitionError, MasterError
-from rosproto.node.master_client import MasterClient
-from rosproto.values import parse_value
+from rosproto.errors import DefinitionError, MasterError, RosTimeout
 
-from .graph import CALLER_ID, TIMEOUT, CommandError, library_for, master_client, open_node, print_json, verbs
+from .console import is_terminal
+from .graph import (
+    CALLER_ID,
+    TIMEOUT,
+    CommandError,
+    absolute,
+    below,
+    library_for,
+    master_client,
+    open_node,
+    print_json,
+    unknown,
+    verbs,
+    warn,
+)
+from .option_types import positive
+from .parser import near
+from .yaml_text import load_documents, value_of
+
+if TYPE_CHECKING:
+    from rosproto.node.master_client import MasterClient
 
 __all__ = ["add_arguments", "run"]
 
@@ -53,21 +70,26 @@ def _find_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _call_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("service")
-    parser.add_argument("values", nargs="*", help="the request: {field: value}, or its fields in order")
+    parser.add_argument(
+        "values",
+        nargs="*",
+        default=[],
+        help="the request: {field: value}, or its fields in order; without any, and not on a terminal, "
+        "requests are read from standard input",
+    )
     parser.add_argument("--type", help="package/Type, where the service does not say")
-    parser.add_argument("--timeout", type=float, default=10.0, help="seconds for the call (default: 10)")
+    parser.add_argument(
+        "--timeout", type=positive, default=10.0, metavar="S", help="seconds for the call (10)"
+    )
     parser.add_argument("--wait", action="store_true", help="wait for the service to come up first")
-
-
-def _global(name: str) -> str:
-    return name if name.startswith("/") else "/" + name
 
 
 def _look_up(master: MasterClient, name: str) -> str:
     try:
         return master.lookup_service(name)
     except MasterError as error:
-        raise CommandError(f"no node provides the service {name!r}; see: rosproto service list") from error
+        services = master.get_system_state().services
+        raise unknown("no node provides the service", name, services, "service list") from error
 
 
 def _type_of(arguments: argparse.Namespace, name: str) -> str:
@@ -87,13 +109,9 @@ def _type_of(arguments: argparse.Namespace, name: str) -> str:
 
 
 def _list(arguments: argparse.Namespace) -> int:
-    below = arguments.namespace.rstrip("/")
     with master_client(arguments) as master:
-        services = {
-            name: nodes
-            for name, nodes in sorted(master.get_system_state().services.items())
-            if name == below or name.startswith(below + "/")
-        }
+        known = master.get_system_state().services
+    services = {name: known[name] for name in below(known, arguments.namespace)}
     if arguments.json:
         print_json([{"name": name, "nodes": nodes} for name, nodes in services.items()])
         return 0
@@ -103,7 +121,7 @@ def _list(arguments: argparse.Namespace) -> int:
 
 
 def _info(arguments: argparse.Namespace) -> int:
-    name = _global(arguments.service)
+    name = absolute(arguments.service)
     with master_client(arguments) as master:
         uri = _look_up(master, name)
         nodes = master.get_system_state().services.get(name, [])
@@ -119,6 +137,8 @@ def _info(arguments: argparse.Namespace) -> int:
 
 
 def _fields(kind: str) -> list[str] | None:
+    from rosproto.codec import service_class
+
     try:
         return list(service_class(kind).Request.__slots__)
     except (DefinitionError, ValueError):
@@ -126,7 +146,7 @@ def _fields(kind: str) -> list[str] | None:
 
 
 def _type(arguments: argparse.Namespace) -> int:
-    kind = _type_of(arguments, _global(arguments.service))
+    kind = _type_of(arguments, absolute(arguments.service))
     print_json(kind) if arguments.json else print(kind)
     return 0
 
@@ -134,11 +154,14 @@ def _type(arguments: argparse.Namespace) -> int:
 def _find(arguments: argparse.Namespace) -> int:
     with master_client(arguments) as master:
         names = sorted(master.get_system_state().services)
-    found = [name for name in names if _safe_type(arguments, name) == arguments.type]
+    types = {name: _safe_type(arguments, name) for name in names}
+    found = [name for name, kind in types.items() if kind == arguments.type]
     if arguments.json:
         print_json(found)
     elif found:
         print("\n".join(found))
+    else:
+        warn(f"no service is of type {arguments.type}{near(arguments.type, set(types.values()))}")
     return 0
 
 
@@ -153,35 +176,61 @@ def _safe_type(arguments: argparse.Namespace, name: str) -> str:
 
 def _uri(arguments: argparse.Namespace) -> int:
     with master_client(arguments) as master:
-        uri = _look_up(master, _global(arguments.service))
+        uri = _look_up(master, absolute(arguments.service))
     print_json(uri) if arguments.json else print(uri)
     return 0
 
 
 def _args(arguments: argparse.Namespace) -> int:
-    kind = _type_of(arguments, _global(arguments.service))
+    from rosproto.codec import service_class
+
+    kind = _type_of(arguments, absolute(arguments.service))
     fields = list(service_class(kind, library_for(arguments, kind, "srv")).Request.__slots__)
     print_json(fields) if arguments.json else print(" ".join(fields))
     return 0
 
 
 def _call(arguments: argparse.Namespace) -> int:
-    name = _global(arguments.service)
+    from rosproto.codec import service_class
+    from rosproto.codec.dicts import from_dict, to_dict
+
+    name = absolute(arguments.service)
     with open_node(arguments) as node:
         if arguments.wait:
-            node.wait_for_service(name, timeout=arguments.timeout)
+            _wait(node, name, arguments.timeout)
         kind = arguments.type or _type_of(arguments, name)
         cls = service_class(kind, library_for(arguments, kind, "srv"))
-        request = from_dict(cls.Request, _request_values(arguments.values, cls.Request))
+        requests = [from_dict(cls.Request, values) for values in _requests(arguments, cls.Request)]
         with node.service_client(name, cls) as client:
-            response = client.call(request, timeout=arguments.timeout)
-    print_json(to_dict(response, finite=True)) if arguments.json else print(response)
+            for index, request in enumerate(requests):
+                response = client.call(request, timeout=arguments.timeout)
+                if arguments.json:
+                    print_json(to_dict(response, finite=True))
+                else:
+                    print(f"---\n{response}" if index else response, flush=True)
     return 0
+
+
+def _wait(node: Any, name: str, timeout: float) -> None:
+    try:
+        node.wait_for_service(name, timeout=timeout)
+    except RosTimeout:
+        raise CommandError(
+            f"no node provided {name} within {timeout:g} s; see: rosproto service list"
+        ) from None
+
+
+def _requests(arguments: argparse.Namespace, cls: Any) -> list[Any]:
+    """One of the command line, or those of standard input; nothing on a terminal means defaults."""
+    if arguments.values or not cls.__slots__ or sys.stdin is None or is_terminal(sys.stdin):
+        return [_request_values(arguments.values, cls)]
+    found = list(load_documents(sys.stdin, "standard input"))
+    return found or [None]
 
 
 def _request_values(words: list[str], cls: Any) -> Any:
     """One dict, or the fields in order; nothing means defaults (rosservice asks for all fields then)."""
-    values = [parse_value(word) for word in words]
+    values = [value_of(word) for word in words]
     if not values:
         return None
     if len(values) == 1 and (isinstance(values[0], dict) or len(cls.__slots__) != 1):

@@ -9,7 +9,8 @@ from typing import Any
 
 from rosproto.errors import RosError, RosTimeout
 
-from .graph import CommandError, open_node, print_json, verbs
+from .graph import CommandError, open_node, print_json, verbs, warn
+from .option_types import count, positive, seconds
 
 __all__ = ["add_arguments", "run"]
 
@@ -32,16 +33,24 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _tree_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--seconds", type=float, default=2.0, help="how long to listen (default: 2)")
+    parser.add_argument(
+        "--seconds", type=seconds, default=2.0, metavar="S", help="how long to listen (default: 2)"
+    )
 
 
 def _echo_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("target", help="the frame that coordinates are given in: map")
     parser.add_argument("source", help="the frame whose pose is asked: base_link")
-    parser.add_argument("-n", type=int, default=None, metavar="COUNT", help="stop after this many")
-    parser.add_argument("-r", "--rate", type=float, default=1.0, help="this often a second (default: 1)")
+    parser.add_argument("-n", type=count, metavar="COUNT", help="stop after this many")
     parser.add_argument(
-        "--timeout", type=float, default=5.0, help="seconds to wait for the first (default: 5)"
+        "-r", "--rate", type=positive, default=1.0, metavar="HZ", help="this often a second (default: 1)"
+    )
+    parser.add_argument(
+        "--timeout",
+        type=positive,
+        default=5.0,
+        metavar="S",
+        help="seconds to wait for the first (default: 5)",
     )
 
 
@@ -86,8 +95,6 @@ def _short(value: object) -> str:
 def _echo(arguments: argparse.Namespace) -> int:
     from rosproto.tf import TransformListener
 
-    if not arguments.rate > 0:
-        raise CommandError(f"--rate {arguments.rate}: must be above 0 a second")
     with open_node(arguments) as node, TransformListener(node) as listener:
         listener.buffer.wait(arguments.target, arguments.source, timeout=arguments.timeout)
         shown = 0
@@ -99,7 +106,7 @@ def _echo(arguments: argparse.Namespace) -> int:
             except RosTimeout:
                 raise
             except RosError as error:
-                print(f"! {error}")
+                warn(str(error))
             shown += 1
     return 0
 

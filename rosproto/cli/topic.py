@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING
 
 from rosproto.errors import MasterError
-from rosproto.node.master_client import MasterClient, SystemState
 
-from . import topic_echo, topic_pub, topic_rates
-from .graph import CommandError, master_client, print_json, verbs
+from . import topic_echo, topic_list, topic_pub, topic_rates
+from .field_path import split_topic
+from .graph import CommandError, absolute, master_client, print_json, unknown, verbs, warn
+from .parser import near
+
+if TYPE_CHECKING:
+    from rosproto.node.master_client import MasterClient, SystemState
 
 __all__ = ["add_arguments", "run"]
 
@@ -18,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     verbs(
         parser,
         {
-            "list": (_list_arguments, _list, "list the topics of the graph"),
+            "list": (topic_list.add_arguments, topic_list.run, "list the topics of the graph, or of a bag"),
             "info": (_topic_arguments, _info, "tell the type of a topic, who publishes and who subscribes"),
             "type": (_topic_arguments, _type, "print the type of a topic"),
             "find": (_find_arguments, _find, "list the topics of a type"),
@@ -49,74 +54,23 @@ def _find_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("type", help="package/Type")
 
 
-def _list_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("namespace", nargs="?", default="", help="only topics below this namespace")
-    parser.add_argument(
-        "-v", "--verbose", dest="details", action="store_true", help="types, and numbers of both sides"
-    )
-    parser.add_argument("-p", "--publishers", action="store_true", help="only published ones")
-    parser.add_argument("-s", "--subscribers", action="store_true", help="only subscribed ones")
-
-
-def _below(names: dict[str, list[str]], namespace: str) -> dict[str, list[str]]:
-    below = namespace.rstrip("/")
-    return {n: nodes for n, nodes in names.items() if n == below or n.startswith(below + "/")}
-
-
-def _list(arguments: argparse.Namespace) -> int:
-    with master_client(arguments) as master:
-        state, types = master.get_system_state(), master.get_topic_types()
-    published = {} if arguments.subscribers else _below(state.publishers, arguments.namespace)
-    subscribed = {} if arguments.publishers else _below(state.subscribers, arguments.namespace)
-    names = sorted({*published, *subscribed})
-    if arguments.json:
-        print_json([_row(name, state, types) for name in names])
-    elif arguments.details:
-        _print_side("Published topics:", "publisher", published, types)
-        _print_side("Subscribed topics:", "subscriber", subscribed, types)
-        print()
-    elif names:
-        print("\n".join(names))
-    return 0
-
-
-def _row(name: str, state: SystemState, types: dict[str, str]) -> dict[str, object]:
-    return {
-        "name": name,
-        "type": types.get(name, "*"),
-        "publishers": state.publishers.get(name, []),
-        "subscribers": state.subscribers.get(name, []),
-    }
-
-
-def _print_side(title: str, what: str, table: dict[str, list[str]], types: dict[str, str]) -> None:
-    print(f"\n{title}")
-    for name, nodes in table.items():
-        kind = types.get(name, "*")
-        shown = "unknown type" if kind == "*" else kind
-        print(f" * {name} [{shown}] {len(nodes)} {what}{'s'[: len(nodes) > 1]}")
-
-
 def _known(master: MasterClient, topic: str) -> tuple[SystemState, str]:
     state = master.get_system_state()
     if topic not in state.publishers and topic not in state.subscribers:
-        raise CommandError(f"nobody publishes or subscribes to {topic!r}; see: rosproto topic list")
+        names = {*state.publishers, *state.subscribers}
+        raise unknown("nobody publishes or subscribes to", topic, names, "topic list")
     return state, master.get_topic_types().get(topic, "*")
 
 
-def _global(name: str) -> str:
-    return name if name.startswith("/") else "/" + name
-
-
 def _info(arguments: argparse.Namespace) -> int:
-    topic = _global(arguments.topic)
+    topic = absolute(arguments.topic)
     with master_client(arguments) as master:
         state, kind = _known(master, topic)
         uris = {
             n: _uri(master, n) for n in {*state.publishers.get(topic, []), *state.subscribers.get(topic, [])}
         }
     if arguments.json:
-        print_json({**_row(topic, state, {topic: kind}), "uris": uris})
+        print_json({**topic_list.row(topic, state, {topic: kind}), "uris": uris})
         return 0
     print(f"Type: {'unknown type' if kind == '*' else kind}\n")
     for title, nodes in (("Publishers", state.publishers), ("Subscribers", state.subscribers)):
@@ -137,11 +91,9 @@ def _uri(master: MasterClient, node: str) -> str:
 
 
 def _type(arguments: argparse.Namespace) -> int:
-    from .field_path import split_topic
-
     with master_client(arguments) as master:
         types = master.get_topic_types()
-        topic, path = split_topic(_global(arguments.topic), list(types))
+        topic, path = split_topic(absolute(arguments.topic), list(types))
         _, kind = _known(master, topic)
     inner = _field_type(kind, path) if path else ""
     if arguments.json:
@@ -168,9 +120,12 @@ def _field_type(kind: str, path: str) -> str:
 
 def _find(arguments: argparse.Namespace) -> int:
     with master_client(arguments) as master:
-        found = sorted(t for t, kind in master.get_topic_types().items() if kind == arguments.type)
+        types = master.get_topic_types()
+    found = sorted(t for t, kind in types.items() if kind == arguments.type)
     if arguments.json:
         print_json(found)
     elif found:
         print("\n".join(found))
+    else:
+        warn(f"no topic carries {arguments.type}{near(arguments.type, set(types.values()))}")
     return 0

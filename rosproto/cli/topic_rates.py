@@ -9,7 +9,9 @@ from collections.abc import Callable
 from typing import Any
 
 from .expression import Expression
-from .graph import CommandError, open_node, print_json
+from .graph import CommandError, absolute, below, master_client, open_node, print_json, warn
+from .option_types import count
+from .parser import near
 from .rates import Bandwidth, Window, bandwidth_text, delay_text, hz_text, table
 
 __all__ = ["add_bw_arguments", "add_hz_arguments", "run_bw", "run_delay", "run_hz"]
@@ -32,9 +34,11 @@ def add_bw_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _common(parser: argparse.ArgumentParser, window: int) -> None:
-    parser.add_argument("topic", nargs="+")
-    parser.add_argument("-w", "--window", type=int, default=window, help=f"messages looked at ({window})")
-    parser.add_argument("-n", type=int, default=None, metavar="COUNT", help="stop after this many reports")
+    parser.add_argument("topic", nargs="+", help="one or several, or a pattern: '/scan*'")
+    parser.add_argument(
+        "-w", "--window", type=count, default=window, metavar="N", help=f"messages looked at ({window})"
+    )
+    parser.add_argument("-n", type=count, default=None, metavar="COUNT", help="stop after this many reports")
     parser.add_argument(
         "--wall-time", action="store_true", help="accepted for rostopic's sake: it is always so"
     )
@@ -43,7 +47,7 @@ def _common(parser: argparse.ArgumentParser, window: int) -> None:
 def run_hz(arguments: argparse.Namespace) -> int:
     """Intervals between arrivals, a report a second."""
     wanted = Expression(arguments.filter) if arguments.filter else None
-    windows = {topic: Window(arguments.window) for topic in arguments.topic}
+    windows = {topic: Window(arguments.window) for topic in _topics(arguments)}
 
     def arrived(topic: str, message: Any, now: float) -> None:
         if wanted is None or wanted(m=message):
@@ -86,7 +90,7 @@ def _figures(window: Window, what: str) -> dict[str, float] | None:
 
 def run_delay(arguments: argparse.Namespace) -> int:
     """Arrival minus header stamp; both clocks must agree for it to mean anything."""
-    windows = {topic: Window(arguments.window) for topic in arguments.topic}
+    windows = {topic: Window(arguments.window) for topic in _topics(arguments)}
     headless: list[str] = []
 
     def arrived(topic: str, message: Any, now: float) -> None:
@@ -110,7 +114,7 @@ def run_delay(arguments: argparse.Namespace) -> int:
 
 def run_bw(arguments: argparse.Namespace) -> int:
     """Bytes a second, a report a second."""
-    bandwidths = {topic: Bandwidth(arguments.window) for topic in arguments.topic}
+    bandwidths = {topic: Bandwidth(arguments.window) for topic in _topics(arguments)}
 
     def arrived(topic: str, message: Any, now: float) -> None:
         bandwidths[topic].add(now, len(message._buff))
@@ -128,6 +132,25 @@ def run_bw(arguments: argparse.Namespace) -> int:
                 print(text if len(bandwidths) == 1 else f"{topic}: {text}", flush=True)
 
     return _watch(arguments, arrived, report, raw=True)
+
+
+def _topics(arguments: argparse.Namespace) -> list[str]:
+    """Global names of what was asked for, patterns resolved; told when nobody publishes one."""
+    with master_client(arguments) as master:
+        published = list(master.get_system_state().publishers)
+    found: list[str] = []
+    for asked in arguments.topic:
+        if "*" in asked or "?" in asked:
+            matching = below(published, asked)
+            if not matching:
+                raise CommandError(f"no topic matches {asked!r}; see: rosproto topic list")
+            found += matching
+        else:
+            found.append(absolute(asked))
+            if found[-1] not in published:
+                warn(f"topic [{found[-1]}] does not appear to be published yet{near(found[-1], published)}")
+    arguments.topic = list(dict.fromkeys(found))
+    return found
 
 
 def _watch(

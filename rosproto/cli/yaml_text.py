@@ -5,28 +5,34 @@ Flow collections, scalars and JSON are read by `rosproto.values`; block YAML wit
 
 from __future__ import annotations
 
+import base64
+import itertools
+import math
 import re
+from collections.abc import Iterable, Iterator
 from typing import Any
 
-from rosproto.codec.text import quoted
 from rosproto.values import parse_value
 
 from .graph import CommandError
 
-__all__ = ["load_text", "to_text"]
+__all__ = ["load_documents", "load_text", "to_text", "value_of"]
 
 PLAIN = re.compile(r"[A-Za-z_/][\w/. -]*\w|[A-Za-z_/]", re.ASCII)
 
 
 def to_text(value: Any) -> str:
     """Block YAML as rosparam prints it: keys sorted, strings plain where they can be."""
-    if isinstance(value, (dict, list)) and value:
+    if isinstance(value, (dict, list, bytes, bytearray)) and value:
         return "\n".join(_block(value)) + "\n"
     return _scalar(value)
 
 
 def _block(value: Any) -> list[str]:
     lines: list[str] = []
+    if isinstance(value, (bytes, bytearray)):
+        text = base64.b64encode(value).decode("ascii")
+        return ["!!binary |", *("  " + text[at : at + 76] for at in range(0, len(text), 76))]
     if isinstance(value, dict):
         for key in sorted(value, key=str):
             item = value[key]
@@ -35,11 +41,15 @@ def _block(value: Any) -> list[str]:
                 lines += [head, *("  " + line for line in _block(item))]
             elif isinstance(item, list) and item:
                 lines += [head, *_block(item)]
+            elif isinstance(item, (bytes, bytearray)):
+                first, *more = _block(item)
+                lines += [f"{head} {first}", *more]
             else:
                 lines.append(f"{head} {_scalar(item)}")
         return lines
     for item in value:
-        inner = _block(item) if isinstance(item, (dict, list)) and item else [_scalar(item)]
+        block = isinstance(item, (dict, list, bytes, bytearray)) and item
+        inner = _block(item) if block else [_scalar(item)]
         lines.append(f"- {inner[0]}")
         lines += ["  " + line for line in inner[1:]]
     return lines
@@ -74,7 +84,38 @@ def _string(text: str) -> str:
         return text
     if "\n" not in text and text.isprintable() and text.isascii():
         return "'" + text.replace("'", "''") + "'"
+    from rosproto.codec.text import quoted
+
     return quoted(text)
+
+
+def value_of(word: str) -> Any:
+    """A value on the command line: one line always, YAML over several where PyYAML is.
+
+    Raises:
+        ValueError: It is none; says where.
+    """
+    if "\n" in word.strip():
+        return load_text(word, "the value")
+    try:
+        return parse_value(word)
+    except ValueError as error:
+        try:
+            return _load_with_library(word, "the value")
+        except (ModuleNotFoundError, CommandError):
+            raise error from None
+
+
+def load_documents(lines: Iterable[str], origin: str) -> Iterator[Any]:
+    """The values of a text with `---` between two, each as soon as it is complete; no empty ones."""
+    part: list[str] = []
+    for line in itertools.chain(lines, ("---",)):
+        if line.rstrip() != "---":
+            part.append(line)
+            continue
+        if any(text.strip() for text in part):
+            yield load_text("".join(part), origin)
+        part = []
 
 
 def load_text(text: str, origin: str) -> Any:
@@ -98,6 +139,35 @@ def _load_with_library(text: str, origin: str) -> Any:
     import yaml  # type: ignore[import-untyped]
 
     try:
-        return yaml.safe_load(text)
+        return yaml.load(text, Loader=_loader(yaml))
     except yaml.YAMLError as error:
-        raise CommandError(f"{origin}: not YAML: {error}") from error
+        mark = getattr(error, "problem_mark", None)
+        at = "" if mark is None else f", line {mark.line + 1}, column {mark.column + 1}"
+        problem = getattr(error, "problem", None) or str(error)
+        raise CommandError(f"{origin}{at}: not YAML: {' '.join(problem.split())}") from error
+
+
+def _loader(yaml: Any) -> Any:
+    """PyYAML's safe loader, with the angles that rosparam knows: deg(90), rad(pi/2), !degrees 90."""
+
+    class Loader(yaml.SafeLoader):  # type: ignore[misc]
+        """A class of its own: the one that PyYAML shares with everybody is not changed."""
+
+    for unit, factor in (("degrees", math.pi / 180.0), ("radians", 1.0)):
+        pattern = re.compile(rf"^{unit[:3]}\([^)]*\)$")
+        Loader.add_implicit_resolver(f"!{unit}", pattern, unit[0])
+        Loader.add_constructor(f"!{unit}", lambda loader, node, factor=factor: factor * _angle(yaml, node))
+    return Loader
+
+
+def _angle(yaml: Any, node: Any) -> float:
+    """Of `deg(90)`, `rad(pi/2)` or what stands behind !degrees: a sum or product of numbers and pi."""
+    from .expression import Expression, ExpressionError
+
+    text = node.value.strip()
+    inner = text[text.index("(") + 1 : -1] if text.endswith(")") and text[:4] in ("deg(", "rad(") else text
+    try:
+        return float(Expression(inner, ())())  # type: ignore[arg-type]
+    except (ExpressionError, TypeError, ValueError) as error:
+        what = f"{text!r} is no angle: {error}"
+        raise yaml.constructor.ConstructorError(None, None, what, node.start_mark) from None

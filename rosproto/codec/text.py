@@ -10,41 +10,57 @@ from rosproto.time import TVal
 __all__ = ["strify_message"]
 
 
-def strify_message(value: Any, indent: str = "") -> str:
+def strify_message(value: Any, indent: str = "", *, width: int | None = None) -> str:
     """A value as text; below the top level it begins on a line of its own where genpy's does.
 
     Differences to genpy: long strings are not folded, and lists of strings are always double-quoted.
+
+    Args:
+        value: A message, or what a field of one holds.
+        indent: Blanks before each line.
+        width: Characters that numbers take, as genpy's fixed_numeric_width; None: as many as they need.
     """
     if isinstance(value, Message):
-        return _message(value, indent)
+        return _message(value, indent, width)
     if isinstance(value, TVal):
-        return f"\n{indent}secs: {value.secs}\n{indent}nsecs: {value.nsecs:9d}"
+        least = 9 if width is None else width
+        return f"\n{indent}secs: {value.secs:{width or ''}d}\n{indent}nsecs: {value.nsecs:{least}d}"
     if isinstance(value, str):
         return quoted(value)
     if isinstance(value, (bytes, bytearray)):
-        return str(list(value))
+        value = list(value)
     if hasattr(value, "tolist") and hasattr(value, "dtype"):
-        return str(value.tolist())
+        value = value.tolist()
     if isinstance(value, (list, tuple)):
-        return _items(value, indent)
-    return str(value)
+        return _items(value, indent, width)
+    return str(value) if width is None else _fixed(value, width)
 
 
-def _message(message: Message, indent: str) -> str:
+def _message(message: Message, indent: str, width: int | None) -> str:
     lines = "\n".join(
-        f"{indent}{name}: {strify_message(getattr(message, name, None), '  ' + indent)}"
+        f"{indent}{name}: {strify_message(getattr(message, name, None), '  ' + indent, width=width)}"
         for name in message.__slots__
     )
     return "\n" + lines if indent else lines
 
 
-def _items(items: Any, indent: str) -> str:
+def _items(items: Any, indent: str, width: int | None) -> str:
     if not items:
         return "[]"
     if isinstance(items[0], (int, float)):
-        return str(list(items))
+        if width is None:
+            return str(list(items))
+        return "[" + ", ".join(_fixed(item, width) for item in items) + "]"
     prefix = "\n" + indent + "- "
-    return "".join(prefix + strify_message(item, indent + "  ") for item in items)
+    return "".join(prefix + strify_message(item, indent + "  ", width=width) for item in items)
+
+
+def _fixed(value: Any, width: int) -> str:
+    """As many digits as fit, but no digit before the point is lost."""
+    if isinstance(value, float):
+        text = f"{value:.{width}f}"
+        return text[: max(text.find("."), width)]
+    return f"{value:{width}d}" if isinstance(value, int) and not isinstance(value, bool) else str(value)
 
 
 _ESCAPES = {"\0": "0", "\a": "a", "\b": "b", "\t": "t", "\n": "n", "\v": "v", "\f": "f", "\r": "r"}

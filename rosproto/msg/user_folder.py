@@ -17,7 +17,7 @@ from rosproto.msg.sources import folder_source
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["learned_paths", "revisions_folder"]
+__all__ = ["environment_paths", "learned_paths", "revisions_folder"]
 
 
 def revisions_folder(environment: Mapping[str, str] | None = None, platform: str = sys.platform) -> Path:
@@ -38,6 +38,12 @@ def revisions_folder(environment: Mapping[str, str] | None = None, platform: str
         given = environment.get("XDG_DATA_HOME", "")  # the XDG specification says to ignore a relative one
         base = Path(given) if given.startswith("/") else home / ".local" / "share"
     return base / "rosproto" / "revisions"
+
+
+def environment_paths(environment: Mapping[str, str] | None = None) -> list[str]:
+    """Folders in $ROSPROTO_MSG_PATH, separated as in $PATH, for `msg_path=`."""
+    given = (os.environ if environment is None else environment).get("ROSPROTO_MSG_PATH", "")
+    return [path for path in given.split(os.pathsep) if path]
 
 
 def learned_paths(folder: str | os.PathLike[str] | None = None) -> list[Path]:

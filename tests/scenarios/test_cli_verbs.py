@@ -118,7 +118,6 @@ def test_a_broken_profile_is_told_by_name(private_config, capsys):
         ["battery", "--chassis", "a", "--master", "http://127.0.0.1:1"],
         ["battery", "--sim-speed", "2", "--master", "http://127.0.0.1:1"],
         ["faults", "--code", "-1"],
-        ["imu", "-n", "0"],
         ["scan", "--map"],
         ["say", " "],
         ["led", "blinking"],
@@ -165,6 +164,12 @@ def test_wrong_use_is_exit_code_2_or_a_missing_file_and_one_sentence(words, caps
         ["footprint"],
         ["footprint", "--circle", "1", "--rectangle", "1", "1"],
         ["battery", "--volume"],
+        ["battery", "--wait", "0"],
+        ["imu", "-n", "0"],
+        ["goto", "A1", "--timeout", "-1"],
+        ["move", "1", "--speed", "-1"],
+        ["sim", "--port", "99999"],
+        ["scan", "--png", "no/such/folder/scan.png"],
         ["completion", "tcsh"],
         ["localization", "pose", "1"],
     ],
@@ -173,7 +178,28 @@ def test_what_argparse_refuses_is_exit_code_2(words, capsys):
     with pytest.raises(SystemExit) as caught:
         main(words)
     assert caught.value.code == 2
-    assert "usage: woosh" in capsys.readouterr().err
+    usage, sentence = capsys.readouterr().err.splitlines()
+    assert usage.startswith("usage: woosh")
+    assert sentence.startswith("woosh")
+    assert sentence.endswith("--help")
+
+
+def test_a_word_mistyped_is_answered_by_what_is_near_it(capsys):
+    for words, hint in (
+        (["stauts"], "did you mean status?"),
+        (["task", "puase"], "did you mean pause?"),
+        (["status", "--wiat", "3"], "did you mean --wait?"),
+        (["costmap", "clera"], "did you mean clear?"),
+    ):
+        with pytest.raises(SystemExit):
+            main(words)
+        assert hint in capsys.readouterr().err
+
+
+def test_wrong_use_is_json_too(capsys):
+    with pytest.raises(SystemExit):
+        main(["battery", "--volume", "--json"])
+    assert json.loads(capsys.readouterr().out)["exit_code"] == 2
 
 
 def test_an_error_is_json_too(capsys):

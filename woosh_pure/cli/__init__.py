@@ -2,6 +2,15 @@
 
 from __future__ import annotations
 
-from .entry import main
+from collections.abc import Sequence
 
 __all__ = ["main"]
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run `woosh` with these arguments (by default the process's own); the exit code."""
+    try:
+        from .entry import main as command  # late: Ctrl-C while it loads is no traceback either
+    except KeyboardInterrupt:
+        return 130
+    return command(argv)

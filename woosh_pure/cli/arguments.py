@@ -9,6 +9,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
+from rosproto.cli.option_types import count, folder_exists, natural, port, positive, seconds
+from rosproto.cli.option_types import finite as number
+
 if TYPE_CHECKING:
     from woosh_pure.feed import Feed
     from woosh_pure.geometry import Pose2D
@@ -20,9 +23,15 @@ __all__ = [
     "add_pose",
     "add_timeout",
     "add_wait",
+    "count",
     "enum_words",
+    "folder_exists",
+    "natural",
     "number",
+    "port",
     "pose",
+    "positive",
+    "seconds",
     "wait_for",
     "word_of",
     "write",
@@ -30,17 +39,6 @@ __all__ = [
 
 T = TypeVar("T")
 POSE = ("X", "Y", "DEGREES")
-
-
-def number(text: str) -> float:
-    """A finite number, for argparse."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
-    return value
 
 
 def pose(values: Sequence[float]) -> Pose2D:
@@ -58,21 +56,21 @@ def add_pose(parser: ArgumentParser) -> None:
     parser.add_argument("degrees", type=number, metavar="DEGREES", help="heading, counter-clockwise from x")
 
 
-def add_wait(parser: ArgumentParser, seconds: float = 5.0) -> None:
+def add_wait(parser: ArgumentParser, default: float = 5.0) -> None:
     """--wait, for commands that need a message of the chassis."""
     parser.add_argument(
         "--wait",
-        type=number,
-        default=seconds,
+        type=positive,
+        default=default,
         metavar="S",
-        help=f"seconds to wait for the chassis to say it ({seconds:g})",
+        help=f"seconds to wait for the chassis to say it ({default:g})",
     )
 
 
-def add_timeout(parser: ArgumentParser, seconds: float = 300.0) -> None:
+def add_timeout(parser: ArgumentParser, default: float = 300.0) -> None:
     """--timeout, for commands that start a motion."""
     parser.add_argument(
-        "--timeout", type=number, default=seconds, metavar="S", help=f"then it is cancelled ({seconds:g})"
+        "--timeout", type=positive, default=default, metavar="S", help=f"then it is cancelled ({default:g})"
     )
 
 

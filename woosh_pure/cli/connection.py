@@ -40,6 +40,7 @@ def chosen(args: Namespace) -> tuple[str | None, str | None]:
 @contextmanager
 def connect(args: Namespace, out: Output, *, sim_speed: float = 1.0) -> Iterator[Chassis]:
     """The chassis that the common options name."""
+    from rosproto.msg.user_folder import environment_paths
     from woosh_pure.chassis import Chassis
 
     with ExitStack() as stack:
@@ -51,7 +52,8 @@ def connect(args: Namespace, out: Output, *, sim_speed: float = 1.0) -> Iterator
         else:
             address, host = chosen(args)
         with out.working("connecting"):
-            paths, learned = args.msg_path or (), not args.no_learned
+            paths = [*(args.msg_path or ()), *environment_paths()]
+            learned = not args.no_learned
             chassis = _open(stack, Chassis(address, host=host, msg_path=paths, learned=learned))
         try:
             yield chassis
@@ -74,7 +76,7 @@ def simulated(args: Namespace, out: Output, stack: ExitStack, speed: float = 1.0
         raise ValueError("--sim and an address contradict each other; give one of them")
     from woosh_pure.sim import SimulatedChassis
 
-    sim = stack.enter_context(SimulatedChassis(speed=args.sim_speed or speed))
+    sim = stack.enter_context(SimulatedChassis(speed=speed if args.sim_speed is None else args.sim_speed))
     out.line(f"simulated chassis at {sim.master_uri}")
     return sim.master_uri
 

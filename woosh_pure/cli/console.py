@@ -1,9 +1,7 @@
-"""What a terminal can do, on any OS: escape sequences, size, and the moment a Windows console is closed."""
+"""The whole screen of a terminal, and the moment a Windows console is closed."""
 
 from __future__ import annotations
 
-import os
-import shutil
 import signal
 import sys
 import threading
@@ -12,50 +10,14 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any, TextIO
 
-__all__ = ["enable_escapes", "full_screen", "is_terminal", "linger_when_closed", "size"]
+from rosproto.cli.console import enable_escapes, is_terminal, shows_unicode, size
 
-# learn.microsoft.com/windows/console/setconsolemode, .../handlerroutine
-_STD_OUTPUT, _STD_ERROR = -11, -12
-_PROCESSED_OUTPUT, _VIRTUAL_TERMINAL = 0x1, 0x4
+__all__ = ["enable_escapes", "full_screen", "is_terminal", "linger_when_closed", "shows_unicode", "size"]
+
+# learn.microsoft.com/windows/console/handlerroutine
 _CLOSE_EVENTS = (2, 5, 6)  # CTRL_CLOSE_EVENT, CTRL_LOGOFF_EVENT, CTRL_SHUTDOWN_EVENT
 _WINDOWS_PATIENCE = 4.5  # Windows ends the process 5 s after a closed console
 _HANDLER: list[Any] = []
-
-
-def is_terminal(stream: TextIO) -> bool:
-    """True when a person reads this stream; a closed stream is none."""
-    try:
-        return stream.isatty()
-    except ValueError:
-        return False
-
-
-def size() -> tuple[int, int]:
-    """Columns and lines of the terminal."""
-    columns, lines = shutil.get_terminal_size((80, 24))
-    return columns, lines
-
-
-def enable_escapes(stream: TextIO) -> bool:
-    """Whether escape sequences work on `stream`; a Windows console is asked to understand them."""
-    if not is_terminal(stream):
-        return False
-    if sys.platform != "win32":
-        return os.environ.get("TERM", "") not in ("", "dumb")
-    return _enable_on_windows(_STD_ERROR if stream is sys.stderr else _STD_OUTPUT)
-
-
-def _enable_on_windows(which: int) -> bool:  # pragma: no cover  (Windows only)
-    try:
-        import ctypes
-
-        kernel = getattr(ctypes, "windll").kernel32  # noqa: B009  (absent elsewhere)
-        handle, mode = kernel.GetStdHandle(which), ctypes.c_uint32()
-        if not kernel.GetConsoleMode(handle, ctypes.byref(mode)):
-            return False
-        return bool(kernel.SetConsoleMode(handle, mode.value | _PROCESSED_OUTPUT | _VIRTUAL_TERMINAL))
-    except (AttributeError, ImportError, OSError):
-        return False
 
 
 @contextmanager

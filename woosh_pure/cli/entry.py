@@ -3,14 +3,27 @@
 from __future__ import annotations
 
 import argparse
-import signal
 import sys
 from collections.abc import Sequence
-from types import FrameType
-from typing import Any, NoReturn
+from typing import Any
 
+from rosproto.cli.failure import (
+    DONE,
+    FAILED,
+    INTERRUPTED,
+    TERMINATED,
+    UNREACHABLE,
+    WRONG_USE,
+    Terminated,
+    explain,
+    output_is_gone,
+    raise_terminated,
+    say,
+    signals_unwind,
+)
+from rosproto.cli.option_types import positive
+from rosproto.cli.parser import Parser, WrongUse
 from rosproto.cli.streams import escape_what_cannot_be_printed
-from rosproto.errors import ConnectionLost, RosError
 
 from .console import linger_when_closed
 from .output import Output
@@ -18,11 +31,10 @@ from .registry import COMMANDS, Command, load
 
 __all__ = ["EXIT_CODES", "Terminated", "main", "parser_for"]
 
-DONE, FAILED, WRONG_USE, REFUSED, UNREACHABLE = 0, 1, 2, 3, 4
-INTERRUPTED, TERMINATED = 130, 143
+REFUSED = 3
 EXIT_CODES = {
     DONE: "done",
-    FAILED: "it failed; one sentence on stderr says why and what to do",
+    FAILED: "it failed, or the answer is no; one sentence on stderr says why and what to do",
     WRONG_USE: "wrong use: an argument is missing, unknown or out of range; nothing was sent",
     REFUSED: "the chassis is not ready, or refused to move",
     UNREACHABLE: "the chassis cannot be reached, or the connection was lost",
@@ -32,86 +44,62 @@ EXIT_CODES = {
 """What the exit codes mean."""
 
 
-class Terminated(BaseException):
-    """SIGTERM, a hang-up or a closed console: like Ctrl-C it unwinds the program, so that motion is
-    stopped.
-    """
-
-
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit code, see `EXIT_CODES`."""
     escape_what_cannot_be_printed()
     words = list(sys.argv[1:] if argv is None else argv)
-    parser = parser_for(words)
-    args = parser.parse_args(words)
+    try:
+        parser = parser_for(words)
+        args = parser.parse_args(words)
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except WrongUse as error:
+        Output(as_json="--json" in words).failure(error.text, WRONG_USE)
+        raise
     if args.command is None:
-        parser.print_help()
+        parser.print_help(sys.stderr)
         return WRONG_USE
-    _install_signals()
     out = Output(as_json=args.json)
-    with linger_when_closed(_raise_terminated):
+    with signals_unwind(), linger_when_closed(raise_terminated):
         return _run(load(args.command), args, out)
 
 
 def _run(command: Command, args: argparse.Namespace, out: Output) -> int:
     try:
-        return command.run(args, out)
+        code = command.run(args, out)
+        if sys.stdout is not None:
+            sys.stdout.flush()  # a full disk or a closed pipe shows here, not at exit
+        return code
     except KeyboardInterrupt:
-        return _say("interrupted", INTERRUPTED)
+        text, code = "interrupted", INTERRUPTED
     except Terminated:
-        return _say("terminated", TERMINATED)
+        text, code = "terminated", TERMINATED
     except BrokenPipeError:
-        sys.stderr.close()  # the reader of our output has gone; nothing more can be said
-        return FAILED
+        output_is_gone()
+        return FAILED  # a motion is not followed by a command that nobody listens to: it was stopped
     except Exception as error:
         if args.debug:
             raise
-        text, code = _explain(error)
-        out.failure(text, code)
-        return _say(f"{args.command}: {text}", code)
-
-
-def _explain(error: Exception) -> tuple[str, int]:
-    """One sentence and the exit code."""
-    text = str(error.args[0] if isinstance(error, KeyError) and error.args else error)
-    if isinstance(error, ConnectionLost):
-        return text, UNREACHABLE
-    if type(error).__name__ == "MotionRefused":  # by name: importing it would load the chassis for --help
-        return text, REFUSED
-    if isinstance(error, ValueError) and not isinstance(error, RosError):
-        return text, WRONG_USE
-    if isinstance(error, (RosError, ValueError, OSError, KeyError)):
-        return text, FAILED
-    return f"{type(error).__name__}: {text}; this is a mistake of ours, please report it with --debug", FAILED
-
-
-def _say(text: str, code: int) -> int:
-    try:
-        print(f"woosh: {text}", file=sys.stderr, flush=True)
-    except OSError:
-        pass  # the terminal has gone: the exit code is all that is left to say
+        # By name: importing it would load the chassis for --help.
+        refused = type(error).__name__ == "MotionRefused"
+        text, code = (str(error), REFUSED) if refused else explain(error)
+        text = f"{args.command}: {text}"
+    _fail(out, text.removeprefix(f"{args.command}: "), code)
+    say(f"woosh: {text}")
     return code
 
 
-def _raise_terminated(number: int, frame: FrameType | None) -> NoReturn:
-    raise Terminated
-
-
-def _install_signals() -> None:
-    # SIGBREAK is Ctrl-Break, and what a closed Windows console sends; SIGHUP a closed terminal elsewhere.
-    for name in ("SIGTERM", "SIGHUP", "SIGBREAK"):
-        number = getattr(signal, name, None)
-        if number is not None:
-            try:
-                signal.signal(number, _raise_terminated)
-            except ValueError:
-                return  # not in the main thread: the program that called us owns the signals
+def _fail(out: Output, text: str, code: int) -> None:
+    try:
+        out.failure(text, code)
+    except (OSError, ValueError):
+        pass  # stdout is what has failed
 
 
 def parser_for(words: Sequence[str]) -> argparse.ArgumentParser:
     """A parser that knows the command named in `words` in full and the others by their help line."""
     common = _common()
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="woosh",
         description="Drive a Woosh chassis, or the simulated one.",
         parents=[_common(defaults=True)],
@@ -148,12 +136,12 @@ def _asked(words: Sequence[str]) -> str | None:
     return None
 
 
-def _common(*, defaults: bool = False) -> argparse.ArgumentParser:
+def _common(*, defaults: bool = False) -> Parser:
     # The options are accepted before and after the command; only the first place has defaults, or the second
     # would overwrite what was given.
     none: dict[str, Any] = {"default": None if defaults else argparse.SUPPRESS}
     false: dict[str, Any] = {"default": False if defaults else argparse.SUPPRESS}
-    parser = argparse.ArgumentParser(add_help=False)
+    parser = Parser(add_help=False)
     group = parser.add_argument_group("which chassis (default: $ROS_MASTER_URI, then `woosh connect`'s)")
     group.add_argument("--chassis", metavar="HOST", help="address of the chassis, e.g. 169.254.128.2", **none)
     group.add_argument("--master", metavar="URI", help="URI of its ROS master", **none)
@@ -161,7 +149,7 @@ def _common(*, defaults: bool = False) -> argparse.ArgumentParser:
         "--sim", action="store_true", help="a simulated chassis, started for this command", **false
     )
     group.add_argument(
-        "--sim-speed", type=float, metavar="X", help="simulated seconds per second, with --sim", **none
+        "--sim-speed", type=positive, metavar="X", help="simulated seconds per second, with --sim", **none
     )
     group.add_argument("--host", metavar="ADDRESS", help="our own address, as the robot reaches it", **none)
     group.add_argument(

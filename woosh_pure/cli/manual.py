@@ -11,6 +11,8 @@ import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from rosproto.cli.parser import synopsis, value_names
+
 __all__ = ["main", "manual", "page"]
 
 page = Path(__file__).resolve().parents[2] / "docs" / "commands.md"
@@ -37,8 +39,10 @@ Poses are metres and degrees in the map, counter-clockwise positive.
 """
 _ROSPROTO = """## rosproto
 
-The master is `--master URI`, `$ROS_MASTER_URI`, or this computer. Exit codes: 0 done, 1 it failed (one
-sentence on stderr says why), 2 wrong use, 130 interrupted.
+The master is `--master URI`, `$ROS_MASTER_URI`, or this computer. Words and options are those of rostopic,
+rosnode, rosservice, rosparam, rosmsg, rossrv and rosbag, and what they print reads the same. Values are JSON
+or one-line YAML (`'{linear: {x: 0.1}}'`); YAML over several lines needs PyYAML
+(`pip install 'woosh-pure[cli]'`). Facts go to stdout, warnings and errors to stderr.
 """
 
 
@@ -71,7 +75,7 @@ def _woosh() -> Iterator[str]:
     yield from _table(("Command", ""), [(_link("woosh", name), load(name).HELP) for name in COMMANDS])
     yield from ("", "Options of every command:", "")
     top = parser_for(())
-    common = {text for action in top._actions for text in action.option_strings}
+    common = {_identity(action) for action in top._actions}
     yield from _table(("Option", ""), list(_options(top, set())))
     yield from ("", "Exit codes:", "")
     yield from _table(("Code", "Meaning"), [(str(code), text) for code, text in EXIT_CODES.items()])
@@ -81,13 +85,22 @@ def _woosh() -> Iterator[str]:
 
 def _rosproto() -> Iterator[str]:
     from rosproto.cli.commands import COMMANDS
-    from rosproto.cli.entry import _parser
+    from rosproto.cli.entry import EXIT_CODES, _add_general, _parser
+    from rosproto.cli.graph import add_graph_options
 
     yield _ROSPROTO
     rows = [(_link("rosproto", name), command.help) for name, command in COMMANDS.items()]
     yield from _table(("Command", ""), rows)
+    yield from ("", "Options of every command, and, below them, of every one that talks to a graph:", "")
+    general, graph = argparse.ArgumentParser(add_help=False), argparse.ArgumentParser(add_help=False)
+    _add_general(general, 0, False)
+    add_graph_options(graph)
+    yield from _table(("Option", ""), [*_options(general, set()), *_options(graph, set())])
+    yield from ("", "Exit codes:", "")
+    yield from _table(("Code", "Meaning"), [(str(code), text) for code, text in EXIT_CODES.items()])
+    common = {_identity(action) for parser in (general, graph) for action in parser._actions}
     for name in COMMANDS:
-        yield from _section("rosproto", name, _sub(_parser([name])[0], name), {"-h", "--help"})
+        yield from _section("rosproto", name, _sub(_parser([name])[0], name), common)
 
 
 def _sub(parser: argparse.ArgumentParser, name: str) -> argparse.ArgumentParser:
@@ -104,12 +117,20 @@ def _link(prog: str, name: str) -> str:
     return f"[`{prog} {name}`](#{prog}-{name})"
 
 
-def _section(prog: str, name: str, parser: argparse.ArgumentParser, known: set[str]) -> Iterator[str]:
+Known = set[tuple[tuple[str, ...], str]]
+"""Options that stand in a table of their own: their names and their help."""
+
+
+def _identity(action: argparse.Action) -> tuple[tuple[str, ...], str]:
+    return tuple(action.option_strings), action.help or ""
+
+
+def _section(prog: str, name: str, parser: argparse.ArgumentParser, known: Known) -> Iterator[str]:
     yield from ("", f"### {prog} {name}", "")
     yield from _body(f"{prog} {name}", parser, known)
 
 
-def _body(command: str, parser: argparse.ArgumentParser, known: set[str]) -> Iterator[str]:
+def _body(command: str, parser: argparse.ArgumentParser, known: Known) -> Iterator[str]:
     """Synopsis, what it does, its arguments; then the same of its verbs."""
     yield f"`{_synopsis(command, parser, known)}`"
     if parser.description:
@@ -128,50 +149,25 @@ def _body(command: str, parser: argparse.ArgumentParser, known: set[str]) -> Ite
                 yield from _body(f"{command} {verb}", sub, known)
 
 
-def _synopsis(command: str, parser: argparse.ArgumentParser, known: set[str]) -> str:
-    words = [command]
-    for action in parser._actions:
-        if action.option_strings or action.help == argparse.SUPPRESS:
-            continue
-        words.append(_values(action) if not _is_optional(action) else f"[{_values(action)}]")
-    if any(True for _ in _options(parser, known)):
-        words.insert(1, "[options]")
-    return " ".join(words)
-
-
-def _is_optional(action: argparse.Action) -> bool:
-    return action.nargs in ("?", "*")
-
-
-def _values(action: argparse.Action) -> str:
-    """How its values are written, the same on every version of Python."""
-    if isinstance(action, argparse._SubParsersAction):
-        return str(action.metavar or "COMMAND")
-    if isinstance(action.metavar, tuple):
-        return " ".join(action.metavar)
-    name = action.metavar
-    if name is None and action.choices is not None:
-        name = "|".join(str(choice) for choice in action.choices)
-    if name is None:
-        name = action.dest if not action.option_strings else action.dest.upper()
-    if action.nargs in ("*", "+", argparse.REMAINDER):
-        return f"{name} ..."
-    return " ".join([name] * action.nargs) if isinstance(action.nargs, int) else name
+def _synopsis(command: str, parser: argparse.ArgumentParser, known: Known) -> str:
+    """The same line as an error of the command shows, without what every command takes."""
+    common = {text for names, _ in known for text in names}
+    return synopsis(command, parser, {"-h", "--help", *common})
 
 
 def _positionals(parser: argparse.ArgumentParser) -> Iterator[tuple[str, str]]:
     for action in parser._actions:
         if not action.option_strings and not isinstance(action, argparse._SubParsersAction) and action.help:
-            yield f"`{_values(action)}`", _plain(parser, action.help, action)
+            yield f"`{value_names(action)}`", _plain(parser, action.help, action)
 
 
-def _options(parser: argparse.ArgumentParser, known: set[str]) -> Iterator[tuple[str, str]]:
+def _options(parser: argparse.ArgumentParser, known: Known) -> Iterator[tuple[str, str]]:
     for action in parser._actions:
-        own = [text for text in action.option_strings if text not in known]
-        if not own or "--help" in own or action.help == argparse.SUPPRESS:
+        names = action.option_strings
+        if not names or _identity(action) in known or "--help" in names or action.help == argparse.SUPPRESS:
             continue
-        values = "" if action.nargs == 0 else f" {_values(action)}"
-        yield f"`{', '.join(own)}{values}`", _plain(parser, action.help or "", action)
+        values = "" if action.nargs == 0 else f" {value_names(action)}"
+        yield f"`{', '.join(names)}{values}`", _plain(parser, action.help or "", action)
 
 
 def _plain(parser: argparse.ArgumentParser, text: str, action: argparse.Action | None = None) -> str:

@@ -136,7 +136,7 @@ def test_filter_refuses_what_would_destroy_or_run_code(run: Run, bag: str, tmp_p
     assert "exists already" in run("filter", bag, tmp_path / "there.bag")[1]
     assert "no such topic" in run("filter", bag, tmp_path / "x.bag", "--topics", "/nowhere")[1]
     code, out = run("filter", bag, tmp_path / "x.bag", "__import__('os').system('true')")
-    assert code == 1
+    assert code == 2
     assert "filter" in out
     assert (tmp_path / "there.bag").read_text() == "precious"
 

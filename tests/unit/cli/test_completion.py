@@ -29,7 +29,7 @@ def alone(monkeypatch, tmp_path):
 def offers(capsys):
     def ask(prog: str, *words: str) -> list[str]:
         run = {"rosproto": rosproto_main, "woosh": woosh_main}[prog]
-        assert run(["completion", "words", *(f"={word}" for word in words)]) == 0
+        assert run(["completion", "_words", *(f"={word}" for word in words)]) == 0
         return capsys.readouterr().out.split()
 
     return ask
@@ -98,7 +98,7 @@ def test_each_script_names_its_command_and_how_to_install_it(shell, capsys) -> N
         text = capsys.readouterr().out
         assert text == script(prog, shell)
         assert f"{prog} completion {shell}" in "\n".join(text.splitlines()[:2])
-        assert f"{prog} completion words" in text
+        assert f"{prog} completion _words" in text
 
 
 @pytest.mark.skipif(sys.platform == "win32" or shutil.which("bash") is None, reason="needs bash")

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from pathlib import Path
 
-from ..arguments import add_wait, wait_for, write
+from ..arguments import add_wait, folder_exists, wait_for, write
 from ..connection import connect
 from ..output import Output
 
@@ -16,7 +15,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
     add_wait(parser)
     parser.add_argument("--depth", action="store_true", help="the depth image: 16-bit grey, mm")
-    parser.add_argument("--png", type=Path, metavar="FILE", help="where to write it")
+    parser.add_argument("--png", type=folder_exists, metavar="FILE", help="where to write it")
 
 
 def run(args: Namespace, out: Output) -> int:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..arguments import add_wait, wait_for, write
+from ..arguments import add_wait, folder_exists, wait_for, write
 from ..connection import connect
 from ..output import Output
 
@@ -20,7 +19,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
     add_wait(parser)
     parser.add_argument("--obstacles", action="store_true", help="only obstacles, the ground removed")
-    parser.add_argument("--ply", type=Path, metavar="FILE", help="where to write it (binary PLY, m)")
+    parser.add_argument("--ply", type=folder_exists, metavar="FILE", help="where to write it (binary PLY, m)")
 
 
 def run(args: Namespace, out: Output) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from contextlib import ExitStack
 
+from ..arguments import seconds
 from ..connection import chosen, simulated
 from ..output import Output
 
@@ -14,7 +15,7 @@ HELP = "say in plain words why it does not work; moves nothing"
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
     parser.add_argument(
-        "--listen", type=float, default=3.0, metavar="S", help="seconds to listen (default 3)"
+        "--listen", type=seconds, default=3.0, metavar="S", help="seconds to listen (default 3)"
     )
 
 

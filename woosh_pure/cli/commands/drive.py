@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import RosTimeout
 
-from ..arguments import number
+from ..arguments import positive
 from ..connection import connect
 from ..console import is_terminal, size
 from ..output import Output
@@ -33,14 +33,14 @@ _KEYS = "arrows or WASD: drive   + -: faster, slower (stops)   q, Esc: end   any
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
-    parser.add_argument("--linear", type=number, metavar="M/S", help="full speed (0.2, or the limit)")
+    parser.add_argument("--linear", type=positive, metavar="M/S", help="full speed (0.2, or the limit)")
     parser.add_argument(
-        "--angular", type=number, metavar="DEG/S", help="full turning speed (25, or the limit)"
+        "--angular", type=positive, metavar="DEG/S", help="full turning speed (25, or the limit)"
     )
     parser.add_argument("--direct", action="store_true", help="without the chassis's smoothing")
     parser.add_argument(
         "--feedback-timeout",
-        type=number,
+        type=positive,
         default=0.4,
         metavar="S",
         help="end the drive when the measured velocity is silent for so long (0.4)",
@@ -56,8 +56,6 @@ def run(args: Namespace, out: Output) -> int:
         raise ValueError("--json: there is nothing to print for programs; use Chassis.velocity in Python")
     if not (is_terminal(sys.stdin) and is_terminal(sys.stdout)):
         raise ValueError("drive needs a terminal for its keys; from a script use Chassis.velocity in Python")
-    if not args.feedback_timeout > 0.0:
-        raise ValueError(f"--feedback-timeout {args.feedback_timeout}: more than 0 s")
     with connect(args, out) as chassis:
         chassis.readiness()
         if not args.acknowledged:

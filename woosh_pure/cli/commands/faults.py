@@ -7,7 +7,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from ..arguments import number
+from ..arguments import seconds
 from ..connection import connect
 from ..output import Output
 
@@ -21,7 +21,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
     parser.add_argument(
         "--listen",
-        type=number,
+        type=seconds,
         default=3.0,
         metavar="S",
         help="seconds to listen: codes come on change only (3)",
@@ -48,7 +48,7 @@ def run(args: Namespace, out: Output) -> int:
     with connect(args, out) as chassis:
         faults = chassis.faults  # begins to listen
         with out.working("listening"):
-            time.sleep(max(0.0, args.listen))
+            time.sleep(args.listen)
         faults = chassis.faults
     if not faults:
         out.line("no fault was heard (codes are sent on change only: older ones may be active)")

@@ -6,7 +6,7 @@ import math
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from ..arguments import add_wait, wait_for
+from ..arguments import add_wait, count, wait_for
 from ..connection import connect
 from ..output import Output
 
@@ -19,13 +19,11 @@ HELP = "show turning rates, accelerations and orientation"
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
     add_wait(parser)
-    parser.add_argument("-n", "--count", type=int, default=1, metavar="N", help="so many readings (1)")
+    parser.add_argument("-n", "--count", type=count, default=1, metavar="N", help="so many readings (1)")
 
 
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
-    if args.count < 1:
-        raise ValueError(f"--count {args.count}: at least 1")
     with connect(args, out) as chassis:
         for index in range(args.count):
             imu = wait_for(chassis.imu, args, out) if index == 0 else chassis.imu.wait(args.wait)

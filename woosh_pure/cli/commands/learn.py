@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..arguments import count, positive
 from ..connection import chosen, simulated
 from ..output import Output
 
@@ -30,15 +31,17 @@ def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
     parser.add_argument("--dry-run", action="store_true", help="write nothing")
     parser.add_argument("--all", action="store_true", help="list also what does not differ")
-    parser.add_argument("--timeout", type=float, default=30.0, metavar="S", help="in all (default 30)")
-    parser.add_argument("--parallel", type=int, default=8, metavar="N", help="questions at once (default 8)")
+    parser.add_argument("--timeout", type=positive, default=30.0, metavar="S", help="in all (default 30)")
+    parser.add_argument(
+        "--parallel", type=count, default=8, metavar="N", help="questions at once (default 8)"
+    )
     parser.add_argument("--folder", type=Path, help="keep it there, in place of your own revisions folder")
 
 
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
     from rosproto import Node
-    from rosproto.msg.user_folder import learned_paths, revisions_folder
+    from rosproto.msg.user_folder import environment_paths, learned_paths, revisions_folder
     from woosh_pure.address import master_uri_of
     from woosh_pure.learn import Knowledge, judge
     from woosh_pure.survey import survey
@@ -52,7 +55,7 @@ def run(args: Namespace, out: Output) -> int:
         )
         answers = survey(node, timeout=args.timeout, parallel=args.parallel)
         learned = () if args.no_learned else learned_paths(folder)
-        knowledge = Knowledge([*learned, *map(Path, args.msg_path or ())])
+        knowledge = Knowledge([*learned, *map(Path, args.msg_path or ()), *map(Path, environment_paths())])
         findings = [judge(answer, knowledge) for answer in answers]
     _print(findings, out, everything=args.all)
     written = _keep(findings, folder, uri, out, dry=args.dry_run)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosTimeout
 
-from ..arguments import POSE, number, pose
+from ..arguments import POSE, number, pose, seconds
 from ..connection import connect
 from ..output import Output
 
@@ -28,7 +28,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     save = verbs.add_parser("save", help="write OUT.yaml and OUT.pgm for map_server, and OUT.png to look at")
     save.add_argument("out", type=Path, metavar="OUT", help="name of the files, without an ending")
     save.add_argument("--no-png", action="store_true", help="leave the picture out")
-    save.add_argument("--listen", type=number, default=2.0, metavar="S", help="for pose, scan and path (2)")
+    save.add_argument("--listen", type=seconds, default=2.0, metavar="S", help="for pose, scan and path (2)")
     change = verbs.add_parser("set", help="replace the map of the chassis")
     change.add_argument("file", type=Path, metavar="YAML", help="map_server's YAML, with the image beside it")
     change.add_argument(

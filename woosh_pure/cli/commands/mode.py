@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from ..arguments import number, word_of
+from ..arguments import natural, positive, seconds, word_of
 from ..connection import connect
 from ..output import Output
 
@@ -18,21 +18,23 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("mode", choices=MODES, help="what to do about an obstacle")
     parser.add_argument(
         "--waiting-timeout",
-        type=number,
+        type=seconds,
         default=0.0,
         metavar="S",
         help="how long wait-then-avoid waits (needed there)",
     )
     parser.add_argument(
-        "--max-speed", type=number, default=0.0, metavar="M/S", help="0 keeps the configured one"
+        "--max-speed", type=seconds, default=0.0, metavar="M/S", help="0 keeps the configured one"
     )
-    parser.add_argument("--passage", type=int, default=0, metavar="ID", help="passage this is about (0)")
+    parser.add_argument("--passage", type=natural, default=0, metavar="ID", help="passage this is about (0)")
     parser.add_argument("--permitted", action="store_true", help="a changed path may be followed")
-    parser.add_argument("--capacity", type=int, default=0, metavar="N", help="vehicles in the passage (0)")
+    parser.add_argument(
+        "--capacity", type=natural, default=0, metavar="N", help="vehicles in the passage (0)"
+    )
     parser.add_argument(
         "--direction", choices=DIRECTIONS, default=DIRECTIONS[0], help=f"which way round ({DIRECTIONS[0]})"
     )
-    parser.add_argument("--timeout", type=number, default=10.0, metavar="S", help="to confirm it (10)")
+    parser.add_argument("--timeout", type=positive, default=10.0, metavar="S", help="to confirm it (10)")
 
 
 def run(args: Namespace, out: Output) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from ..arguments import number
+from ..arguments import number, positive
 from ..connection import connect, follow, report
 from ..output import Output
 
@@ -14,7 +14,9 @@ HELP = "move straight by metres (negative: backward), or sideways"
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
     parser.add_argument("metres", type=number, help="at most 10")
-    parser.add_argument("--speed", type=number, default=0.0, metavar="M/S", help="default: the chassis's 0.2")
+    parser.add_argument(
+        "--speed", type=positive, default=0.0, metavar="M/S", help="default: the chassis's 0.2"
+    )
     parser.add_argument("--left", action="store_true", help="sideways to the left (omnidirectional bases)")
     parser.add_argument("--no-avoid", action="store_true", help="switch obstacle avoidance off for this move")
 

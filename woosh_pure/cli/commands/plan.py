@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import itertools
 from argparse import ArgumentParser, Namespace
-from pathlib import Path
 
-from ..arguments import POSE, add_pose, number, pose, write
+from ..arguments import POSE, add_pose, folder_exists, number, pose, write
 from ..connection import connect
 from ..output import Output
 
@@ -22,7 +21,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--tolerance", type=number, default=0.0, metavar="M", help="how far the end may be moved (0)"
     )
-    parser.add_argument("--png", type=Path, metavar="FILE", help="draw it into the map")
+    parser.add_argument("--png", type=folder_exists, metavar="FILE", help="draw it into the map")
 
 
 def run(args: Namespace, out: Output) -> int:

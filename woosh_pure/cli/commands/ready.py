@@ -7,7 +7,7 @@ from argparse import ArgumentParser, Namespace
 
 from rosproto.errors import RosTimeout
 
-from ..arguments import number
+from ..arguments import seconds
 from ..connection import connect
 from ..output import Output
 
@@ -17,9 +17,9 @@ HELP = "say whether it would move now, and why not (exit code 3: not ready)"
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
     parser.add_argument(
-        "--listen", type=number, default=1.0, metavar="S", help="seconds to listen before judging (1)"
+        "--listen", type=seconds, default=1.0, metavar="S", help="seconds to listen before judging (1)"
     )
-    parser.add_argument("--wait", type=number, metavar="S", help="wait so long until it is ready")
+    parser.add_argument("--wait", type=seconds, metavar="S", help="wait so long until it is ready")
 
 
 def run(args: Namespace, out: Output) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from argparse import ArgumentParser, Namespace
 
-from ..arguments import number
+from ..arguments import number, positive
 from ..connection import connect, follow, report
 from ..output import Output
 
@@ -16,13 +16,15 @@ def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
     parser.add_argument("degrees", type=number, help="at most 3600")
     parser.add_argument(
-        "--speed", type=number, default=0.0, metavar="DEG/S", help="default: the chassis's 5.7"
+        "--speed", type=positive, default=0.0, metavar="DEG/S", help="default: the chassis's 5.7"
     )
     parser.add_argument("--no-avoid", action="store_true", help="switch obstacle avoidance off for this move")
 
 
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
+    if abs(args.degrees) > 3600.0:
+        raise ValueError(f"{args.degrees:g}° is more than the 3600° (ten turns) that one step may have")
     with connect(args, out) as chassis:
         handle = chassis.rotate(
             args.degrees,

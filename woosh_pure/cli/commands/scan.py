@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from argparse import ArgumentParser, Namespace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosTimeout
 
-from ..arguments import add_wait, wait_for, write
+from ..arguments import add_wait, folder_exists, wait_for, write
 from ..connection import connect
 from ..output import Output
 
@@ -24,7 +23,9 @@ _SECTORS = ("behind", "right", "ahead", "left", "behind")
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
     add_wait(parser)
-    parser.add_argument("--png", type=Path, metavar="FILE", help="draw it, from above, x to the right")
+    parser.add_argument(
+        "--png", type=folder_exists, metavar="FILE", help="draw it, from above, x to the right"
+    )
     parser.add_argument("--map", action="store_true", help="with --png: draw it into the map")
 
 

@@ -34,8 +34,16 @@ def run(args: Namespace, out: Output) -> int:
             else:
                 _interact(names, _BANNER.format(uri=chassis.master_uri))
         except SystemExit as leaving:
-            return leaving.code if isinstance(leaving.code, int) else 0
+            return _exit_code(leaving.code)
     return 0
+
+
+def _exit_code(code: object) -> int:
+    """As Python's own: nothing is 0, a text is said and is 1."""
+    if code is None or isinstance(code, int):
+        return int(code or 0)
+    print(code, file=sys.stderr)
+    return 1
 
 
 def _execute(text: str, names: dict[str, Any]) -> None:

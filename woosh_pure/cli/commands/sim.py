@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import time
 from argparse import ArgumentParser, Namespace
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rosproto.errors import ConnectionLost
+from woosh_pure.errors import ChassisError
+
+from ..arguments import port, positive, seconds
 from ..output import Output
 
 if TYPE_CHECKING:
@@ -26,6 +31,7 @@ FAULTS = (
     "failtask",
     "slow:SECONDS",
     "silent:SECONDS",
+    "drop:SECONDS",
     "restart-master",
     "crash:NODE",
     "compete:X:Y",
@@ -36,9 +42,9 @@ HELP = "run a simulated chassis until interrupted"
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
-    parser.add_argument("--port", type=int, default=11311, help="port of its own master (11311; 0: any)")
+    parser.add_argument("--port", type=port, default=11311, help="port of its own master (11311; 0: any)")
     parser.add_argument("--bind", default="127.0.0.1", metavar="ADDRESS", help="address to be reached at")
-    parser.add_argument("--speed", type=float, default=1.0, help="simulated seconds per second")
+    parser.add_argument("--speed", type=positive, default=1.0, help="simulated seconds per second")
     parser.add_argument("--seed", type=int, default=0, help="of everything random")
     parser.add_argument(
         "--map", type=Path, metavar="YAML", help="a map_server map instead of the built-in hall"
@@ -61,7 +67,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar="S=FAULT",
         help=f"let something happen after S seconds (10=estop), also repeated; one of {', '.join(FAULTS)}",
     )
-    parser.add_argument("--for", dest="seconds", type=float, metavar="S", help="end after so many seconds")
+    parser.add_argument("--for", dest="seconds", type=seconds, metavar="S", help="end after so many seconds")
 
 
 def run(args: Namespace, out: Output) -> int:
@@ -72,6 +78,7 @@ def run(args: Namespace, out: Output) -> int:
     from woosh_pure.sim.body import BodyLimits
 
     schedule = sorted(_parse_at(text) for text in args.at)
+    _require_known(args.firmware)
     settings = Settings(
         seed=args.seed,
         located=not args.lost,
@@ -89,7 +96,7 @@ def run(args: Namespace, out: Output) -> int:
         latch_status=args.latch_status,
         firmware=args.firmware,
     )
-    with sim:
+    with _listening(sim):
         out.line(f"simulated chassis at {sim.master_uri}, {args.speed:g} times real time; Ctrl-C ends it")
         if args.firmware != "1.1.4":
             out.line(f"its messages are those of firmware {args.firmware}")
@@ -105,6 +112,29 @@ def run(args: Namespace, out: Output) -> int:
                 inject(sim, text)
             time.sleep(0.05)
     return 0
+
+
+def _require_known(version: str) -> None:
+    """Newer definitions than the bundled ones are not known, so nothing can speak them."""
+    from woosh_pure.firmware import CURRENT
+
+    try:
+        newer = [int(part) for part in version.split(".")] > [int(part) for part in CURRENT.split(".")]
+    except ValueError:
+        return  # "page", or what `firmware` will name
+    if newer:
+        raise ValueError(f"--firmware {version}: nothing newer than {CURRENT} is known here")
+
+
+@contextmanager
+def _listening(sim: SimulatedChassis) -> Iterator[None]:
+    with ExitStack() as stack:
+        try:
+            stack.enter_context(sim)
+        except ConnectionLost as error:
+            # Nobody is out of reach: this computer does not let us listen there.
+            raise ChassisError(f"{error}; --port 0 takes a free one") from error
+        yield
 
 
 def _parse_at(text: str) -> tuple[float, str]:
@@ -137,6 +167,7 @@ def inject(sim: SimulatedChassis, fault: str) -> None:
         "failtask": sim.fail_task,
         "slow": lambda: sim.slow_network(float(values[0])),
         "silent": lambda: sim.fall_silent(float(values[0])),
+        "drop": lambda: sim.drop_link(float(values[0])),
         "restart-master": sim.restart_master,
         "crash": lambda: sim.crash_node(values[0]),
         "compete": lambda: sim.compete(float(values[0]), float(values[1])),
@@ -144,5 +175,7 @@ def inject(sim: SimulatedChassis, fault: str) -> None:
     }
     try:
         actions[name]()
-    except (IndexError, KeyError) as error:
-        raise ValueError(f"{fault}: {error!r}; expected one of {', '.join(FAULTS)}") from error
+    except (IndexError, ValueError) as error:
+        form = next(form for form in FAULTS if form.partition(":")[0] == name)
+        why = f": {error}" if values and "could not convert" not in str(error) else ""
+        raise ValueError(f"--at {fault}: expected {form}{why}") from error

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from dataclasses import asdict, is_dataclass
 from typing import TYPE_CHECKING, Any
 
-from ..arguments import number
+from ..arguments import seconds
 from ..connection import connect
 from ..output import Output
 
@@ -18,7 +17,9 @@ HELP = "show battery, pose, state, faults and whether it would move"
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
-    parser.add_argument("--wait", type=number, default=2.0, metavar="S", help="seconds to listen (default 2)")
+    parser.add_argument(
+        "--wait", type=seconds, default=2.0, metavar="S", help="seconds to listen (default 2)"
+    )
 
 
 def run(args: Namespace, out: Output) -> int:
@@ -52,6 +53,8 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _document(reading: Reading[Any]) -> dict[str, Any]:
+    from dataclasses import asdict, is_dataclass
+
     value = asdict(reading.value) if is_dataclass(reading.value) else reading.value  # type: ignore[arg-type]
     return {"value": value, "age": round(reading.age, 3), "stamp": reading.stamp}
 

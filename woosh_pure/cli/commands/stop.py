@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from dataclasses import asdict
 
-from ..arguments import number
+from ..arguments import positive
 from ..connection import connect
 from ..output import Output
 
@@ -14,11 +13,13 @@ HELP = "stop: zero velocity and cancel everything, whoever started it (no emerge
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
-    parser.add_argument("--timeout", type=number, default=5.0, metavar="S", help="to confirm the stop (5)")
+    parser.add_argument("--timeout", type=positive, default=5.0, metavar="S", help="to confirm the stop (5)")
 
 
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
+    from dataclasses import asdict
+
     with connect(args, out) as chassis:
         # This process has started nothing itself: what runs was started by somebody else.
         with out.working("stopping"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from ..arguments import POSE, add_timeout, number, pose, word_of
+from ..arguments import POSE, add_timeout, natural, number, pose, word_of
 from ..connection import connect, follow, report
 from ..output import Output
 
@@ -52,7 +52,9 @@ def _add_kind(parser: ArgumentParser, *, carry: bool) -> None:
         direction = parser.add_mutually_exclusive_group(required=True)
         direction.add_argument("--load", action="store_true", help="take something")
         direction.add_argument("--unload", action="store_true", help="put something down")
-    parser.add_argument("--type-number", type=int, default=0, metavar="N", help="the project's number (0)")
+    parser.add_argument(
+        "--type-number", type=natural, default=0, metavar="N", help="the project's number (0)"
+    )
     parser.add_argument("--custom", type=int, default=0, metavar="N", help="the project's byte (0)")
     add_timeout(parser)
 

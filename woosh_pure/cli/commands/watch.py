@@ -9,9 +9,9 @@ from argparse import ArgumentParser, Namespace
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from ..arguments import number
+from ..arguments import number, seconds
 from ..connection import connect
-from ..console import enable_escapes, full_screen, is_terminal, size
+from ..console import enable_escapes, full_screen, is_terminal, shows_unicode, size
 from ..output import Output
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ HELP = "watch pose, map, scan, battery, task, faults and rates live"
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
-    parser.add_argument("--for", dest="seconds", type=number, metavar="S", help="end after so many seconds")
+    parser.add_argument("--for", dest="seconds", type=seconds, metavar="S", help="end after so many seconds")
     parser.add_argument("--rate", type=number, metavar="HZ", help="pictures per second (5), lines (1)")
     parser.add_argument("--ascii", action="store_true", help="only ASCII characters, for old terminals")
     parser.add_argument("--lines", action="store_true", help="a line each time instead of the whole screen")
@@ -55,7 +55,7 @@ def _on_screen(observer: Observer, args: Namespace, period: float, end: float | 
     from ..keys import open_keys
     from ..screen import Screen
 
-    plain = args.ascii or not (sys.stdout.encoding or "").lower().startswith("utf")
+    plain = args.ascii or not shows_unicode(sys.stdout)
     screen = Screen(ascii_only=plain, coloured=not os.environ.get("NO_COLOR"))
     with ExitStack() as stack:
         keys = stack.enter_context(open_keys()) if is_terminal(sys.stdin) else None

@@ -1,0 +1,219 @@
+"""What `rosproto topic echo` does: messages as text, CSV, JSON or a plot; of types nobody installed too."""
+
+from __future__ import annotations
+
+import argparse
+import fnmatch
+import math
+import sys
+import time
+from collections import deque
+from collections.abc import Iterator
+from queue import Empty, SimpleQueue
+from typing import Any
+
+from rosproto.codec import strify_message
+from rosproto.codec.dicts import to_dict
+from rosproto.errors import RosTimeout
+from rosproto.time import Time
+
+from .console import clear, is_terminal, shows_unicode, size
+from .expression import Expression
+from .field_path import parse_field_path, split_topic
+from .graph import CommandError, absolute, below, master_client, open_node, print_json, warn
+from .message_csv import header, row
+from .message_view import View
+from .parser import near
+
+__all__ = ["run"]
+
+PATIENCE = 3.0
+"""Seconds of silence after which a person is told how things stand, once."""
+
+Arrival = tuple[str, Any, Time]
+"""Topic, message, when it was received."""
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print until interrupted, or until -n messages."""
+    if arguments.all and not arguments.bag:
+        raise ValueError("--all is for --bag; on a graph a pattern such as '/*' names several topics")
+    if arguments.plot and (arguments.json or arguments.csv):
+        raise ValueError("--plot draws; leave --json or -p out")
+    printer = _Printer(arguments)
+    if arguments.bag:
+        _from_bag(arguments, printer)
+    else:
+        _from_graph(arguments, printer)
+    return 0
+
+
+def _from_graph(arguments: argparse.Namespace, printer: _Printer) -> None:
+    with master_client(arguments) as master:
+        types = master.get_topic_types()
+    asked = absolute(arguments.topic)
+    topic, path = split_topic(asked, list(types))
+    topics = [topic]
+    if topic not in types:
+        # A "[" alone is the begin of an index: /scan/ranges[0] of a scan that is still to come.
+        topics = below(types, asked) if "*" in asked or "?" in asked else [topic]
+        if not topics:
+            raise CommandError(f"no topic matches {asked!r}; see: rosproto topic list")
+        if topics == [topic]:
+            warn(f"topic [{topic}] does not appear to be published yet{near(topic, types)}")
+    printer.choose(topics, path)
+    with open_node(arguments) as node:
+        for arrival in _arrivals(node, topics, arguments.timeout):
+            printer.show(*arrival)
+            if printer.done:
+                return
+
+
+def _arrivals(node: Any, topics: list[str], timeout: float | None) -> Iterator[Arrival]:
+    """Messages as they come, of all topics."""
+    came: SimpleQueue[Arrival] = SimpleQueue()
+    subscribers = [node.subscriber(topic, None, _put(came, topic), queue_size=1000) for topic in topics]
+    began, told = time.monotonic(), False
+    while True:
+        try:
+            # In short steps, because Windows delivers no Ctrl-C to a thread in an endless wait.
+            yield came.get(timeout=0.5 if timeout is None else min(timeout, 0.5))
+            began, told = time.monotonic(), True
+        except Empty:
+            silent = time.monotonic() - began
+            if timeout is not None and silent >= timeout:
+                raise RosTimeout(_silence(topics, subscribers, timeout)) from None
+            if silent > PATIENCE and not told and timeout is None:
+                warn(_silence(topics, subscribers, silent) + "; still listening, Ctrl-C ends it")
+                told = True
+
+
+def _put(came: SimpleQueue[Arrival], topic: str) -> Any:
+    return lambda message: came.put((topic, message, Time.from_sec(time.time())))
+
+
+def _silence(topics: list[str], subscribers: list[Any], seconds: float) -> str:
+    connected = sum(subscriber.connections for subscriber in subscribers)
+    who = f"{connected} publisher{'s'[: connected > 1]} connected" if connected else "nobody publishes it"
+    return f"{', '.join(topics)}: no message within {seconds:g} s; {who}"
+
+
+def _from_bag(arguments: argparse.Namespace, printer: _Printer) -> None:
+    from rosproto.bag import BagReader
+
+    with BagReader(arguments.bag) as bag:
+        topics = sorted(bag.topics)
+        topic, path = split_topic(arguments.topic, topics)
+        wanted = topics if arguments.all else [topic] if topic in topics else fnmatch.filter(topics, topic)
+        if not wanted:
+            raise CommandError(
+                f"{arguments.bag} has no topic {topic!r}{near(topic, topics)}; "
+                f"it has: {', '.join(topics) or 'none'}"
+            )
+        printer.choose(wanted, path)
+        for name, message, stamp in bag.read_messages(topics=wanted):
+            printer.show(name, message, stamp)
+            if printer.done:
+                return
+
+
+class _Printer:
+    """Prints messages one after the other in the form that was asked for."""
+
+    def __init__(self, arguments: argparse.Namespace) -> None:
+        self.arguments = arguments
+        self.filter = Expression(arguments.filter, ("m", "topic")) if arguments.filter else None
+        since = Time.from_sec(time.time()) if arguments.offset else None
+        self.view = View(no_arrays=arguments.noarr, no_strings=arguments.nostr, since=since)
+        self.take = parse_field_path("")
+        self.several = False
+        self.shown = 0
+        self.history: deque[float] = deque(maxlen=1000)
+
+    def choose(self, topics: list[str], path: str) -> None:
+        """What will be shown.
+
+        Raises:
+            ValueError: The path is malformed, or the form is for one topic only.
+        """
+        self.take = parse_field_path(path, f"{topics[0]}/{path}")
+        self.several = len(topics) > 1
+        if self.several and (self.arguments.csv or self.arguments.plot):
+            raise ValueError(f"-p and --plot are for one topic, and these are {len(topics)}: name one")
+
+    @property
+    def done(self) -> bool:
+        """-n messages were shown."""
+        return self.arguments.n is not None and self.shown >= self.arguments.n
+
+    def show(self, topic: str, message: Any, received: Time) -> None:
+        """Print one message, unless the filter says no."""
+        if self.filter is not None and not self.filter(m=message, topic=topic):
+            return
+        value = self.take(message)
+        self.shown += 1
+        if self.arguments.clear:
+            clear(sys.stdout)
+        if self.arguments.offset and not self.arguments.bag:
+            self.view.since = Time.from_sec(time.time())
+        if self.arguments.csv:
+            self._csv(value, received)
+        elif self.arguments.plot:
+            self._plot(value)
+        elif self.arguments.json:
+            plain = _plain(value)
+            print_json({"topic": topic, "message": plain} if self.several else plain)
+        else:
+            print((f"# {topic}\n" if self.several else "") + self._text(value) + "\n---")
+        sys.stdout.flush()
+
+    def _text(self, value: Any) -> str:
+        return strify_message(self.view(value), width=self.arguments.width)
+
+    def _csv(self, value: Any, received: Time) -> None:
+        stamp = value.header.stamp if getattr(value, "_has_header", False) else received
+        value = self.view(value)
+        if self.shown == 1:
+            print("%time," + header(value, "field"))
+        since = self.view.since
+        print(f"{stamp.to_nsec() - (since.to_nsec() if since else 0)},{row(value)}")
+
+    def _plot(self, value: Any) -> None:
+        from .sparkline import plot
+
+        name = self.arguments.topic
+        if not isinstance(value, (int, float)):
+            kind = getattr(value, "_type", type(value).__name__)
+            raise ValueError(
+                f"--plot draws one number, and {name} is {kind}; "
+                "name a field, such as /odom/twist/twist/linear/x"
+            )
+        self.history.append(float(value))
+        columns, lines = size()
+        title = f"{name}  {value:.6g}  {time.strftime('%H:%M:%S')}"[: columns - 1]
+        height = max(1, min(lines - 2, 12))
+        clear(sys.stdout)
+        picture = plot(
+            list(self.history),
+            width=min(columns - 1, 100),
+            height=height if is_terminal(sys.stdout) else 8,
+            ascii_only=not shows_unicode(sys.stdout),
+        )
+        print(title + "\n" + picture)
+
+
+def _plain(value: Any) -> Any:
+    """As JSON has it: no NaN, no infinities, times as their numbers."""
+    if hasattr(value, "_slot_types"):
+        return to_dict(value, finite=True)
+    if hasattr(value, "tolist"):
+        return _plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, (bytes, bytearray)):
+        return list(value)
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    if hasattr(value, "to_nsec"):
+        return {"secs": value.secs, "nsecs": value.nsecs}
+    return value

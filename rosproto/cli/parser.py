@@ -1,0 +1,145 @@
+"""The argument parser of both commands: what is wrong in one line, with near matches and the next step."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, NoReturn
+
+__all__ = ["Parser", "WrongUse", "leaves", "near", "sub_parsers", "synopsis", "value_names"]
+
+WRONG_USE = 2
+
+
+class WrongUse(SystemExit):
+    """The arguments are not understood; it has been said on stderr. Exit code 2.
+
+    Attributes:
+        text: What was said, without the usage line.
+    """
+
+    def __init__(self, text: str) -> None:
+        super().__init__(WRONG_USE)
+        self.text = text
+
+
+class Parser(argparse.ArgumentParser):
+    """As argparse's; an error shows the usage in one line, and what is near a mistyped word."""
+
+    def error(self, message: str) -> NoReturn:
+        """Say it on stderr and end with code 2."""
+        text = f"{self.prog}: {self._with_verbs(message)}; see: {self.prog} --help"
+        self._print_message(f"usage: {synopsis(self.prog, self)}\n{text}\n", _stderr())
+        raise WrongUse(text)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Nothing unknown is handed up: the innermost parser knows best what was meant.
+
+        argparse fills a positional argument from the first row of words only; `pub /cmd TYPE -r 1 -- 1 2` and
+        `play -r 2 a.bag /b` are as good to a person, so what is left goes into the argument that takes many.
+        """
+        found, rest = super().parse_known_args(args, namespace)
+        many = [a for a in self._actions if not a.option_strings and a.nargs in ("*", "+")]
+        if rest and many:
+            words, rest = _plain_words(rest)
+            setattr(found, many[-1].dest, [*(getattr(found, many[-1].dest, None) or ()), *words])
+        if rest:
+            options = [text for action in self._actions for text in action.option_strings]
+            words = [word.partition("=")[0] for word in rest if word.startswith("-")]
+            hint = near(words[0], options) if words else ""
+            self.error(f"not understood: {' '.join(rest)}{hint}")
+        return found, rest
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        """A choice: argparse lists all of them; here what is near comes first."""
+        if action.choices is None or value in action.choices:
+            return
+        shown = [str(choice) for choice in action.choices if not str(choice).startswith("_")]
+        raise argparse.ArgumentError(
+            None, f"{value!r} is no {_noun(action)}{near(str(value), shown)}; one of: {', '.join(shown)}"
+        )
+
+    def _with_verbs(self, message: str) -> str:
+        """A missing verb is named with those there are."""
+        for action in self._actions:
+            if isinstance(action, argparse._SubParsersAction) and message.endswith(f": {action.metavar}"):
+                return f"{_noun(action)} is missing; one of: {', '.join(map(str, action.choices))}"
+        return message
+
+
+def _plain_words(rest: Sequence[str]) -> tuple[list[str], list[str]]:
+    """What is no option, or stands behind `--`; and the others."""
+    before, after = list(rest), []
+    if "--" in before:
+        at = before.index("--")
+        before, after = before[:at], before[at + 1 :]
+    words = [word for word in before if not word.startswith("-")]
+    return [*words, *after], [word for word in before if word.startswith("-")]
+
+
+def _noun(action: argparse.Action) -> str:
+    if action.option_strings:
+        return f"value of {action.option_strings[-1]}"
+    return str(action.metavar or action.dest).lower()
+
+
+def _stderr() -> Any:
+    import sys
+
+    return sys.stderr
+
+
+def near(word: str, names: Iterable[str]) -> str:
+    """`; did you mean /odom or /odom_raw?`, "" when no name is near."""
+    import difflib
+
+    by_lower: dict[str, str] = {}
+    for name in names:
+        by_lower.setdefault(name.lower(), name)
+    found = [by_lower[match] for match in difflib.get_close_matches(word.lower(), by_lower, 3, 0.72)]
+    return f"; did you mean {' or '.join(found)}?" if found else ""
+
+
+def synopsis(command: str, parser: argparse.ArgumentParser, known: Iterable[str] = ("-h", "--help")) -> str:
+    """`rosproto topic echo [options] topic`; `known` are options that need no `[options]`."""
+    words, left_out = [command], set(known)
+    if any(set(action.option_strings) - left_out for action in parser._actions if _shown(action)):
+        words.append("[options]")
+    for action in parser._actions:
+        if not action.option_strings and _shown(action):
+            names = value_names(action)
+            words.append(f"[{names}]" if action.nargs in ("?", "*") else names)
+    return " ".join(words)
+
+
+def _shown(action: argparse.Action) -> bool:
+    return action.help != argparse.SUPPRESS
+
+
+def value_names(action: argparse.Action) -> str:
+    """How its values are written, the same on every version of Python."""
+    if isinstance(action, argparse._SubParsersAction):
+        return str(action.metavar or "COMMAND")
+    if isinstance(action.metavar, tuple):
+        return " ".join(action.metavar)
+    name = action.metavar
+    if name is None and action.choices is not None:
+        name = "|".join(str(choice) for choice in action.choices)
+    if name is None:
+        name = action.dest if not action.option_strings else action.dest.upper()
+    if action.nargs in ("*", "+", argparse.REMAINDER):
+        return f"{name} ..."
+    return " ".join([name] * action.nargs) if isinstance(action.nargs, int) else name
+
+
+def sub_parsers(parser: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.ArgumentParser]]:
+    """The verbs of a command, or the commands: (name, parser)."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            yield from action.choices.items()
+
+
+def leaves(parser: argparse.ArgumentParser) -> Sequence[argparse.ArgumentParser]:
+    """The parsers that have no verbs below them: those of whole command lines."""
+    below = [leaf for _, sub in sub_parsers(parser) for leaf in leaves(sub)]
+    return below or [parser]

@@ -1,0 +1,122 @@
+"""What `rosproto topic pub` does: publish once (latched for a while with -1), at a rate, or from a file."""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import sys
+import time
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from rosproto.codec import Message, message_class
+from rosproto.codec.dicts import from_dict
+from rosproto.errors import RosTimeout
+from rosproto.time import Time
+
+from .console import is_terminal
+from .graph import CommandError, absolute, library_for, master_client, open_node, print_json, warn
+from .yaml_text import load_documents, value_of
+
+__all__ = ["run"]
+
+LINGER = 3.0  # seconds that -1 stays, as rostopic does, for subscribers that are still connecting
+FILE_RATE = 10.0  # messages a second of a file or of standard input, as rostopic publishes them
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Publish; latched unless a rate is asked for. A file's messages go out one by one, ten a second."""
+    if arguments.values and arguments.file:
+        raise ValueError("give values or --file, not both")
+    cls = message_class(arguments.type, library_for(arguments, arguments.type))
+    piped = arguments.file == "-" or not (arguments.file or arguments.values or not cls.__slots__)
+    if piped and is_terminal(sys.stdin) and arguments.file is None:
+        fields = ", ".join(f"{name}: ..." for name in cls.__slots__)
+        raise ValueError(f"no values: write '{{{fields}}}', or the fields in order, or -f FILE")
+    messages = [] if piped else _messages(arguments)
+    for value in messages:
+        from_dict(cls, value, now=Time(1, 0))  # wrong values are told before anything is announced
+    _warn_of_another_type(arguments)
+    latch = arguments.latch or not (arguments.rate or arguments.n or piped or arguments.file)
+    latch = latch or arguments.once
+    with (
+        open_node(arguments) as node,
+        node.publisher(arguments.topic, cls, latch=latch, queue_size=100) as publisher,
+    ):
+        if piped:
+            return _in_turn(publisher, cls, load_documents(sys.stdin or (), "standard input"), arguments)
+        if arguments.file and not (arguments.rate or arguments.latch):
+            return _in_turn(publisher, cls, messages, arguments)
+        if arguments.rate or arguments.n:
+            return _at_rate(publisher, cls, messages, arguments)
+        return _latched(publisher, cls, messages, arguments)
+
+
+def _messages(arguments: argparse.Namespace) -> list[Any]:
+    """Values of each message."""
+    if arguments.file is None:
+        values = [value_of(word) for word in arguments.values]
+        return [values[0] if len(values) == 1 else values or None]
+    lines = Path(arguments.file).read_text("utf-8").splitlines(keepends=True)
+    found = list(load_documents(lines, arguments.file))
+    if not found:
+        raise CommandError(f"{arguments.file} is empty; write a message, and `---` between two")
+    return found
+
+
+def _warn_of_another_type(arguments: argparse.Namespace) -> None:
+    topic = absolute(arguments.topic)
+    with master_client(arguments) as master:
+        kind = master.get_topic_types().get(topic, "*")
+    if kind not in ("*", arguments.type):
+        warn(f"{topic} carries {kind}: its subscribers will not receive {arguments.type}")
+
+
+def _latched(publisher: Any, cls: type[Message], messages: list[Any], arguments: argparse.Namespace) -> int:
+    for value in messages:
+        publisher.publish(from_dict(cls, value, now=Time.from_sec(time.time())))
+    if not arguments.once:
+        if not arguments.json:
+            print("publishing and latching message. Press ctrl-C to terminate", flush=True)
+        while True:
+            time.sleep(0.5)
+    if not arguments.json:
+        print(f"publishing and latching message for {LINGER} seconds", flush=True)
+    time.sleep(LINGER)
+    if arguments.json:
+        print_json({"published": len(messages), "connections": publisher.connections})
+    return 0
+
+
+def _at_rate(publisher: Any, cls: type[Message], messages: list[Any], arguments: argparse.Namespace) -> int:
+    """Again and again."""
+    endless = itertools.cycle(messages)
+    some = endless if arguments.n is None else itertools.islice(endless, arguments.n)
+    return _in_turn(publisher, cls, some, arguments)
+
+
+def _in_turn(publisher: Any, cls: type[Message], values: Iterable[Any], arguments: argparse.Namespace) -> int:
+    """Each message once, at the rate."""
+    try:
+        publisher.wait_for_connection(timeout=1.0)  # else the first messages go to nobody
+    except RosTimeout:
+        pass  # nobody listens yet: publish all the same, as rostopic does
+    period = 1.0 / (arguments.rate or FILE_RATE)
+    due = time.monotonic()
+    sent = 0
+    for value in values:
+        publisher.publish(from_dict(cls, value, now=Time.from_sec(time.time())))
+        sent += 1
+        if arguments.once or sent == arguments.n:
+            break
+        due = max(due + period, time.monotonic())
+        time.sleep(max(0.0, due - time.monotonic()))
+    if sent == 0:
+        raise CommandError("there was no message to publish: standard input ended at once")
+    publisher.flush()
+    if arguments.once:
+        time.sleep(LINGER)
+    if arguments.json:
+        print_json({"published": sent, "connections": publisher.connections})
+    return 0
