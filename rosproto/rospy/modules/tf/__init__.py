@@ -1,7 +1,7 @@
 """tf: the listener and broadcaster of before tf2, and transformations."""
 
-from tf2_ros.buffer import ConnectivityException, ExtrapolationException, LookupException
-from tf2_ros.buffer import TransformException as Exception
+from tf2_ros import ConnectivityException, ExtrapolationException, LookupException
+from tf2_ros import TransformException as Exception
 
 from .broadcaster import TransformBroadcaster
 from .listener import Transformer, TransformerROS, TransformListener

@@ -16,8 +16,8 @@ class TransformBroadcaster:
         message = TransformStamped()
         message.header.frame_id, message.header.stamp, message.child_frame_id = parent, time, child
         t, r = message.transform.translation, message.transform.rotation
-        t.x, t.y, t.z = translation
-        r.x, r.y, r.z, r.w = rotation
+        t.x, t.y, t.z = translation[0], translation[1], translation[2]
+        r.x, r.y, r.z, r.w = rotation[0], rotation[1], rotation[2], rotation[3]
         self.sendTransformMessage(message)
 
     def sendTransformMessage(self, transform):

@@ -31,23 +31,6 @@ def translation_from_matrix(matrix):
     return numpy.array(matrix)[:3, 3].copy()
 
 
-def rotation_matrix(angle, direction, point=None):
-    """(4, 4) of a rotation about an axis, through a point when given."""
-    matrix = quaternion_matrix(quaternion_about_axis(angle, direction[:3]))
-    if point is not None:
-        point = numpy.array(point[:3], dtype=float)
-        matrix[:3, 3] = point - matrix[:3, :3].dot(point)
-    return matrix
-
-
-def scale_matrix(factor, origin=None, direction=None):
-    """(4, 4) of a scaling about the origin or a point."""
-    matrix = numpy.diag((factor, factor, factor, 1.0))
-    if origin is not None:
-        matrix[:3, 3] = numpy.array(origin[:3]) * (1.0 - factor)
-    return matrix
-
-
 def concatenate_matrices(*matrices):
     """Their product."""
     product = numpy.identity(4)
@@ -68,67 +51,104 @@ def is_same_transform(matrix0, matrix1):
 
 
 def vector_norm(data, axis=None, out=None):
-    """Length of vectors."""
-    return numpy.sqrt(numpy.sum(numpy.array(data, dtype=float) ** 2, axis=axis))
+    """Length of a vector, or of many along an axis."""
+    data = numpy.array(data, dtype=numpy.float64)
+    if out is None and data.ndim == 1:
+        return math.sqrt(numpy.dot(data, data))
+    length = numpy.sqrt(numpy.atleast_1d(numpy.sum(data * data, axis=axis)))
+    if out is None:
+        return length
+    out[...] = length
+    return None
 
 
 def unit_vector(data, axis=None, out=None):
     """Vectors of length 1."""
-    data = numpy.array(data, dtype=float)
-    length = vector_norm(data, axis)
-    return data / (length if axis is None else numpy.expand_dims(length, axis))
+    given = numpy.array(data, dtype=numpy.float64)
+    if out is None and given.ndim == 1:
+        return given / math.sqrt(numpy.dot(given, given))
+    length = numpy.sqrt(numpy.atleast_1d(numpy.sum(given * given, axis)))
+    unit = given / (length if axis is None else numpy.expand_dims(length, axis))
+    if out is None:
+        return unit
+    out[...] = unit
+    return None
 
 
 # -- Euler angles -------------------------------------------------------------------------------------------
 
 
 def _axes(axes):
-    """Indices of the three axes for fixed rotations, and whether the angles come in reverse."""
+    """Indices of the three axes of rotations about fixed axes, whether the angles come in reverse, and odd.
+
+    Odd: the second axis does not follow the first in the order x, y, z, x.
+    """
     try:
         frame, letters = axes[0], axes[1:]
         first, second, third = ("xyz".index(letter) for letter in letters)
     except (TypeError, ValueError, IndexError, AttributeError):
-        raise KeyError(axes)
+        raise KeyError(axes) from None
     if frame not in "sr" or first == second or second == third:
         raise KeyError(axes)
-    # Rotations about rotated axes are those about fixed ones, in reverse.
-    return ((third, second, first), True) if frame == "r" else ((first, second, third), False)
+    if frame == "r":  # about rotated axes is about fixed ones, in reverse
+        first, third = third, first
+    return first, second, third, frame == "r", (first + 1) % 3 != second
+
+
+def _ordered(ai, aj, ak, reverse, odd):
+    if reverse:
+        ai, ak = ak, ai
+    return (-ai, -aj, -ak) if odd else (ai, aj, ak)
 
 
 def quaternion_from_euler(ai, aj, ak, axes="sxyz"):
     """(4,) x, y, z, w of three angles."""
-    order, reverse = _axes(axes)
-    angles = (ak, aj, ai) if reverse else (ai, aj, ak)
-    result = (0.0, 0.0, 0.0, 1.0)
-    for axis, angle in zip(order, angles):
-        turn = [0.0, 0.0, 0.0, math.cos(angle / 2.0)]
-        turn[axis] = math.sin(angle / 2.0)
-        result = _multiply(turn, result)
-    return numpy.array(result, dtype=numpy.float64)
+    i, j, last, reverse, odd = _axes(axes)
+    k = 3 - i - j
+    if reverse:
+        ai, ak = ak, ai
+    if odd:
+        aj = -aj
+    ci, cj, ck = math.cos(ai / 2.0), math.cos(aj / 2.0), math.cos(ak / 2.0)
+    si, sj, sk = math.sin(ai / 2.0), math.sin(aj / 2.0), math.sin(ak / 2.0)
+    cc, cs, sc, ss = ci * ck, ci * sk, si * ck, si * sk
+    q = numpy.empty((4,), dtype=numpy.float64)
+    if last == i:
+        q[i], q[j], q[k], q[3] = cj * (cs + sc), sj * (cc + ss), sj * (cs - sc), cj * (cc - ss)
+    else:
+        q[i], q[j] = cj * sc - sj * cs, cj * ss + sj * cc
+        q[k], q[3] = cj * cs - sj * sc, cj * cc + sj * ss
+    if odd:
+        q[j] *= -1
+    return q
 
 
 def euler_matrix(ai, aj, ak, axes="sxyz"):
     """(4, 4) of three angles."""
-    order, reverse = _axes(axes)
-    angles = (ak, aj, ai) if reverse else (ai, aj, ak)
-    matrix = numpy.identity(4)
-    for axis, angle in zip(order, angles):
-        turn = numpy.identity(4)
-        one, two = (axis + 1) % 3, (axis + 2) % 3
-        turn[one, one] = turn[two, two] = math.cos(angle)
-        turn[two, one] = math.sin(angle)
-        turn[one, two] = -turn[two, one]
-        matrix = turn.dot(matrix)
-    return matrix
+    i, j, last, reverse, odd = _axes(axes)
+    k = 3 - i - j
+    ai, aj, ak = _ordered(ai, aj, ak, reverse, odd)
+    (si, sj, sk), (ci, cj, ck) = map(math.sin, (ai, aj, ak)), map(math.cos, (ai, aj, ak))
+    cc, cs, sc, ss = ci * ck, ci * sk, si * ck, si * sk
+    m = numpy.identity(4)
+    if last == i:
+        m[i, i], m[i, j], m[i, k] = cj, sj * si, sj * ci
+        m[j, i], m[j, j], m[j, k] = sj * sk, -cj * ss + cc, -cj * cs - sc
+        m[k, i], m[k, j], m[k, k] = -sj * ck, cj * sc + cs, cj * cc - ss
+    else:
+        m[i, i], m[i, j], m[i, k] = cj * ck, sj * sc - cs, sj * cc + ss
+        m[j, i], m[j, j], m[j, k] = cj * sk, sj * ss + cc, sj * cs - sc
+        m[k, i], m[k, j], m[k, k] = -sj, cj * si, cj * ci
+    return m
 
 
 def euler_from_matrix(matrix, axes="sxyz"):
     """Three angles of a rotation matrix."""
-    (i, j, last), reverse = _axes(axes)
+    i, j, last, reverse, odd = _axes(axes)
     k = 3 - i - j
     m = numpy.array(matrix, dtype=float)[:3, :3]
     if last == i:
-        middle = math.hypot(m[i, j], m[i, k])
+        middle = math.sqrt(m[i, j] * m[i, j] + m[i, k] * m[i, k])
         if middle > _EPS:
             angles = (
                 math.atan2(m[i, j], m[i, k]),
@@ -138,7 +158,7 @@ def euler_from_matrix(matrix, axes="sxyz"):
         else:
             angles = (math.atan2(-m[j, k], m[j, j]), math.atan2(middle, m[i, i]), 0.0)
     else:
-        middle = math.hypot(m[i, i], m[j, i])
+        middle = math.sqrt(m[i, i] * m[i, i] + m[j, i] * m[j, i])
         if middle > _EPS:
             angles = (
                 math.atan2(m[k, j], m[k, k]),
@@ -147,7 +167,7 @@ def euler_from_matrix(matrix, axes="sxyz"):
             )
         else:
             angles = (math.atan2(-m[j, k], m[j, j]), math.atan2(-m[k, i], middle), 0.0)
-    if (i + 1) % 3 != j:  # an odd order of the axes turns the other way round
+    if odd:  # an odd order of the axes turns the other way round
         angles = tuple(-angle for angle in angles)
     return angles[::-1] if reverse else angles
 
@@ -189,8 +209,13 @@ def quaternion_inverse(quaternion):
 
 def quaternion_about_axis(angle, axis):
     """A rotation about an axis of any length."""
-    axis = unit_vector(axis[:3])
-    return numpy.array((*(axis * math.sin(angle / 2.0)), math.cos(angle / 2.0)), dtype=numpy.float64)
+    q = numpy.zeros((4,), dtype=numpy.float64)
+    q[:3] = axis[:3]
+    length = vector_norm(q)
+    if length > _EPS:
+        q *= math.sin(angle / 2.0) / length
+    q[3] = math.cos(angle / 2.0)
+    return q
 
 
 def quaternion_matrix(quaternion):
@@ -199,12 +224,13 @@ def quaternion_matrix(quaternion):
     square = numpy.dot(q, q)
     if square < _EPS:
         return numpy.identity(4)
-    x, y, z, w = q / math.sqrt(square)
+    q *= math.sqrt(2.0 / square)
+    p = numpy.outer(q, q)
     matrix = numpy.identity(4)
     matrix[:3, :3] = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
-        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
-        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+        (1.0 - p[1, 1] - p[2, 2], p[0, 1] - p[2, 3], p[0, 2] + p[1, 3]),
+        (p[0, 1] + p[2, 3], 1.0 - p[0, 0] - p[2, 2], p[1, 2] - p[0, 3]),
+        (p[0, 2] - p[1, 3], p[1, 2] + p[0, 3], 1.0 - p[0, 0] - p[1, 1]),
     )
     return matrix
 
@@ -237,7 +263,8 @@ def quaternion_slerp(quat0, quat1, fraction, spin=0, shortestpath=True):
     angle = math.acos(d) + spin * math.pi
     if abs(angle) < _EPS:
         return q0
-    return (q0 * math.sin((1.0 - fraction) * angle) + q1 * math.sin(fraction * angle)) / math.sin(angle)
+    scale = 1.0 / math.sin(angle)
+    return q0 * (math.sin((1.0 - fraction) * angle) * scale) + q1 * (math.sin(fraction * angle) * scale)
 
 
 def random_quaternion(rand=None):
@@ -253,13 +280,22 @@ def random_rotation_matrix(rand=None):
     return quaternion_matrix(random_quaternion(rand))
 
 
-def compose_matrix(scale=None, shear=None, angles=None, translate=None, perspective=None):
-    """(4, 4) of a translation, Euler angles (sxyz) and a scaling, in this order from the left."""
-    matrix = numpy.identity(4)
-    if translate is not None:
-        matrix = matrix.dot(translation_matrix(translate))
-    if angles is not None:
-        matrix = matrix.dot(euler_matrix(*angles))
-    if scale is not None:
-        matrix = matrix.dot(numpy.diag((*scale, 1.0)))
-    return matrix
+def random_vector(size):
+    """Numbers between 0 and 1."""
+    return numpy.random.random(size)
+
+
+from ._matrices import (  # noqa: E402  (they need what is above)
+    compose_matrix,
+    decompose_matrix,
+    orthogonalization_matrix,
+    projection_matrix,
+    reflection_from_matrix,
+    reflection_matrix,
+    rotation_from_matrix,
+    rotation_matrix,
+    scale_from_matrix,
+    scale_matrix,
+    shear_matrix,
+    superimposition_matrix,
+)

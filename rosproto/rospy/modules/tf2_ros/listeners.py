@@ -57,6 +57,7 @@ class TransformListener:
 
     def static_callback(self, data):
         """Transforms that hold at all times."""
+        self._check_time()
         self._take(data, self.buffer.set_transform_static)
 
     @staticmethod
@@ -78,16 +79,11 @@ class TransformBroadcaster:
 
 
 class StaticTransformBroadcaster:
-    """Publishes /tf_static, latched; every message has all frames sent so far."""
+    """Publishes /tf_static, latched: who comes late gets what was sent last."""
 
     def __init__(self):
         self.pub_tf = rospy.Publisher("/tf_static", TFMessage, queue_size=100, latch=True)
-        self.net_message = TFMessage()
 
     def sendTransform(self, transform):
-        """Add or replace frames: a TransformStamped, or a list of them."""
-        known = {one.child_frame_id: one for one in self.net_message.transforms}
-        for one in transform if isinstance(transform, list) else [transform]:
-            known[one.child_frame_id] = one
-        self.net_message = TFMessage(list(known.values()))
-        self.pub_tf.publish(self.net_message)
+        """Send a TransformStamped, or a list of them."""
+        self.pub_tf.publish(TFMessage(transform if isinstance(transform, list) else [transform]))

@@ -1,0 +1,242 @@
+"""More (4, 4) matrices: rotations about axes, scalings, mirrors, shears; putting together and taking apart.
+
+Source: wiki.ros.org/tf, tf.transformations (names, arguments, results).
+"""
+
+import math
+
+import numpy
+
+from .transformations import euler_from_matrix, euler_matrix, identity_matrix, unit_vector, vector_norm
+
+_EPS = numpy.finfo(float).eps * 4.0
+
+
+def _array(values):
+    return numpy.array(values[:3], dtype=numpy.float64)
+
+
+def rotation_matrix(angle, direction, point=None):
+    """A rotation about an axis, through a point when given."""
+    sine, cosine = math.sin(angle), math.cos(angle)
+    axis = unit_vector(direction[:3])
+    turn = numpy.diag((cosine, cosine, cosine)) + numpy.outer(axis, axis) * (1.0 - cosine)
+    x, y, z = axis * sine
+    turn += ((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0))
+    matrix = identity_matrix()
+    matrix[:3, :3] = turn
+    if point is not None:
+        point = _array(point)
+        matrix[:3, 3] = point - numpy.dot(turn, point)
+    return matrix
+
+
+def _fixed_direction(matrix, value=1.0):
+    """What a matrix multiplies by `value`: the last such eigenvector, real."""
+    values, vectors = numpy.linalg.eig(matrix)
+    found = numpy.where(abs(numpy.real(values) - value) < 1e-8)[0]
+    if not len(found):
+        raise ValueError("no unit eigenvector corresponding to eigenvalue %g" % value)
+    return numpy.real(vectors[:, found[-1]]).squeeze()
+
+
+def rotation_from_matrix(matrix):
+    """(angle, axis, point) of a rotation."""
+    m = numpy.array(matrix, dtype=numpy.float64)
+    axis = _fixed_direction(m[:3, :3].T)
+    point = _fixed_direction(m)
+    point = point / point[3]
+    cosine = (numpy.trace(m[:3, :3]) - 1.0) / 2.0
+    if abs(axis[2]) > 1e-8:
+        sine = (m[1, 0] + (cosine - 1.0) * axis[0] * axis[1]) / axis[2]
+    elif abs(axis[1]) > 1e-8:
+        sine = (m[0, 2] + (cosine - 1.0) * axis[0] * axis[2]) / axis[1]
+    else:
+        sine = (m[2, 1] + (cosine - 1.0) * axis[1] * axis[2]) / axis[0]
+    return math.atan2(sine, cosine), axis, point
+
+
+def scale_matrix(factor, origin=None, direction=None):
+    """A scaling about the origin or a point, along one direction when given."""
+    if direction is None:
+        matrix = numpy.diag((factor, factor, factor, 1.0)).astype(numpy.float64)
+        if origin is not None:
+            matrix[:3, 3] = _array(origin) * (1.0 - factor)
+        return matrix
+    along = unit_vector(direction[:3])
+    rest = 1.0 - factor
+    matrix = identity_matrix()
+    matrix[:3, :3] -= rest * numpy.outer(along, along)
+    if origin is not None:
+        matrix[:3, 3] = (rest * numpy.dot(origin[:3], along)) * along
+    return matrix
+
+
+def scale_from_matrix(matrix):
+    """(factor, origin, direction) of a scaling; direction None when it is the same in all."""
+    m = numpy.array(matrix, dtype=numpy.float64)
+    factor = float(numpy.trace(m[:3, :3]) - 2.0)
+    try:
+        direction = _fixed_direction(m[:3, :3], factor)
+        direction = direction / vector_norm(direction)
+    except ValueError:  # in all directions
+        factor, direction = (factor + 2.0) / 3.0, None
+    origin = _fixed_direction(m)
+    return factor, origin / origin[3], direction
+
+
+def reflection_matrix(point, normal):
+    """A mirror: a plane by a point and its normal."""
+    normal = unit_vector(normal[:3])
+    matrix = identity_matrix()
+    matrix[:3, :3] -= 2.0 * numpy.outer(normal, normal)
+    matrix[:3, 3] = (2.0 * numpy.dot(point[:3], normal)) * normal
+    return matrix
+
+
+def reflection_from_matrix(matrix):
+    """(point, normal) of a mirror."""
+    m = numpy.array(matrix, dtype=numpy.float64)
+    normal = _fixed_direction(m[:3, :3], -1.0)
+    point = _fixed_direction(m)
+    return point / point[3], normal
+
+
+def projection_matrix(point, normal, direction=None, perspective=None, pseudo=False):
+    """A projection onto a plane: at right angles, along a direction, or from a point of view."""
+    point, normal = _array(point), unit_vector(normal[:3])
+    matrix = identity_matrix()
+    if perspective is not None:
+        eye = _array(perspective)
+        matrix[0, 0] = matrix[1, 1] = matrix[2, 2] = numpy.dot(eye - point, normal)
+        matrix[:3, :3] -= numpy.outer(eye, normal)
+        if pseudo:
+            matrix[:3, :3] -= numpy.outer(normal, normal)
+            matrix[:3, 3] = numpy.dot(point, normal) * (eye + normal)
+        else:
+            matrix[:3, 3] = numpy.dot(point, normal) * eye
+        matrix[3, :3] = -normal
+        matrix[3, 3] = numpy.dot(eye, normal)
+        return matrix
+    along = normal if direction is None else _array(direction)
+    scale = 1.0 if direction is None else numpy.dot(along, normal)
+    matrix[:3, :3] -= numpy.outer(along, normal) / scale
+    matrix[:3, 3] = along * (numpy.dot(point, normal) / scale)
+    return matrix
+
+
+def shear_matrix(angle, direction, point, normal):
+    """A shear along a direction in a plane."""
+    normal, direction = unit_vector(normal[:3]), unit_vector(direction[:3])
+    if abs(numpy.dot(normal, direction)) > 1e-6:
+        raise ValueError("direction and normal vectors are not orthogonal")
+    slope = math.tan(angle)
+    matrix = identity_matrix()
+    matrix[:3, :3] += slope * numpy.outer(direction, normal)
+    matrix[:3, 3] = -slope * numpy.dot(point[:3], normal) * direction
+    return matrix
+
+
+def orthogonalization_matrix(lengths, angles):
+    """From the coordinates of a crystal's cell (lengths, angles in degrees) to right-angled ones."""
+    a, b, c = lengths
+    sines, cosines = numpy.sin(numpy.radians(angles)), numpy.cos(numpy.radians(angles))
+    slant = (cosines[0] * cosines[1] - cosines[2]) / (sines[0] * sines[1])
+    return numpy.array(
+        (
+            (a * sines[1] * math.sqrt(1.0 - slant * slant), 0.0, 0.0, 0.0),
+            (-a * sines[1] * slant, b * sines[0], 0.0, 0.0),
+            (a * cosines[1], b * cosines[0], c, 0.0),
+            (0.0, 0.0, 0.0, 1.0),
+        ),
+        dtype=numpy.float64,
+    )
+
+
+def superimposition_matrix(v0, v1, scaling=False, usesvd=True):
+    """The movement that takes points v0 nearest to points v1, both (3, N) or (4, N)."""
+    v0 = numpy.array(v0, dtype=numpy.float64)[:3]
+    v1 = numpy.array(v1, dtype=numpy.float64)[:3]
+    if v0.shape != v1.shape or v0.shape[1] < 3:
+        raise ValueError("vectors are of wrong shape or type")
+    t0, t1 = numpy.mean(v0, axis=1), numpy.mean(v1, axis=1)
+    v0, v1 = v0 - t0.reshape(3, 1), v1 - t1.reshape(3, 1)
+    u, _, vh = numpy.linalg.svd(numpy.dot(v1, v0.T))
+    turn = numpy.dot(u, vh)
+    if numpy.linalg.det(turn) < 0.0:
+        turn -= numpy.outer(u[:, 2], vh[2, :] * 2.0)
+    matrix = numpy.identity(4)
+    matrix[:3, :3] = turn
+    if scaling:
+        matrix[:3, :3] *= math.sqrt(numpy.sum(v1 * v1) / numpy.sum(v0 * v0))
+    there = numpy.identity(4)
+    there[:3, 3] = t1
+    back = numpy.identity(4)
+    back[:3, 3] = -t0
+    return numpy.dot(there, numpy.dot(matrix, back))
+
+
+def compose_matrix(scale=None, shear=None, angles=None, translate=None, perspective=None):
+    """Perspective, translation, Euler angles (sxyz), shear and scaling, in this order from the left."""
+    whole = numpy.identity(4)
+    if perspective is not None:
+        part = numpy.identity(4)
+        part[3, :] = perspective[:4]
+        whole = numpy.dot(whole, part)
+    if translate is not None:
+        part = numpy.identity(4)
+        part[:3, 3] = translate[:3]
+        whole = numpy.dot(whole, part)
+    if angles is not None:
+        whole = numpy.dot(whole, euler_matrix(angles[0], angles[1], angles[2], "sxyz"))
+    if shear is not None:
+        part = numpy.identity(4)
+        part[1, 2], part[0, 2], part[0, 1] = shear[2], shear[1], shear[0]
+        whole = numpy.dot(whole, part)
+    if scale is not None:
+        part = numpy.identity(4)
+        part[0, 0], part[1, 1], part[2, 2] = scale[0], scale[1], scale[2]
+        whole = numpy.dot(whole, part)
+    return whole / whole[3, 3]
+
+
+def decompose_matrix(matrix):
+    """(scale, shear, angles, translation, perspective) of a matrix.
+
+    Raises:
+        ValueError: It has no such parts.
+    """
+    m = numpy.array(matrix, dtype=numpy.float64).T
+    if abs(m[3, 3]) < _EPS:
+        raise ValueError("M[3, 3] is zero")
+    m /= m[3, 3]
+    straight = m.copy()
+    straight[:, 3] = 0.0, 0.0, 0.0, 1.0
+    if not numpy.linalg.det(straight):
+        raise ValueError("matrix is singular")
+    perspective = numpy.array((0.0, 0.0, 0.0, 1.0))
+    if any(abs(m[:3, 3]) > _EPS):
+        perspective = numpy.dot(m[:, 3], numpy.linalg.inv(straight.T))
+        m[:, 3] = 0.0, 0.0, 0.0, 1.0
+    translation = m[3, :3].copy()
+    rows, scale, shear = m[:3, :3].copy(), numpy.zeros(3), [0.0, 0.0, 0.0]
+    scale[0] = vector_norm(rows[0])
+    rows[0] /= scale[0]
+    shear[0] = numpy.dot(rows[0], rows[1])
+    rows[1] -= rows[0] * shear[0]
+    scale[1] = vector_norm(rows[1])
+    rows[1] /= scale[1]
+    shear[0] /= scale[1]
+    shear[1] = numpy.dot(rows[0], rows[2])
+    rows[2] -= rows[0] * shear[1]
+    shear[2] = numpy.dot(rows[1], rows[2])
+    rows[2] -= rows[1] * shear[2]
+    scale[2] = vector_norm(rows[2])
+    rows[2] /= scale[2]
+    shear[1:] = [part / scale[2] for part in shear[1:]]
+    if numpy.dot(rows[0], numpy.cross(rows[1], rows[2])) < 0:
+        scale, rows = -scale, -rows
+    turn = numpy.identity(4)
+    turn[:3, :3] = rows.T
+    angles = list(euler_from_matrix(turn))
+    return scale, shear, angles, translation, perspective

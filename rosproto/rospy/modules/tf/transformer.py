@@ -1,0 +1,182 @@
+"""tf.Transformer: tf2's buffer in the clothes of before, poses as [x, y, z], [x, y, z, w]."""
+
+import tf2_ros
+
+_ALONE = "cannot wait for transform without a dedicated thread that listens to incoming TF messages"
+
+
+def strip_leading_slash(name):
+    """tf2 has none."""
+    return name[1:] if name.startswith("/") else name
+
+
+def _parts(message):
+    t, r = message.transform.translation, message.transform.rotation
+    return [t.x, t.y, t.z], [r.x, r.y, r.z, r.w]
+
+
+class Transformer:
+    """Lookups in lists."""
+
+    def __init__(self, interpolate=True, cache_time=None):
+        self._buffer = tf2_ros.Buffer(cache_time, debug=False)
+        self._using_dedicated_thread = False
+
+    def allFramesAsString(self):
+        """Every frame and its parent."""
+        return self._buffer.all_frames_as_string()
+
+    def setTransform(self, transform, authority="default_authority"):
+        """Take a TransformStamped."""
+        self._buffer.set_transform(transform, authority)
+
+    def canTransform(self, target_frame, source_frame, time):
+        """True when `lookupTransform` would give an answer."""
+        return self._buffer.can_transform(
+            strip_leading_slash(target_frame), strip_leading_slash(source_frame), time
+        )
+
+    def canTransformFull(self, target_frame, target_time, source_frame, source_time, fixed_frame):
+        """The same between two times."""
+        return self._buffer.can_transform_full(
+            strip_leading_slash(target_frame),
+            target_time,
+            strip_leading_slash(source_frame),
+            source_time,
+            strip_leading_slash(fixed_frame),
+        )
+
+    def waitForTransform(self, target_frame, source_frame, time, timeout, polling_sleep_duration=None):
+        """Wait until it can be had.
+
+        Raises:
+            tf.Exception: It cannot, in time.
+        """
+        self._require_thread()
+        done, why = self._buffer.can_transform(
+            strip_leading_slash(target_frame),
+            strip_leading_slash(source_frame),
+            time,
+            timeout,
+            return_debug_tuple=True,
+        )
+        self._require(done, why, source_frame, target_frame)
+
+    def waitForTransformFull(
+        self,
+        target_frame,
+        target_time,
+        source_frame,
+        source_time,
+        fixed_frame,
+        timeout,
+        polling_sleep_duration=None,
+    ):
+        """The same between two times."""
+        self._require_thread()
+        done, why = self._buffer.can_transform_full(
+            strip_leading_slash(target_frame),
+            target_time,
+            strip_leading_slash(source_frame),
+            source_time,
+            strip_leading_slash(fixed_frame),
+            timeout,
+            return_debug_tuple=True,
+        )
+        self._require(done, why, source_frame, target_frame)
+
+    def _require_thread(self):
+        if not self._using_dedicated_thread:
+            raise tf2_ros.TransformException(_ALONE)
+
+    @staticmethod
+    def _require(done, why, source_frame, target_frame):
+        if not done:
+            raise tf2_ros.TransformException(
+                why or 'no such transformation: "%s" -> "%s"' % (source_frame, target_frame)
+            )
+
+    def chain(self, target_frame, target_time, source_frame, source_time, fixed_frame):
+        """Frames on the way."""
+        return self._buffer._chain(target_frame, target_time, source_frame, source_time, fixed_frame)
+
+    def lookupTransform(self, target_frame, source_frame, time):
+        """[x, y, z], [x, y, z, w] of the source frame in the target frame."""
+        return _parts(
+            self._buffer.lookup_transform(
+                strip_leading_slash(target_frame), strip_leading_slash(source_frame), time
+            )
+        )
+
+    def lookupTransformFull(self, target_frame, target_time, source_frame, source_time, fixed_frame):
+        """The same between two times."""
+        return _parts(
+            self._buffer.lookup_transform_full(
+                strip_leading_slash(target_frame),
+                target_time,
+                strip_leading_slash(source_frame),
+                source_time,
+                strip_leading_slash(fixed_frame),
+            )
+        )
+
+    def lookupTwist(self, tracking_frame, observation_frame, time, averaging_interval):
+        """(vx, vy, vz) m/s, (wx, wy, wz) rad/s of a frame as another sees it, averaged."""
+        return self.lookupTwistFull(
+            tracking_frame,
+            observation_frame,
+            observation_frame,
+            (0, 0, 0),
+            tracking_frame,
+            time,
+            averaging_interval,
+        )
+
+    def lookupTwistFull(
+        self,
+        tracking_frame,
+        observation_frame,
+        reference_frame,
+        ref_point,
+        reference_point_frame,
+        time,
+        averaging_interval,
+    ):
+        """The same, told in a third frame."""
+        from .twist import between
+
+        return between(
+            self,
+            tracking_frame,
+            observation_frame,
+            reference_frame,
+            reference_point_frame,
+            time,
+            averaging_interval,
+        )
+
+    def getLatestCommonTime(self, source_frame, dest_frame):
+        """The newest time for which it is known."""
+        return self._buffer.get_latest_common_time(
+            strip_leading_slash(source_frame), strip_leading_slash(dest_frame)
+        )
+
+    def frameExists(self, frame_id):
+        """True for a frame whose pose in another is known; not for the root."""
+        return frame_id in self.getFrameStrings()
+
+    def getFrameStrings(self):
+        """Names of those frames."""
+        return self._buffer._children()
+
+    def clear(self):
+        """Forget what moves."""
+        self._buffer.clear()
+
+    def setUsingDedicatedThread(self, value):
+        """Whether something fills this meanwhile, so that waiting makes sense."""
+        self._using_dedicated_thread = value
+
+    def getTFPrefix(self):
+        """tf2 has none."""
+        return ""

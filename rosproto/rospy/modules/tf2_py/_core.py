@@ -1,0 +1,318 @@
+"""BufferCore: what is known of all frames, and lookups that do not wait.
+
+Source: tf2 buffer_core.cpp and tf2_py.cpp (names, texts, what is a warning on stderr).
+"""
+
+import math
+import sys
+import threading
+
+import genpy
+
+from ._cache import Pose, StaticCache, TimeCache, seconds
+from ._errors import InvalidArgumentException, LookupException, TransformException
+from ._full import combined
+from ._walk import latest_common_time, walk
+
+UNIT_TOLERANCE = 10e-3  # of a rotation's squared length
+# tf2 says where in its source (0.7.6) each message comes from.
+_LINES = {
+    "TF_SELF_TRANSFORM": 221,
+    "TF_NO_CHILD_FRAME_ID": 227,
+    "TF_NO_FRAME_ID": 233,
+    "TF_NAN_INPUT": 240,
+    "TF_DENORMALIZED_QUATERNION": 255,
+}
+
+
+def nanoseconds(time):
+    """Time as tf2's module takes it: over a double of seconds."""
+    try:
+        seconds = time.to_sec()
+    except AttributeError:
+        raise TypeError("time must have a to_sec method, e.g. rospy.Time or rospy.Duration") from None
+    whole = math.floor(seconds)
+    return whole * 1000000000 + math.floor((seconds - whole) * 1e9 + 0.5)
+
+
+def _say(kind, text, line):
+    """As console_bridge writes it, which tf2 logs by."""
+    sys.stderr.write("%-9s%s\n         at line %d in ./tf2/src/buffer_core.cpp\n" % (kind, text, line))
+
+
+class BufferCore:
+    """Poses of frames over the last `cache_time`; every method may be called in any thread."""
+
+    def __init__(self, cache_time=None):
+        self._duration = nanoseconds(genpy.Duration(10)) if cache_time is None else nanoseconds(cache_time)
+        self._caches = {}
+        self._names = {}  # in the order in which they were heard of, parents too
+        self._authorities = {}
+        self._lock = threading.RLock()
+
+    # -- filling --------------------------------------------------------------------------------------------
+
+    def set_transform(self, transform, authority):
+        """Take a TransformStamped."""
+        self._set(transform, authority, False)
+
+    def set_transform_static(self, transform, authority):
+        """Take one that holds at all times."""
+        self._set(transform, authority, True)
+
+    def _set(self, transform, authority, static):
+        stamp = nanoseconds(transform.header.stamp)
+        child, parent = _stripped(transform.child_frame_id), _stripped(transform.header.frame_id)
+        t, r = transform.transform.translation, transform.transform.rotation
+        translation, rotation = tuple(map(float, (t.x, t.y, t.z))), tuple(map(float, (r.x, r.y, r.z, r.w)))
+        if self._is_wrong(child, parent, translation, rotation, authority):
+            return
+        with self._lock:
+            cache = self._caches.get(child)
+            self._names.setdefault(child)
+            if cache is None:  # whether it moves is settled with the first pose, as in tf2
+                cache = self._caches[child] = StaticCache() if static else TimeCache(self._duration)
+            self._names.setdefault(parent)
+            why = cache.insert(Pose(stamp, parent, translation, rotation))
+            if why is None:
+                self._authorities[child] = authority
+                return
+        where = " for frame %s (parent %s) at time %f according to authority %s"
+        _say("Warning:", (why + where) % (child, parent, seconds(stamp), authority), 278)
+
+    @staticmethod
+    def _is_wrong(child, parent, translation, rotation, authority):
+        problems = [
+            text for is_so, text in _problems(child, parent, translation, rotation, authority) if is_so
+        ]
+        for text in problems:
+            _say("Error:", text, _LINES[text.partition(":")[0]])
+        return bool(problems)
+
+    def clear(self):
+        """Forget what moves."""
+        with self._lock:
+            for cache in self._caches.values():
+                cache.clear()
+
+    # -- looking up -----------------------------------------------------------------------------------------
+
+    def lookup_transform_core(self, target_frame, source_frame, time):
+        """The pose of the source in the target, a TransformStamped.
+
+        Raises:
+            LookupException, ConnectivityException, ExtrapolationException, InvalidArgumentException
+        """
+        stamp = nanoseconds(time)
+        with self._lock:
+            return _message(*self._lookup(target_frame, source_frame, stamp), target_frame, source_frame)
+
+    def lookup_transform_full_core(self, target_frame, target_time, source_frame, source_time, fixed_frame):
+        """The same between two times, by way of a frame that did not move."""
+        then, now = nanoseconds(source_time), nanoseconds(target_time)
+        with self._lock:
+            for which, frame in (("target", target_frame), ("source", source_frame), ("fixed", fixed_frame)):
+                self._validate("lookupTransform argument %s_frame" % which, frame)
+            there, _ = self._lookup(fixed_frame, source_frame, then)
+            back, stamp = self._lookup(target_frame, fixed_frame, now)
+        return _message(combined(back, there), stamp, target_frame, source_frame)
+
+    def can_transform_core(self, target_frame, source_frame, time):
+        """(1, "") when there is one, else (0, why)."""
+        stamp = nanoseconds(time)
+        if target_frame == source_frame:
+            return 1, ""
+        if self._is_odd("target", target_frame) or self._is_odd("source", source_frame):
+            return 0, ""
+        with self._lock:
+            missing = self._missing(target=target_frame, source=source_frame)
+            return (0, missing) if missing else self._can(target_frame, source_frame, stamp)
+
+    def can_transform_full_core(self, target_frame, target_time, source_frame, source_time, fixed_frame):
+        """The same between two times."""
+        then, now = nanoseconds(source_time), nanoseconds(target_time)
+        frames = {"target": target_frame, "source": source_frame, "fixed": fixed_frame}
+        if any(self._is_odd(which, frame) for which, frame in frames.items()):
+            return 0, ""
+        with self._lock:
+            missing = self._missing(target=target_frame, source=source_frame)
+            if source_frame not in self._names:  # tf2's words, and its condition
+                missing += " fixed_frame: %sdoes not exist." % fixed_frame
+            if any(frame not in self._names for frame in frames.values()):
+                return 0, missing
+            done = self._can(target_frame, fixed_frame, now)
+            return self._can(fixed_frame, source_frame, then) if done[0] else done
+
+    def _can(self, target, source, stamp):
+        try:
+            self._lookup(target, source, stamp)
+        except TransformException as error:
+            return 0, str(error)
+        return 1, ""
+
+    def _lookup(self, target, source, stamp):
+        """((translation, rotation), nanoseconds)."""
+        if target == source:
+            cache = self._live().get(target)
+            newest = cache.newest()[0] if cache is not None else 0
+            return ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)), stamp or newest
+        self._validate("lookupTransform argument target_frame", target)
+        self._validate("lookupTransform argument source_frame", source)
+        caches = self._live()
+        stamp = stamp or latest_common_time(caches, target, source)
+        return walk(caches, target, source, stamp)[:2], stamp
+
+    def _live(self):
+        """The frames of which anything is known."""
+        return {name: cache for name, cache in self._caches.items() if cache.poses}
+
+    def get_latest_common_time(self, target_frame, source_frame):
+        """The newest time for which a transform is known."""
+        with self._lock:
+            for frame in (target_frame, source_frame):
+                self._validate("get_latest_common_time", frame)
+            if target_frame == source_frame:
+                stamp = self._lookup(target_frame, source_frame, 0)[1]
+            else:
+                try:
+                    stamp = latest_common_time(self._live(), target_frame, source_frame)
+                except TransformException as error:
+                    raise TransformException(str(error)) from None  # tf2 does not tell which kind here
+        return _time(stamp)
+
+    def _validate(self, argument, frame):
+        if not frame:
+            raise InvalidArgumentException(
+                "Invalid argument passed to %s in tf2 frame_ids cannot be empty" % argument
+            )
+        if frame.startswith("/"):
+            raise InvalidArgumentException(
+                "Invalid argument \"%s\" passed to %s in tf2 frame_ids cannot start with a '/' like: "
+                % (frame, argument)
+            )
+        if frame not in self._names:
+            raise LookupException('"%s" passed to %s does not exist. ' % (frame, argument))
+
+    @staticmethod
+    def _is_odd(which, frame):
+        argument = "canTransform argument %s_frame" % which
+        if not frame:
+            text = "Invalid argument passed to %s in tf2 frame_ids cannot be empty"
+            _say("Warning:", text % argument, 126)
+        elif frame.startswith("/"):
+            text = "Invalid argument \"%s\" passed to %s in tf2 frame_ids cannot start with a '/' like: "
+            _say("Warning:", text % (frame, argument), 134)
+        else:
+            return False
+        return True
+
+    def _missing(self, **frames):
+        return " ".join(
+            "canTransform: %s_frame %s does not exist." % (which, frame)
+            for which, frame in frames.items()
+            if frame not in self._names
+        )
+
+    # -- listing --------------------------------------------------------------------------------------------
+
+    def _in_order(self):
+        return [(name, self._caches[name]) for name in self._names if name in self._caches]
+
+    def all_frames_as_yaml(self):
+        """Every frame, its parent and its times, as YAML."""
+        with self._lock:
+            if not self._names:
+                return "{}"
+            return "".join(self._yaml(name, cache) for name, cache in self._in_order() if cache.poses)
+
+    def _yaml(self, name, cache):
+        newest, oldest, count = cache.span()
+        rows = {
+            "parent": "'%s'" % cache.newest()[1],
+            "broadcaster": "'%s'" % self._authorities.get(name, "no recorded authority"),
+            "rate": "%.3f" % (count / max((newest - oldest) / 1e9, 0.0001)),
+            "most_recent_transform": "%.3f" % (newest / 1e9),
+            "oldest_transform": "%.3f" % (oldest / 1e9),
+            "buffer_length": "%.3f" % ((newest - oldest) / 1e9),
+        }
+        return "%s: \n" % name + "".join("  %s: %s\n" % row for row in rows.items())
+
+    def all_frames_as_string(self):
+        """Every frame and its parent, a line each."""
+        with self._lock:
+            return "".join(
+                "Frame %s exists with parent %s.\n"
+                % (name, cache.newest()[1] if cache.poses else "NO_PARENT")
+                for name, cache in self._in_order()
+            )
+
+    def _children(self):
+        """Names of the frames whose pose in another is known."""
+        with self._lock:
+            return [name for name, cache in self._in_order() if cache.poses]
+
+    def _frameExists(self, frame):
+        return frame in self._names
+
+    def _getFrameStrings(self):
+        return list(self._names)
+
+    def _chain(self, target_frame, target_time, source_frame, source_time, fixed_frame):
+        """Frames on the way from the source to the target."""
+        with self._lock:
+            caches = self._live()
+            there = walk(caches, fixed_frame, source_frame, nanoseconds(source_time))
+            back = walk(caches, target_frame, fixed_frame, nanoseconds(target_time))
+        frames = [*there[2], fixed_frame, *there[3][::-1], *back[2], *back[3][::-1], target_frame]
+        return [frame for i, frame in enumerate(frames) if frame not in frames[:i]]
+
+
+def _problems(child, parent, translation, rotation, authority):
+    """What may be wrong with a transform: (whether it is, tf2's words)."""
+    x, y, z, w = rotation
+    yield (
+        child == parent,
+        'TF_SELF_TRANSFORM: Ignoring transform from authority "%s" with frame_id and child_frame_id '
+        ' "%s" because they are the same' % (authority, child),
+    )
+    yield (
+        not child,
+        'TF_NO_CHILD_FRAME_ID: Ignoring transform from authority "%s" because child_frame_id not set '
+        % authority,
+    )
+    yield (
+        not parent,
+        'TF_NO_FRAME_ID: Ignoring transform with child_frame_id "%s"  from authority "%s" because frame_id'
+        " not set" % (child, authority),
+    )
+    yield (
+        any(map(math.isnan, (*translation, *rotation))),
+        'TF_NAN_INPUT: Ignoring transform for child_frame_id "%s" from authority "%s" because of a nan value'
+        " in the transform (%f %f %f) (%f %f %f %f)" % (child, authority, *translation, *rotation),
+    )
+    yield (
+        not abs(w * w + x * x + y * y + z * z - 1.0) < UNIT_TOLERANCE,
+        'TF_DENORMALIZED_QUATERNION: Ignoring transform for child_frame_id "%s" from authority "%s" because'
+        " of an invalid quaternion in the transform (%f %f %f %f)" % (child, authority, *rotation),
+    )
+
+
+def _stripped(name):
+    return name[1:] if name.startswith("/") else name
+
+
+def _time(stamp):
+    from rospy.rostime import Time
+
+    return Time(*divmod(stamp, 1000000000))
+
+
+def _message(pose, stamp, target, source):
+    from geometry_msgs.msg import TransformStamped
+
+    message = TransformStamped()
+    message.header.frame_id, message.child_frame_id = target, source
+    message.header.stamp = _time(stamp)
+    t, r = message.transform.translation, message.transform.rotation
+    (t.x, t.y, t.z), (r.x, r.y, r.z, r.w) = pose
+    return message

@@ -1,0 +1,159 @@
+"""tf2_ros.BufferInterface: transforming stamped data of any registered type."""
+
+from copy import deepcopy
+
+import rospy
+from std_msgs.msg import Header
+
+ZERO = rospy.Duration(0.0)
+
+
+class TypeException(Exception):
+    """A type cannot be transformed or converted."""
+
+    def __init__(self, errstr):
+        self.errstr = errstr
+
+
+class NotImplementedException(Exception):
+    """A buffer cannot look up."""
+
+    def __init__(self):
+        self.errstr = "CanTransform or LookupTransform not implemented"
+
+
+def Stamped(obj, stamp, frame_id):
+    """The object, with a header."""
+    obj.header = Header(frame_id=frame_id, stamp=stamp)
+    return obj
+
+
+class _Table:
+    """Functions by type, one table for all objects of a class."""
+
+    def __init__(self, problem):
+        self._functions = {}
+        self._problem = problem
+
+    def add(self, key, function):
+        """Register one."""
+        self._functions[key] = function
+
+    def get(self, key):
+        """The function of a type.
+
+        Raises:
+            TypeException: There is none.
+        """
+        if key not in self._functions:
+            raise TypeException(self._problem % str(key))
+        return self._functions[key]
+
+
+class TransformRegistration:
+    """Functions that transform stamped data, by type: `function(data, transform) -> data`."""
+
+    _table = _Table("Type %s if not loaded or supported")
+
+    def print_me(self):
+        """Print the table."""
+        print(self._table._functions)
+
+    def add(self, key, callback):
+        """Register one."""
+        self._table.add(key, callback)
+
+    def get(self, key):
+        """The function of a type."""
+        return self._table.get(key)
+
+
+class ConvertRegistration:
+    """Functions that convert between types: to a message, from one, or straight."""
+
+    _to = _Table("Type %s if not loaded or supported")
+    _from = _Table("Type %s if not loaded or supported")
+    _straight = _Table("Type %s if not loaded or supported")
+
+    def add_to_msg(self, key, callback):
+        """Register one that makes a message."""
+        self._to.add(key, callback)
+
+    def add_from_msg(self, key, callback):
+        """Register one that takes a message."""
+        self._from.add(key, callback)
+
+    def add_convert(self, key, callback):
+        """Register one for a pair of types."""
+        self._straight.add(key, callback)
+
+    def get_to_msg(self, key):
+        """The function that makes a message."""
+        return self._to.get(key)
+
+    def get_from_msg(self, key):
+        """The function that takes a message."""
+        return self._from.get(key)
+
+    def get_convert(self, key):
+        """The function of a pair of types."""
+        return self._straight.get(key)
+
+
+def convert(a, b_type):
+    """An object as another type, by way of a message when there is no direct one."""
+    table = ConvertRegistration()
+    if type(a) is b_type:
+        return deepcopy(a)
+    try:
+        return table.get_convert((type(a), b_type))(a)
+    except TypeException:
+        return table.get_from_msg(b_type)(table.get_to_msg(type(a))(a))
+
+
+class BufferInterface:
+    """`transform`, over a `lookup_transform` that a subclass has."""
+
+    def __init__(self):
+        self.registration = TransformRegistration()
+
+    def transform(self, object_stamped, target_frame, timeout=ZERO, new_type=None):
+        """Stamped data in another frame."""
+        function = self.registration.get(type(object_stamped))
+        header = object_stamped.header
+        moved = function(
+            object_stamped, self.lookup_transform(target_frame, header.frame_id, header.stamp, timeout)
+        )
+        return convert(moved, new_type) if new_type else moved
+
+    def transform_full(
+        self, object_stamped, target_frame, target_time, fixed_frame, timeout=ZERO, new_type=None
+    ):
+        """The same between two times."""
+        function = self.registration.get(type(object_stamped))
+        header = object_stamped.header
+        transform = self.lookup_transform_full(
+            target_frame, target_time, header.frame_id, header.stamp, fixed_frame, timeout
+        )
+        moved = function(object_stamped, transform)
+        return convert(moved, new_type) if new_type else moved
+
+    def lookup_transform(self, target_frame, source_frame, time, timeout=ZERO):
+        """What a subclass does."""
+        raise NotImplementedException
+
+    def lookup_transform_full(
+        self, target_frame, target_time, source_frame, source_time, fixed_frame, timeout=ZERO
+    ):
+        """What a subclass does."""
+        raise NotImplementedException
+
+    def can_transform(self, target_frame, source_frame, time, timeout=ZERO):
+        """What a subclass does."""
+        raise NotImplementedException
+
+    def can_transform_full(
+        self, target_frame, target_time, source_frame, source_time, fixed_frame, timeout=ZERO
+    ):
+        """What a subclass does."""
+        raise NotImplementedException
