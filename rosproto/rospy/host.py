@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rosproto.node import Event, EventKind, MasterClient, Node
+from rosproto.node.publication import Publication
 from rosproto.node.revisions import Revisions
 from rosproto.protocol.limits import Limits
 
@@ -24,11 +25,26 @@ class ProgramNode(Node):
     def __init__(self, name: str, *, on_shutdown_request: Callable[[str], object], **options: Any) -> None:
         self._on_shutdown_request = on_shutdown_request
         self._left: dict[str, Callable[[], object]] = {}
+        self._fields: dict[str, Callable[[], dict[str, str]]] = {}
         super().__init__(name, rosout=False, intraprocess=False, on_event=self._note, **options)
+        self._register = self._registrations.add
+        self._registrations.add = self._add  # type: ignore[assignment, method-assign]
 
     def on_topic_left(self, topic: str, callback: Callable[[], object]) -> None:
         """Have `callback()` called when a subscriber of a topic is gone."""
         self._left[topic] = callback
+
+    def add_header_fields(self, topic: str, fields: Callable[[], dict[str, str]]) -> None:
+        """Have what `fields()` returns said to each subscriber of a topic; before it is published."""
+        self._fields[topic] = fields
+
+    def _add(self, entry: Any) -> None:
+        """Register a topic; its header is completed before anybody can hear of it."""
+        fields = self._fields.get(entry.name)
+        if fields is not None and isinstance(entry, Publication):
+            usual = entry.header
+            entry.header = lambda output=None: {**usual(output), **fields()}  # type: ignore[method-assign]
+        self._register(entry)
 
     def _note(self, event: Event) -> None:
         callback = self._left.get(event.name)

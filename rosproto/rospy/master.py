@@ -26,7 +26,7 @@ def call(uri: str, method: str, *params: object) -> object:
         xmlrpc.client.Fault: It answered a fault.
     """
     try:
-        return _client(uri).call(method, *params)
+        return _with_binaries(_client(uri).call(method, *params))
     except RosError as error:
         _refuse(error, params)
 
@@ -64,11 +64,28 @@ def _refuse_argument(error: LocalProtocolError, params: tuple[object, ...]) -> N
             raise TypeError("cannot marshal None unless allow_none is enabled") from None
         if isinstance(value, int) and not -(2**31) <= value < 2**31:
             raise OverflowError("int exceeds XML-RPC limits") from None
+        if not isinstance(value, (bool, int, float, str, bytes, bytearray)):
+            raise TypeError(f"cannot marshal {type(value)} objects") from None
     raise TypeError(str(error)) from None
+
+
+def _with_binaries(value: object) -> object:
+    """Bytes as xmlrpc.client gives them."""
+    if isinstance(value, list):
+        return [_with_binaries(item) for item in value]
+    if isinstance(value, dict):
+        return {key: _with_binaries(item) for key, item in value.items()}
+    if isinstance(value, bytes):
+        from xmlrpc.client import Binary
+
+        return Binary(value)
+    return value
 
 
 def _leaves(value: object) -> list[object]:
     if isinstance(value, dict):
+        if not all(isinstance(key, str) for key in value):
+            raise TypeError("dictionary key must be string")
         return [leaf for item in value.values() for leaf in _leaves(item)]
     if isinstance(value, (list, tuple)):
         return [leaf for item in value for leaf in _leaves(item)]

@@ -250,6 +250,9 @@ def encode_message(message):
 def refuse(message, error):
     """Raise what genpy raises for a message that cannot be encoded."""
     _touch(message)
+    if "out of range for float32" in str(error):  # genpy looks at no range there, struct does
+        message._check_types()
+        raise OverflowError("float too large to pack with f format")
     message._check_types(struct.error(error))
     raise SerializationError(str(error))
 

@@ -1,6 +1,7 @@
 """Addresses of this computer, as ROS announces them."""
 
 import os
+import sys
 
 from .rosenv import ROS_HOSTNAME, ROS_IP, ROS_IPV6, get_master_uri
 
@@ -13,7 +14,13 @@ def parse_http_host_and_port(url):
 
 
 def get_address_override():
-    """ROS_HOSTNAME, else ROS_IP, else None."""
+    """`__hostname:=` or `__ip:=` of the command line, else ROS_HOSTNAME, else ROS_IP, else None."""
+    for word in sys.argv:
+        if word.startswith(("__hostname:=", "__ip:=")):
+            _, _, value = word.partition(":=")
+            if not value or ":=" in value:
+                raise ValueError("invalid ROS command-line remapping argument '%s'" % word)
+            return value
     return os.environ.get(ROS_HOSTNAME) or os.environ.get(ROS_IP) or None
 
 

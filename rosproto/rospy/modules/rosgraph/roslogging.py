@@ -32,6 +32,7 @@ class RosStreamHandler(logging.Handler):
 
     def emit(self, record):
         """Write one record."""
+        from rospy.core import function_of
         from rospy.names import get_name
 
         level, color = _NAMES.get(record.levelname, (record.levelname, None))
@@ -45,7 +46,7 @@ class RosStreamHandler(logging.Handler):
             ("logger", record.name),
             ("file", record.pathname),
             ("line", record.lineno),
-            ("function", record.funcName),
+            ("function", function_of(record)),
             ("node", get_name()),
             ("time", "%f" % time.time() + _simulated()),
         ):
@@ -121,6 +122,43 @@ def configure_logging(logname, level=logging.INFO, filename=None, env=None):
     folder = env.get("ROS_LOG_DIR") or os.path.join(home, "log")
     path = os.path.join(folder, filename or "%s-%s.log" % (logname or "unknown", os.getpid()))
     os.environ["ROS_LOG_FILENAME"] = path
+    config = _config_file(env, home)
+    if config:
+        _configure_from(config, logname, path)
+    else:
+        _configure_as_usual(path)
+    return path
+
+
+def _config_file(env, home):
+    """What ROS_PYTHON_LOG_CONFIG_FILE says, else python_logging.conf or .yaml in the ROS home's config."""
+    given = env.get("ROS_PYTHON_LOG_CONFIG_FILE")
+    if given:
+        return given
+    paths = [os.path.join(home, "config", "python_logging." + kind) for kind in ("conf", "yaml")]
+    return next((path for path in paths if os.path.isfile(path)), None)
+
+
+def _configure_from(config, logname, path):
+    if not os.path.isfile(config):
+        sys.stderr.write("WARNING: cannot load logging configuration file, logging is disabled\n")
+        logging.getLogger(logname).setLevel(logging.CRITICAL)
+        return
+    os.makedirs(os.path.dirname(path), exist_ok=True)  # the configuration opens the file
+    from logging.config import dictConfig, fileConfig
+
+    if not config.endswith((".yaml", ".yml")):
+        fileConfig(config, disable_existing_loggers=False)
+        return
+    from yaml import safe_load
+
+    with open(config, encoding="utf-8") as file:
+        settings = safe_load(file)
+    settings.setdefault("version", 1)
+    dictConfig(settings)
+
+
+def _configure_as_usual(path):
     root = logging.getLogger()
     for handler in list(root.handlers):
         root.removeHandler(handler)
@@ -131,4 +169,3 @@ def configure_logging(logname, level=logging.INFO, filename=None, env=None):
         rosout.removeHandler(handler)
     rosout.setLevel(logging.INFO)
     rosout.addHandler(RosStreamHandler())
-    return path

@@ -91,7 +91,8 @@ def spin():
     )
     try:
         while not core.is_shutdown():
-            rostime.wallsleep(0.5)
+            # Not in slices: after a signal, rospy's threads have this long before the main thread goes on.
+            time.sleep(0.5)
     except KeyboardInterrupt:
         core.logdebug("keyboard interrupt, shutting down")
         core.signal_shutdown("keyboard interrupt")

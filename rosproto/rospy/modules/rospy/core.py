@@ -92,7 +92,22 @@ def _log(level, msg, args, kwargs, period=None, identical=False, once=False):
         if not _is_due(caller, msg, period, identical, once):
             return
     kwargs.setdefault("stacklevel", _FRAMES)
-    logger.log(level, msg, *args, **kwargs)
+    _caller.frame = sys._getframe(2)
+    try:
+        logger.log(level, msg, *args, **kwargs)
+    finally:
+        _caller.frame = None
+
+
+_caller = threading.local()
+
+
+def function_of(record):
+    """Name of the function that logged, with its class's when it is a method, as rospy gives it."""
+    frame = getattr(_caller, "frame", None)
+    if frame is None or frame.f_code.co_name != record.funcName or "self" not in frame.f_locals:
+        return record.funcName
+    return "%s.%s" % (type(frame.f_locals["self"]).__name__, record.funcName)
 
 
 def _is_due(caller, msg, period, identical, once):
@@ -209,6 +224,9 @@ def set_node_uri(uri):
 
 def get_ros_root(required=False, env=None):
     """ROS_ROOT of the environment."""
+    import warnings
+
+    warnings.warn("Call to deprecated function get_ros_root.", DeprecationWarning, stacklevel=2)
     root = (os.environ if env is None else env).get("ROS_ROOT")
     if required and not root:
         raise ROSException("ROS_ROOT is not set")

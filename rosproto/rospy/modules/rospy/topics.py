@@ -5,26 +5,40 @@ one connection per peer, callbacks one after the other in the thread that receiv
 init_node; the implementation is attached to the node when there is one.
 """
 
-import sys
-import threading
 import traceback
 
 import genpy
 import rosgraph.names
 
-from rosproto.errors import CodecError, LocalProtocolError, RosError, RosTimeout
-from rosproto.rospy.messages import carried, is_known
-
 from . import core, names
+from ._publisher_impl import _PublisherImpl
+from ._subscriber_impl import _SubscriberImpl
+from ._topic_impl import _TopicImpl
+from ._topic_manager import _TopicManager, manager
 from .exceptions import ROSException, ROSSerializationException
 from .impl.registration import Registration
 from .impl.tcpros_base import DEFAULT_BUFF_SIZE
-from .msg import AnyMsg, args_kwds_to_message
+from .msg import args_kwds_to_message
 
-__all__ = ["Message", "Publisher", "SubscribeListener", "Subscriber", "Topic"]
+__all__ = [
+    "Message",
+    "Publisher",
+    "SubscribeListener",
+    "Subscriber",
+    "Topic",
+    "_PublisherImpl",
+    "_SubscriberImpl",
+    "_TopicImpl",
+    "_TopicManager",
+    "get_topic_manager",
+]
 
 Message = genpy.Message
-UNBOUNDED = sys.maxsize  # messages that may wait; rospy has no bound by default
+
+
+def get_topic_manager():
+    """The table of this process's topics."""
+    return manager
 
 
 class Topic:
@@ -71,63 +85,6 @@ class Topic:
             self.impl = self.resolved_name = self.type = self.md5sum = self.data_class = None
 
 
-class _Connection:
-    """A peer, as programs look at it.
-
-    Attributes:
-        endpoint_id: Its node name for a subscriber of ours, its URI for a publisher.
-        callerid_pub: Its node name.
-    """
-
-    def __init__(self, endpoint_id, callerid):
-        self.endpoint_id = endpoint_id
-        self.callerid_pub = self.callerid = callerid
-        self.done = False
-
-
-class _TopicImpl:
-    """One topic of this process, in one direction.
-
-    Attributes:
-        handle: The node's Publisher or Subscriber; None before there is a node.
-    """
-
-    def __init__(self, name, data_class):
-        self.resolved_name = self.name = name
-        self.data_class = data_class
-        self.type = data_class._type
-        self.ref_count = 0
-        self.closed = False
-        self.handle = None
-        self.c_lock = threading.RLock()
-
-    @property
-    def connections(self):
-        """The peers connected now."""
-        return []
-
-    def get_num_connections(self):
-        """How many they are."""
-        return 0 if self.handle is None or self.closed else self.handle.connections
-
-    def has_connection(self, endpoint_id):
-        """True when that one is connected."""
-        return any(connection.endpoint_id == endpoint_id for connection in self.connections)
-
-    def has_connections(self):
-        """True when any is."""
-        return self.get_num_connections() > 0
-
-    def close(self):
-        """End it."""
-        self.closed = True
-        if self.handle is not None:
-            self.handle.close()
-
-
-# -- subscriber ---------------------------------------------------------------------------------------------
-
-
 class Subscriber(Topic):
     """Has `callback(message)`, or `callback(message, callback_args)`, called with each message."""
 
@@ -164,122 +121,6 @@ class Subscriber(Topic):
             super().unregister()
 
 
-class _SubscriberImpl(_TopicImpl):
-    def __init__(self, name, data_class):
-        super().__init__(name, data_class)
-        self.callbacks = []
-        self.queue_size = None
-        self.buff_size = DEFAULT_BUFF_SIZE
-        self.tcp_nodelay = False
-        self._latched = {}
-
-    def attach(self, node):
-        """Subscribe."""
-        anything = issubclass(self.data_class, AnyMsg)
-        self.handle = node.subscriber(
-            self.resolved_name,
-            None if anything else carried(self.data_class),
-            self._receive_raw if anything else self._receive,
-            queue_size=self.queue_size or UNBOUNDED,
-            raw=anything,
-            tcp_nodelay=self.tcp_nodelay,
-            inline=True,
-        )
-
-    @property
-    def connections(self):
-        """The publishers connected now."""
-        if self.handle is None or self.closed:
-            return []
-        links = list(self.handle._subscription.links.values())
-        return [_Connection(link.uri, link.caller_id) for link in links if link.connected]
-
-    def set_queue_size(self, queue_size):
-        """Of what one read brings, the last so many messages are called with; None for all."""
-        if queue_size == -1:
-            queue_size = None
-        elif queue_size == 0:
-            raise ROSException("queue size may not be set to zero")
-        elif queue_size is not None and type(queue_size) is not int:
-            raise ROSException("queue size must be an integer")
-        self.queue_size = queue_size
-        if self.handle is not None:
-            self.handle.queue_size = self.handle._inbox.size = queue_size or UNBOUNDED
-            self.handle._subscription._renew_sink()
-
-    def set_buff_size(self, buff_size):
-        """Checked, not needed: messages of any size are received whole."""
-        if type(buff_size) is not int:
-            raise ROSException("buffer size must be an integer")
-        if buff_size <= 0:
-            raise ROSException("buffer size must be a positive integer")
-        self.buff_size = buff_size
-
-    def set_tcp_nodelay(self, tcp_nodelay):
-        """Ask publishers connected from now on to send at once."""
-        self.tcp_nodelay = tcp_nodelay
-        if self.handle is not None:
-            self.handle._subscription.tcp_nodelay = tcp_nodelay
-
-    def add_callback(self, cb, cb_args):
-        """One more; it gets the latched messages that came before it."""
-        if self.closed:
-            raise ROSException("subscriber [%s] has been closed" % self.resolved_name)
-        with self.c_lock:
-            self.callbacks = [*self.callbacks, (cb, cb_args)]
-            latched = list(self._latched.values())
-        for message in latched:
-            self._invoke(message, cb, cb_args)
-
-    def remove_callback(self, cb, cb_args):
-        """Take one away.
-
-        Raises:
-            KeyError: It is not there.
-        """
-        if self.closed:
-            return
-        with self.c_lock:
-            callbacks = list(self.callbacks)
-            found = next((i for i, pair in enumerate(callbacks) if pair == (cb, cb_args)), None)
-            if found is None:
-                raise KeyError("no matching cb")
-            del callbacks[found]
-            self.callbacks = callbacks
-
-    def _receive_raw(self, raw):
-        message = AnyMsg()
-        message._buff = raw._buff
-        message._connection_header = raw._connection_header
-        self._receive(message)
-
-    def _receive(self, message):
-        header = message._connection_header or {}
-        if header.get("latching") == "1":
-            self._latched[header.get("callerid")] = message
-        if core.is_shutdown():
-            return
-        for cb, cb_args in self.callbacks:
-            self._invoke(message, cb, cb_args)
-
-    def _invoke(self, message, cb, cb_args):
-        try:
-            if cb_args is None:
-                cb(message)
-            else:
-                cb(message, cb_args)
-        except SystemExit:
-            pass  # ends a thread of rospy's, not the program
-        except BaseException:
-            if core.is_shutdown():
-                core._logger.warning("during shutdown, bad callback: %s\n%s", cb, traceback.format_exc())
-            else:
-                core.logerr("bad callback: %s\n%s" % (cb, traceback.format_exc()))
-
-
-# -- publisher ----------------------------------------------------------------------------------------------
-
-
 class SubscribeListener:
     """Told when subscribers come and go; derive from it."""
 
@@ -308,6 +149,8 @@ class Publisher(Topic):
                 impl.add_subscriber_listener(subscriber_listener)
             if latch:
                 impl.enable_latch()
+            if headers:
+                impl.add_headers(headers)
             if queue_size is not None:
                 impl.set_queue_size(queue_size)
 
@@ -341,236 +184,3 @@ class Publisher(Topic):
         except genpy.SerializationError as error:
             core._logger.error(traceback.format_exc())
             raise ROSSerializationException(str(error)) from error
-
-
-class _PublisherImpl(_TopicImpl):
-    def __init__(self, name, data_class):
-        super().__init__(name, data_class)
-        self.seq = 0
-        self.is_latch = False
-        self.latch = None
-        self.queue_size = None
-        self.subscriber_listeners = []
-        self.publock = threading.RLock()
-        self._class = carried(data_class)
-        self._peers = set()
-
-    def attach(self, node):
-        """Publish."""
-        from rosproto.node.topic_types import resolve_type
-
-        # Below `Node.publisher`, which refuses the wildcard; rospy publishes AnyMsg.
-        self.handle = node._topics.open_publisher(
-            self.resolved_name,
-            resolve_type(self._class),
-            latch=self.is_latch,
-            queue_size=self.queue_size or UNBOUNDED,
-            on_connect=self._connected,
-        )
-        node.on_topic_left(self.resolved_name, self._left)
-
-    @property
-    def connections(self):
-        """The subscribers connected now."""
-        if self.handle is None or self.closed:
-            return []
-        return [_Connection(name, name) for name in self.handle.subscribers]
-
-    def add_subscriber_listener(self, listener):
-        """Tell this one too."""
-        self.subscriber_listeners.append(listener)
-
-    def enable_latch(self):
-        """Give late subscribers the last message."""
-        self.is_latch = True
-        if self.handle is not None:
-            self.handle.latch = True
-
-    def set_queue_size(self, queue_size):
-        """So many messages may wait for a slow subscriber; 0 for any number."""
-        self.queue_size = queue_size
-        if self.handle is not None:
-            self.handle.queue_size = queue_size or UNBOUNDED
-
-    def acquire(self):
-        """Keep other threads from publishing."""
-        self.publock.acquire()
-
-    def release(self):
-        """Let them again."""
-        self.publock.release()
-
-    def _connected(self, caller_id):
-        link = next((one for one in self.handle._publication.links[::-1] if one.caller_id == caller_id), None)
-        for listener in list(self.subscriber_listeners):
-            listener.peer_subscribe(
-                self.resolved_name, self.publish, lambda message: self._publish_to(link, message)
-            )
-
-    def _left(self):
-        for listener in list(self.subscriber_listeners):
-            listener.peer_unsubscribe(self.resolved_name, self.get_num_connections())
-
-    def _publish_to(self, link, message):
-        from rosproto.node.frames import small_frame
-
-        if link is not None:
-            self._stamp(message)
-            link.send(small_frame(self._bytes(message)))
-
-    def publish(self, message):
-        """Send to all."""
-        if self.closed or self.handle is None:
-            if core.is_shutdown():
-                return
-            raise ROSException("publish() to a closed topic")
-        if core.is_shutdown():
-            return
-        with self.publock:
-            if not self.handle.connections:
-                if self.is_latch:
-                    self._keep(message)
-                return
-            self._stamp(message)
-            self._send(message)
-
-    def _keep(self, message):
-        """Nobody is there to get it: wrong values are not noticed, and not kept."""
-        self.latch = message
-        try:
-            self._send(message)
-        except (genpy.SerializationError, AttributeError, TypeError):
-            pass
-
-    def _stamp(self, message):
-        if getattr(message.__class__, "_has_header", False):
-            self.seq += 1
-            message.header.seq = self.seq
-            if message.header.frame_id is None:
-                message.header.frame_id = "0"
-
-    def _send(self, message):
-        try:
-            if isinstance(message, AnyMsg):
-                self.handle.publish(self._bytes(message))
-            else:
-                self.handle.publish(message)
-        except CodecError as error:
-            from genpy.message import refuse
-
-            refuse(message, error)
-        except LocalProtocolError:
-            if not core.is_shutdown():
-                raise ROSException("publish() to a closed topic") from None
-        if self.queue_size is None:
-            self._wait_sent()
-
-    def _wait_sent(self):
-        """Without a queue size, publish() waits for slow subscribers."""
-        while not core.is_shutdown() and not self.closed:
-            try:
-                self.handle.flush(0.5)
-                return
-            except RosTimeout:
-                pass
-            except RosError:
-                return
-
-    @staticmethod
-    def _bytes(message):
-        if isinstance(message, AnyMsg):
-            if message._buff is None:
-                raise ROSException("AnyMsg is not initialized")
-            return bytes(message._buff)
-        if is_known(type(message)):
-            from genpy.message import encode_message
-
-            return encode_message(message)
-        return carried(type(message))._encode(message)
-
-
-# -- the table ----------------------------------------------------------------------------------------------
-
-
-class _TopicManager:
-    """The topics of this process."""
-
-    def __init__(self):
-        self.pubs = {}
-        self.subs = {}
-        self.lock = threading.RLock()
-        self._node = None
-
-    def attach(self, node):
-        """There is a node: open what was made before."""
-        with self.lock:
-            self._node = node
-            for impl in [*self.pubs.values(), *self.subs.values()]:
-                impl.attach(node)
-
-    def _table(self, reg_type):
-        return self.pubs if reg_type == Registration.PUB else self.subs
-
-    def acquire_impl(self, reg_type, resolved_name, data_class, options):
-        """The implementation of a topic, made when it is the first use; `options(impl)` sets it up."""
-        with self.lock:
-            table = self._table(reg_type)
-            impl = table.get(resolved_name)
-            if impl is None:
-                kind = _PublisherImpl if reg_type == Registration.PUB else _SubscriberImpl
-                impl = kind(resolved_name, data_class)
-                options(impl)
-                if self._node is not None:
-                    self._open(impl)
-                table[resolved_name] = impl
-            else:
-                options(impl)
-            impl.ref_count += 1
-            return impl
-
-    def _open(self, impl):
-        try:
-            impl.attach(self._node)
-        except (RosError, OSError) as error:
-            if not core.is_shutdown():
-                raise ROSException("cannot register [%s]: %s" % (impl.resolved_name, error)) from error
-
-    def release_impl(self, reg_type, resolved_name):
-        """One use less; the last one closes it."""
-        with self.lock:
-            table = self._table(reg_type)
-            impl = table.get(resolved_name)
-            if impl is None:
-                return
-            impl.ref_count -= 1
-            if impl.ref_count:
-                return
-            del table[resolved_name]
-        impl.close()
-
-    def get_impl(self, reg_type, resolved_name):
-        """The implementation of a topic, None when there is none."""
-        return self._table(reg_type).get(resolved_name)
-
-    def has_subscription(self, resolved_name):
-        """True when it is subscribed here."""
-        return resolved_name in self.subs
-
-    def has_publication(self, resolved_name):
-        """True when it is published here."""
-        return resolved_name in self.pubs
-
-    def get_topics(self):
-        """Names of all topics."""
-        return {*self.pubs, *self.subs}
-
-    def get_publications(self):
-        """[[topic, type], ...]."""
-        return [[name, impl.type] for name, impl in list(self.pubs.items())]
-
-    def get_subscriptions(self):
-        """[[topic, type], ...]."""
-        return [[name, impl.type] for name, impl in list(self.subs.items())]
-
-
-manager = _TopicManager()

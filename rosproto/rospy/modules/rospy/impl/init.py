@@ -33,7 +33,7 @@ def start_node(resolved_name, port=0, tcpros_port=0):
             opened = ProgramNode(
                 resolved_name,
                 master_uri=uri,
-                host=host_from_environment(os.environ),
+                host=host_from_environment(os.environ, names.get_mappings()),
                 port=port,
                 tcpros_port=tcpros_port,
                 on_shutdown_request=_shutdown_requested,

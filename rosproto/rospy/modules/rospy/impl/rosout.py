@@ -52,7 +52,7 @@ class RosOutHandler(logging.Handler):
     def _message(self, record):
         from rosgraph_msgs.msg import Log
 
-        from rospy import names, rostime, topics
+        from rospy import core, names, rostime, topics
 
         message = Log(
             level=_ROS_LEVELS.get(record.levelno, 2),
@@ -60,7 +60,7 @@ class RosOutHandler(logging.Handler):
             msg=self.format(record),
             file=record.filename,
             line=record.lineno,
-            function=record.funcName,
+            function=core.function_of(record),
         )
         if _with_topics:
             message.topics = sorted(topics.manager.get_topics())

@@ -131,7 +131,7 @@ class ServiceProxy(_Service):
     def __init__(self, name, service_class, persistent=False, headers=None):
         super().__init__(name, service_class)
         self.persistent = persistent
-        self.headers = headers
+        self._headers = headers or {}
         self._client = None
 
     def wait_for_service(self, timeout=None):
@@ -174,6 +174,7 @@ class ServiceProxy(_Service):
             client = self._client = ServiceClient(
                 caller, self.resolved_name, service, persistent=self.persistent
             )
+            client._header.update((str(key), str(value)) for key, value in self._headers.items())
             if caller is _node:
                 with caller._services._lock:
                     caller._services._clients.add(client)
@@ -285,6 +286,10 @@ class Service(_Service):
             manager.map[self.resolved_name] = self
 
     def _open(self, node):
+        if not rosgraph.names.is_legal_name(self.resolved_name):
+            text = "ERROR: parameter [service] contains illegal chars"
+            core.logfatal("unable to register service [%s] with master: %s" % (self.resolved_name, text))
+            return
         self._server = node.service_server(
             self.resolved_name, carried_service(self.service_class), self._answer
         )

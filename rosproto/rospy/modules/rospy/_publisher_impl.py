@@ -1,0 +1,170 @@
+"""A published topic of this process: one registration, its queue, its latched message, its listeners."""
+
+import threading
+
+import genpy
+
+from rosproto.errors import CodecError, LocalProtocolError, RosError, RosTimeout
+from rosproto.rospy.messages import carried, is_known
+
+from . import core
+from ._topic_impl import UNBOUNDED, _Connection, _TopicImpl
+from .exceptions import ROSException
+from .msg import AnyMsg
+
+
+class _PublisherImpl(_TopicImpl):
+    KIND = "publication"
+
+    def __init__(self, name, data_class):
+        super().__init__(name, data_class)
+        self.seq = 0
+        self.is_latch = False
+        self.latch = None
+        self.queue_size = None
+        self.headers = {}
+        self.subscriber_listeners = []
+        self.publock = threading.RLock()
+        self._class = carried(data_class)
+        self._peers = set()
+
+    def attach(self, node):
+        """Publish."""
+        from rosproto.node.topic_types import resolve_type
+
+        node.add_header_fields(self.resolved_name, self._fields)
+        # Below `Node.publisher`, which refuses the wildcard; rospy publishes AnyMsg.
+        self.handle = node._topics.open_publisher(
+            self.resolved_name,
+            resolve_type(self._class),
+            latch=self.is_latch,
+            queue_size=self.queue_size or UNBOUNDED,
+            on_connect=self._connected,
+        )
+        node.on_topic_left(self.resolved_name, self._left)
+
+    def _fields(self):
+        return {str(key): str(value) for key, value in self.headers.items()}
+
+    @property
+    def connections(self):
+        """The subscribers connected now."""
+        if self.handle is None or self.closed:
+            return []
+        return [_Connection(name, name) for name in self.handle.subscribers]
+
+    def add_subscriber_listener(self, listener):
+        """Tell this one too."""
+        self.subscriber_listeners.append(listener)
+
+    def add_headers(self, headers):
+        """Say this too to subscribers that connect from now on; what has a meaning of its own is replaced."""
+        self.headers.update(headers)
+
+    def enable_latch(self):
+        """Give late subscribers the last message."""
+        self.is_latch = True
+        if self.handle is not None:
+            self.handle.latch = True
+
+    def set_queue_size(self, queue_size):
+        """So many messages may wait for a slow subscriber; 0 for any number."""
+        self.queue_size = queue_size
+        if self.handle is not None:
+            self.handle.queue_size = queue_size or UNBOUNDED
+
+    def acquire(self):
+        """Keep other threads from publishing."""
+        self.publock.acquire()
+
+    def release(self):
+        """Let them again."""
+        self.publock.release()
+
+    def _connected(self, caller_id):
+        link = next((one for one in self.handle._publication.links[::-1] if one.caller_id == caller_id), None)
+        for listener in list(self.subscriber_listeners):
+            listener.peer_subscribe(
+                self.resolved_name, self.publish, lambda message: self._publish_to(link, message)
+            )
+
+    def _left(self):
+        for listener in list(self.subscriber_listeners):
+            listener.peer_unsubscribe(self.resolved_name, self.get_num_connections())
+
+    def _publish_to(self, link, message):
+        from rosproto.node.frames import small_frame
+
+        if link is not None:
+            self._stamp(message)
+            link.send(small_frame(self._bytes(message)))
+
+    def publish(self, message):
+        """Send to all."""
+        if self.closed or self.handle is None:
+            if core.is_shutdown() or self.refused:
+                return
+            raise ROSException("publish() to a closed topic")
+        if core.is_shutdown():
+            return
+        with self.publock:
+            if not self.handle.connections:
+                if self.is_latch:
+                    self._keep(message)
+                return
+            self._stamp(message)
+            self._send(message)
+
+    def _keep(self, message):
+        """Nobody is there to get it: wrong values are not noticed, and not kept."""
+        self.latch = message
+        try:
+            self._send(message)
+        except (genpy.SerializationError, AttributeError, TypeError):
+            pass
+
+    def _stamp(self, message):
+        if getattr(message.__class__, "_has_header", False):
+            self.seq += 1
+            message.header.seq = self.seq
+            if message.header.frame_id is None:
+                message.header.frame_id = "0"
+
+    def _send(self, message):
+        try:
+            if isinstance(message, AnyMsg):
+                self.handle.publish(self._bytes(message))
+            else:
+                self.handle.publish(message)
+        except CodecError as error:
+            from genpy.message import refuse
+
+            refuse(message, error)
+        except LocalProtocolError:
+            if not core.is_shutdown():
+                raise ROSException("publish() to a closed topic") from None
+        if self.queue_size is None:
+            self._wait_sent()
+
+    def _wait_sent(self):
+        """Without a queue size, publish() waits for slow subscribers."""
+        while not core.is_shutdown() and not self.closed:
+            try:
+                self.handle.flush(0.5)
+                return
+            except RosTimeout:
+                pass
+            except RosError:
+                return
+
+    @staticmethod
+    def _bytes(message):
+        if isinstance(message, AnyMsg):
+            if message._buff is None:
+                raise ROSException("AnyMsg is not initialized")
+            return bytes(message._buff)
+        if is_known(type(message)):
+            from genpy.message import encode_message
+
+            return encode_message(message)
+        return carried(type(message))._encode(message)

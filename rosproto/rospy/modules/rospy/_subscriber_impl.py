@@ -1,0 +1,137 @@
+"""A subscribed topic of this process: one subscription, and the callbacks of all its Subscriber objects."""
+
+import traceback
+
+from rosproto.rospy.messages import carried
+
+from . import core
+from ._topic_impl import UNBOUNDED, _Connection, _TopicImpl
+from .exceptions import ROSException
+from .impl import statistics
+from .impl.tcpros_base import DEFAULT_BUFF_SIZE
+from .msg import AnyMsg
+
+
+class _SubscriberImpl(_TopicImpl):
+    KIND = "subscription"
+
+    def __init__(self, name, data_class):
+        super().__init__(name, data_class)
+        self.callbacks = []
+        self.queue_size = None
+        self.buff_size = DEFAULT_BUFF_SIZE
+        self.tcp_nodelay = False
+        self._latched = {}
+        self._statistics = None
+
+    def attach(self, node):
+        """Subscribe."""
+        anything = issubclass(self.data_class, AnyMsg)
+        self._statistics = statistics.of_subscriber(self)
+        self.handle = node.subscriber(
+            self.resolved_name,
+            None if anything else carried(self.data_class),
+            self._receive_raw if anything else self._receive,
+            queue_size=self.queue_size or UNBOUNDED,
+            raw=anything,
+            tcp_nodelay=self.tcp_nodelay,
+            inline=True,
+        )
+
+    def close(self):
+        """End it."""
+        super().close()
+        if self._statistics is not None:
+            self._statistics.close()
+
+    @property
+    def connections(self):
+        """The publishers connected now."""
+        if self.handle is None or self.closed:
+            return []
+        links = list(self.handle._subscription.links.values())
+        return [_Connection(link.uri, link.caller_id) for link in links if link.connected]
+
+    def set_queue_size(self, queue_size):
+        """Of what one read brings, the last so many messages are called with; None for all."""
+        if queue_size == -1:
+            queue_size = None
+        elif queue_size == 0:
+            raise ROSException("queue size may not be set to zero")
+        elif queue_size is not None and type(queue_size) is not int:
+            raise ROSException("queue size must be an integer")
+        self.queue_size = queue_size
+        if self.handle is not None:
+            self.handle.queue_size = self.handle._inbox.size = queue_size or UNBOUNDED
+            self.handle._subscription._renew_sink()
+
+    def set_buff_size(self, buff_size):
+        """Checked, not needed: messages of any size are received whole."""
+        if type(buff_size) is not int:
+            raise ROSException("buffer size must be an integer")
+        if buff_size <= 0:
+            raise ROSException("buffer size must be a positive integer")
+        self.buff_size = buff_size
+
+    def set_tcp_nodelay(self, tcp_nodelay):
+        """Ask publishers connected from now on to send at once."""
+        self.tcp_nodelay = tcp_nodelay
+        if self.handle is not None:
+            self.handle._subscription.tcp_nodelay = tcp_nodelay
+
+    def add_callback(self, cb, cb_args):
+        """One more; it gets the latched messages that came before it."""
+        if self.closed:
+            raise ROSException("subscriber [%s] has been closed" % self.resolved_name)
+        with self.c_lock:
+            self.callbacks = [*self.callbacks, (cb, cb_args)]
+            latched = list(self._latched.values())
+        for message in latched:
+            self._invoke(message, cb, cb_args)
+
+    def remove_callback(self, cb, cb_args):
+        """Take one away.
+
+        Raises:
+            KeyError: It is not there.
+        """
+        if self.closed:
+            return
+        with self.c_lock:
+            callbacks = list(self.callbacks)
+            found = next((i for i, pair in enumerate(callbacks) if pair == (cb, cb_args)), None)
+            if found is None:
+                raise KeyError("no matching cb")
+            del callbacks[found]
+            self.callbacks = callbacks
+
+    def _receive_raw(self, raw):
+        message = AnyMsg()
+        message._buff = raw._buff
+        message._connection_header = raw._connection_header
+        self._receive(message)
+
+    def _receive(self, message):
+        header = message._connection_header or {}
+        if header.get("latching") == "1":
+            self._latched[header.get("callerid")] = message
+        if core.is_shutdown():
+            return
+        if self._statistics is not None:
+            self._statistics.note(message)
+        for cb, cb_args in self.callbacks:
+            self._invoke(message, cb, cb_args)
+
+    def _invoke(self, message, cb, cb_args):
+        try:
+            if cb_args is None:
+                cb(message)
+            else:
+                cb(message, cb_args)
+        except SystemExit:
+            pass  # ends a thread of rospy's, not the program
+        except BaseException:
+            if core.is_shutdown():
+                core._logger.warning("during shutdown, bad callback: %s\n%s", cb, traceback.format_exc())
+            else:
+                core.logerr("bad callback: %s\n%s" % (cb, traceback.format_exc()))

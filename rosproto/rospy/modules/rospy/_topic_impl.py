@@ -1,0 +1,61 @@
+"""What a topic of this process has in either direction; Publisher and Subscriber objects share it."""
+
+import sys
+import threading
+
+UNBOUNDED = sys.maxsize  # messages that may wait; rospy has no bound by default
+
+
+class _Connection:
+    """A peer, as programs look at it.
+
+    Attributes:
+        endpoint_id: Its node name for a subscriber of ours, its URI for a publisher.
+        callerid_pub: Its node name.
+    """
+
+    def __init__(self, endpoint_id, callerid):
+        self.endpoint_id = endpoint_id
+        self.callerid_pub = self.callerid = callerid
+        self.done = False
+
+
+class _TopicImpl:
+    """One topic of this process, in one direction.
+
+    Attributes:
+        handle: The node's Publisher or Subscriber; None before there is a node.
+        refused: The master did not take the registration; nothing comes or goes.
+    """
+
+    def __init__(self, name, data_class):
+        self.resolved_name = self.name = name
+        self.data_class = data_class
+        self.type = data_class._type
+        self.ref_count = 0
+        self.closed = self.refused = False
+        self.handle = None
+        self.c_lock = threading.RLock()
+
+    @property
+    def connections(self):
+        """The peers connected now."""
+        return []
+
+    def get_num_connections(self):
+        """How many they are."""
+        return 0 if self.handle is None or self.closed else self.handle.connections
+
+    def has_connection(self, endpoint_id):
+        """True when that one is connected."""
+        return any(connection.endpoint_id == endpoint_id for connection in self.connections)
+
+    def has_connections(self):
+        """True when any is."""
+        return self.get_num_connections() > 0
+
+    def close(self):
+        """End it."""
+        self.closed = True
+        if self.handle is not None:
+            self.handle.close()

@@ -1,0 +1,108 @@
+"""The table of this process's topics."""
+
+import threading
+
+import rosgraph.names
+
+from rosproto.errors import MasterError, RosError
+
+from . import core
+from ._publisher_impl import _PublisherImpl
+from ._subscriber_impl import _SubscriberImpl
+from .exceptions import ROSException
+from .impl.registration import Registration
+
+
+class _TopicManager:
+    """The topics of this process."""
+
+    def __init__(self):
+        self.pubs = {}
+        self.subs = {}
+        self.lock = threading.RLock()
+        self._node = None
+
+    def attach(self, node):
+        """There is a node: open what was made before."""
+        with self.lock:
+            self._node = node
+            for impl in [*self.pubs.values(), *self.subs.values()]:
+                self._open(impl)
+
+    def _table(self, reg_type):
+        return self.pubs if reg_type == Registration.PUB else self.subs
+
+    def acquire_impl(self, reg_type, resolved_name, data_class, options):
+        """The implementation of a topic, made when it is the first use; `options(impl)` sets it up."""
+        with self.lock:
+            table = self._table(reg_type)
+            impl = table.get(resolved_name)
+            if impl is None:
+                kind = _PublisherImpl if reg_type == Registration.PUB else _SubscriberImpl
+                impl = kind(resolved_name, data_class)
+                options(impl)
+                if self._node is not None:
+                    self._open(impl)
+                table[resolved_name] = impl
+            else:
+                options(impl)
+            impl.ref_count += 1
+            return impl
+
+    def _open(self, impl):
+        try:
+            if rosgraph.names.is_legal_name(impl.resolved_name):
+                impl.attach(self._node)
+            else:
+                self._refuse(impl, "ERROR: parameter [topic] contains illegal chars")
+        except MasterError as error:
+            self._refuse(impl, error.text)
+        except (RosError, OSError) as error:
+            if not core.is_shutdown():
+                raise ROSException("cannot register [%s]: %s" % (impl.resolved_name, error)) from error
+
+    @staticmethod
+    def _refuse(impl, text):
+        """The program goes on, as with rospy; nobody hears it on that topic."""
+        impl.refused = True
+        core.logfatal("unable to register %s [%s] with master: %s" % (impl.KIND, impl.resolved_name, text))
+
+    def release_impl(self, reg_type, resolved_name):
+        """One use less; the last one closes it."""
+        with self.lock:
+            table = self._table(reg_type)
+            impl = table.get(resolved_name)
+            if impl is None:
+                return
+            impl.ref_count -= 1
+            if impl.ref_count:
+                return
+            del table[resolved_name]
+        impl.close()
+
+    def get_impl(self, reg_type, resolved_name):
+        """The implementation of a topic, None when there is none."""
+        return self._table(reg_type).get(resolved_name)
+
+    def has_subscription(self, resolved_name):
+        """True when it is subscribed here."""
+        return resolved_name in self.subs
+
+    def has_publication(self, resolved_name):
+        """True when it is published here."""
+        return resolved_name in self.pubs
+
+    def get_topics(self):
+        """Names of all topics."""
+        return {*self.pubs, *self.subs}
+
+    def get_publications(self):
+        """[[topic, type], ...]."""
+        return [[name, impl.type] for name, impl in list(self.pubs.items())]
+
+    def get_subscriptions(self):
+        """[[topic, type], ...]."""
+        return [[name, impl.type] for name, impl in list(self.subs.items())]
+
+
+manager = _TopicManager()
