@@ -40,7 +40,7 @@ class Output:
     """
 
     def __init__(self, file: str | os.PathLike[str] | BinaryIO, *, keep: bool) -> None:
-        self._gather = False
+        self._writev: Callable[[int, list[Piece]], int] | None = None
         if isinstance(file, (str, os.PathLike)):
             self.path: str | None = os.fspath(file)
             self.existed = keep and os.path.exists(self.path)
@@ -52,7 +52,7 @@ class Output:
                     f"cannot open the bag for writing: {problem.strerror}", path=self.path
                 ) from problem
             self._owned = True
-            self._gather = hasattr(os, "writev")  # not on Windows
+            self._writev = getattr(os, "writev", None)  # not on Windows
         else:
             name = getattr(file, "name", None)
             self.path = name if isinstance(name, str) else None
@@ -69,7 +69,7 @@ class Output:
         gathered = list(_gathered(pieces))
         for first in range(0, len(gathered), _MOST_PIECES):
             some = gathered[first : first + _MOST_PIECES]
-            done = os.writev(self.file.fileno(), some) if self._gather and len(some) > 1 else 0
+            done = self._writev(self.file.fileno(), some) if self._writev and len(some) > 1 else 0
             for piece in some:
                 size = len(piece)
                 if done < size:

@@ -150,8 +150,9 @@ class BagWriter:
             message: A message; or what `BagReader.read_messages(raw=True)` or a raw subscriber gave: then its
                 type, definition and connection header are taken over.
             t: Receive time: Time, or seconds since 1970; None is now.
-            header: The publisher's connection header to store (callerid, latching). One connection is written
-                for each different one.
+            header: The publisher's connection header to store (callerid, latching), and with it the
+                publisher's own definition text, if it is the same definition. One connection is written for
+                each different one.
 
         Raises:
             BagError: The file cannot be written; it stays readable up to its last whole chunk.
@@ -276,9 +277,8 @@ class BagWriter:
         cls = message.__class__
         if cls._type == "*":
             return self._find_out(topic, _as_raw(topic, message), header)
-        out = self._out(
-            Connection(-1, topic, cls._type, cls._md5sum, cls._full_text, header or {}), encoder(cls)
-        )
+        definition = _own_text(cls, header) or cls._full_text
+        out = self._out(Connection(-1, topic, cls._type, cls._md5sum, definition, header or {}), encoder(cls))
         if header is None:
             self._outs[topic, cls] = out
         return out, message
@@ -424,6 +424,13 @@ def _index_entries(flat: list[int]) -> tuple[bytes, int, int]:
     if (stamps[1:] < stamps[:-1]).any():  # rosbag searches it by halving
         table = table[np.argsort(stamps, kind="stable")]
     return table.tobytes(), int(stamps.min()), int(stamps.max())
+
+
+def _own_text(cls: type[Message], header: Mapping[str, str] | None) -> str:
+    """The publisher's text of this definition, comments and all: `rosbag check` compares it; "" for none."""
+    if not header or header.get("md5sum") != cls._md5sum or header.get("type") != cls._type:
+        return ""
+    return header.get("message_definition", "")
 
 
 def _identity(connection: Connection) -> tuple[object, ...]:

@@ -15,6 +15,7 @@ import pytest
 import rosproto
 from rosproto.bag import BagReader, BagWriter, reindex
 from rosproto.codec import define, encode, message_class
+from rosproto.msg import DefinitionLibrary
 from rosproto.time import Time
 from tests.support import ros
 
@@ -155,6 +156,43 @@ def test_rosbag_check_finds_the_recorded_definitions_unchanged(tmp_path, theirs,
             writer.write(topic, raw, stamp)
     assert "does not need any migrations" in tool("check", path)
     assert rows_by_debian(path) == rows_by_debian(theirs["none"])
+
+
+def test_rosbag_check_is_content_with_a_publishers_own_text(tmp_path, theirs):
+    """Decoded messages, written again with the header they came with."""
+    path = tmp_path / "again.bag"
+    with BagReader(theirs["none"]) as bag, BagWriter(path) as writer:
+        headers = {c.topic: c.header for c in bag.connections.values()}
+        for topic, message, stamp in bag.read_messages():
+            writer.write(topic, message, stamp, header=headers[topic])
+    assert "does not need any migrations" in tool("check", path)
+    assert rows_by_debian(path) == rows_by_debian(theirs["none"])
+
+
+def test_rosbag_check_is_content_with_messages_of_the_installed_definitions(tmp_path, ros_installed):
+    """Classes made from the folders of a ROS installation carry its texts."""
+    library = DefinitionLibrary([Path("/usr/share")])
+    path = tmp_path / "installed.bag"
+    with BagWriter(path) as writer:
+        for kind in (
+            "std_msgs/String",
+            "geometry_msgs/PoseArray",
+            "geometry_msgs/TwistWithCovarianceStamped",
+        ):
+            writer.write("/" + kind.partition("/")[2], message_class(kind, library)(), 1)
+    assert "does not need any migrations" in tool("check", path)
+
+
+def test_rosbag_check_finds_nothing_but_comments_in_our_own_definitions(tmp_path, ros_installed):
+    """The bundled texts say the same in other words: equal md5sums, and `rosbag fix` needs no rules."""
+    path, fixed = tmp_path / "own.bag", tmp_path / "fixed.bag"
+    with BagWriter(path) as writer:
+        for kind in ("std_msgs/String", "geometry_msgs/PoseArray"):
+            writer.write("/" + kind.partition("/")[2], message_class(kind)(), 1)
+    found = re.findall(r"(?:From|To):\s+(\S+ \[\w+\])", tool("check", path))
+    assert found[0::2] == found[1::2] != []
+    tool("fix", path, fixed)
+    assert rows_by_debian(fixed) == rows_by_debian(path)
 
 
 @pytest.mark.parametrize("compression", COMPRESSIONS)

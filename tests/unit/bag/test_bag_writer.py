@@ -235,3 +235,27 @@ def test_index_entries_of_one_connection_are_in_the_order_of_time():
     times = [int.from_bytes(data[at + 12 * i : at + 12 * i + 4], "little") for i in range(20)]
     assert times == sorted(times)
     assert [m.data for _, m, _ in read(data)] == [str(19 - i) for i in range(20)]
+
+
+def test_the_publishers_own_text_is_stored_when_it_is_the_same_definition():
+    """rosbag check compares texts with their comments; another definition under that name is not taken."""
+    theirs = {
+        "type": "std_msgs/String",
+        "md5sum": String._md5sum,
+        "message_definition": "# words\nstring data\n",
+    }
+    wrong = {**theirs, "md5sum": "0" * 32}
+    file = io.BytesIO()
+    with BagWriter(file) as writer:
+        writer.write("/same", String(data="x"), 1, header=theirs)
+        writer.write("/other", String(data="x"), 1, header=wrong)
+        writer.write("/none", String(data="x"), 1, header={"callerid": "/a"})
+    bag = read(file.getvalue())
+    texts = {c.topic: c.definition for c in bag.connections.values()}
+    assert texts == {
+        "/same": "# words\nstring data\n",
+        "/other": String._full_text,
+        "/none": String._full_text,
+    }
+    assert {c.md5sum for c in bag.connections.values()} == {String._md5sum}
+    assert [m.data for _, m, _ in bag.read_messages()] == ["x", "x", "x"]
