@@ -1,0 +1,54 @@
+"""The master's computer cannot be reached, and can again: as it was, or started anew."""
+
+from __future__ import annotations
+
+import pytest
+
+from .conftest import LINK_SECONDS, MASTER_SECONDS, SLACK, Network, heard_again, start_robot, wait
+
+pytestmark = pytest.mark.slow
+
+
+def test_the_same_master_again(connected: Network) -> None:
+    """Calls fail in bounded time meanwhile; afterwards all of it stands within two seconds."""
+    _, laptop, air = connected
+    air.silence()
+    gone = wait(0.0)
+    laptop.python.do("try: node.master.get_pid(timeout=2)\nexcept Exception as error: said = str(error)\n")
+    assert wait(0.0) - gone < 3.0
+    assert "no answer within 2 s" in laptop.python.ask("said")
+    laptop.python.eventually("node.stats().master_lost", 15)
+    back = wait(3.0)
+    air.clear()
+    assert laptop.python.eventually("not node.stats().master_lost") - back < MASTER_SECONDS + SLACK
+    assert heard_again(laptop.python, back) < LINK_SECONDS + SLACK
+
+
+def test_a_robot_that_was_switched_off_and_on(network: Network) -> None:
+    """Its processes vanish while nobody hears it; the new ones get our registrations and links within two seconds."""
+    robot, laptop, air = network
+    old = robot.another()
+    start_robot(old)
+    laptop.python.do(
+        "from rosproto import Node\n"
+        "node = Node('/laptop', master_uri='http://10.77.0.1:11311')\n"
+        "heard = Heard(node, '/t')\n"
+        "tick = Ticker(node, '/back', 20)\n"
+        "service = node.service_server('/echo', 'std_srvs/Empty', lambda r: None)\n"
+        "node.params.subscribe('/key', print)\n"
+    )
+    laptop.python.eventually("heard.messages")
+    air.silence()
+    old.kill()
+    wait(4.0)
+    start_robot(robot.python)
+    back = wait(0.0)
+    air.clear()
+    registered = robot.python.eventually(
+        "'/laptop' in node.master.get_system_state().publishers.get('/back', ())"
+        " and '/laptop' in node.master.get_system_state().subscribers.get('/t', ())"
+        " and '/echo' in node.master.get_system_state().services"
+    )
+    assert registered - back < MASTER_SECONDS + SLACK
+    assert heard_again(laptop.python, back) < MASTER_SECONDS + LINK_SECONDS + SLACK
+    assert heard_again(robot.python, back) < MASTER_SECONDS + LINK_SECONDS + SLACK
