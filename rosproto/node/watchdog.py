@@ -204,6 +204,8 @@ class Watchdog:
                 return False
         except RosError as error:
             if no_route(error.__cause__):
+                if not self._lost:
+                    node._master.reconnect()  # calls under way fail now, not when their time is over
                 raise
             # The name server is silent, or the port taken: that says nothing about the master.
             _log.debug("! %s: the present address is not known: %s", node.name, error)
