@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import argparse
 import signal
+import sys
+from contextlib import nullcontext
 from types import FrameType
 from typing import TYPE_CHECKING
 
-from rosproto.errors import ConnectionLost
+from rosproto.errors import ConnectionLost, RosError
+from rosproto.transport.address import make_uri, parse_uri
 
 from .failure import CommandError
 from .option_types import port
 
 if TYPE_CHECKING:
     from rosproto.master import Master
+    from rosproto.node.rosout_aggregator import RosoutAggregator
 
 __all__ = ["add_arguments", "run"]
 
@@ -35,6 +39,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         help="only this address may connect (repeat for more); default: everybody who can reach --host",
     )
+    parser.add_argument(
+        "--no-rosout", action="store_true", help="do not run the node /rosout, which publishes /rosout_agg"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -46,7 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
     if hasattr(signal, "SIGBREAK"):  # Windows: Ctrl-Break, the one that can be sent to a process group
         signal.signal(signal.SIGBREAK, _interrupt)
     try:
-        with _listening(Master, arguments) as master:
+        with _listening(Master, arguments) as master, _rosout(master, arguments):
             print(master.uri, flush=True)
             # In steps, because Windows delivers no Ctrl-C to a thread in an endless wait.
             while not master.wait(0.5):
@@ -62,6 +69,22 @@ def _listening(kind: type[Master], arguments: argparse.Namespace) -> Master:
     except ConnectionLost as error:
         # Nobody is out of reach: this computer does not let us listen there.
         raise CommandError(f"{error}; --port 0 takes a free one") from error
+
+
+def _rosout(master: Master, arguments: argparse.Namespace) -> RosoutAggregator | nullcontext[None]:
+    """The node /rosout. A master is of use without it."""
+    if arguments.no_rosout:
+        return nullcontext()
+    from rosproto.node.rosout_aggregator import RosoutAggregator
+
+    here = {"0.0.0.0": "127.0.0.1", "": "127.0.0.1", "::": "::1"}.get(arguments.host, arguments.host)
+    try:
+        return RosoutAggregator(
+            make_uri(here, master.port), host=parse_uri(master.uri)[0], allow=arguments.allow
+        )
+    except RosError as error:
+        print(f"rosproto master: there is no /rosout_agg: {error}", file=sys.stderr)
+        return nullcontext()
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:

@@ -47,7 +47,7 @@ from rosproto.node.topic_types import TypeGiven, resolve_type
 from rosproto.node.topics import TopicTable
 from rosproto.node.watchdog import Watchdog
 from rosproto.protocol.limits import Limits
-from rosproto.transport.address import parse_uri
+from rosproto.transport.address import is_loopback, parse_uri
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
@@ -465,7 +465,8 @@ class Node:
     def _is_master_address(self, host: str) -> bool:
         """Did this call come from the master's computer? Or, when the master is here, from our address."""
         hosts = self._master_hosts
-        return host in hosts or (self._endpoints.host in hosts and host == self._endpoints.host)
+        here = self._endpoints.host in hosts or any(is_loopback(address) for address in hosts)
+        return host in hosts or (here and host == self._endpoints.host)
 
     def _attach_rosout(self) -> None:
         if self._rosout is not None:
