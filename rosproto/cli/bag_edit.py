@@ -33,12 +33,17 @@ __all__ = [
 
 Kind = Literal["none", "bz2", "lz4"]
 Entry = tuple[str, "RawMessage", "Time"]
+NAMES = ("m", "topic", "t")  # what an expression may use
 
 
 def _compression_options(parser: argparse.ArgumentParser, default: str = "none") -> None:
     group = parser.add_mutually_exclusive_group()
-    group.add_argument("--lz4", action="store_const", const="lz4", dest="compression", default=default)
-    group.add_argument("-j", "--bz2", action="store_const", const="bz2", dest="compression")
+    group.add_argument(
+        "--lz4", action="store_const", const="lz4", dest="compression", default=default, help="compress, fast"
+    )
+    group.add_argument(
+        "-j", "--bz2", action="store_const", const="bz2", dest="compression", help="compress more, slowly"
+    )
 
 
 def add_span_arguments(parser: argparse.ArgumentParser) -> None:
@@ -95,6 +100,9 @@ def add_filter_arguments(parser: argparse.ArgumentParser) -> None:
         help="only messages for which it is true; m: the message, topic, t: the receive time "
         "(t.secs, t.nsecs, t.to_sec()): \"topic == '/odom' and m.twist.twist.linear.x > 0\"",
     )
+    parser.add_argument(
+        "-p", "--print", dest="shown", metavar="EXPRESSION", help="print its value for each message looked at"
+    )
     add_span_arguments(parser)
     _compression_options(parser)
 
@@ -103,24 +111,26 @@ def filter(arguments: argparse.Namespace) -> int:
     """Copy what is chosen."""
     from rosproto.bag import BagReader
 
-    rule = Expression(arguments.expression, ("m", "topic", "t")) if arguments.expression else None
+    rule = Expression(arguments.expression, NAMES) if arguments.expression else None
+    shown = Expression(arguments.shown, NAMES) if arguments.shown else None
     _check_new(arguments.output, arguments.bag)
     with BagReader(arguments.bag) as bag:
         topics = wanted_topics(bag, arguments)
         start, end = span(bag, arguments)
         entries = bag.read_messages(topics, start, end, raw=True)
-        keep = None if rule is None else _Judge(bag, rule)
+        keep = None if rule is None and shown is None else _Judge(bag, rule, shown)
         kept = _write(arguments.output, entries, arguments.compression, bag.message_count, keep)
     print(f"{arguments.output}: {kept} of {bag.message_count} messages")
     return 0
 
 
 class _Judge:
-    """Decodes a message and asks the expression; what is kept is written as it was."""
+    """Decodes a message and asks the expressions; what is kept is written as it was."""
 
-    def __init__(self, bag: BagReader, rule: Expression) -> None:
+    def __init__(self, bag: BagReader, rule: Expression | None, shown: Expression | None) -> None:
         self._bag = bag
         self._rule = rule
+        self._shown = shown
         self._classes: dict[int, Any] = {}
 
     def __call__(self, topic: str, raw: RawMessage, stamp: Time) -> bool:
@@ -130,7 +140,10 @@ class _Judge:
         if number not in self._classes:
             self._classes[number] = self._bag.message_class(raw.connection)
         message = decode(self._classes[number], raw.data)
-        return bool(self._rule(m=message, topic=topic, t=stamp))
+        keep = self._rule is None or bool(self._rule(m=message, topic=topic, t=stamp))
+        if self._shown is not None:
+            print("MATCH" if keep else "NO MATCH", self._shown(m=message, topic=topic, t=stamp))
+        return keep
 
 
 # -- merge -------------------------------------------------------------------------------------------------

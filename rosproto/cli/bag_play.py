@@ -42,6 +42,13 @@ def add_play_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("-p", "--prefix", default="", help="in front of every topic")
     parser.add_argument("--skip-empty", type=float, metavar="SEC", help="leave out longer times of silence")
+    parser.add_argument("--pause-topics", nargs="+", metavar="TOPIC", default=[], help="pause before these")
+    parser.add_argument(
+        "--rate-control-topic", metavar="TOPIC", help="wait for this topic: its header stamps are bag time"
+    )
+    parser.add_argument(
+        "--rate-control-max-delay", type=float, default=1.0, metavar="SEC", help="when so far ahead of it (1)"
+    )
     parser.add_argument("--wait-for-subscribers", action="store_true", help="on every topic, then begin")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress line")
 
@@ -78,6 +85,9 @@ def play(arguments: argparse.Namespace) -> int:
                 paused=arguments.pause,
                 skip_empty=arguments.skip_empty,
                 immediate=arguments.immediate,
+                pause_topics=arguments.pause_topics,
+                rate_control=_global(arguments.rate_control_topic) if arguments.rate_control_topic else None,
+                rate_control_delay=arguments.rate_control_max_delay,
                 on_tick=console,
             )
         )
@@ -85,7 +95,7 @@ def play(arguments: argparse.Namespace) -> int:
             console.note("waiting for subscribers")
             player.wait_for_subscribers(timeout=None)
         if console.keyboard.available:
-            console.note("space: pause and go on, s: step, Ctrl-C: end")
+            console.note("space: pause and go on, s: step, t: pause topics on and off, Ctrl-C: end")
         player.play()
         console.finish(player)
     return 0
@@ -130,12 +140,14 @@ class _Console:
                 (player.resume if player.paused else player.pause)()
             elif key in "sS":
                 player.step()
+            elif key in "tT":
+                player.pause_on_topics = not player.pause_on_topics
         self._calls += 1
         if self._calls % 4 == 1 and not self._quiet and sys.stderr.isatty():
             self.show(player)
 
     def show(self, player: Player) -> None:
-        state = "[PAUSED] " if player.paused else "[RUNNING]"
+        state = "[PAUSED] " if player.paused else "[DELAYED]" if player.waits_for else "[RUNNING]"
         text = (
             f"{state} bag time {player.position_ns / 1e9:.3f}  {player.position:.2f} / "
             f"{player.timeline.duration:.2f} s  {player.published} messages"

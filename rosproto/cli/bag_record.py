@@ -52,14 +52,29 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("-l", "--limit", type=int, metavar="N", help="N messages of each topic")
     parser.add_argument(
-        "-b", "--buffsize", type=float, default=256, metavar="MB", help="wait for the disk (256)"
+        "-b",
+        "--buffsize",
+        type=float,
+        default=256,
+        metavar="MB",
+        help="most that may wait for the disk (256)",
     )
     parser.add_argument("--chunksize", type=int, default=768, metavar="KB", help="size of chunks (768)")
-    parser.add_argument("--no-repeat-latched", action="store_true", help="do not repeat them in each split")
+    parser.add_argument(
+        "--min-space", type=float, default=0, metavar="MB", help="end when the disk has less left"
+    )
+    parser.add_argument("-p", "--publish", action="store_true", help="tell each bag's name on /begin_write")
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument("--repeat-latched", action="store_true", help="in each split: what is done anyway")
+    group.add_argument("--no-repeat-latched", action="store_true", help="do not repeat them in each split")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress line")
     group = parser.add_mutually_exclusive_group()
-    group.add_argument("--lz4", action="store_const", const="lz4", dest="compression", default="none")
-    group.add_argument("-j", "--bz2", action="store_const", const="bz2", dest="compression")
+    group.add_argument(
+        "--lz4", action="store_const", const="lz4", dest="compression", default="none", help="compress, fast"
+    )
+    group.add_argument(
+        "-j", "--bz2", action="store_const", const="bz2", dest="compression", help="compress more, slowly"
+    )
 
 
 def seconds_of(text: str) -> float:
@@ -97,6 +112,8 @@ def recorder_options(arguments: argparse.Namespace) -> dict[str, Any]:
         "keep": arguments.max_splits,
         "repeat_latched": not arguments.no_repeat_latched,
         "limit": arguments.limit,
+        "announce": arguments.publish,
+        "least_free_bytes": int(arguments.min_space * MB),
         "buffer_bytes": int(arguments.buffsize * MB) or 1 << 62,
     }
 

@@ -4,28 +4,37 @@ from __future__ import annotations
 
 import argparse
 import os
+import shutil
 
 from .bag_progress import Progress
+from .graph import CommandError
 
 __all__ = ["add_fix_arguments", "add_reindex_arguments", "fix", "reindex"]
 
 
 def add_reindex_arguments(parser: argparse.ArgumentParser) -> None:
-    """Which bags."""
+    """Which bags, and where the mended ones go."""
     parser.add_argument("bags", nargs="+", metavar="BAG", help="also the .bag.active of a dead recorder")
+    parser.add_argument("--output-dir", metavar="DIR", help="mend a copy there; the bags are not touched")
+    parser.add_argument("-f", "--force", action="store_true", help="replace what is there")
+    parser.add_argument("-q", "--quiet", action="store_true", help="print errors only")
 
 
 def reindex(arguments: argparse.Namespace) -> int:
-    """Mend each bag in place; an .active file gets its final name."""
+    """Mend each bag, in place or a copy; an .active file gets its final name."""
     from rosproto.bag import reindex as mend
 
     for path in arguments.bags:
+        if arguments.output_dir:
+            path = _copied(path, arguments.output_dir, arguments.force)
         report = mend(path)
         final = path.removesuffix(".active")
-        if final != path and not os.path.exists(final):
-            os.rename(path, final)
+        if final != path and (arguments.force or not os.path.exists(final)):
+            os.replace(path, final)
         else:
             final = path
+        if arguments.quiet:
+            continue
         for line in report.damage:
             print(f"{final}: was: {line}")
         state = "has an index now" if report.damage else "is sound, nothing was changed"
@@ -33,13 +42,31 @@ def reindex(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _copied(path: str, folder: str, force: bool) -> str:
+    """A copy to be mended; its path."""
+    output = os.path.join(folder, os.path.basename(path))
+    if os.path.realpath(output) == os.path.realpath(path):
+        raise CommandError(f"{output} is what is read; choose another directory")
+    if not force and any(os.path.exists(name) for name in (output, output.removesuffix(".active"))):
+        raise CommandError(f"{output} exists already; remove it, or use --force")
+    try:
+        shutil.copyfile(path, output)
+    except OSError as problem:
+        raise CommandError(f"{path} cannot be copied to {output}: {problem.strerror}") from problem
+    return output
+
+
 def add_fix_arguments(parser: argparse.ArgumentParser) -> None:
     """From where to where."""
     parser.add_argument("bag", metavar="DAMAGED", help="is not changed")
     parser.add_argument("output", metavar="OUTPUT", help="a new bag")
     group = parser.add_mutually_exclusive_group()
-    group.add_argument("--lz4", action="store_const", const="lz4", dest="compression", default="none")
-    group.add_argument("-j", "--bz2", action="store_const", const="bz2", dest="compression")
+    group.add_argument(
+        "--lz4", action="store_const", const="lz4", dest="compression", default="none", help="compress, fast"
+    )
+    group.add_argument(
+        "-j", "--bz2", action="store_const", const="bz2", dest="compression", help="compress more, slowly"
+    )
 
 
 def fix(arguments: argparse.Namespace) -> int:

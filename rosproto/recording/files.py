@@ -59,6 +59,7 @@ class BagSeries:
         repeat_latched: Write the last latched message of every publisher at the start of each bag, so that
             each can be played alone.
         overwrite: Replace files of that name.
+        on_open: Called with the final path of each bag when it is begun.
 
     Attributes:
         paths: Bags that were finished, in order.
@@ -76,7 +77,9 @@ class BagSeries:
         keep: int | None = None,
         repeat_latched: bool = True,
         overwrite: bool = False,
+        on_open: Callable[[str], object] | None = None,
     ) -> None:
+        self._on_open = on_open
         self._name = name
         self._compression: Compression = compression
         self._chunk_bytes = chunk_bytes
@@ -139,7 +142,10 @@ class BagSeries:
         path = self._name(self._number)
         if not self._overwrite and os.path.exists(path):
             raise BagError("exists already; choose another name", path=path)
-        return path, BagWriter(path + ACTIVE, self._compression, self._chunk_bytes)
+        writer = BagWriter(path + ACTIVE, self._compression, self._chunk_bytes)
+        if self._on_open is not None:
+            self._on_open(path)
+        return path, writer
 
     def _due(self, stamp: Time) -> bool:
         if self._split_bytes is not None and self._writer.size >= self._split_bytes:

@@ -18,6 +18,7 @@ from rosproto.bag import BagReader, Connection
 from rosproto.bag.types import message_class_of
 from rosproto.errors import BagError, LocalProtocolError, RosTimeout
 from rosproto.recording.pacer import Pacer
+from rosproto.recording.rate_control import RateControl
 from rosproto.recording.timeline import Timeline, TimelineEntry
 from rosproto.time import Time
 
@@ -52,6 +53,10 @@ class Player:
         paused: Begin paused.
         skip_empty: Leave out times longer than this (s) without messages.
         immediate: Do not wait at all: as fast as the subscribers take it.
+        pause_topics: Pause before each message of these (recorded names); `pause_on_topics` switches it.
+        rate_control: A topic that tells how far a node has come: its header stamps are bag time, and playing
+            waits when it is more than `rate_control_delay` seconds of bag time ahead.
+        rate_control_delay: See there.
         on_tick: Called now and then while playing, paused or waiting.
         pacer: For tests.
 
@@ -64,6 +69,7 @@ class Player:
         timeline: The span that is played.
         published: Messages published so far.
         position_ns: Time in the bags that has been reached, ns since 1970.
+        pause_on_topics: Whether `pause_topics` count.
     """
 
     def __init__(
@@ -85,6 +91,9 @@ class Player:
         paused: bool = False,
         skip_empty: float | None = None,
         immediate: bool = False,
+        pause_topics: Iterable[str] = (),
+        rate_control: str | None = None,
+        rate_control_delay: float = 1.0,
         on_tick: Callable[[Player], object] | None = None,
         pacer: Pacer | None = None,
     ) -> None:
@@ -115,8 +124,13 @@ class Player:
         self._anchor_ns = self.timeline.start_ns
         self.position_ns = self.timeline.start_ns
         self.published = 0
+        self._pause_topics = frozenset(pause_topics)
+        self.pause_on_topics = True
         self._clock = _ClockOutput(node, clock_hz) if clock_hz else None
         self._outputs = self._advertise(queue_size)
+        self._control: RateControl | None = None
+        if rate_control is not None:
+            self._control = RateControl(node, rate_control, rate_control_delay, lambda: self.position_ns)
 
     # -- what a program calls -------------------------------------------------------------------------------
 
@@ -132,6 +146,11 @@ class Player:
     def paused(self) -> bool:
         """True while nothing is published."""
         return self._paused
+
+    @property
+    def waits_for(self) -> str:
+        """The rate control topic while playing waits for it, else ""."""
+        return self._control.topic if self._control is not None and self._control.behind else ""
 
     @property
     def position(self) -> float:
@@ -210,6 +229,8 @@ class Player:
             publisher.close()
         if self._clock is not None:
             self._clock.close()
+        if self._control is not None:
+            self._control.close()
 
     # -- before the first message ---------------------------------------------------------------------------
 
@@ -241,11 +262,15 @@ class Player:
     def _play_once(self) -> None:
         self._anchor, self._anchor_ns = self._pacer.now(), self.timeline.start_ns
         self.position_ns = self.timeline.start_ns
+        if self._control is not None:
+            self._control.restart()
         if self._clock is not None:
             self._clock.publish(self.position_ns)
         for entry in self.timeline.latched_before():
             self._publish(entry)
         for entry in self.timeline:
+            if self.pause_on_topics and entry.message.connection.topic in self._pause_topics:
+                self._paused = True
             if not self._wait_for(entry.time_ns):
                 return
             self._publish(entry)
@@ -276,6 +301,9 @@ class Player:
                     self._steps -= 1
                     self._set_anchor(time_ns)
                     return True
+                self._stand(now)
+                continue
+            if self._control is not None and self._control.behind:
                 self._stand(now)
                 continue
             if self._immediate:

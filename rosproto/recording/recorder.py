@@ -10,6 +10,7 @@ from __future__ import annotations
 import importlib
 import logging
 import os
+import shutil
 import threading
 import time
 from collections.abc import Iterable
@@ -19,7 +20,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from rosproto.bag import Connection, RawMessage
-from rosproto.errors import DefinitionError, LocalProtocolError, RosError
+from rosproto.errors import BagError, DefinitionError, LocalProtocolError, RosError
 from rosproto.recording.buffer import Entry, MessageBuffer
 from rosproto.recording.files import BagSeries, Compression, bag_name
 from rosproto.recording.selection import TopicSelection
@@ -34,6 +35,7 @@ _log = logging.getLogger("rosproto.recording")
 
 NS = 1_000_000_000
 WRITE_EVERY = 0.1  # seconds that a message may wait before it is put into the chunk
+LOOK_EVERY = 1.0  # seconds between two looks at the room on the disk
 FLUSH_EVERY = 5.0  # seconds after which even a small chunk goes to the disk: a crash loses no more
 ALL = 1 << 30  # a queue size: the node drops nothing, the buffer decides
 
@@ -87,6 +89,8 @@ class Recorder:
         poll: Seconds between two questions for new topics.
         overwrite: Replace files of that name.
         tcp_nodelay: See `Node.subscriber`.
+        announce: Publish the name of each bag, latched, on `begin_write` when it is begun (rosbag record -p).
+        least_free_bytes: Finish with an error, the bag closed properly, when the disk has less room left.
 
     Raises:
         BagError: The file cannot be opened, or exists.
@@ -116,6 +120,8 @@ class Recorder:
         poll: float = 1.0,
         overwrite: bool = False,
         tcp_nodelay: bool = False,
+        announce: bool = False,
+        least_free_bytes: int = 0,
     ) -> None:
         self._node = node
         self._selection = selection or TopicSelection(
@@ -128,6 +134,8 @@ class Recorder:
         self._most_bytes = most_bytes
         self._poll = poll
         self._nodelay = tcp_nodelay
+        self._least_free = least_free_bytes
+        self._announcer = node.publisher("begin_write", "std_msgs/String", latch=True) if announce else None
         splits = split_bytes is not None or split_seconds is not None
         began = time.time()
         self._buffer = MessageBuffer(buffer_bytes, chunk_bytes)
@@ -145,11 +153,12 @@ class Recorder:
             keep=keep,
             repeat_latched=repeat_latched,
             overwrite=overwrite,
+            on_open=self._announce,
         )
         self._subscribers: dict[str, Subscriber] = {}
         self._counts: dict[str, int] = {}
         self._began = time.monotonic()
-        self._flushed = self._began
+        self._flushed = self._looked = self._began
         self._stopping = threading.Event()
         self._finished = threading.Event()
         self._error: RosError | None = None
@@ -258,6 +267,8 @@ class Recorder:
         self._buffer.close()
         self._writer.join()  # as long as the disk takes: what was received is not thrown away
         self._finished.set()
+        if self._announcer is not None:
+            self._announcer.close()
         self._raise()
 
     # -- topics ---------------------------------------------------------------------------------------------
@@ -337,6 +348,25 @@ class Recorder:
         if now - self._flushed > FLUSH_EVERY:
             self._flushed = now
             self._series.flush()
+
+        if self._least_free and now - self._looked >= LOOK_EVERY:
+            self._looked = now
+            self._check_room()
+
+    def _check_room(self) -> None:
+        folder = os.path.dirname(os.path.abspath(self._series.path))
+        free = shutil.disk_usage(folder).free
+        if free < self._least_free:
+            raise BagError(
+                f"{free >> 20} MB are left on the disk, less than the {self._least_free >> 20} that are to "
+                "stay free; the recording has ended, what was received until then is in the bag",
+                path=self._series.path,
+            )
+
+    def _announce(self, path: str) -> None:
+        """Another bag has been begun."""
+        if self._announcer is not None:
+            self._announcer.publish(data=path)
 
     def _is_done(self) -> bool:
         if self._most_seconds is not None and time.monotonic() - self._began >= self._most_seconds:

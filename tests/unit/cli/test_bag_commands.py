@@ -129,6 +129,20 @@ def test_filter_by_topic_span_and_expression(run: Run, bag: str, tmp_path: Path)
         assert {c.callerid for c in found.connections.values()} == {"/node0", "/node1"}
 
 
+def test_filter_prints_what_it_looks_at(run: Run, bag: str, tmp_path: Path) -> None:
+    """-p as in rosbag filter, with an expression or without one."""
+    words = ("--topics", "/said", "-u", "0.25", "-p", "(t.secs, m.data)")
+    _, text = run("filter", bag, tmp_path / "a.bag", "m.data == '1'", *words)
+    assert text.splitlines()[:3] == [
+        "NO MATCH (1000, '0')",
+        "MATCH (1000, '1')",
+        "NO MATCH (1000, '2')",
+    ]
+    _, text = run("filter", bag, tmp_path / "b.bag", *words)
+    assert text.count("MATCH (1000") == 3
+    assert contents(tmp_path / "b.bag") == ["0", "1", "2"]
+
+
 def test_filter_refuses_what_would_destroy_or_run_code(run: Run, bag: str, tmp_path: Path) -> None:
     """The input as output, an existing output, an unknown topic, and code."""
     assert "is what is read" in run("filter", bag, bag, "True")[1]
@@ -194,6 +208,28 @@ def test_reindex_mends_what_a_dead_recorder_left(run: Run, bag: str, tmp_path: P
     before = Path(bag).read_bytes()
     assert "nothing was changed" in run("reindex", bag)[1]
     assert Path(bag).read_bytes() == before
+
+
+def test_reindex_can_mend_a_copy(run: Run, bag: str, tmp_path: Path) -> None:
+    """With --output-dir the damaged bag stays as it is; what is there is replaced only with -f."""
+    data = Path(bag).read_bytes()[:-50]
+    (tmp_path / "cut.bag").write_bytes(data)
+    (tmp_path / "out").mkdir()
+    assert run("reindex", "-q", "--output-dir", tmp_path / "out", tmp_path / "cut.bag") == (0, "")
+    assert contents(tmp_path / "out" / "cut.bag") == [str(i) for i in range(100)]
+    assert (tmp_path / "cut.bag").read_bytes() == data
+    again = ("reindex", "--output-dir", tmp_path / "out", tmp_path / "cut.bag")
+    assert "exists already" in run(*again)[1]
+    assert run(*again, "-f")[0] == 0
+    assert "is what is read" in run("reindex", "--output-dir", tmp_path, tmp_path / "cut.bag")[1]
+    assert "cannot be copied" in run("reindex", "--output-dir", tmp_path / "no", tmp_path / "cut.bag")[1]
+    (tmp_path / "out" / "dead.bag").write_text("old")
+    (tmp_path / "dead.bag.active").write_bytes(data)
+    assert (
+        "exists already" in run("reindex", "--output-dir", tmp_path / "out", tmp_path / "dead.bag.active")[1]
+    )
+    assert run("reindex", "-f", "--output-dir", tmp_path / "out", tmp_path / "dead.bag.active")[0] == 0
+    assert len(contents(tmp_path / "out" / "dead.bag")) == 100
 
 
 def test_fix_saves_what_is_whole(run: Run, bag: str, tmp_path: Path) -> None:

@@ -240,6 +240,7 @@ class Played:
 
     def __init__(self) -> None:
         self.paused = False
+        self.pause_on_topics = True
         self.steps = 0
 
     def pause(self) -> None:
@@ -259,6 +260,15 @@ def test_space_pauses_and_s_steps() -> None:
         console.keyboard = Keys(typed)  # type: ignore[assignment]
         console(player)  # type: ignore[arg-type]
         assert (player.paused, player.steps) == (paused, steps)
+
+
+def test_t_switches_the_pause_topics() -> None:
+    """Off, and on again."""
+    console, player = _Console(quiet=True), Played()
+    for expected in (False, True):
+        console.keyboard = Keys("t")  # type: ignore[assignment]
+        console(player)  # type: ignore[arg-type]
+        assert player.pause_on_topics is expected
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals on Windows")

@@ -13,6 +13,7 @@ from rosproto.bag import BagReader, BagWriter
 from rosproto.codec import define, message_class
 from rosproto.errors import BagError, RosTimeout
 from rosproto.recording import Player
+from rosproto.time import Time
 
 String = message_class("std_msgs/String")
 
@@ -157,3 +158,76 @@ def test_the_clock_stands_while_paused_and_ticks_on(nodes: tuple[Node, Node], ba
             times.append(clock.next(5).clock.to_sec())
     assert times == sorted(times)
     assert len(set(times)) > 20
+
+
+def test_playing_pauses_before_messages_of_chosen_topics(
+    nodes: tuple[Node, Node], bags: list[BagReader]
+) -> None:
+    """Each of them waits for a step or for resume; without `pause_on_topics` none does."""
+    order: list[str] = []
+    held: list[tuple[int, str]] = []
+
+    def tick(player: Player) -> None:
+        if player.paused and not player._steps:
+            held.append((len(order), "/b"))
+            if len(held) == 3:
+                player.pause_on_topics = False
+            (player.step if len(held) == 1 else player.resume)()
+
+    options = {"topics": ["/a", "/b"], "skip_empty": 0.2, "pause_topics": ["/b"], "on_tick": tick}
+    with Player(nodes[0], bags, **options) as player:  # type: ignore[arg-type]
+        assert player.play(lambda topic, stamp: order.append(topic)) == 20
+    assert order == ["/a", "/b"] * 10
+    # Before the first /b; then, as a step leaves it paused, before /a; then before the second /b.
+    assert [count for count, _ in held] == [1, 2, 3]
+
+
+def test_playing_waits_for_a_topic_that_tells_how_far_somebody_is(
+    nodes: tuple[Node, Node], bags: list[BagReader]
+) -> None:
+    """The bags' time stands while it is more than the delay ahead of the newest header stamp."""
+    one, two = nodes
+    order: list[int] = []
+    waited: list[str] = []
+    stamped = two.publisher("/done", "geometry_msgs/PointStamped", queue_size=10)
+
+    def tick(player: Player) -> None:
+        if player.waits_for:
+            waited.append(player.waits_for)
+            message = message_class("geometry_msgs/PointStamped")()
+            message.header.stamp = Time(160, 0)
+            stamped.publish(message)
+
+    options = {"topics": ["/a"], "rate": 100.0, "rate_control": "/done", "rate_control_delay": 2.0}
+    with Player(one, bags, on_tick=tick, **options) as player:  # type: ignore[arg-type]
+        stamped.wait_for_connection(5)
+        assert player.play(lambda topic, stamp: order.append(stamp.secs)) == 10
+    assert set(waited) == {"/done"}
+    assert order == [100] * 5 + [160] * 5
+
+
+def test_a_rate_control_topic_without_header_counts_when_it_comes(
+    nodes: tuple[Node, Node], bags: list[BagReader]
+) -> None:
+    """Each message lets playing go on for the delay, from where it is."""
+    one, two = nodes
+    told = two.publisher("/told", String, queue_size=10)
+    waits = 0
+
+    def tick(player: Player) -> None:
+        nonlocal waits
+        if player.waits_for:
+            waits += 1
+            told.publish(data="go on")
+
+    options = {"topics": ["/a"], "rate": 200.0, "rate_control": "/told", "rate_control_delay": 20.0}
+    with Player(one, bags, on_tick=tick, **options) as player:  # type: ignore[arg-type]
+        told.wait_for_connection(5)
+        assert player.play() == 10
+    assert waits >= 2  # a minute in steps of 20 s and a little
+
+
+def test_a_rate_control_delay_below_zero_is_refused(nodes: tuple[Node, Node], bags: list[BagReader]) -> None:
+    """And says what it may be."""
+    with pytest.raises(ValueError, match="rate_control_delay -1"):
+        Player(nodes[0], bags, rate_control="/x", rate_control_delay=-1)

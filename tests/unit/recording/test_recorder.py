@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import threading
@@ -190,3 +191,39 @@ def test_writing_that_fails_is_raised_once(
         recorder.wait(10)
     recorder.close()
     assert isinstance(recorder.error, BagError)
+
+
+def test_the_name_of_each_bag_is_told(nodes: tuple[Node, Node, Node], tmp_path: Path) -> None:
+    """As rosbag record -p: latched, on /begin_write."""
+    one, two, node = nodes
+    publisher = one.publisher("/a", String)
+    with (
+        two.subscriber("/begin_write", String, queue_size=10) as told,
+        Recorder(node, tmp_path / "a", ["/a"], split_bytes=5000, chunk_bytes=1, announce=True) as recorder,
+    ):
+        publisher.wait_for_connection(5)
+        assert told.next(5).data == str(tmp_path / "a_0.bag")
+        for _ in range(3):
+            publisher.publish(data="x" * 3000)
+        assert told.next(5).data == str(tmp_path / "a_1.bag")
+    assert [path.name for path in recorder.paths][:2] == ["a_0.bag", "a_1.bag"]
+
+
+def test_a_disk_with_too_little_room_ends_it_before_it_is_full(
+    nodes: tuple[Node, Node, Node], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The bag is closed and whole; the error says how much is left."""
+    one, _, node = nodes
+    publisher = one.publisher("/a", String)
+    monkeypatch.setattr("rosproto.recording.recorder.LOOK_EVERY", 0.0)
+    room = shutil.disk_usage(tmp_path)
+    monkeypatch.setattr(shutil, "disk_usage", lambda folder: room._replace(free=90 << 20))
+    recorder = Recorder(node, tmp_path / "a.bag", ["/a"], least_free_bytes=100 << 20)
+    publisher.wait_for_connection(5)
+    publisher.publish(data="x")
+    with pytest.raises(BagError, match="90 MB are left on the disk, less than the 100"):
+        recorder.wait(10)
+    recorder.close()
+    with BagReader(tmp_path / "a.bag") as bag:
+        assert bag.damage == []
+        assert bag.indexed
