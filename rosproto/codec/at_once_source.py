@@ -6,9 +6,12 @@ be the same object in all of them: so it is in every received Path, and where a 
 
 from __future__ import annotations
 
+import struct
+from collections.abc import Sequence
+
 from rosproto.codec.guesses import strings_inside
-from rosproto.codec.layout import Layout
-from rosproto.codec.source import Source
+from rosproto.codec.layout import FieldLayout, Layout
+from rosproto.codec.source import Source, merge_codes
 from rosproto.records import NamedTuple
 
 __all__ = ["AtOnceWriter", "fits_at_once"]
@@ -19,83 +22,128 @@ MOST_OBJECTS = 64
 """Messages, strings and times in an element for which it is written."""
 
 
+class _Shared(NamedTuple):
+    """Names of the locals for what all elements of an array share: the string, its bytes, their length."""
+
+    last: str
+    text: str
+    length: str
+
+
+class _Part(NamedTuple):
+    """What a comprehension over elements is written from.
+
+    Attributes:
+        codes: struct codes.
+        values: Expressions for them.
+        loops: `for name in [value]` for nested messages, which Python compiles to an assignment: the only
+            kind of local that a comprehension has for itself. Others are cells that it shares with the
+            function around it, and every use takes a step more.
+    """
+
+    codes: list[str]
+    values: list[str]
+    loops: list[str]
+
+    def text(self) -> tuple[str, str]:
+        return ", ".join(self.values), " ".join(self.loops)
+
+
 class AtOnceWriter:
     """The part of the encode writer that does this."""
 
     src: Source
-    pack: str
-    lengths: list[str]
-    codes: list[str]
 
     def encoded(self, value: str) -> str:
         raise NotImplementedError
 
-    def chosen_struct(self, *, always: bool = False) -> str:
+    def struct_for(self, codes: list[str], lengths: list[str], pack: str) -> None:
         raise NotImplementedError
 
     def all_at_once(self, element: Layout, items: str, string: bool) -> None:
-        """One list comprehension if the string is the same object in all elements; else `_other` raises.
+        """One list comprehension if the string is the same object in all elements; else struct.error.
 
         In that case nothing was added to `parts`, and the loop that follows does the work.
         """
         src = self.src
-        shared = _Shared(src.fresh("r"), src.fresh("s"), src.fresh("n"), src.fresh("k"))
-        parts = _Parts([], [], [f"for {(var := src.fresh('v'))} in {items}"])
-        where = self.walk(element, var, shared, parts)
-        codes = parts.codes
         src.indent(f"if len({items}) >= {AT_ONCE_FROM}:")
         src.indent("try:")
         if string:
-            first = f"{items}[0].{where}"
-            src.line(f"{shared.last} = {first}")
-            src.line(f"{shared.text} = {self.encoded(shared.last)}")
-            # Its length is the same too: both go in as one value.
-            src.line(f"{shared.text} = {src.struct(['I'], 'pack')}(len({shared.text})) + {shared.text}")
-            src.line(f"{shared.length} = len({shared.text})")
-            self.pack, self.lengths, self.codes = shared.pack, [shared.length], codes
-            self.chosen_struct(always=True)
-            self.lengths, self.codes = [], []
-            names = f"{shared.pack}, {shared.text}, {shared.last}"
-            parts.loops.insert(0, f"for {names} in [({names})]")
-            pack = shared.pack
+            self._with_string(element, items)
         else:
-            pack = src.struct(codes, "pack")
-        src.line(f"parts += [{pack}({', '.join(parts.values)}) {' '.join(parts.loops)}]")
+            var = src.fresh("v")
+            part = self._walk(element.fields, var)
+            values, loops = part.text()
+            pack = src.struct(part.codes, "pack")
+            src.line(f"parts += [{pack}({values}) for {var} in {items} {loops}]")
         src.line(f"{items} = ()")
         src.dedent()
-        src.indent(f"except {src.constant(_OtherStringError)}:")
+        src.indent(f"except {src.constant(struct.error)}:")
         src.line("pass")
         src.dedent()
         src.dedent()
 
-    def walk(self, layout: Layout, var: str, shared: _Shared, parts: _Parts) -> str:
-        """Collect an element's values as expressions; gives the path of the string.
+    def _with_string(self, element: Layout, items: str) -> None:
+        src = self.src
+        shared = _Shared(src.fresh("r"), src.fresh("s"), src.fresh("n"))
+        src.line(f"{shared.last} = {items}[0].{_path_of_string(element)}")
+        src.line(f"{shared.text} = {self.encoded(shared.last)}")
+        # Its length is the same too: both go in as one value.
+        src.line(f"{shared.text} = {src.struct(['I'], 'pack')}(len({shared.text})) + {shared.text}")
+        src.line(f"{shared.length} = len({shared.text})")
+        place = 1 + next(i for i, field in enumerate(element.fields) if _has_string(field))
+        var, before, pack = src.fresh("v"), src.fresh("v"), src.fresh("k")
+        head = self._walk(element.fields[:place], var, shared)
+        # What is read last must not be read from `before`, which has moved on by then.
+        own = any(field.layout is None for field in element.fields[place:])
+        ended = src.fresh("v") if own else before
+        tail = self._walk(element.fields[place:], ended)
+        outer = f"for {pack}, {shared.text}, {shared.last} in [({pack}, {shared.text}, {shared.last})]"
+        if not _aligned(head.codes, tail.codes):
+            every = self._walk(element.fields, var, shared)
+            values, loops = every.text()
+            self.struct_for(every.codes, [shared.length], pack)
+            src.line(f"parts += [{pack}({values}) {outer} for {var} in {items} {loops}]")
+            return
+        # The end of each element and the beginning of the next go in together: behind a string of any
+        # length doubles are not aligned, in front of it they are, and packing them takes a third as long.
+        first = src.fresh("k")
+        (head_values, head_loops), (tail_values, tail_loops) = head.text(), tail.text()
+        self.struct_for(head.codes, [shared.length], first)
+        self.struct_for([*tail.codes, *head.codes], [shared.length], pack)
+        begin = outer.replace(pack, first)
+        last = src.struct(tail.codes, "pack")
+        src.line(f"parts += [{first}({head_values}) {begin} for {var} in {items}[:1] {head_loops}] + [")
+        src.line(f"    {pack}({tail_values}, {head_values}) {outer} for {before} in {items}[:1]")
+        keep = f"for {ended} in [{before}]" if own else ""
+        loops = f"{keep} {tail_loops} {head_loops} for {before} in [{var}]"
+        src.line(f"    for {var} in {items}[1:] {loops}] + [")
+        src.line(f"    {last}({tail_values}) for {ended} in {items}[-1:] {tail_loops}]")
 
-        Nested messages, and what all elements share, are named by `for name in [value]`, which Python
-        compiles to an assignment: the only kind of local that a comprehension has for itself. Others are
-        cells that it shares with the function around it, and every use takes a step more.
-        """
-        path = ""
-        for field in layout.fields:
+    def _walk(self, fields: Sequence[FieldLayout], var: str, shared: _Shared | None = None) -> _Part:
+        """Collect the values of fields of `var`, nested ones included, as expressions."""
+        part = _Part([], [], [])
+        for field in fields:
             value = f"{var}.{field.attr}"
             if field.kind == "number":
-                parts.codes.append("B" if field.code == "?" else field.code)
-                parts.values.append(value)
+                part.codes.append("B" if field.code == "?" else field.code)
+                part.values.append(value)
+            elif field.kind == "time":
+                part.codes.extend(field.code)
+                part.values.extend((f"{value}.secs", f"{value}.nsecs"))
             elif field.kind == "string":
-                parts.codes.append("%ds")
-                same = f"{shared.text} if {value} is {shared.last} else {self.src.constant(_other)}()"
-                parts.values.append(same)
-                path = field.attr
+                assert shared is not None
+                part.codes.append("%ds")
+                # False, where it is another object, is refused by struct.
+                part.values.append(f"{value} is {shared.last} and {shared.text}")
             else:
+                assert field.layout is not None
                 inner = self.src.fresh("w")
-                parts.loops.append(f"for {inner} in [{value}]")
-                if field.layout is None:
-                    parts.codes.extend(field.code)
-                    parts.values.extend((f"{inner}.secs", f"{inner}.nsecs"))
-                else:
-                    below = self.walk(field.layout, inner, shared, parts)
-                    path = f"{field.attr}.{below}" if below else path
-        return path
+                below = self._walk(field.layout.fields, inner, shared)
+                part.codes.extend(below.codes)
+                part.values.extend(below.values)
+                part.loops.extend([f"for {inner} in [{value}]", *below.loops])
+        return part
 
 
 def fits_at_once(element: Layout) -> bool:
@@ -103,26 +151,18 @@ def fits_at_once(element: Layout) -> bool:
     return bool(element.min_size) and element.objects <= MOST_OBJECTS and strings_inside(element) in (0, 1)
 
 
-class _Shared(NamedTuple):
-    """Names of the locals for the string that all elements of an array share."""
-
-    last: str
-    text: str
-    length: str
-    pack: str
+def _has_string(field: FieldLayout) -> bool:
+    return field.kind == "string" or (field.layout is not None and strings_inside(field.layout) == 1)
 
 
-class _Parts(NamedTuple):
-    """What the comprehension is written from."""
-
-    codes: list[str]
-    values: list[str]
-    loops: list[str]
+def _path_of_string(layout: Layout) -> str:
+    field = next(field for field in layout.fields if _has_string(field))
+    return field.attr if field.layout is None else f"{field.attr}.{_path_of_string(field.layout)}"
 
 
-class _OtherStringError(Exception):
-    """Elements have different strings."""
-
-
-def _other() -> bytes:
-    raise _OtherStringError
+def _aligned(head: list[str], tail: list[str]) -> bool:
+    """Whether doubles of `tail` are aligned when it comes before `head`, which ends with the string."""
+    if "d" not in tail or "f" in (*head, *tail) or head[-1] != "%ds":
+        return False
+    form = merge_codes([*tail, *head[:-1]])
+    return struct.calcsize(form[1:]) == struct.calcsize(form)

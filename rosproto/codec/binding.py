@@ -89,11 +89,11 @@ class Binding:
     # -- the functions -----------------------------------------------------------------------
 
     def function(self, name: str) -> Callable[..., Any]:
-        """One of "encode", "parts", "decode", "fill", generated if need be."""
+        """One of "encode", "parts", "decode", "whole", "fill", generated if need be."""
         found = self._functions.get(name)
         if found is None:
             found = self._functions[name] = getattr(self, f"_make_{name}")()
-            if name in ("encode", "decode", "fill"):
+            if name in ("encode", "decode", "whole", "fill"):
                 # Plain, not static: Python 3.11 finds a method of an instance with one instruction.
                 type.__setattr__(self.cls, f"_{name}", found)
         return found
@@ -118,6 +118,20 @@ class Binding:
 
         return decode_function(
             self.layout, self.flavour, self.maker, fail=self._decode_again, other=self._decode_general
+        )
+
+    def _make_whole(self) -> Callable[..., Any]:
+        if self.layout.sparse:
+            return lambda data: self._decode_slowly(_copied(data), 0, memoryview(data).nbytes)
+        from rosproto.codec.decode_source import decode_function
+
+        return decode_function(
+            self.layout,
+            self.flavour,
+            self.maker,
+            whole=True,
+            fail=self._whole_again,
+            other=lambda data: self.function("whole")(_copied(data)),
         )
 
     def _make_encode(self) -> Callable[..., Any]:
@@ -151,6 +165,10 @@ class Binding:
             return self.function("general_decode")(data, start, end)
         return self._decode_slowly(data, start, end, error)
 
+    def _whole_again(self, data: Any, error: Exception) -> Any:
+        data = _copied(data)
+        return self._decode_again(data, 0, len(data), error)
+
     def _decode_slowly(self, data: Any, start: int, end: int, error: Exception | None = None) -> Any:
         """Find the field that is wrong; or decode what only the reference codec does."""
         from rosproto.codec.reference import decode_layout
@@ -176,3 +194,8 @@ class Binding:
             return encode_layout(self.layout, values.to_plain(self.layout, message))
         except CodecError as found:
             raise self.flavour.encode_error(found) from None
+
+
+def _copied(data: Any) -> bytes:
+    """The bytes of any buffer; TypeError for what is none (`bytes(5)` would be five zeros)."""
+    return data if type(data) is bytes else memoryview(data).tobytes()

@@ -17,6 +17,8 @@ The shape of what comes out, for geometry_msgs/Vector3Stamped:
 Nested messages are flattened into the same function, and a fixed array in a run is skipped with pad
 bytes. Nothing is checked per field: a wrong length ends in struct.error, numpy's ValueError, or the
 comparison at the end; only counts of Python objects are compared with the bytes left beforehand.
+
+Types of fixed fields and strings begin with a shorter way, for messages like the last: text_source.py.
 """
 
 from __future__ import annotations
@@ -26,10 +28,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import arrays
-from rosproto.codec.array_source import MAX_STATEMENTS, ArrayWriter
-from rosproto.codec.guesses import flat_codes, sizes, strings_inside
+from rosproto.codec.array_source import MAX_STATEMENTS
 from rosproto.codec.layout import FieldLayout, Layout
-from rosproto.codec.source import merge_codes
+from rosproto.codec.text_source import TextWriter
 
 if TYPE_CHECKING:
     from rosproto.codec.flavour import Flavour
@@ -46,6 +47,7 @@ def decode_function(
     *,
     general: bool = False,
     partial: bool = False,
+    whole: bool = False,
     fail: Callable[..., Any] | None = None,
     other: Callable[..., Any] | None = None,
 ) -> Callable[..., Any]:
@@ -57,31 +59,35 @@ def decode_function(
         maker: Gives a cheap creator of instances for a type name ("time" and "duration" too).
         general: Any buffer and any text, slower; else bytes (or bytearray when no views are made).
         partial: Return (message, next offset), check no end, catch nothing.
-        fail: Called with (b, o, e, exception) when anything is wrong.
-        other: The general function, for buffers that are not bytes.
+        whole: Generate `decode(b) -> message` instead: the buffer holds one message and nothing else.
+        fail: Called with the arguments and the exception when anything is wrong.
+        other: Called with the arguments for buffers that are not bytes.
     """
-    writer = _DecodeWriter(layout, flavour, maker, general=general)
+    writer = _DecodeWriter(layout, flavour, maker, general=general, whole=whole)
     writer.write(partial=partial, fail=fail, other=other)
     return writer.src.compile("decode", layout.spec.name)
 
 
-class _DecodeWriter(ArrayWriter):
+class _DecodeWriter(TextWriter):
     # -- the frame ---------------------------------------------------------------------------
 
     def write(
         self, *, partial: bool, fail: Callable[..., Any] | None, other: Callable[..., Any] | None
     ) -> None:
         src = self.src
-        if self.views and other is not None:
+        arguments = "b" if self.whole else "b, o, e"
+        if other is not None and (self.views or (self.whole and not self.exact)):
             src.globals["type"], src.globals["bytes"] = type, bytes
             src.indent("if type(b) is not bytes:")
-            src.line(f"return {src.constant(other)}(b, o, e)")
+            src.line(f"return {src.constant(other)}({arguments})")
             src.dedent()
         if not partial:
             src.indent("try:")
         if self.views and self.general and not partial:
             src.line(f"b = {src.constant(arrays.read_only)}(b)")
-        learn = "" if partial or self.general else self.known_size()
+        if self.whole and not self.exact:
+            src.line("e = len(b)")
+        learn = "" if partial or self.general else self.like_the_last()
         top = src.fresh("m")
         src.line(f"{top} = {self.create(self.layout.spec.name)}()")
         if not partial:
@@ -91,45 +97,15 @@ class _DecodeWriter(ArrayWriter):
         if partial:
             src.line(f"return {top}, {self.at()}")
             return
-        src.line(f"if {self.at()} != e: raise ValueError")
+        if not self.exact:
+            src.line(f"if {self.at()} != e: raise ValueError")
         if learn:
-            src.line(f"{learn}(e-o, ({', '.join(self.lengths)},))")
+            src.line(f"{learn}({self.total})")
         src.line(f"return {top}")
         src.dedent()
         src.indent(f"except {src.constant(ERRORS)} as x:")
-        src.line(f"return {src.constant(fail)}(b, o, e, x)")
+        src.line(f"return {src.constant(fail)}({arguments}, x)")
         src.dedent()
-
-    def known_size(self) -> str:
-        """For fixed fields and strings: as if this message were like the last one of its size.
-
-        Then one struct reads everything, strings too, and its size has been compared already. The strings'
-        lengths are compared afterwards; where they differ the message is decoded in steps. (With a single
-        string the guess is always right, but saves nothing.) Gives the name of the function to tell lengths
-        to, "" when there is no such way.
-        """
-        src = self.src
-        strings = strings_inside(self.layout, views=self.flavour.views)
-        if strings is None or not 2 <= strings <= 4 or self.layout.objects > MAX_STATEMENTS:
-            return ""
-        get, learn = sizes(merge_codes(flat_codes(self.layout)))
-        src.line(f"u = {src.constant(get, 'g')}(e-o)")
-        src.indent("if u:")
-        lengths: list[str] = []
-        texts: list[str] = []
-        top, targets = self.flat_targets(self.layout, lengths, texts)
-        src.line(f"{top}._connection_header = None")
-        src.line(f"{targets} = u(b, o)")
-        same = " and ".join(f"{n} == len({text})" for n, text in zip(lengths, texts, strict=True))
-        src.indent(f"if {same}:")
-        for target, text in self.string_targets:
-            src.line(f"{target} = {self.text(text)}")
-        for target, expression in self.view_targets:
-            src.line(f"{target} = {expression}")
-        src.line(f"return {top}")
-        src.dedent()
-        src.dedent()
-        return src.constant(learn, "l")
 
     # -- fields ------------------------------------------------------------------------------
 

@@ -4,14 +4,17 @@ The shape of what comes out, for sensor_msgs/LaserScan:
 
     def encode(m):
         try:
-            v1 = m.header; t2 = v1.stamp
-            s3 = v1.frame_id.encode(); n4 = len(s3)
+            v1 = m.header; t2 = v1.stamp; y3 = v1.frame_id
             a5 = m.ranges
             if type(a5) is ND and a5.dtype is F4: n6 = a5.size
             else: a5, n6 = PART(a5, 'f', '<f4')            # lists, other dtypes
             ...
-            k9 = J1.get(n4) or MISS(n4)                    # a struct for these string lengths
-            return JOIN((k9(v1.seq, t2.secs, t2.nsecs, n4, s3, m.angle_min, ..., n6), a5, ...))
+            r9, k8, n4, s5 = V                             # the last message's string, and what became of it
+            if y3 is not r9:
+                s5 = y3.encode(); n4 = len(s5)
+                k8 = J1.get(n4) or MISS(n4)                # a struct for these string lengths
+                if n4 <= 512 and type(y3) is str: V = (y3, k8, n4, s5)
+            return JOIN((k8(v1.seq, t2.secs, t2.nsecs, n4, s5, m.angle_min, ..., n6), a5, ...))
         except ERRORS as x:
             return fail(m, x)
 
@@ -84,6 +87,7 @@ class _EncodeWriter(AtOnceWriter):
         self.codes: list[str] = []
         self.values: list[str] = []
         self.lengths: list[str] = []
+        self.same: list[tuple[str, str]] = []
         self.joined: list[str] = []
         self.pack = ""
         self.single_pack = False
@@ -133,22 +137,50 @@ class _EncodeWriter(AtOnceWriter):
         """Pack the collected run with one struct."""
         if not self.codes:
             return
-        pack = self.chosen_struct() if self.lengths else self.src.struct(self.codes, "pack")
+        pack = self.pack if self.lengths else self.src.struct(self.codes, "pack")
+        if self.same:
+            self.last_strings()
+        elif self.lengths:
+            if self.loops:
+                self.src.indent(f"if {pack} is None:")
+            self.struct_for(self.codes, self.lengths, pack)
+            if self.loops:
+                self.src.dedent()
         self.single_pack = not self.joined
         self.put(f"{pack}({', '.join(self.values)})")
-        self.codes, self.values, self.lengths = [], [], []
+        self.codes, self.values, self.lengths, self.same = [], [], [], []
 
-    def chosen_struct(self, *, always: bool = False) -> str:
-        """The local that holds `pack` for the lengths of this run's strings."""
+    def last_strings(self) -> None:
+        """Encode this run's strings, unless they are the objects that the last message had.
+
+        So it is where a program sets a constant as frame_id, and where it passes on what it received.
+        """
+        src = self.src
+        texts, encoded = zip(*self.same, strict=True)
+        old = [src.fresh("r") for _ in texts]
+        # One tuple, so that no other thread comes between its parts.
+        last = src.variable((None,) * (3 * len(old) + 1))
+        pairs = ", ".join(f"{n}, {s}" for n, s in zip(self.lengths, encoded, strict=True))
+        src.line(f"{', '.join(old)}, {self.pack}, {pairs} = {last}")
+        src.indent(f"if {' or '.join(f'{now} is not {r}' for now, r in zip(texts, old, strict=True))}:")
+        for now, s, n in zip(texts, encoded, self.lengths, strict=True):
+            src.line(f"{s} = {self.encoded(now)}")
+            src.line(f"{n} = len({s})")
+        self.struct_for(self.codes, self.lengths, self.pack)
+        src.globals["str"] = str
+        kept = " and ".join(f"type({now}) is str" for now in texts)
+        src.line(f"if {'+'.join(self.lengths)} <= {CACHED_LENGTH} and {kept}:")
+        src.line(f"    {last} = ({', '.join(texts)}, {self.pack}, {pairs})")
+        src.dedent()
+
+    def struct_for(self, codes: list[str], lengths: list[str], pack: str) -> None:
+        """Make the local `pack` that of the struct for these lengths of strings."""
         src = self.src
         known: dict[Any, Any] = {}
-        key = self.lengths[0] if len(self.lengths) == 1 else f"({', '.join(self.lengths)})"
+        key = lengths[0] if len(lengths) == 1 else f"({', '.join(lengths)})"
         cache = src.constant(known.get, "g")
-        miss = src.constant(_struct_maker(merge_codes(self.codes), known), "x")
-        pack = self.pack
-        unchanged = f"if {pack} is None: " if self.loops and not always else ""
-        src.line(f"{unchanged}{pack} = {cache}({key}) or {miss}({key})")
-        return pack
+        miss = src.constant(_struct_maker(merge_codes(codes), known), "x")
+        src.line(f"{pack} = {cache}({key}) or {miss}({key})")
 
     # -- fields ------------------------------------------------------------------------------
 
@@ -196,15 +228,14 @@ class _EncodeWriter(AtOnceWriter):
         text, n = self.src.fresh("s"), self.src.fresh("n")
         if self.loops:
             self.repeated_string(value, text, n)
-        else:
+        elif self.general:
             self.src.line(f"{text} = {self.encoded(value)}")
             self.src.line(f"{n} = len({text})")
+        else:
+            self.same.append((self.src.fresh("y"), text))
+            self.src.line(f"{self.same[-1][0]} = {value}")
         self.codes.append("I")
         self.values.append(n)
-        if self.layout.objects == 2 and not self.loops:
-            self.flush()  # std_msgs/String: two parts, so that a long text is copied once
-            self.put(text)
-            return
         self.codes.append("%ds")
         self.values.append(text)
         self.lengths.append(n)

@@ -38,10 +38,9 @@ def decode(cls: type[M], data: bytes | bytearray | memoryview) -> M:
 
     Raises:
         CodecError: Bytes and definition disagree, bytes are missing or left over; names field and offset.
+        TypeError: `data` is no buffer of bytes.
     """
-    if type(data) is not bytes:
-        data = bytes(data)
-    return cls._decode(data, 0, len(data))  # type: ignore[no-any-return]
+    return cls._whole(data)  # type: ignore[no-any-return]
 
 
 def encoder(cls: type[M]) -> Callable[[M], bytes]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
+from itertools import repeat
 from typing import Any
 
 from rosproto.codec.layout import Layout
@@ -15,10 +16,10 @@ from rosproto.codec.source import quickest
 
 __all__ = ["flat_codes", "iterators", "length_offsets", "sizes", "strings_inside"]
 
-LEARN_AT_MOST = 4096
-"""Messages of unforeseen lengths after which a type is taken for one whose lengths never repeat."""
-LEARN_SIZES = 8192
+LEARN_SIZES = 2048
 """Bytes of a message up to which the struct for its size is remembered."""
+SIZES_KEPT = 256
+"""Sizes remembered for a type: at most half a megabyte of texts."""
 
 
 def flat_codes(layout: Layout) -> list[str]:
@@ -82,20 +83,18 @@ def iterators(form: str) -> Callable[[Any], Any]:
     return iterator
 
 
-def sizes(form: str) -> tuple[Callable[[int], Any], Callable[[int, tuple[int, ...]], None]]:
-    """Remembers for sizes of messages the struct that read the last one of that size.
+def sizes(form: str, fixed: int, values: int) -> tuple[dict[int, tuple[Any, ...]], Callable[[int], None]]:
+    """What is remembered of messages by their sizes, and the function to tell a size to.
 
-    Gives `get(size)` and `learn(size, lengths)`. Where lengths never repeat it gives up.
+    For a size: the `unpack_from` that reads such a message; the run of bytes with the strings of the last one
+    and the values in it, all None at first; and None. `form` has one place for how many bytes are neither in
+    front of that run nor behind it, which are `fixed` bytes.
     """
-    known: dict[int, Any] = {}
-    learned = 0
+    known: dict[int, tuple[Any, ...]] = {}
 
-    def learn(size: int, lengths: tuple[int, ...]) -> None:
-        nonlocal learned
-        learned += 1
-        if learned > LEARN_AT_MOST:
-            known.clear()
-        elif size <= LEARN_SIZES and len(known) < 512:
-            known[size] = struct.Struct(quickest(form % lengths, packs=False)).unpack_from
+    def learn(size: int) -> None:
+        if size <= LEARN_SIZES and len(known) < SIZES_KEPT:
+            unpack = struct.Struct(quickest(form % (size - fixed), packs=False)).unpack_from
+            known[size] = (unpack, None, *repeat(None, values), None)
 
-    return known.get, learn
+    return known, learn

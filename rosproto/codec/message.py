@@ -130,6 +130,10 @@ class Message(metaclass=MessageMeta):
     def _decode(data: Any, start: int, end: int) -> Any:
         raise TypeError("Message is only a base: take a class of message_class() or msgdefs")
 
+    @staticmethod
+    def _whole(data: Any) -> Any:
+        raise TypeError("Message is only a base: take a class of message_class() or msgdefs")
+
     def _get_types(self) -> list[str]:
         return list(self._slot_types)
 
@@ -271,6 +275,10 @@ class AnyMsg(Message):
         message._buff = bytes(data[start:end])
         message._connection_header = None
         return message
+
+    @staticmethod
+    def _whole(data: Any) -> Any:
+        return AnyMsg._decode(data, 0, len(data))
 
     _names = frozenset({"_buff"})
 

@@ -24,30 +24,42 @@ class RunWriter:
     """
 
     def __init__(
-        self, layout: Layout, flavour: Flavour, maker: Callable[[str], Any], *, general: bool
+        self,
+        layout: Layout,
+        flavour: Flavour,
+        maker: Callable[[str], Any],
+        *,
+        general: bool,
+        whole: bool = False,
     ) -> None:
         self.layout = layout
         self.flavour = flavour
         self.maker = maker
         self.general = general
         self.views = flavour.views and layout.has_numbers
-        self.src = Source("def decode(b, o, e):")
+        self.whole = whole
+        self.exact = whole and bool(layout.fixed_size) and not _has_arrays(layout)
+        """One struct reads all of it, and sees by itself whether the buffer is of that size."""
+        self.src = Source("def decode(b):" if whole else "def decode(b, o, e):")
         self.src.globals["ValueError"] = ValueError
         self.src.globals["range"] = range
         self.src.globals["len"] = len
-        self.base = "o"
+        self.base = self.start = "0" if whole else "o"
+        self.total = "e" if whole else "e-o"
         self.delta = 0
         self.codes: list[str] = []
         self.targets: list[str] = []
         self.run = 0
         self.loops = 0
         self.statements = 0
+        self.makers: dict[str, str] = {}
         self.string_targets: list[tuple[str, str]] = []
-        self.view_targets: list[tuple[str, str]] = []
-        self.lengths: list[str] = []
 
     def create(self, name: str) -> str:
-        return self.src.constant(self.maker(name), "c")
+        known = self.makers.get(name)
+        if known is None:
+            known = self.makers[name] = self.src.constant(self.maker(name), "c")
+        return known
 
     def stream(self, name: str) -> str:
         """An endless iterator of empty instances; it has no state, so all threads share it."""
@@ -75,15 +87,15 @@ class RunWriter:
             while self.codes[-1].endswith("x"):
                 self.codes.pop()
             comma = "," if len(self.targets) == 1 else ""
-            unpack = self.src.struct(self.codes, "unpack_from")
-            self.src.line(f"{', '.join(self.targets)}{comma} = {unpack}(b, {self.at()})")
+            unpack = self.src.struct(self.codes, "unpack" if self.exact else "unpack_from")
+            arguments = "b" if self.exact else f"b, {self.at()}"
+            self.src.line(f"{', '.join(self.targets)}{comma} = {unpack}({arguments})")
         self.delta += self.run
         self.codes, self.targets, self.run = [], [], 0
 
     def count(self) -> str:
         """Read a count that ends the run; the position moves behind it."""
         n = self.src.fresh("n")
-        self.lengths.append(n)
         self.add("I", 4, n)
         self.flush()
         return n
@@ -125,13 +137,11 @@ class RunWriter:
         """Create one element's objects; give its variable and the targets of the unpacking.
 
         Strings are unpacked into locals, named in `lengths` and `texts`; where they belong is left in
-        `string_targets`, and what fixed arrays are views of in `view_targets`. With a list for `streams`,
-        the objects are taken as given, and their variables and streams noted there.
+        `string_targets`. With a list for `streams`, the objects are taken as given, and their variables and
+        streams noted there.
         """
         targets: list[str] = []
         self.string_targets.clear()
-        self.view_targets.clear()
-        position = 0
 
         def create(prefix: str, name: str, target: str = "") -> str:
             var = self.src.fresh(prefix)
@@ -145,15 +155,8 @@ class RunWriter:
             return var
 
         def walk(layout: Layout, var: str) -> None:
-            nonlocal position
             for field in layout.fields:
                 target = f"{var}.{field.attr}"
-                if field.is_array:
-                    where = "+".join(["o", *lengths, str(position)])
-                    self.view_targets.append((target, self.number_array(field, str(field.length), where)))
-                    position += field.min_size
-                    continue
-                position += field.min_size if field.layout is None else 0
                 if field.kind == "number":
                     targets.append(target)
                 elif field.kind == "string":
@@ -173,6 +176,10 @@ class RunWriter:
         walk(element, top)
         comma = "," if len(targets) == 1 else ""
         return top, ", ".join(targets) + comma
+
+
+def _has_arrays(layout: Layout) -> bool:
+    return any(field.is_array or (field.layout and _has_arrays(field.layout)) for field in layout.fields)
 
 
 def plain_bytes(buffer: Any, count: int, offset: int) -> bytes:

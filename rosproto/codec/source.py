@@ -69,6 +69,13 @@ class Source:
             self.globals[name] = value
         return name
 
+    def variable(self, value: Any) -> str:
+        """The name of a global that the function rebinds; it begins as `value`."""
+        name = f"V{len(self.globals)}"
+        self.globals[name] = value
+        self.first(f"global {name}")
+        return name
+
     def struct(self, codes: list[str], method: str) -> str:
         """The global name of a method of a precompiled little-endian struct."""
         return self.constant(_shared_method(merge_codes(codes), method), method[0])

@@ -14,7 +14,7 @@ from rosproto.codec.encode_source import encode_function
 from rosproto.codec.reference import decode_layout, encode_layout
 from rosproto.codec.values import from_plain, to_plain
 from rosproto.errors import CodecError
-from tests.property.codec_strategies import cases
+from tests.property.codec_strategies import cases, plain_values
 
 COMMON = settings(deadline=None, max_examples=100, suppress_health_check=[HealthCheck.too_slow])
 Case = tuple[Any, Any, dict[str, Any]]
@@ -67,6 +67,21 @@ def test_decoding_gives_the_values_back(case: Case) -> None:
     rospy = message_class(case[1].name, binding.library, flavour="rospy")
     assert values_of(decode(rospy, data)) == data
     assert values_of(decoder(rospy)(bytearray(within), 2, 2 + len(data))) == data
+
+
+@COMMON
+@given(cases(), st.data())
+def test_messages_after_one_another(case: Case, data: st.DataObject) -> None:
+    """What is remembered of one message (sizes, texts) never shows in another."""
+    cls, binding, first = prepared(case)
+    others = data.draw(st.lists(plain_values(binding.layout), min_size=1, max_size=4))
+    all_bytes = [first, *(encode_layout(binding.layout, plain) for plain in others)]
+    fast = decoder(cls)
+    for _ in range(3):
+        right = data.draw(st.sampled_from(all_bytes))
+        message = decode(cls, right)
+        assert values_of(message) == right == values_of(fast(right, 0, len(right)))
+        assert encode(message) == right
 
 
 @COMMON

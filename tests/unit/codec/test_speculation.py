@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from array import array
+from collections import UserString
+
 import pytest
 
-from rosproto.codec import decode, define, encode, message_class
+from rosproto.codec import decode, decoder, define, encode, message_class
 from rosproto.errors import CodecError
 
 SEPARATOR = "\n" + "=" * 80 + "\nMSG: "
@@ -18,6 +21,149 @@ def test_two_messages_of_one_size_with_other_lengths() -> None:
         back = decode(cls, encode(message))
         assert back == message
         assert back.f.tolist() == [1.0, 2.0]
+
+
+def test_fields_between_strings_and_arrays_around_them() -> None:
+    """Of a message of a known size, what lies between the strings is compared with the last one too."""
+    text = "float64[2] f\nint16 i\nstring a\nbool b\ntime t\nstring c\nI n\nuint8 u\nfloat32[3] g"
+    cls = define("a/Run", text + SEPARATOR + "a/I\nint64 x")
+    inner = type(cls())._binding.class_for("a/I")  # type: ignore[union-attr]
+    for step, (a, c) in enumerate([("x", "yy"), ("x", "yy"), ("x", "yy"), ("xx", "y"), ("z", "yy")]):
+        message = cls(f=[1, step], i=step, a=a, b=step == 2, c=c, n=inner(x=-step), u=step, g=[step, 2, 3])
+        message.t.secs, message.t.nsecs = step // 3, 7
+        data = encode(message)
+        for back in (decode(cls, data), decoder(cls)(b"??" + data + b"?", 2, len(data) + 2)):
+            assert back == message
+            assert (back.b, back.t.secs, back.f.tolist()) == (step == 2, step // 3, [1, step])
+            assert back.g.tolist() == [step, 2, 3]
+            assert back._connection_header is None
+
+
+def test_a_known_size_with_wrong_lengths_inside() -> None:
+    """Lengths that do not add up are an error though the size is right, and nothing of them is kept."""
+    cls = define("a/Sums", "string a\nstring b\nint32 x")
+    good = cls(a="one", b="three", x=1)
+    data = encode(good)
+    for _ in range(3):
+        assert decode(cls, data) == good
+        for wrong in (b"\x04" + data[1:], b"\x02" + data[1:], b"\xff\xff\xff\xff" + data[4:]):
+            with pytest.raises(CodecError):
+                decode(cls, wrong)
+        odd = data.replace(b"one", b"o\xffe")
+        assert decode(cls, odd).a == "o\udcffe"
+        assert encode(decode(cls, odd)) == odd
+
+
+def test_the_same_text_twice_is_the_same_object() -> None:
+    """A receiver that keeps messages keeps one frame_id for all of them."""
+    header = message_class("std_msgs/Header")
+    data = encode(header(seq=1, frame_id="base_footprint"))
+    _, one, two = (decode(header, data) for _ in range(3))
+    assert one.frame_id is two.frame_id
+
+
+def test_text_that_changes_between_two_encodings() -> None:
+    """The last strings are known by identity; what can change its text is asked again."""
+    cls = define("a/Texts", "string a\nint8 x\nstring b")
+
+    class Label(UserString):
+        pass
+
+    class Loud(str):
+        def encode(self, *args: str) -> bytes:  # type: ignore[override]
+            return super().upper().encode(*args)
+
+    label = Label("old")
+    message = cls(a="one", b="two")
+    message.a = label
+    assert encode(message) == encode(message) == encode(cls(a="old", b="two"))
+    label.data = "newer"
+    assert encode(message) == encode(cls(a="newer", b="two"))
+    message.a = Loud("loud")
+    assert encode(message) == encode(message) == encode(cls(a="LOUD", b="two"))
+    for a, b in [("one", "two"), ("one", "x" * 600), ("one", "x" * 600), ("one", "two"), ("", "")]:
+        message.a, message.b = a, b
+        assert decode(cls, encode(message)) == message
+    message.a = None
+    for _ in range(2):
+        with pytest.raises(CodecError, match=r"a/Texts.a: str expected"):
+            encode(message)
+    fresh = define("a/Fresh", "string a\nint8 x")()
+    fresh.a = None
+    with pytest.raises(CodecError, match=r"a/Fresh.a: str expected"):
+        encode(fresh)
+
+
+def test_many_sizes_and_long_messages() -> None:
+    """What is remembered of sizes is bounded, in number and in bytes."""
+    cls = define("a/Sizes", "int8 x\nstring a")
+    memory = next(
+        value
+        for value in decoder(cls).__globals__.values()
+        if isinstance(value, dict) and value is not decoder(cls).__globals__["__builtins__"]
+    )
+    for _ in range(2):
+        for size in (*range(400), 5000):
+            assert decoder(cls)(encode(cls(a="x" * size)), 0, size + 5).a == "x" * size
+    assert len(memory) == 256
+    assert max(memory) <= 2048
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        "Header header\nfloat64 x\nfloat64 y",
+        "int8 i\nstring s\nfloat64 x",
+        "time t\nstring s\nduration d",
+        "string s\nfloat64 x\nint16 i",
+        "N n\nfloat64 x",
+        "string s\nfloat64 x\nfloat32 y",
+        "float64 x\nstring s",
+    ],
+)
+def test_long_arrays_of_every_alignment(fields: str) -> None:
+    """Long arrays are packed from the middle of one element to the middle of the next where that pays."""
+    nested = "a/N\nstring s\nfloat64 z"
+    header = "std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id"
+    cls = define(
+        "a/Long", "P[] p\nint8 end" + "".join(SEPARATOR + t for t in ("a/P\n" + fields, nested, header))
+    )
+    element = type(cls())._binding.class_for("a/P")  # type: ignore[union-attr]
+    message = cls(p=[element() for _ in range(40)], end=3)
+    for index, item in enumerate(message.p):
+        for name in item.__slots__:
+            if name in ("x", "y"):
+                setattr(item, name, index / 4)
+    expected = b"\x28\0\0\0" + b"".join(map(encode, message.p)) + b"\x03"
+    assert encode(message) == expected
+    assert decode(cls, expected) == message
+
+
+def test_buffers_of_one_message() -> None:
+    """decode() takes any buffer whose bytes are the message, and copies what is not bytes."""
+    scan = message_class("sensor_msgs/LaserScan")
+    for cls, message in (
+        (message_class("std_msgs/Float64"), message_class("std_msgs/Float64")(data=2.5)),
+        (message_class("std_msgs/String"), message_class("std_msgs/String")(data="text of 12 ch")),
+        (scan, scan(ranges=[1.0, 2.0])),
+    ):
+        data = encode(message)
+        own = bytearray(data)
+        for buffer in (data, own, memoryview(own), memoryview(own)[::1], array("B", data)):
+            assert decode(cls, buffer) == message
+        back = decode(cls, own)
+        own[:] = bytes(len(own))
+        assert back == message
+        for wrong in (5, None, "text", [1, 2, 3], memoryview(bytes(2 * len(data)))[::2].tolist()):
+            with pytest.raises(TypeError):
+                decode(cls, wrong)  # type: ignore[arg-type]
+        for end in range(len(data)):
+            with pytest.raises(CodecError):
+                decode(cls, bytearray(data[:end]))
+        with pytest.raises(CodecError):
+            decode(cls, data + b"!")
+    with pytest.raises(CodecError):
+        decode(message_class("std_msgs/Float64"), array("d", [1.0] * 8))  # 8 elements, but 64 bytes
 
 
 def test_lengths_that_never_repeat() -> None:
