@@ -5,4 +5,4 @@ from PyInstaller.utils.hooks import collect_submodules
 hiddenimports = collect_submodules(
     "rosproto", filter=lambda name: "._pyinstaller" not in name and ".modules" not in name
 )
-hiddenimports += ["lz4.frame", "bz2", "numpy"]
+hiddenimports += ["msgdefs", "lz4.frame", "bz2", "numpy"]

@@ -7,6 +7,7 @@ check prints one line; the first that fails ends it with an AssertionError.
 from __future__ import annotations
 
 import email
+import importlib.util
 import os
 import re
 import stat
@@ -22,6 +23,11 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
 MOST_BYTES = 1_000_000
+APPLICATIONS = {"application.py": "moved 0.2 m", "rospy_application.py": "action: 7"}
+"""What is frozen, and what it says when it has worked."""
+PACKED = {".msg", ".srv", ".action", ".txt"}
+"""Definitions: all of them are in one file of the wheel."""
+PASSED_ON = ("PIP_", "UV_", "SSL_CERT_", "REQUESTS_", "CURL_")  # ways to a registry
 EXTRAS = {"cli", "mcap", "test", "dev"}
 NOBODY = 65534
 
@@ -41,7 +47,9 @@ def run(*command: object, timeout: float = 300, **options: object) -> str:
     environment = {
         k: os.environ[k] for k in ("PATH", "HOME", "LANG", "SYSTEMROOT", "TMPDIR") if k in os.environ
     }
-    environment |= {k: v for k, v in os.environ.items() if k.startswith("PIP_")}
+    environment |= {
+        k: v for k, v in os.environ.items() if k.startswith(PASSED_ON) or k.lower().endswith("_proxy")
+    }
     environment |= options.pop("extra", {})  # type: ignore[call-overload]
     done = subprocess.run(
         [str(word) for word in command],
@@ -66,6 +74,7 @@ def check_wheel(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
         info = next(n for n in names if n.endswith(".dist-info/METADATA"))
+        definitions = archive.read("msgdefs/definitions.txt").decode()
         metadata = email.message_from_bytes(archive.read(info))
         entry_points = archive.read(info.replace("METADATA", "entry_points.txt")).decode()
     tops = {n.split("/")[0] for n in names if ".dist-info/" not in n}
@@ -74,11 +83,14 @@ def check_wheel(wheel: Path) -> None:
         missing = {
             path.relative_to(ROOT).as_posix()
             for path in tracked(package)
-            if path.relative_to(ROOT).as_posix() not in names
+            if path.relative_to(ROOT).as_posix() not in names and path.suffix not in PACKED
         }
         assert not missing, f"not in the wheel: {sorted(missing)[:10]}"
         assert f"{package}/py.typed" in names
     assert any(n.startswith("msgdefs/") and n.endswith(".pyi") for n in names)
+    for path in (path for path in tracked("msgdefs") if path.suffix in PACKED):
+        place = path.relative_to(ROOT / "msgdefs").as_posix()
+        assert f"\f{place}\n{path.read_text('utf-8')}" in definitions, f"{place} is not among the definitions"
     strays = [n for n in names if "/tests/" in n or n.startswith("tests") or n.endswith((".pyc", ".so"))]
     assert not strays, strays
     required = [r for r in metadata.get_all("Requires-Dist", []) if "extra ==" not in r]
@@ -104,6 +116,9 @@ def check_sdist(sdist: Path) -> None:
         names = {n.partition("/")[2] for n in archive.getnames()}
     for name in (
         "pyproject.toml",
+        "hatch_build.py",
+        "mkdocs.yml",
+        "msgdefs/std_msgs/msg/Header.msg",
         "LICENSE",
         "README.md",
         "CHANGELOG.md",
@@ -142,23 +157,51 @@ def check_zipped(wheel: Path, python: Path, work: Path) -> None:
     run(python, "-c", code, cwd=work, extra={"PYTHONPATH": str(wheel)})
 
 
+def check_runners(wheel: Path, work: Path) -> None:
+    """`pipx run` and `uv run` of the wheel, with the requirements from a folder, as without a network.
+
+    Skipped, and said so, where they are not in the environment that runs this.
+    """
+    house = work / "house"
+    run(sys.executable, "-m", "pip", "download", "-q", "-d", house, wheel)
+    extra = {"PIPX_HOME": str(work / "pipx"), "UV_CACHE_DIR": str(work / "uv"), "HOME": str(work / "home")}
+    extra["PIP_CACHE_DIR"] = str(work / "pip")  # no matter who owns the usual one
+    Path(extra["HOME"]).mkdir()
+    if importlib.util.find_spec("pipx") is None or importlib.util.find_spec("uv") is None:
+        print("  skipped: pipx, uv are not here (pip install pipx uv)")
+        return
+    pipx = [sys.executable, "-m", "pipx", "run", "--spec", wheel]
+    uv = [sys.executable, "-m", "uv", "--offline"]
+    where = ["--no-index", "--find-links", house, "--python", sys.executable]
+    script = work / "script.py"
+    script.write_text(USE)
+    for command in (
+        [*pipx, "--pip-args", f"--no-index --find-links {house}", "woosh", "demo"],
+        [*uv, "tool", "run", *where, "--from", wheel, "woosh", "demo"],
+        [*uv, "run", "--no-project", *where, "--with", wheel, "woosh", "demo"],
+    ):
+        assert "done in" in run(*command, cwd=work, extra=extra)
+    run(*uv, "run", "--no-project", *where, "--with", wheel, script, cwd=work, extra=extra)
+
+
 def check_frozen(wheel: Path, work: Path) -> None:
-    """PyInstaller --onefile of a small application, by the hooks in the wheel."""
+    """PyInstaller --onefile of small applications, by the hooks in the wheel."""
     home = work / "frozen"
     venv.create(home, with_pip=True)
     python = home / ("Scripts/python" if sys.platform == "win32" else "bin/python")
     run(python, "-m", "pip", "install", "-q", wheel, "pyinstaller")
-    run(
-        python, "-m", "PyInstaller", "--onefile", "--noconfirm", "--log-level", "ERROR",
-        "--distpath", work / "app", "--workpath", work / "build", "--specpath", work, HERE / "application.py",
-        cwd=work,
-    )  # fmt: skip
-    (program,) = (work / "app").iterdir()
     empty = work / "empty"
     empty.mkdir()
-    shown = run(program, cwd=empty, extra={"PATH": "", "LC_ALL": "C.UTF-8"})
-    assert "moved 0.2 m" in shown, shown
-    print(f"  {program.stat().st_size / 1e6:.0f} MB")
+    for application, shows in APPLICATIONS.items():
+        run(
+            python, "-m", "PyInstaller", "--onefile", "--noconfirm", "--log-level", "ERROR",
+            "--distpath", work / "app", "--workpath", work / "build", "--specpath", work, HERE / application,
+            cwd=work, timeout=600,
+        )  # fmt: skip
+        (program,) = (work / "app").glob(f"{Path(application).stem}*")
+        shown = run(program, cwd=empty, extra={"PATH": "", "LC_ALL": "C.UTF-8"})
+        assert shows in shown, shown
+        print(f"  {application}: {program.stat().st_size / 1e6:.0f} MB")
 
 
 def is_root() -> bool:
@@ -194,6 +237,8 @@ def main() -> None:
         done("bare environment, commands, read-only installation")
         check_zipped(wheel, python, work)
         done("imported from a zip")
+        check_runners(wheel, work)
+        done("pipx run, uv tool run, uv run")
         check_frozen(wheel, work)
         done("PyInstaller --onefile")
         for path in (work / "bare").rglob("*"):  # so that the directory can be removed by others than root
