@@ -14,6 +14,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
@@ -22,13 +23,18 @@ EXAMPLES = ROOT / "examples" / "embedding"
 HOST = Path(__file__).with_name("embedding_host.py")
 
 
+def absent(reason: str) -> NoReturn:
+    """Skip; fail instead with REQUIRE_EMBEDDING=1."""
+    if os.environ.get("REQUIRE_EMBEDDING") == "1":
+        pytest.fail(f"REQUIRE_EMBEDDING=1, but: {reason}")
+    pytest.skip(reason)
+
+
 def need(*modules: str) -> None:
-    """Skip unless these third-party modules are there; fail instead with REQUIRE_EMBEDDING=1."""
+    """These third-party modules are there."""
     missing = [m for m in modules if importlib.util.find_spec(m) is None]
-    if missing and os.environ.get("REQUIRE_EMBEDDING") == "1":
-        pytest.fail(f"REQUIRE_EMBEDDING=1, but {missing} is not installed")
     if missing:
-        pytest.skip(f"needs {', '.join(missing)}: pip install flask PySide6-Essentials nbclient ipykernel")
+        absent(f"needs {', '.join(missing)}: pip install flask PySide6-Essentials nbclient ipykernel")
 
 
 def run(name: str, *wrapper: str, **environment: str) -> str:
@@ -67,17 +73,15 @@ def test_a_qt_window() -> None:
 
 def test_a_tk_window() -> None:
     """Tk's thread looks at `latest`."""
-    need("tkinter")
+    pytest.importorskip("_tkinter", reason="this Python was built without Tk, and pip has none")
     wrapper: list[str] = []
     if sys.platform == "linux" and not os.environ.get("DISPLAY"):
         xvfb = shutil.which("xvfb-run")
         if xvfb is None:
-            pytest.skip(
+            absent(
                 "Tk has no offscreen mode: needs a display, or xvfb-run (Debian: apt-get install xvfb xauth)"
             )
         wrapper = [xvfb, "-a"]
-    elif sys.platform == "win32":
-        need("_tkinter")
     assert "battery 87 %" in run("tk_window.py", *wrapper)
 
 
