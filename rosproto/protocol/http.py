@@ -177,11 +177,10 @@ class _Connection:
         return head
 
     def _parse_start(self, head: _Head) -> None:
-        raise NotImplementedError
+        """Check the first line; each side has its own."""
 
     def _no_length(self, head: _Head) -> int | None:
         """Body length when the head gives none; None means until the end of the stream."""
-        raise NotImplementedError
 
     def _parse_body_length(self, head: _Head) -> None:
         coding, length = head.headers.get("transfer-encoding"), head.headers.get("content-length")

@@ -266,3 +266,43 @@ def test_close_is_bounded_idempotent_and_final(nodes: Nodes, notifier: Notifier)
     for thread in list(notifier._prompt.threads):
         thread.join(DEADLINE)
     assert nodes.calls == [update("a")]
+
+
+def test_without_a_further_thread_the_running_one_serves_everybody(
+    nodes: Nodes, notifier: Notifier, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A process at its limit of threads: slower, but nothing is lost."""
+    busy, go = threading.Event(), threading.Event()
+
+    def hold(note: Notification) -> Delivery:
+        busy.set()
+        assert go.wait(DEADLINE)
+        return Delivery.DONE
+
+    nodes.behave["http://one/"] = hold
+    notifier.post(update("http://one/", "a"))
+    assert busy.wait(DEADLINE)
+
+    def refuse(thread: threading.Thread) -> None:
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(threading.Thread, "start", refuse)
+    notifier.post(update("http://two/", "a"))
+    notifier.post(update("http://three/", "a"))
+    go.set()
+    assert notifier.wait_until_quiet(DEADLINE)
+    assert [note.uri for note in nodes.calls] == ["http://one/", "http://two/", "http://three/"]
+    assert "no further thread for notifications" in caplog.text
+
+
+def test_the_list_of_silent_nodes_is_bounded(
+    nodes: Nodes, notifier: Notifier, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Thousands of registered addresses where nobody answers cost no memory for ever."""
+    monkeypatch.setattr(notifier_module, "SUSPECTS", 3)
+    uris = [f"http://silent{number}/" for number in range(6)]
+    for uri in uris:
+        nodes.behave[uri] = lambda _: Delivery.SILENT
+        notifier.post(update(uri, "a"))
+        assert notifier.wait_until_quiet(DEADLINE)
+    assert list(notifier._suspects) == uris[-3:]

@@ -188,3 +188,14 @@ def test_losing_a_finished_goal_changes_nothing():
     goal.result_received("r", G.SUCCEEDED, "ok")
     assert goal.lose("why") == ()
     assert goal.status is G.SUCCEEDED
+
+
+def test_a_goal_is_followed_at_one_server_from_its_first_word_on():
+    """Another server on the same name (one that was restarted) must not end it; a nameless peer may be either."""
+    goal = machine()
+    assert goal.is_from("/one")
+    assert goal.is_from("")
+    goal.status_received(G.ACTIVE, "", "/one")
+    assert goal.is_from("/one")
+    assert goal.is_from("")
+    assert not goal.is_from("/two")

@@ -176,3 +176,9 @@ def test_a_flood_of_cancels_for_unknown_goals_is_bounded():
         goals.cancel_received(f"ghost{number}", 0, 0.0)
     assert len(goals) == 1001
     assert next(iter(goals)).goal_id == "real"
+
+
+def test_a_goal_shows_its_id_and_status():
+    """In logs and failing tests."""
+    goals = GoalList()
+    assert repr(accepted(goals, "a")) == "GoalRecord('a', ACTIVE)"

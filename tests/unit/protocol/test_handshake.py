@@ -53,6 +53,35 @@ def test_subscriber_and_publisher_agree() -> None:
     )
 
 
+def test_a_subscriber_may_bring_its_definition() -> None:
+    """rospy does; a publisher of another revision reads it. Without one the field is left out, as in roscpp."""
+    fields = hs.subscriber_header(
+        topic="/t",
+        type_name="std_msgs/String",
+        md5sum=STRING,
+        callerid="/s",
+        message_definition="string data\n",
+    )
+    assert check_sub(over_the_wire(fields)).message_definition == "string data\n"
+    assert check_sub(subscriber()).message_definition == ""
+
+
+def test_a_probe_asks_for_the_reply_header_only() -> None:
+    fields = hs.service_client_header(service="/s", md5sum="*", callerid="/n", probe=True)
+    assert fields == {"callerid": "/n", "md5sum": "*", "service": "/s", "probe": "1"}
+    asked = hs.check_service_client_header(
+        over_the_wire(fields), service="/s", type_name="std_srvs/Empty", md5sum=STRING
+    )
+    assert (asked.probe, asked.persistent) == (True, False)
+
+
+def test_a_client_of_another_service_is_refused() -> None:
+    """The port belongs to somebody else since it looked the service up."""
+    fields = hs.service_client_header(service="/other", md5sum="*", callerid="/n")
+    with pytest.raises(RemoteProtocolError, match="wants service /other, this link is for /s"):
+        hs.check_service_client_header(fields, service="/s", type_name="std_srvs/Empty", md5sum=STRING)
+
+
 def test_each_role_sends_the_fields_peers_require() -> None:
     assert sorted(publisher()) == ["callerid", "latching", "md5sum", "message_definition", "topic", "type"]
     assert sorted(subscriber()) == ["callerid", "md5sum", "tcp_nodelay", "topic", "type"]

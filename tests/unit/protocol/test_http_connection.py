@@ -48,6 +48,16 @@ def test_roscpps_request_is_read() -> None:
     assert request.headers["host"] == "robot:11311"
 
 
+def test_fields_that_come_twice_are_joined_as_a_list() -> None:
+    """RFC 9110 section 5.3; the same value twice is one value."""
+    request = only(
+        b"POST / HTTP/1.1\r\nAccept: text/xml\r\nConnection: Keep-Alive\r\nConnection: close\r\n"
+        b"Content-Length: 2\r\nContent-Length: 2\r\n\r\nhi"
+    )
+    assert request.headers["connection"] == "Keep-Alive, close"
+    assert (request.body, request.keep_alive) == (b"hi", False)
+
+
 @pytest.mark.parametrize("data", [ROSCPP, CHUNKED], ids=["length", "chunked"])
 def test_every_split_gives_the_same_requests(data: bytes) -> None:
     expected = serve(data + data)
