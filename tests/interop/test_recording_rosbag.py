@@ -13,6 +13,7 @@ import pytest
 from rosproto import Node
 from rosproto.bag import BagReader, BagWriter
 from rosproto.codec import message_class
+from rosproto.errors import BagError
 from tests.support import ros
 
 TALKER = """
@@ -76,16 +77,39 @@ def wait_for_size(directory: Path, size: int, timeout: float = 30.0) -> None:
         time.sleep(0.05)
 
 
+def wait_for_file(path: Path) -> None:
+    """Until it is there."""
+    end = time.monotonic() + 60
+    while not path.exists():
+        assert time.monotonic() < end, sorted(path.parent.iterdir())
+        time.sleep(0.05)
+
+
+def wait_for_messages(active: Path, at_least: dict[str, int]) -> None:
+    """Until a bag that is being written (in small chunks, so that they get into it at once) holds so many."""
+    end = time.monotonic() + 60
+    found: dict[str, int] = {}
+    while any(found.get(topic, 0) < count for topic, count in at_least.items()):
+        assert time.monotonic() < end, f"{active} has {found}"
+        time.sleep(0.05)
+        try:
+            with BagReader(active, skip_damaged=True) as bag:
+                found = {topic: known.message_count for topic, known in bag.topics.items()}
+        except BagError:
+            pass  # not there yet, or not more than its first bytes
+
+
 @pytest.mark.parametrize("option", ["", "--lz4", "--bz2"])
 def test_rosbag_reads_what_we_record(any_master: str, tmp_path: Path, option: str) -> None:
     """A graph of rospy nodes, recorded by `rosproto bag record`: rosbag's tools and its Python agree with us."""
     name = tmp_path / "run.bag"
-    words = ["record", "-a", "-x", "/rosout.*", "-O", name, "-l", 25, *([option] if option else [])]
+    words = ["record", "-a", "-x", "/rosout.*", "-O", name, "-l", 25, "--chunksize", 1]
     with ros.start_rospy(TALKER, any_master) as talker:
         talker.wait_for("up")
-        with ours(any_master, *words) as recorder:
+        with ours(any_master, *words, *([option] if option else [])) as recorder:
             recorder.wait_for("recording to")
-            time.sleep(3.0)
+            # What does not fill a chunk goes to the disk within five seconds.
+            wait_for_messages(tmp_path / "run.bag.active", {"/said": 25, "/ns/pose": 25, "/kept": 1})
             recorder.process.send_signal(signal.SIGINT)
             assert recorder.wait(20) == 0, recorder.output
             assert "0 dropped" in recorder.output
@@ -148,7 +172,7 @@ def test_each_split_can_be_played_alone(any_master: str, tmp_path: Path) -> None
         words = ["--split", "--duration", "0.5", "-O", tmp_path / "run.bag"]
         with ours(any_master, "record", "/said", "/kept", *words) as recorder:
             recorder.wait_for("recording to")
-            time.sleep(2.5)
+            wait_for_file(tmp_path / "run_2.bag")
             recorder.interrupt()
             assert recorder.wait(20) == 0, recorder.output
     paths = sorted(tmp_path.iterdir())
@@ -168,8 +192,8 @@ def test_we_play_what_rosbag_records(any_master: str, tmp_path: Path) -> None:
     with ros.start_rospy(TALKER, any_master) as talker:
         talker.wait_for("up")
         words = ["rosbag", "record", "/said", "/kept", "-O", str(tmp_path / "run.bag"), "-l", "20"]
-        with ros.start_tool(words, any_master) as recorder:
-            time.sleep(2.5)
+        with ros.start_tool([*words, "--chunksize=1"], any_master) as recorder:
+            wait_for_messages(tmp_path / "run.bag.active", {"/said": 15, "/kept": 1})
             recorder.stop()
     assert (tmp_path / "run.bag").exists(), recorder.output
     with BagReader(tmp_path / "run.bag") as bag:
@@ -188,10 +212,19 @@ def test_rosbag_plays_what_we_record(any_master: str, tmp_path: Path) -> None:
     with ros.start_rospy(TALKER, any_master) as talker:
         talker.wait_for("up")
         with ours(
-            any_master, "record", "/said", "/ns/pose", "/kept", "-O", tmp_path / "run.bag", "-l", 20
+            any_master,
+            "record",
+            "/said",
+            "/ns/pose",
+            "/kept",
+            "-O",
+            tmp_path / "run.bag",
+            "-l",
+            20,
+            "--chunksize",
+            1,
         ) as recorder:
-            recorder.wait_for("recording to")
-            time.sleep(3.0)
+            wait_for_messages(tmp_path / "run.bag.active", {"/said": 15, "/ns/pose": 15, "/kept": 1})
             recorder.interrupt()
             recorder.wait(20)
     with BagReader(tmp_path / "run.bag") as bag:
