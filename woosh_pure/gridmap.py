@@ -86,7 +86,9 @@ class GridMap:
 
     @classmethod
     def load(cls, yaml_path: str | Path, *, limit_cells: int = 100_000_000) -> GridMap:
-        """Read map_server's YAML and the PGM image it names.
+        """Read map_server's YAML and the image it names: PGM, PPM or PNG, in any of its three modes.
+
+        The image's path is relative to the YAML. Mode raw gives the image's numbers as they are.
 
         Raises:
             ValueError: Not a map file; the message says which file and what is wrong.

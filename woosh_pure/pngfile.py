@@ -1,0 +1,140 @@
+"""Reading PNG pictures (www.w3.org/TR/png): what map_server's maps are when they are no PGM. Pure.
+
+Not read: interlaced pictures. Every size is bounded before memory is taken.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["SIGNATURE", "decode_png"]
+
+SIGNATURE = b"\x89PNG\r\n\x1a\n"
+_CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
+
+
+def decode_png(data: bytes, limit_pixels: int) -> NDArray[np.uint8]:
+    """Pixels of a PNG.
+
+    Args:
+        data: The file.
+        limit_pixels: Largest width times height.
+
+    Returns:
+        (height, width, channels) uint8: grey, grey and alpha, RGB, or RGBA; 16 bits are cut to 8, palettes
+        are looked up.
+
+    Raises:
+        ValueError: No PNG, too large, cut short, or interlaced.
+    """
+    chunks = _chunks(data)
+    if len(chunks.get(b"IHDR", b"")) != 13:
+        raise ValueError("not a PNG picture: it has no header")
+    width, height, depth, kind, _, _, interlaced = struct.unpack(">IIBBBBB", chunks[b"IHDR"])
+    if interlaced:
+        raise ValueError("an interlaced PNG cannot be read here; save it without interlacing")
+    if kind not in _CHANNELS or depth not in (1, 2, 4, 8, 16):
+        raise ValueError(f"not a PNG picture: colour type {kind}, {depth} bits")
+    if not 0 < width * height <= limit_pixels:
+        raise ValueError(f"{width} x {height} pixels; expected 1 to {limit_pixels}")
+    rows = _unfiltered(chunks.get(b"IDAT", b""), width, height, depth * _CHANNELS[kind])
+    pixels = _samples(rows, width, depth, _CHANNELS[kind])
+    return _from_palette(pixels, chunks.get(b"PLTE", b"")) if kind == 3 else _eight_bits(pixels, depth)
+
+
+def _chunks(data: bytes) -> dict[bytes, bytes]:
+    if not data.startswith(SIGNATURE):
+        raise ValueError("not a PNG picture")
+    found: dict[bytes, bytes] = {}
+    at = len(SIGNATURE)
+    while at + 8 <= len(data):
+        length = int.from_bytes(data[at : at + 4], "big")
+        kind, body = data[at + 4 : at + 8], data[at + 8 : at + 8 + length]
+        if len(body) != length:
+            raise ValueError("the PNG picture is cut short")
+        found[kind] = found.get(kind, b"") + body if kind == b"IDAT" else body
+        at += 12 + length
+    return found
+
+
+def _unfiltered(packed: bytes, width: int, height: int, bits: int) -> NDArray[np.uint8]:
+    """(height, bytes of a row) without the filter bytes; each row is filtered by the one above it."""
+    size = (width * bits + 7) // 8
+    step = max(1, bits // 8)
+    unpacker = zlib.decompressobj()
+    try:
+        raw = unpacker.decompress(packed, height * (size + 1))
+    except zlib.error as error:
+        raise ValueError(f"the PNG picture is damaged: {error}") from error
+    if len(raw) != height * (size + 1):
+        raise ValueError("the PNG picture is cut short")
+    lines = np.frombuffer(raw, np.uint8).reshape(height, size + 1)
+    rows = np.zeros((height + 1, size), np.uint8)
+    for number, line in enumerate(lines):
+        rows[number + 1] = _row(int(line[0]), line[1:], rows[number], step)
+    return rows[1:]
+
+
+def _row(kind: int, line: NDArray[np.uint8], above: NDArray[np.uint8], step: int) -> NDArray[np.uint8]:
+    if kind == 0:
+        return line
+    if kind == 2:
+        return line + above
+    if kind == 1:  # differences to the left, of each byte of a pixel by itself: a running sum modulo 256
+        out = np.zeros_like(line)
+        for first in range(min(step, line.size)):
+            out[first::step] = np.cumsum(line[first::step], dtype=np.uint8)
+        return out
+    if kind not in (3, 4):
+        raise ValueError(f"the PNG picture is damaged: filter {kind}")
+    return np.frombuffer(_by_neighbours(kind, line.tobytes(), above.tobytes(), step), np.uint8)
+
+
+def _by_neighbours(kind: int, line: bytes, above: bytes, step: int) -> bytes:
+    out = bytearray(line)
+    for i, value in enumerate(line):
+        left = out[i - step] if i >= step else 0
+        up = above[i]
+        if kind == 3:
+            out[i] = (value + (left + up) // 2) & 255
+        else:
+            corner = above[i - step] if i >= step else 0
+            out[i] = (value + _paeth(left, up, corner)) & 255
+    return bytes(out)
+
+
+def _paeth(left: int, up: int, corner: int) -> int:
+    guess = left + up - corner
+    a, b, c = abs(guess - left), abs(guess - up), abs(guess - corner)
+    if a <= b and a <= c:
+        return left
+    return up if b <= c else corner
+
+
+def _samples(rows: NDArray[np.uint8], width: int, depth: int, channels: int) -> NDArray[np.uint8]:
+    """(height, width, channels): small samples unpacked, the high byte of large ones."""
+    height = rows.shape[0]
+    if depth == 16:
+        rows = rows[:, ::2]
+    elif depth < 8:
+        bits = np.unpackbits(rows, axis=1).reshape(height, -1, depth)
+        rows = bits @ (1 << np.arange(depth - 1, -1, -1, dtype=np.uint8))
+    return np.ascontiguousarray(rows[:, : width * channels]).reshape(height, width, channels)
+
+
+def _eight_bits(pixels: NDArray[np.uint8], depth: int) -> NDArray[np.uint8]:
+    return pixels * np.uint8(255 // ((1 << depth) - 1)) if depth < 8 else pixels
+
+
+def _from_palette(pixels: NDArray[np.uint8], palette: bytes) -> NDArray[np.uint8]:
+    colours = np.frombuffer(palette[: len(palette) // 3 * 3], np.uint8).reshape(-1, 3)
+    if pixels.size and int(pixels.max()) >= len(colours):
+        raise ValueError("the PNG picture is damaged: a colour is not in its palette")
+    return np.asarray(colours[pixels[:, :, 0]], dtype=np.uint8)
