@@ -52,7 +52,7 @@ class ActionHandle(GoalHandle[Any]):
         self._core.remember(self)
         try:
             self._send_shielded(lambda: self._send_to(client, message))
-        except RosError:
+        except Exception:
             self._core.forget(self)
             raise
 
@@ -126,6 +126,8 @@ class NavigationProgress:
 class NavigationHandle(ActionHandle):
     """A goal of /move_base under way."""
 
+    drives = True
+
     def _progress_of(self, feedback: Any) -> NavigationProgress:
         stamped = feedback.base_position
         return NavigationProgress(
@@ -141,8 +143,9 @@ def start_navigation(
 ) -> NavigationHandle:
     """Send a goal to /move_base: the last pose is the target, the ones before it are the way."""
     for pose in path:
-        pose.require_finite()
+        pose.require_sensible()
     core.require_ready("navigation", check)
+    core.require_free_base("navigation", check)
     goal = message_type("woosh_msgs/MoveBaseGoal")()
     goal.target_pose = stamped_pose(path[-1])
     goal.poses = [stamped_pose(pose) for pose in path] if len(path) > 1 else []
@@ -180,6 +183,11 @@ class StepHandle(ActionHandle):
         self._percent = 0.0
         self._done_before = 0.0  # percent of the whole that was done before the last resume
         self._paused = False
+
+    @property
+    def drives(self) -> bool:
+        """True while it may move the base."""
+        return not self._paused
 
     @property
     def percent(self) -> float:
@@ -282,6 +290,7 @@ def start_steps(
     """Send steps to /cmd_vel_control as one goal."""
     checked = check_steps(steps)
     core.require_ready("step move", check)
+    core.require_free_base("step move", check)
     expected = 15.0 + 2.0 * sum(step.expected_seconds for step in checked)
     handle = StepHandle(core, checked, avoid, expected if timeout is None else timeout)
     handle.send(step_goal(StepControlMode.EXECUTE, checked, avoid))

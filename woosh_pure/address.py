@@ -17,12 +17,22 @@ def master_uri_of(address: str | None) -> str:
     Raises:
         ValueError: None was given and $ROS_MASTER_URI is not set, or the text is no address.
     """
+    uri = _as_uri(address)
+    from rosproto.transport.address import parse_uri  # with the first Chassis, not with this package
+
+    parse_uri(uri)
+    return uri
+
+
+def _as_uri(address: str | None) -> str:
     if address is None:
         address = os.environ.get("ROS_MASTER_URI", "").strip()
         if not address:
             raise ValueError(
                 f"no chassis given and ROS_MASTER_URI is not set; give an address such as {VENDOR_ADDRESS}"
             )
+    if not isinstance(address, str):
+        raise ValueError(f"{address!r} is no address; give text, a host such as {VENDOR_ADDRESS!r}")
     text = address.strip()
     if "://" in text:
         if not text.startswith("http://"):

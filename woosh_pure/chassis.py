@@ -6,27 +6,24 @@ import logging
 import math
 import os
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.msg.user_folder import learned_paths
 
 from . import interface
-from .action_goal import ActionHandle, NavigationHandle, StepHandle, start_navigation, start_steps
+from .action_goal import ActionHandle
 from .address import master_uri_of
 from .core import VELOCITY_TOPICS, Core
-from .enums import Direction, ExecutionMode, TaskType
 from .errors import MotionRefused
-from .geometry import Pose2D
 from .localisation import Localisation
+from .moving import Moving
 from .peripherals import Peripherals
 from .readiness import Readiness
 from .readings import Readings
-from .steps import Step
 from .stop import StopReport, cancel_goals
 from .stop import stop as _stop
-from .task import TaskHandle, start_task
 from .timeouts import require_timeout
 from .velocity import DEFAULT_ANGULAR, DEFAULT_LINEAR, Drive, DriveLimits
 
@@ -45,7 +42,7 @@ _log = logging.getLogger("woosh_pure.chassis")
 _SETTLED = 0.3
 
 
-class Chassis(Readings, Localisation, Peripherals):
+class Chassis(Readings, Moving, Localisation, Peripherals):
     """One chassis. Use it in a `with` block: leaving it cancels what this program started and still runs.
 
     Nothing happens on the network before the first verb or feed is used. The node's name is made unique, so
@@ -61,7 +58,7 @@ class Chassis(Readings, Localisation, Peripherals):
         learned: Use also what `woosh learn` has kept for this user.
 
     Raises:
-        ValueError: No address, or it cannot be read.
+        ValueError: No address, or it cannot be read; `timeout` is no time.
         DefinitionError: A folder of `msg_path` is not there or holds no definition.
     """
 
@@ -77,6 +74,8 @@ class Chassis(Readings, Localisation, Peripherals):
         learned: bool = True,
     ) -> None:
         self.master_uri = master_uri_of(address)
+        if not 0.0 < timeout < math.inf:
+            raise ValueError(f"timeout={timeout}: expected more than 0 s, and not for ever")
         self._core = Core(
             self.master_uri,
             name=name,
@@ -175,198 +174,6 @@ class Chassis(Readings, Localisation, Peripherals):
         """
         return self.status.wait_for(accept, timeout)
 
-    # -- tasks -----------------------------------------------------------------------------------------------
-
-    def go_to_mark(self, mark: str, *, timeout: float | None = 300.0, check: bool = True) -> TaskHandle:
-        """Drive to a mark of the map (`/exec_task`, task type pick). Returns at once; `.wait()` for the
-        arrival.
-
-        Args:
-            mark: Its name, as on the chassis's own map; marks cannot be listed over this interface.
-            timeout: What the handle's `wait()` allows when it is not told otherwise, s.
-            check: False sends it even when the known state speaks against moving.
-
-        Raises:
-            MotionRefused: Not ready, or the chassis refused.
-            StaleState: `/robot_status` has no publisher: the end could not be seen.
-        """
-        return self.task(TaskType.PICK, mark, timeout=timeout, check=check)
-
-    def task(
-        self,
-        task_type: TaskType,
-        mark: str = "",
-        *,
-        poses: Sequence[Pose2D] = (),
-        direction: Direction = Direction.UNDEFINED,
-        type_number: int = 0,
-        custom: int = 0,
-        timeout: float | None = 300.0,
-        check: bool = True,
-    ) -> TaskHandle:
-        """Run a task (`/exec_task`). Returns at once.
-
-        Args:
-            task_type: Pick, park, charge or carry.
-            mark: Target mark; may be left out when poses are given.
-            poses: The path, in the map; a single pose lets the chassis plan. With a mark the path must end
-                there.
-            direction: Load or unload, for carrying.
-            type_number: The project's own number.
-            custom: The project's own byte.
-            timeout: Default of the handle's `wait()`, s.
-            check: False sends it even when the known state speaks against moving.
-
-        Raises:
-            MotionRefused: Not ready, or the chassis refused; `error.readiness` says why.
-            StaleState: The end could not be seen.
-        """
-        return start_task(
-            self._core,
-            task_type,
-            mark,
-            [pose.require_finite() for pose in poses],
-            direction=direction,
-            type_number=type_number,
-            custom=custom,
-            timeout=timeout,
-            check=check,
-        )
-
-    def park(self, mark: str, **options: Any) -> TaskHandle:
-        """Drive to a parking mark; options as for `task`."""
-        return self.task(TaskType.PARK, mark, **options)
-
-    def charge(self, mark: str, **options: Any) -> TaskHandle:
-        """Drive to a charger and charge; options as for `task`."""
-        return self.task(TaskType.CHARGE, mark, **options)
-
-    def carry(self, mark: str, direction: Direction, **options: Any) -> TaskHandle:
-        """Drive to a mark and load or unload there; options as for `task`."""
-        return self.task(TaskType.CARRY, mark, direction=direction, **options)
-
-    # -- navigation ------------------------------------------------------------------------------------------
-
-    def go_to(
-        self,
-        x: float,
-        y: float,
-        yaw: float = 0.0,
-        *,
-        frame: str = "map",
-        timeout: float | None = 300.0,
-        check: bool = True,
-    ) -> NavigationHandle:
-        """Drive to a pose (`/move_base`). Returns at once.
-
-        Args:
-            x: m, in `frame`.
-            y: m, in `frame`.
-            yaw: Final heading, rad.
-            timeout: Default of the handle's `wait()`, s.
-            check: False sends it even when the known state speaks against moving.
-
-        Raises:
-            MotionRefused: Not ready.
-            RosTimeout: The action server is not there.
-        """
-        return self.follow([Pose2D(x, y, yaw, frame)], timeout=timeout, check=check)
-
-    def follow(
-        self,
-        path: Sequence[Pose2D],
-        *,
-        point_by_point: bool = False,
-        timeout: float | None = 300.0,
-        check: bool = True,
-    ) -> NavigationHandle:
-        """Drive along a path to its last pose (`/move_base`). Returns at once.
-
-        Args:
-            path: Poses in the map.
-            point_by_point: Stop at every point instead of passing by.
-        """
-        if not path:
-            raise ValueError("the path is empty; give at least the target pose")
-        mode = ExecutionMode.POINT_BY_POINT if point_by_point else ExecutionMode.FREE
-        return start_navigation(self._core, path, mode=mode, timeout=timeout, check=check)
-
-    # -- precise moves ---------------------------------------------------------------------------------------
-
-    def move(
-        self, distance: float, *, speed: float = 0.0, avoid: bool = True, timeout: float | None = None
-    ) -> StepHandle:
-        """Drive straight by `distance` m, negative backward (`/cmd_vel_control`). Returns at once.
-
-        Args:
-            distance: At most 10 m.
-            speed: m/s; 0 takes the chassis's 0.2 m/s.
-            avoid: False switches the obstacle avoidance of this move off.
-            timeout: Default of the handle's `wait()`; None derives it from way and speed.
-
-        Raises:
-            ValueError: Not finite, or too far.
-            MotionRefused: Not ready.
-        """
-        return self.steps([Step.straight(distance, speed)], avoid=avoid, timeout=timeout)
-
-    def rotate(
-        self,
-        angle: float,
-        *,
-        degrees: bool = False,
-        speed: float = 0.0,
-        several_turns: bool = False,
-        avoid: bool = True,
-        timeout: float | None = None,
-    ) -> StepHandle:
-        """Turn in place by `angle`, counter-clockwise positive (`/cmd_vel_control`). Returns at once.
-
-        Args:
-            angle: rad, or degrees with `degrees=True`; at most 62.8318 rad.
-            speed: rad/s (always); 0 takes the chassis's 0.1 rad/s.
-            several_turns: Must be said for more than one turn, because `rotate(90)` is usually meant in
-                degrees.
-
-        Raises:
-            ValueError: Not finite, too far, or more than a turn without `several_turns`.
-        """
-        radians = math.radians(angle) if degrees else angle
-        if not several_turns and abs(radians) > 2.0 * math.pi + 1e-6:
-            raise ValueError(
-                f"{radians:.2f} rad is more than one turn; for degrees say degrees=True, "
-                "for many turns say several_turns=True"
-            )
-        return self.steps([Step.turn(radians, speed)], avoid=avoid, timeout=timeout)
-
-    def strafe(
-        self, distance: float, *, speed: float = 0.0, avoid: bool = True, timeout: float | None = None
-    ) -> StepHandle:
-        """Move sideways by `distance` m, left positive; only an omnidirectional base does it."""
-        return self.steps([Step.lateral(distance, speed)], avoid=avoid, timeout=timeout)
-
-    def move_diagonal(
-        self,
-        distance: float,
-        angle: float,
-        *,
-        degrees: bool = False,
-        speed: float = 0.0,
-        avoid: bool = True,
-        timeout: float | None = None,
-    ) -> StepHandle:
-        """Move by `distance` m in the direction `angle` left of forward; only an omnidirectional base does
-        it.
-        """
-        radians = math.radians(angle) if degrees else angle
-        return self.steps([Step.diagonal(distance, radians, speed)], avoid=avoid, timeout=timeout)
-
-    def steps(
-        self, steps: Iterable[Step], *, avoid: bool = True, timeout: float | None = None, check: bool = True
-    ) -> StepHandle:
-        """Several precise moves as one goal (`/cmd_vel_control`). Returns at once."""
-        return start_steps(self._core, tuple(steps), avoid=avoid, timeout=timeout, check=check)
-
     # -- velocity --------------------------------------------------------------------------------------------
 
     def velocity(
@@ -379,7 +186,8 @@ class Chassis(Readings, Localisation, Peripherals):
         feedback_timeout: float | None = 1.0,
         check: bool = True,
     ) -> Drive:
-        """A block in which the robot is driven by velocity.
+        """A block in which the robot is driven by velocity, in base_link (x forward, y left, yaw
+        counter-clockwise).
 
         A velocity passes by the chassis's obstacle avoidance, collision detection, speed and state limits.
         The area must be clear, and a person must watch all the time and be able to stop the robot.
@@ -418,15 +226,17 @@ class Chassis(Readings, Localisation, Peripherals):
         except RosTimeout:
             linear = angular = 0.0
         return DriveLimits(
-            _lower("max_linear", linear if linear > 0.0 else DEFAULT_LINEAR, max_linear),
-            _lower("max_angular", angular if angular > 0.0 else DEFAULT_ANGULAR, max_angular),
+            _lower("max_linear", linear if 0.0 < linear < math.inf else DEFAULT_LINEAR, max_linear),
+            _lower("max_angular", angular if 0.0 < angular < math.inf else DEFAULT_ANGULAR, max_angular),
         )
 
     def stop(self, *, everything: bool = False, timeout: float = 5.0) -> StopReport:
         """Stop: zero velocity, and cancel what this client started. From any thread, at any time, in any
         state.
 
-        It is NO emergency stop: it goes through the network and the chassis's software.
+        It is NO emergency stop: it goes through the network and the chassis's software. Zero goes to
+        `/smooth_cmd_vel` and `/base_cmd_vel`, cancels go to `/move_base`, `/cmd_vel_control` and
+        `/exec_task`, and `/odom_twist` tells whether the robot stands.
 
         Args:
             everything: Also cancel what others have started.
@@ -447,8 +257,14 @@ class Chassis(Readings, Localisation, Peripherals):
 
         Args:
             name: As in the interface table, for example "/lift_control".
-            goal: The goal message.
-            timeout: Default of the handle's `wait()`, s.
+            goal: The goal message; units and frames as its definition says.
+            timeout: Default of the handle's `wait()`, s; None for ever.
+
+        Raises:
+            KeyError: It is not in the table; the text lists near names.
+            ValueError: It is no action, the goal is another's, or `timeout` is no time.
+            FirmwareLimit: The chassis's definition has no field for a value given; nothing was sent.
+            RosTimeout: The action server is not there.
         """
         found = interface.row(name)
         if found.kind != "action":

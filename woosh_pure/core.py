@@ -94,8 +94,7 @@ class Core:
     def node(self) -> rosproto.Node:
         """Our node; its name is unique, so no two programs throw each other out."""
         with self._making:
-            if self._closed:
-                raise ConnectionLost(f"this Chassis is closed; open a new one for {self.master_uri}")
+            self.require_open()
             if self._node is None:
                 self._node = rosproto.Node(
                     self._name,
@@ -107,6 +106,15 @@ class Core:
                 )
             return self._node
 
+    def require_open(self) -> None:
+        """Refuse everything after `close`.
+
+        Raises:
+            ConnectionLost: This Chassis is closed.
+        """
+        if self._closed:
+            raise ConnectionLost(f"this Chassis is closed; open a new one for {self.master_uri}")
+
     def feed(self, name: str) -> Feed[Any]:
         """The feed of that name, or of a topic that has none, subscribed on first reading."""
         with self._lock:
@@ -117,6 +125,7 @@ class Core:
 
     def publisher(self, topic: str, type_name: Any) -> rosproto.Publisher:
         """A publisher of any topic and type, kept until close."""
+        self.require_open()
         with self._making:
             if topic not in self._publishers:
                 self._publishers[topic] = self.node.publisher(topic, type_name, queue_size=10)
@@ -136,6 +145,14 @@ class Core:
                     f"nobody listens to {names}; this chassis may not have it", what=names, seconds=timeout
                 )
             time.sleep(0.01)
+
+    def connect(self, topic: str, type_: Any) -> None:
+        """Wait until the chassis listens to a topic, without sending anything.
+
+        Raises:
+            RosTimeout: Nobody of the chassis subscribes.
+        """
+        self.require_connection(self.publisher(topic, type_), topic)
 
     def send(self, topic: str, message: Any, timeout: float | None = None) -> None:
         """Publish once, after the chassis has connected.
@@ -161,6 +178,7 @@ class Core:
 
     def service(self, name: str) -> Any:
         """The client of a service of the interface."""
+        self.require_open()
         with self._making:
             if name not in self._services:
                 self._services[name] = self.node.service_client(name, row(name).type)
@@ -201,6 +219,7 @@ class Core:
         Raises:
             RosTimeout: The server is not there; the text says which part is missing.
         """
+        self.require_open()
         with self._making:
             client = self._actions.get(name)
             if client is None:
@@ -268,10 +287,20 @@ class Core:
         Raises:
             MotionRefused: With the readiness.
         """
+        self.require_open()
         self._listen("battery", "status", "status_code", "velocity")
         readiness = self.known_readiness()
         if check and not readiness:
             raise MotionRefused(f"{what} refused, nothing was sent", readiness=readiness)
+
+    def require_free_base(self, what: str, check: bool) -> None:
+        """Refuse a goal while a velocity block of this Chassis is open: both would command the base.
+
+        Raises:
+            MotionRefused: One is.
+        """
+        if check and self.drives:
+            raise MotionRefused(f"{what} refused, nothing was sent: a velocity block is open; leave it first")
 
     def require_publisher(self, feed: Feed[Any]) -> None:
         """Wait until the topic that tells the end of a goal is connected.
@@ -426,12 +455,18 @@ class Core:
             if goal in self._goals:
                 self._goals.remove(goal)
 
-    def remember_drive(self, drive: Drive) -> None:
+    def remember_drive(self, drive: Drive, check: bool = True) -> None:
         """Add an open drive; there is one at a time.
 
         Raises:
-            MotionRefused: Another one is open.
+            MotionRefused: Another one is open, or a goal of ours moves the base.
         """
+        driving = [goal.goal for goal in self.goals if check and goal.drives and not goal.done]
+        if driving:
+            raise MotionRefused(
+                f"velocity refused: {', '.join(driving)} is under way and would be disturbed; wait for it, "
+                "pause or cancel it first"
+            )
         with self._lock:
             if self._drives:
                 raise MotionRefused("another velocity block is open on this Chassis; leave it first")

@@ -71,6 +71,22 @@ class Pose2D:
             raise ValueError(f"pose {self.x}, {self.y}, {self.yaw}: every number must be finite (m, m, rad)")
         return self
 
+    def require_sensible(self) -> Pose2D:
+        """This pose, checked as the target of a command.
+
+        Raises:
+            ValueError: A number is NaN or infinite, the yaw is more than one turn (degrees?), or there is no
+                frame.
+        """
+        self.require_finite()
+        if abs(self.yaw) > 2.0 * math.pi + 1e-6:
+            raise ValueError(
+                f"yaw {self.yaw:g} rad is more than one turn; for degrees give math.radians({self.yaw:g})"
+            )
+        if not self.frame.strip("/ "):
+            raise ValueError('the pose has no frame; "map" is the chassis\'s own map')
+        return self
+
     def distance_to(self, other: Pose2D) -> float:
         """Straight distance in m; both poses must be in one frame."""
         if self.frame.lstrip("/") != other.frame.lstrip("/"):
@@ -131,8 +147,18 @@ class Footprint:
 
     @classmethod
     def from_points(cls, points: Iterable[Sequence[float]], padding: float = 0.0) -> Footprint:
-        """From corners in m, moved outwards by `padding` m as costmap_2d's footprint_padding does."""
-        return cls(tuple((_padded(p[0], padding), _padded(p[1], padding)) for p in points))
+        """From corners in m, moved outwards by `padding` m as costmap_2d's footprint_padding does.
+
+        Raises:
+            ValueError: Not a simple polygon around the origin, not in metres, or `padding` is negative.
+        """
+        if not (math.isfinite(padding) and padding >= 0.0):
+            raise ValueError(f"padding={padding}: must be a number of at least 0 (m)")
+        try:
+            corners = [(float(x), float(y)) for x, y in points]
+        except (TypeError, ValueError):
+            raise ValueError("a footprint is made of corners (x, y), two numbers in m each") from None
+        return cls(tuple((_padded(x, padding), _padded(y, padding)) for x, y in corners))
 
     @classmethod
     def rectangle(cls, length: float, width: float, padding: float = 0.0) -> Footprint:
@@ -163,6 +189,9 @@ class Footprint:
         return min(_distance_to_segment(a, b) for a, b in pairs)
 
 
+_LARGEST = 10.0  # m; no chassis with its load is larger: the numbers are in another unit
+
+
 def _padded(value: float, padding: float) -> float:
     return value + math.copysign(padding, value) if value else value
 
@@ -179,6 +208,8 @@ def _check_polygon(points: Sequence[tuple[float, float]]) -> None:
     for x, y in points:
         if not (math.isfinite(x) and math.isfinite(y)):
             raise ValueError(f"footprint corner ({x}, {y}): both numbers must be finite (m)")
+        if math.hypot(x, y) > _LARGEST:
+            raise ValueError(f"footprint corner ({x}, {y}) is more than {_LARGEST:g} m away; give metres")
     edges = list(zip(points, (*points[1:], points[0]), strict=True))
     for i, (a, b) in enumerate(edges):
         if a == b:

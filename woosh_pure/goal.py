@@ -70,6 +70,11 @@ class GoalHandle(Generic[P]):
         """The id of a task; 0 for a goal of another kind."""
         return 0
 
+    @property
+    def drives(self) -> bool:
+        """True while this goal may move the base."""
+        return False
+
     def __repr__(self) -> str:
         return (
             f"<{type(self).__name__} {self.goal}: {self._outcome.kind.value if self._outcome else 'running'}>"

@@ -498,8 +498,18 @@ def row(name: str) -> Row:
 
 
 def find(feed: str) -> Row:
-    """The row behind a feed of `Chassis`."""
-    return _BY_FEED[feed]
+    """The row behind a feed of `Chassis`.
+
+    Raises:
+        KeyError: There is no such feed; the message lists near names.
+    """
+    try:
+        return _BY_FEED[feed]
+    except KeyError:
+        from difflib import get_close_matches
+
+        near = ", ".join(get_close_matches(feed, _BY_FEED, 3)) or "none is near"
+        raise KeyError(f"{feed} is no feed of the chassis; near names: {near}") from None
 
 
 def topics(flow: Flow | None = None) -> tuple[Row, ...]:

@@ -37,8 +37,8 @@ class Localisation:
             position_deviation: How sure you are, 1 sigma, m.
             yaw_deviation: 1 sigma, rad.
             via: "topic" sends to `/initialpose`. "service" calls the chassis's service of type
-                woosh_msgs/InitPose, which answers; its name is not documented, so it is found by its type,
-                and not every chassis has it.
+                woosh_msgs/InitPose, which answers; its name is not documented (the simulator has it at
+                `/init_pose`), so it is found by its type, and not every chassis has it.
 
         Raises:
             ValueError: A number is not finite, a deviation is not positive, or the pose is not in the map.
@@ -60,8 +60,8 @@ class Localisation:
     def initialise(self, *, timeout: float = 30.0) -> None:
         """Initialise the robot: the chassis's service of type woosh_msgs/WooshInit.
 
-        Its name is not documented, so it is found by its type; what a real chassis does then is not
-        documented either. It takes no values: no units, no frame.
+        Its name is not documented (the simulator has it at `/woosh_init`), so it is found by its type; what a
+        real chassis does then is not documented either. It takes no values: no units, no frame.
 
         Args:
             timeout: Seconds for the answer.

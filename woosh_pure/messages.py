@@ -26,7 +26,7 @@ def set_now(header: Any, frame: str) -> None:
 
 def pose_message(pose: Pose2D) -> Any:
     """geometry_msgs/Pose, z 0."""
-    pose.require_finite()
+    pose.require_sensible()
     message = _new("geometry_msgs/Pose")
     message.position.x, message.position.y = pose.x, pose.y
     q = message.orientation

@@ -18,6 +18,7 @@ from .gridmap_message import grid_from_message, grid_message
 from .localisation import require_success
 from .messages import polygon, pose_with_covariance, stamped_pose
 from .rostypes import message_type
+from .steps import MAX_SPEED
 
 if TYPE_CHECKING:
     from .core import Core
@@ -43,7 +44,7 @@ class Peripherals:
         self,
         state: LedState = LedState.NONE,
         *,
-        color: int | tuple[int, int, int] | None = None,
+        color: int | Sequence[int] | None = None,
         strip: str = "base",
         module: int = 0,
         urgency: bool = False,
@@ -65,11 +66,11 @@ class Peripherals:
         """
         if not 0 <= module <= 8:
             raise ValueError(f"module {module}: 0 for all, or 1 to 8")
+        if strip not in (*_STRIPS, "both"):
+            raise ValueError(f'strip {strip!r} is not known; expected "base", "shelf" or "both"')
         message = message_type("woosh_msgs/LED")()
         message.submodule, message.normal, message.color = module, int(state), _rgb(color)
         message.urgency, message.abnormal = 0xFF * urgency, 0xFF * abnormal
-        if strip not in (*_STRIPS, "both"):
-            raise ValueError(f'strip {strip!r} is not known; expected "base", "shelf" or "both"')
         for name in _STRIPS if strip == "both" else (strip,):
             self._send_to_any(_STRIPS[name], "woosh_msgs/LED", message)
 
@@ -87,8 +88,12 @@ class Peripherals:
     def say(self, text: str) -> None:
         """Let the chassis speak (`/voice_synthesis`; not every chassis has it).
 
+        Args:
+            text: What it is to say. No units, no frame.
+
         Raises:
             RosTimeout: This chassis has no voice.
+            CodecError: `text` is no text.
         """
         message = message_type("std_msgs/String")(data=text)
         self._core.send("/voice_synthesis", message)
@@ -105,11 +110,12 @@ class Peripherals:
     ) -> Footprint:
         """Tell the navigation the robot's outline, for example with a load on it.
 
-        The vendor recommends to change both costmaps together, as this does unless told otherwise.
+        It goes to `/move_base/local_costmap/set_footprint` and `/move_base/global_costmap/set_footprint`. The
+        vendor recommends to change both together, as this does unless told otherwise: both or none.
 
         Args:
             footprint: A `Footprint`, or corners (x, y) in m in base_link.
-            padding: Metres added outwards.
+            padding: m added outwards.
             local: The local costmap.
             global_: The global costmap.
 
@@ -123,24 +129,48 @@ class Peripherals:
         corners = footprint.points if isinstance(footprint, Footprint) else footprint
         outline = Footprint.from_points(corners, padding)
         message = polygon(outline)
-        for wanted, topic in ((local, _FOOTPRINTS["local"]), (global_, _FOOTPRINTS["global"])):
-            if wanted:
-                self._core.send(topic, message)
+        wanted = {"local": local, "global": global_}
+        topics = [_FOOTPRINTS[name] for name, chosen in wanted.items() if chosen]
+        if not topics:
+            raise ValueError("neither the local nor the global costmap is chosen: nothing would be sent")
+        for topic in topics:  # both or none: the two must agree
+            self._core.connect(topic, type(message))
+        for topic in topics:
+            self._core.send(topic, message)
         return outline
 
     # -- costmaps and maps -----------------------------------------------------------------------------------
 
     def enable_costmaps(self, on: bool = True) -> None:
-        """Let obstacles enter the costmaps, or not (`/move_base/enable_costmaps`)."""
+        """Let obstacles enter the costmaps, or not (`/move_base/enable_costmaps`).
+
+        Args:
+            on: False keeps obstacles out: the navigation drives as if there were none. No units, no frame.
+
+        Raises:
+            ChassisError: The chassis refused.
+            ServiceError, RosTimeout: There is no such service, or no answer in time.
+        """
         require_success(self._core.call("/move_base/enable_costmaps", data=on), "enable_costmaps")
 
     def clear_costmaps(self) -> None:
-        """Forget the obstacles seen so far (`/move_base/clear_costmaps`); those in sight come back."""
+        """Forget the obstacles seen so far (`/move_base/clear_costmaps`); those in sight come back.
+
+        Raises:
+            ServiceError, RosTimeout: There is no such service, or no answer in time.
+        """
         self._core.call("/move_base/clear_costmaps")
 
     def get_map(self) -> GridMap:
         """The current map (`/aic_map_server/get_map`), as numpy; `.save("x.yaml")` writes map_server's
         files.
+
+        Returns:
+            Cells of (height, width) int8, m per cell, and the origin in the map.
+
+        Raises:
+            ServiceError, RosTimeout: There is no such service, or no answer within 30 s.
+            ValueError: What came is no map.
         """
         return grid_from_message(self._core.call("/aic_map_server/get_map", timeout=30.0).map)
 
@@ -148,14 +178,19 @@ class Peripherals:
         """Replace the map (`/set_map`).
 
         Args:
-            grid: The new map, for example from `GridMap.load("x.yaml")`.
-            initial_pose: Where the robot is in this map; None is the zero pose, which the vendor
-                prescribes for
-                initialising.
+            grid: The new map, for example from `GridMap.load("x.yaml")`; m per cell.
+            initial_pose: Where the robot is in this map, m and rad; None is the zero pose, which the vendor
+                prescribes for initialising.
 
         Raises:
             ChassisError: The chassis refused.
+            ValueError: A number of the pose is not finite.
+            ServiceError, RosTimeout: There is no such service, or no answer within 30 s.
         """
+        if not hasattr(grid, "cells"):
+            raise TypeError(
+                f"{type(grid).__name__} is no map; give a GridMap, for example of GridMap.load(...)"
+            )
         pose = pose_with_covariance(
             initial_pose or Pose2D(0.0, 0.0), position_deviation=0.25, yaw_deviation=0.26
         )
@@ -166,7 +201,7 @@ class Peripherals:
         """Plan a path without driving it (`/move_base/make_plan`).
 
         Args:
-            goal: In the map.
+            goal: In the map, m and rad.
             start: In the map; None is where the robot is.
             tolerance: How far the end may be moved when the goal is blocked, m; it becomes position error.
 
@@ -175,6 +210,8 @@ class Peripherals:
 
         Raises:
             StaleState: `start` was not given and the pose is not known.
+            ValueError: A number is not finite, or `tolerance` is not 0 to 5 m.
+            ServiceError, RosTimeout: There is no such service, or no answer within 30 s.
         """
         if not (math.isfinite(tolerance) and 0.0 <= tolerance <= 5.0):
             raise ValueError(
@@ -228,12 +265,17 @@ class Peripherals:
             permitted_passage: Whether a changed path may be followed.
             capacity: Vehicles in the passage.
             direction: Which way round to drive.
-            timeout: Seconds for the chassis to confirm.
+            timeout: s for the chassis to confirm.
 
         Raises:
-            ValueError: A number contradicts the mode.
+            ValueError: A number contradicts the mode, is not finite, or is in another unit.
             GoalFailed: The chassis did not accept it.
         """
+        mode, direction = NavigationMode(mode), NavDirection(direction)
+        if not (mode.known and direction.known):
+            raise ValueError(f"mode {int(mode)}, direction {int(direction)}: expected 0 to 3 each")
+        if max_speed > MAX_SPEED:
+            raise ValueError(f"max_speed={max_speed:g}: more than {MAX_SPEED:g} m/s; is it in another unit?")
         if mode is NavigationMode.WAIT_THEN_AVOID and not waiting_timeout > 0.0:
             raise ValueError(
                 "WAIT_THEN_AVOID needs waiting_timeout > 0 s; otherwise the chassis avoids at once"
@@ -256,13 +298,14 @@ class Peripherals:
         return handle.result
 
 
-def _rgb(color: int | tuple[int, int, int] | None) -> int:
+def _rgb(color: int | Sequence[int] | None) -> int:
     if color is None:
         return 0
-    if isinstance(color, tuple):
-        if len(color) != 3 or not all(0 <= part <= 255 for part in color):
-            raise ValueError(f"color {color}: expected (red, green, blue) with 0 to 255 each")
-        return (color[0] << 16) | (color[1] << 8) | color[2]
-    if not 0 <= color <= 0xFFFFFF:
-        raise ValueError(f"color {color:#x}: expected 24-bit RGB, 0 to 0xFFFFFF")
-    return color
+    if isinstance(color, int):
+        if not 0 <= color <= 0xFFFFFF:
+            raise ValueError(f"color {color:#x}: expected 24-bit RGB, 0 to 0xFFFFFF")
+        return color
+    parts = tuple(color)
+    if len(parts) != 3 or not all(isinstance(part, int) and 0 <= part <= 255 for part in parts):
+        raise ValueError(f"color {color!r}: expected (red, green, blue) with whole numbers of 0 to 255 each")
+    return (parts[0] << 16) | (parts[1] << 8) | parts[2]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from .enums import RobotMode, RobotState, WorkMode
 from .faults import Department, FaultLevel, StatusCode
+from .rivals import ROBOT_ITSELF
 
 if TYPE_CHECKING:
     from .values import RobotStatus
@@ -80,8 +81,7 @@ def assess(
         reasons += _from_status(status, charging, own_tasks)
     reasons += [_from_fault(fault) for fault in faults]
     reasons += [
-        Reason("other_client", f"{client} has a goal of its own under way on {action}", False)
-        for client, action in rivals
+        _rival(*rival) for rival in rivals if rival[0] != ROBOT_ITSELF or _task_unknown(status, own_tasks)
     ]
     return Readiness(tuple(reasons))
 
@@ -109,6 +109,18 @@ def _from_status(status: RobotStatus, charging: bool | None, own_tasks: Collecti
     if charging and status.robot_state is not RobotState.CHARGING:
         reasons.append(Reason("charging_cable", "the battery charges without a task; unplug the cable"))
     return reasons
+
+
+def _task_unknown(status: RobotStatus | None, own_tasks: Collection[int]) -> bool:
+    """Whether nothing else tells what task the robot carries out."""
+    return status is None and not own_tasks
+
+
+def _rival(client: str, action: str) -> Reason:
+    whose = f"{client} has a goal of its own"
+    if client == ROBOT_ITSELF:
+        whose = "the robot has a task of another client, or of its own,"
+    return Reason("other_client", f"{whose} under way on {action}", False)
 
 
 def _task_under_way(status: RobotStatus, own_tasks: Collection[int]) -> Reason:

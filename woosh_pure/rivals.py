@@ -13,13 +13,15 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import rosproto
 
-__all__ = ["Rivals"]
+__all__ = ["ROBOT_ITSELF", "Rivals"]
+
+ROBOT_ITSELF = "/ros_interface"
+"""The node that carries out tasks, as a client of the action servers."""
 
 _ACTIONS = ("/move_base", "/cmd_vel_control")
 _UNDER_WAY = (0, 1, 6, 7)  # actionlib_msgs/GoalStatus: pending, active, preempting, recalling
 _FIRST_STATUS = 0.5  # seconds: a server sends its status 5 times a second
 _STALE = 3.0
-_ROBOT_ITSELF = "/ros_interface"
 
 
 class Rivals:
@@ -57,13 +59,12 @@ class Rivals:
             self._heard[action] = (time.monotonic(), active)
 
     def active(self) -> list[tuple[str, str]]:
-        """(client, action) of every goal under way that is not ours; a task's own navigation is left out,
-        because the task itself is known from /robot_status."""
+        """(client, action) of every goal under way that is not ours; `ROBOT_ITSELF` drives its tasks."""
         now = time.monotonic()
         with self._lock:
             heard = [(action, ids) for action, (at, ids) in self._heard.items() if now - at < _STALE]
         owners = [(_client_of(goal_id), action) for action, ids in heard for goal_id in ids]
-        return [(who, what) for who, what in owners if who not in (self._own_name, _ROBOT_ITSELF)]
+        return [(who, what) for who, what in owners if who != self._own_name]
 
 
 def _client_of(goal_id: str) -> str:

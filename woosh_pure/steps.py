@@ -15,6 +15,10 @@ MAX_DISTANCE = 10.0
 """Longest straight, lateral or diagonal step, m (vendor's page)."""
 MAX_ANGLE = 62.8318
 """Largest turn of one step, rad (vendor's page)."""
+MAX_SPEED = 3.0
+"""m/s; faster than such a base drives, so a larger number is in another unit (our own bound)."""
+MAX_TURN_RATE = 6.2832
+"""rad/s; as `MAX_SPEED`."""
 _NOISE = 5.0  # percent that a step may seem to go back
 
 
@@ -92,6 +96,9 @@ def check_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
         ValueError: A number is not finite, out of range, or there are no steps.
     """
     checked = tuple(steps)
+    for step in checked:
+        if not isinstance(step, Step):
+            raise TypeError(f"{step!r} is no Step; use Step.straight(0.5), Step.turn(1.57) ...")
     if not checked:
         raise ValueError("no steps given; a goal needs at least one")
     for step in checked:
@@ -133,6 +140,13 @@ def _check(step: Step) -> None:
     if abs(step.data) > most:
         hint = "; for degrees say degrees=True" if rotating else "; use go_to for longer ways"
         raise ValueError(f"{step.data} {unit} is more than the {most} {unit} one step may have{hint}")
+    if step.mode is StepMode.DIAGONAL and abs(step.angle) > 2.0 * math.pi + 1e-6:
+        raise ValueError(f"angle {step.angle:g} rad is more than one turn; for degrees say degrees=True")
+    fastest, per_second = (MAX_TURN_RATE, "rad/s") if rotating else (MAX_SPEED, "m/s")
+    if step.speed > fastest:
+        raise ValueError(
+            f"speed {step.speed:g} is more than {fastest:g} {per_second}; is it in another unit?"
+        )
     if step.speed < 0.0:
         raise ValueError(f"speed {step.speed}: give a positive speed; the sign of the way says the direction")
     if not step.mode.known or step.mode not in tuple(StepMode):

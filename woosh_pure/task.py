@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+import threading
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +23,9 @@ if TYPE_CHECKING:
 
 __all__ = ["TaskHandle", "start_task"]
 
+logger = logging.getLogger("woosh_pure.task")
 _REPLY_SECONDS = 10.0
+_TYPES = (TaskType.PICK, TaskType.PARK, TaskType.CHARGE, TaskType.CARRY)
 
 
 class TaskHandle(GoalHandle[RobotStatus]):
@@ -45,6 +49,11 @@ class TaskHandle(GoalHandle[RobotStatus]):
     def state(self) -> TaskState:
         """Its last known state."""
         return self._tracker.state
+
+    @property
+    def drives(self) -> bool:
+        """True while the task may move the base."""
+        return self.state not in (TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
 
     def pause(self) -> None:
         """Hold it; `resume` goes on.
@@ -100,9 +109,19 @@ class TaskHandle(GoalHandle[RobotStatus]):
 
     def _settle(self) -> None:
         ending = self._tracker.ending
-        if ending is not None:
-            self._off()
-            self._finish(ending.kind, ending.text, ending.code)
+        if ending is None or self._outcome is not None:
+            return
+        self._off()
+        self._finish(ending.kind, ending.text, ending.code)
+        if ending.under_way:
+            threading.Thread(target=self._end_on_robot, name="woosh:cancel", daemon=True).start()
+
+    def _end_on_robot(self) -> None:
+        """Cancel what the robot could go on with after its fault; in a thread, since callbacks come here."""
+        try:
+            self._core.exec_task(TaskCommand.CANCEL, self.task_id, timeout=_REPLY_SECONDS)
+        except RosError as error:
+            logger.warning("! %s: not cancelled after the fault, it may go on: %s", self.goal, error)
 
     def _check(self) -> None:
         lost = self._core.lost("status")
@@ -124,9 +143,10 @@ def start_task(
     check: bool,
 ) -> TaskHandle:
     """Listen first, then call the service: whatever comes in whatever order is seen."""
-    if not mark and not poses:
-        raise ValueError("a task needs a mark or poses; give the mark's name as it is on the map")
+    task_type, direction = TaskType(task_type), Direction(direction)
+    _check_task(task_type, mark, poses, direction, type_number, custom)
     core.require_ready("task", check)
+    core.require_free_base("task", check)
     status = core.feed("status")
     core.require_publisher(status)
     where = f" to {mark}" if mark else f" to {poses[-1]}"
@@ -135,6 +155,30 @@ def start_task(
     core.remember(handle)
     _send(core, handle, task_type, mark, poses, direction, type_number, custom)
     return handle
+
+
+def _check_task(
+    task_type: TaskType,
+    mark: str,
+    poses: Sequence[Pose2D],
+    direction: Direction,
+    type_number: int,
+    custom: int,
+) -> None:
+    if task_type not in _TYPES:
+        raise ValueError(f"task type {task_type}: expected one of {', '.join(map(str, _TYPES))}")
+    if not isinstance(mark, str):
+        raise ValueError(f"mark {mark!r}: give its name as text, as it is on the map")
+    if not mark and not poses:
+        raise ValueError("a task needs a mark or poses; give the mark's name as it is on the map")
+    if not direction.known:
+        raise ValueError(f"direction {int(direction)}: expected load, unload or undefined")
+    for name, value, least, most in (
+        ("type_number", type_number, 0, 2**32 - 1),
+        ("custom", custom, -128, 127),
+    ):
+        if not (isinstance(value, int) and least <= value <= most):
+            raise ValueError(f"{name}={value!r}: expected a whole number of {least} to {most}")
 
 
 def _send(
@@ -176,7 +220,7 @@ def _send(
             OutcomeKind.CONNECTION_LOST, "no reply to the request; it was cancelled again if possible"
         )
         raise
-    except RosError:
+    except Exception:  # whatever it was: nothing was started, and nobody has to cancel it
         handle._off()
         core.forget(handle)
         raise

@@ -6,7 +6,8 @@ What real programs get wrong, and why it cannot happen here:
 * The completion comes before the service reply and is lost: the tracker listens before the call is made,
 and a
   final state is final whichever comes first.
-* 8, 9, negative states and faults are waited for for ever: all of them end the task, as failures.
+* 8, 9, negative states and faults are waited for for ever: all of them end the task, as failures; a task
+  that a fault has only held is cancelled, so that it does not go on unseen.
 * Another client's task takes the robot over: once ours was seen, a running task with another id ends ours.
 """
 
@@ -36,11 +37,18 @@ def new_task_id() -> int:
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """How the task ended, by the chassis's word."""
+    """How the task ended, by the chassis's word.
+
+    Attributes:
+        kind, code, text: As of the `Outcome`.
+        under_way: True when the task itself has not ended on the chassis: it must be cancelled there, or it
+            may go on when the robot has recovered.
+    """
 
     kind: OutcomeKind
     code: int | None
     text: str
+    under_way: bool = False
 
 
 class TaskTracker:
@@ -87,9 +95,8 @@ class TaskTracker:
         elif int(status.task_state) < 0:
             self._end(OutcomeKind.FAILED, status)
         elif status.robot_state is RobotState.FAULT:
-            self.ending = Ending(
-                OutcomeKind.FAILED, int(status.robot_state), status.message or "the robot is in fault"
-            )
+            text = status.message or "the robot is in fault"
+            self.ending = Ending(OutcomeKind.FAILED, int(status.robot_state), text, under_way=True)
 
     def _end(self, kind: OutcomeKind, status: RobotStatus) -> None:
         self.ending = Ending(kind, int(status.task_state), status.message)

@@ -160,7 +160,7 @@ class Drive:
             self._require_feedback()
             # What has become known since `chassis.velocity(...)` was called counts, too.
             self._core.require_ready("velocity", self._check)
-            self._core.remember_drive(self)
+            self._core.remember_drive(self, self._check)
         except BaseException:
             self._over.set()  # a drive that was not opened takes no velocity
             raise

@@ -131,6 +131,13 @@ def test_readiness_tells_our_own_task_from_somebody_elses():
     assert readiness.ready
 
 
+def test_the_robots_own_client_is_told_only_when_its_task_is_not_known():
+    drives = [("/ros_interface", "/move_base")]
+    assert "another client, or of its own," in assess(None, [], rivals=drives).sentence()
+    assert [r.key for r in assess(None, [], own_tasks={4}, rivals=drives).reasons] == ["unknown"]
+    assert assess(status(), [], rivals=drives).reasons == ()
+
+
 def test_readiness_with_nothing_heard_and_with_a_cable():
     assert [r.key for r in assess(None, ()).reasons] == ["unknown"]
     assert not assess(status(), (), charging=True)
@@ -188,7 +195,11 @@ def test_goals_of_other_clients_are_known_by_the_name_in_their_id():
         "/move_base", message(("/me_1-4-1.0", 1), ("/laptop-1-1.5", 1), ("/ros_interface-2-3.0", 1))
     )
     rivals.receive("/cmd_vel_control", message(("odd", 0), ("/laptop-2-1.5", 3)))
-    assert rivals.active() == [("/laptop", "/move_base"), ("odd", "/cmd_vel_control")]
+    assert rivals.active() == [
+        ("/laptop", "/move_base"),
+        ("/ros_interface", "/move_base"),
+        ("odd", "/cmd_vel_control"),
+    ]
     rivals.receive("/move_base", message())
     rivals.receive("/cmd_vel_control", message())
     assert rivals.active() == []
