@@ -7,7 +7,6 @@ says in a line what the network does to it: `air.towards_robot.open = False`.
 
 from __future__ import annotations
 
-import fcntl
 import heapq
 import itertools
 import os
@@ -32,6 +31,8 @@ def open_tun(name: str) -> int:
     Raises:
         OSError: There is no /dev/net/tun, or no permission.
     """
+    import fcntl  # late: elsewhere the tests that would need it are collected, and skip
+
     fd = os.open("/dev/net/tun", os.O_RDWR | os.O_NONBLOCK | os.O_CLOEXEC)
     try:
         fcntl.ioctl(fd, _TUNSETIFF, struct.pack("16sH22x", name.encode(), _IFF_TUN | _IFF_NO_PI))
