@@ -97,6 +97,20 @@ class Sink:
         for handle in self._handles:
             handle._offer(batch, stamp)
 
+    def deliver_to_newcomers(self, before: Sink, batch: Sequence[Any], header: dict[str, str]) -> None:
+        """Hand messages that were received for another sink to those subscribers whom that one lacks."""
+        stamp = self._now()
+        for handle in self._handles:
+            if handle not in before._handles:
+                decoded = [self._decoded(m, header) if isinstance(m, AnyMsg) else m for m in batch]
+                handle._offer(self._fitting(decoded), stamp)
+        for handle in self._raw_handles:
+            if handle not in before._raw_handles:
+                handle._offer([_encoded(message, header) for message in batch], stamp)
+
+    def _fitting(self, batch: Sequence[Any]) -> Sequence[Any]:
+        return batch
+
     def _decode_all(self, batch: Sequence[Any], header: dict[str, str]) -> Sequence[Any]:
         return [self._decoded(message, header) for message in batch]
 
@@ -138,6 +152,16 @@ class RevisedSink(Sink):
             self._told = True
             _log.warning("! %s: messages are dropped that do not fit: %s", self.subscription.name, unfit[0])
         return [item for item in batch if type(item) is not Unfit]
+
+
+def _encoded(message: Any, header: dict[str, str]) -> AnyMsg:
+    """A received message as a raw subscriber gets it."""
+    if isinstance(message, AnyMsg):
+        return message
+    data = encode(message)
+    raw = raw_message(data, 0, len(data))
+    raw._connection_header = header
+    return raw
 
 
 def raw_message(buffer: Any, start: int, end: int) -> AnyMsg:
@@ -250,10 +274,8 @@ class Subscription:
         if raw == isinstance(message, AnyMsg) or (not raw and self._decode_type.is_wildcard):
             return message
         if raw:
-            data = encode(message)
-            wanted: Any = raw_message(data, 0, len(data))
-        else:
-            wanted = self._decode_type.decode(message._buff, 0, len(message._buff))
+            return _encoded(message, message._connection_header)
+        wanted = self._decode_type.decode(message._buff, 0, len(message._buff))
         wanted._connection_header = message._connection_header
         return wanted
 

@@ -127,8 +127,13 @@ class TcprosLink(PublisherLink):
         assert reader is not None
         latching = header.get("latching") == "1"  # then `deliver` remembers the message
         while True:
-            sink = subscription.sink if revised is None else subscription.sink_for(revised)
+            present = subscription.sink
+            sink = present if revised is None else subscription.sink_for(revised)
             batch = reader.receive(sink.decode, sink.owns, sink.newest)
+            if subscription.sink is not present:
+                # Somebody subscribed while we waited for this, and has been told that the topic is open.
+                renewed = subscription.sink if revised is None else subscription.sink_for(revised)
+                renewed.deliver_to_newcomers(sink, batch, header)
             if len(batch) > 1 or latching or sink.offer_one is None:
                 sink.deliver(batch, header, self)
             else:

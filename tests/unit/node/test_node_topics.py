@@ -129,6 +129,29 @@ def test_several_publishers_are_merged(nodes: tuple[Node, Node]) -> None:
     assert also.next(5).data == "three"
 
 
+@pytest.mark.parametrize("raw", [False, True])
+@pytest.mark.parametrize("raw_first", [False, True])
+def test_a_second_subscriber_misses_nothing_from_its_first_moment(
+    raw_first: bool, raw: bool, nodes: tuple[Node, Node]
+) -> None:
+    """The link may be waiting for the next message already, on behalf of the first subscriber alone."""
+    a, b = nodes
+    publisher = a.publisher("/joined", String)
+    first = b.subscriber("/joined", String, raw=raw_first)
+    publisher.wait_for_connection()
+    for number in range(10):
+        publisher.publish(data="before")
+        first.next(5)
+        with b.subscriber("/joined", String, raw=raw) as second:
+            publisher.publish(data=str(number))
+            message = second.next(5)
+            assert isinstance(message, AnyMsg) == raw
+            assert message._connection_header["topic"] == "/joined"
+            expected = message_class(String)(data=str(number))
+            assert (message._buff == encode(expected)) if raw else (message == expected)
+        first.next(5)
+
+
 def test_raw_messages_are_relayed_without_decoding(nodes: tuple[Node, Node]) -> None:
     """AnyMsg in, AnyMsg out; header.seq of a relayed message stays."""
     a, b = nodes
