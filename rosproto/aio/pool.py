@@ -15,6 +15,8 @@ from typing import Any, TypeVar
 __all__ = ["Pool"]
 
 T = TypeVar("T")
+Work = Callable[[], "Callable[[], object] | None"]
+"""What a thread does, and what it then does with the result (tell the loop)."""
 
 
 class Pool:
@@ -29,7 +31,7 @@ class Pool:
         self.most = most
         self.idle_seconds = idle_seconds
         self._name = name
-        self._work: deque[Callable[[], None]] = deque()
+        self._work: deque[Work] = deque()
         self._changed = threading.Condition()
         self._threads = self._idle = 0
         self._closed = False
@@ -65,7 +67,7 @@ class Pool:
             self._closed = True
             self._changed.notify_all()
 
-    def _put(self, work: Callable[[], None]) -> None:
+    def _put(self, work: Work) -> None:
         with self._changed:
             self._work.append(work)
             if self._idle >= len(self._work):
@@ -85,7 +87,14 @@ class Pool:
                     self._threads -= 1
                     return
                 work = self._work.popleft()
-            work()
+            tell = work()
+            if tell is not None:
+                # Free before the result is known: the next call, made because of it, finds this thread.
+                with self._changed:
+                    self._idle += 1
+                tell()
+                with self._changed:
+                    self._idle -= 1
 
     def _call(
         self,
@@ -93,15 +102,15 @@ class Pool:
         future: asyncio.Future[T],
         loop: asyncio.AbstractEventLoop,
         dispose: Callable[[T], None] | None,
-    ) -> None:
+    ) -> Callable[[], object] | None:
         if future.cancelled():
-            return
+            return None
         try:
             result = function()
         except BaseException as error:
-            notify(loop, _fail, future, error)
-        else:
-            notify(loop, self._settle, future, result, dispose)
+            problem = error  # the name in `except` is gone when it is told
+            return lambda: notify(loop, _fail, future, problem)
+        return lambda: notify(loop, self._settle, future, result, dispose)
 
     def _settle(self, future: asyncio.Future[T], result: T, dispose: Callable[[T], None] | None) -> None:
         if not future.done():

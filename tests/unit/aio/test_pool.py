@@ -25,8 +25,7 @@ def test_calls_that_follow_each_other_use_the_same_threads():
         pool = Pool(8)
         return {await pool.run(threading.get_ident) for _ in range(20)}
 
-    # A thread hands over its result a moment before it is free again, so a second one may be needed.
-    assert len(asyncio.run(main())) <= 2
+    assert len(asyncio.run(main())) == 1
 
 
 def test_no_more_threads_than_allowed_run_at_a_time():
