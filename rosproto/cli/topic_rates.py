@@ -90,13 +90,14 @@ def _figures(window: Window, what: str) -> dict[str, float] | None:
 
 def run_delay(arguments: argparse.Namespace) -> int:
     """Arrival minus header stamp; both clocks must agree for it to mean anything."""
+    wanted = Expression(arguments.filter) if arguments.filter else None
     windows = {topic: Window(arguments.window) for topic in _topics(arguments)}
     headless: list[str] = []
 
     def arrived(topic: str, message: Any, now: float) -> None:
         if not message._has_header:
             headless.append(f"{topic} ({message._type})")
-        else:
+        elif wanted is None or wanted(m=message):
             windows[topic].add(time.time() - message.header.stamp.to_sec())
 
     def report() -> None:

@@ -1,0 +1,214 @@
+"""What a test of every command and option needs: the list of them, by walking the parsers, and what words cover.
+
+A pair is ("rosproto topic echo", "--noarr"): the command, and an option, a choice (`--format=dot`) or an optional
+argument (`<namespace>`).
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import functools
+import io
+import json
+import shlex
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from rosproto.cli.commands import COMMANDS as ROSPROTO
+from rosproto.cli.entry import _add_general, _parser
+from rosproto.cli.graph import add_graph_options
+from rosproto.cli.parser import sub_parsers
+from woosh_pure.cli.entry import _common, parser_for
+from woosh_pure.cli.registry import COMMANDS as WOOSH
+
+__all__ = [
+    "Case",
+    "Pair",
+    "Result",
+    "common_options",
+    "covered",
+    "every_pair",
+    "leaves",
+    "offers_json",
+    "path_of",
+    "run",
+]
+
+Pair = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a command did.
+
+    Attributes:
+        code: Exit code, that of argparse's refusals too.
+        out: Standard output.
+        err: Standard error.
+    """
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def document(self) -> Any:
+        """The one JSON document of standard output."""
+        return json.loads(self.out, parse_constant=_no_json)
+
+
+def _no_json(name: str) -> None:
+    raise AssertionError(f"{name} is not JSON")
+
+
+Check = Callable[..., object]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A command line and what must come of it.
+
+    Attributes:
+        line: The words, as typed; `{name}` is put in from the fixture's places.
+        check: Called with the `Result` (and the graph, when it takes two): a false value fails.
+        code: Expected exit code.
+        stdin: What it reads.
+        more: Words that are not to be split.
+    """
+
+    line: str
+    check: Check = field(default=lambda result: True)
+    code: int = 0
+    stdin: str = ""
+    more: tuple[str, ...] = ()
+
+    def words(self, **places: object) -> list[str]:
+        """The command line."""
+        return [*shlex.split(self.line.format(**places)), *self.more]
+
+
+def parser_of(prog: str, words: Sequence[str]) -> argparse.ArgumentParser:
+    """The parser that understands words that begin with a command."""
+    return _parser_named(prog, words[0])
+
+
+@functools.cache
+def _parser_named(prog: str, name: str) -> argparse.ArgumentParser:
+    return parser_for([name]) if prog == "woosh" else _parser([name])[0]
+
+
+def path_of(prog: str, words: Sequence[str]) -> str:
+    """The command and verb: "rosproto topic echo"."""
+    found, parser, rest = prog, parser_of(prog, words), iter(words)
+    while subs := dict(sub_parsers(parser)):
+        name = next(word for word in rest if word in subs)
+        found, parser = f"{found} {name}", subs[name]
+    return found
+
+
+def common_options(prog: str) -> set[tuple[tuple[str, ...], str]]:
+    """Options that every command takes: their names and help. Tested for all commands alike."""
+    if prog == "woosh":
+        parsers = [_common()]
+    else:
+        parsers = [argparse.ArgumentParser(add_help=False), argparse.ArgumentParser(add_help=False)]
+        _add_general(parsers[0], 0, False)
+        add_graph_options(parsers[1])
+    return {(tuple(a.option_strings), a.help or "") for parser in parsers for a in parser._actions}
+
+
+def places(prog: str) -> Iterator[tuple[str, argparse.ArgumentParser]]:
+    """Every command and verb: ("rosproto topic echo", its parser), those that only have verbs too."""
+
+    def walk(path: str, parser: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.ArgumentParser]]:
+        yield path, parser
+        for name, sub in sub_parsers(parser):
+            yield from walk(f"{path} {name}", sub)
+
+    for name in WOOSH if prog == "woosh" else ROSPROTO:
+        yield from walk(f"{prog} {name}", dict(sub_parsers(parser_of(prog, [name])))[name])
+
+
+def leaves(prog: str) -> list[str]:
+    """Every command line that can run: commands without verbs, and verbs."""
+    return [path for path, parser in places(prog) if not list(sub_parsers(parser))]
+
+
+def offers_json(prog: str) -> set[str]:
+    """The command lines that know --json."""
+    found = {path for path, parser in places(prog) if "--json" in parser._option_string_actions}
+    return found & set(leaves(prog))
+
+
+def every_pair(prog: str) -> set[Pair]:
+    """All that `--help` offers, without what every command takes."""
+    common = common_options(prog)
+    found: set[Pair] = set()
+    for path, parser in places(prog):
+        for action in parser._actions:
+            if isinstance(action, argparse._SubParsersAction) or action.help == argparse.SUPPRESS:
+                continue
+            if "--help" in action.option_strings:
+                continue
+            if (tuple(action.option_strings), action.help or "") not in common:
+                found |= {(path, name) for name in _names(action)}
+    return found
+
+
+def _names(action: argparse.Action) -> list[str]:
+    option = action.option_strings[-1] if action.option_strings else ""
+    name = option or f"<{action.dest}>"
+    choices = [f"{name}={c}" for c in action.choices or () if not str(c).startswith("_")]
+    return choices or ([name] if option or action.nargs in ("?", "*") else [])
+
+
+def covered(prog: str, words: Sequence[str]) -> set[Pair]:
+    """The pairs that a command line uses."""
+    parser = parser_of(prog, words)
+    given = parser.parse_args(list(words))
+    path, found = prog, set()
+    rest = iter(words)
+    while True:
+        for action in parser._actions:
+            if isinstance(action, argparse._SubParsersAction):
+                continue
+            value = getattr(given, action.dest, None)
+            if action.option_strings:
+                used = any(w.partition("=")[0] in action.option_strings for w in words)
+            else:
+                used = value is not None and value != action.default
+            if used:
+                name = action.option_strings[-1] if action.option_strings else f"<{action.dest}>"
+                found.add((path, f"{name}={value}" if action.choices else name))
+        subs = dict(sub_parsers(parser))
+        chosen = next((word for word in rest if word in subs), None)
+        if chosen is None:
+            return found
+        path, parser = f"{path} {chosen}", subs[chosen]
+
+
+def run(prog: str, words: Sequence[str], stdin: str = "") -> Result:
+    """Run a command in this process."""
+    from rosproto.cli import main as rosproto
+    from woosh_pure.cli import main as woosh
+
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), _stdin(stdin):
+        try:
+            code = (woosh if prog == "woosh" else rosproto)(list(words))
+        except SystemExit as leaving:
+            code = leaving.code if isinstance(leaving.code, int) else 1
+    return Result(code, out.getvalue(), err.getvalue())
+
+
+@contextlib.contextmanager
+def _stdin(text: str) -> Iterator[None]:
+    import sys
+
+    before, sys.stdin = sys.stdin, io.StringIO(text)
+    try:
+        yield
+    finally:
+        sys.stdin = before
