@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rosproto.codec import pause
-from rosproto.codec.guesses import flat_codes, iterators, length_offsets, strings_inside
+from rosproto.codec.guesses import flat_codes, length_offsets, strings_inside, structs
 from rosproto.codec.layout import FieldLayout, Layout
 from rosproto.codec.run_source import RunWriter
 from rosproto.codec.source import merge_codes
@@ -207,7 +207,7 @@ class ArrayWriter(RunWriter):
         src.line(f"{size} = {element.min_size}{before}")
         src.line(f"p = i+{n}*{size}")
         src.indent("if p <= e:")
-        cache = src.constant(iterators(merge_codes(codes)), "j")
+        cache = src.constant(structs(merge_codes(codes), "iter_unpack"), "j")
         key = first[0] if strings == 1 else f"({', '.join(first)})"
         last = [src.fresh("r") for _ in range(strings)]
         done = [src.fresh("v") for _ in range(strings)]

@@ -30,7 +30,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.codec import arrays
 from rosproto.codec.array_source import MAX_STATEMENTS
 from rosproto.codec.layout import FieldLayout, Layout
-from rosproto.codec.text_source import TextWriter
+from rosproto.codec.text_source import TextWriter, key_of
 
 if TYPE_CHECKING:
     from rosproto.codec.flavour import Flavour
@@ -100,7 +100,7 @@ class _DecodeWriter(TextWriter):
         if not self.exact:
             src.line(f"if {self.at()} != e: raise ValueError")
         if learn:
-            src.line(f"{learn}({self.total})")
+            src.line(f"{learn}({self.total}, {key_of(self.lengths)})")
         src.line(f"return {top}")
         src.dedent()
         src.indent(f"except {src.constant(ERRORS)} as x:")

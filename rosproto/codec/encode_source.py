@@ -11,9 +11,9 @@ The shape of what comes out, for sensor_msgs/LaserScan:
             ...
             r9, k8, n4, s5 = V                             # the last message's string, and what became of it
             if y3 is not r9:
-                s5 = y3.encode(); n4 = len(s5)
+                s5 = ENCODE(y3); n4 = len(s5)
                 k8 = J1.get(n4) or MISS(n4)                # a struct for these string lengths
-                if n4 <= 512 and type(y3) is str: V = (y3, k8, n4, s5)
+                if n4 <= 512: V = (y3, k8, n4, s5)
             return JOIN((k8(v1.seq, t2.secs, t2.nsecs, n4, s5, m.angle_min, ..., n6), a5, ...))
         except ERRORS as x:
             return fail(m, x)
@@ -25,6 +25,7 @@ All fixed-size fields and strings between two arrays are packed by one struct; a
 from __future__ import annotations
 
 import struct
+from collections import UserString
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -167,9 +168,7 @@ class _EncodeWriter(AtOnceWriter):
             src.line(f"{s} = {self.encoded(now)}")
             src.line(f"{n} = len({s})")
         self.struct_for(self.codes, self.lengths, self.pack)
-        src.globals["str"] = str
-        kept = " and ".join(f"type({now}) is str" for now in texts)
-        src.line(f"if {'+'.join(self.lengths)} <= {CACHED_LENGTH} and {kept}:")
+        src.line(f"if {'+'.join(self.lengths)} <= {CACHED_LENGTH}:")
         src.line(f"    {last} = ({', '.join(texts)}, {self.pack}, {pairs})")
         src.dedent()
 
@@ -258,7 +257,8 @@ class _EncodeWriter(AtOnceWriter):
     def encoded(self, value: str) -> str:
         if self.general:
             return f"{self.src.constant(text_bytes)}({value})"
-        return f"{value}.encode()"
+        # Not value.encode(): only what cannot change is known by identity.
+        return f"{self.src.constant(str.encode)}({value})"
 
     # -- arrays ------------------------------------------------------------------------------
 
@@ -383,6 +383,8 @@ def text_bytes(value: Any) -> bytes:
         return value.encode("utf-8", "surrogateescape")
     if isinstance(value, (bytes, bytearray)):
         return bytes(value)
+    if isinstance(value, UserString):
+        return text_bytes(value.data)
     raise TypeError(f"str expected, not {type(value).__name__}")
 
 

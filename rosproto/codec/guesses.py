@@ -14,7 +14,7 @@ from typing import Any
 from rosproto.codec.layout import Layout
 from rosproto.codec.source import quickest
 
-__all__ = ["flat_codes", "iterators", "length_offsets", "sizes", "strings_inside"]
+__all__ = ["flat_codes", "length_offsets", "sizes", "strings_inside", "structs"]
 
 LEARN_SIZES = 2048
 """Bytes of a message up to which the struct for its size is remembered."""
@@ -68,33 +68,35 @@ def strings_inside(layout: Layout, *, views: bool = False) -> int | None:
     return total
 
 
-def iterators(form: str) -> Callable[[Any], Any]:
-    """`iter_unpack` for given string lengths; remembers a few."""
+def structs(form: str, method: str) -> Callable[[Any], Any]:
+    """A method of the struct for given string lengths; remembers a few."""
     known: dict[Any, Any] = {}
 
-    def iterator(lengths: Any) -> Any:
+    def chosen(lengths: Any) -> Any:
         found = known.get(lengths)
         if found is None:
             if len(known) >= 64:
                 known.clear()
-            found = known[lengths] = struct.Struct(quickest(form % lengths, packs=False)).iter_unpack
+            found = known[lengths] = getattr(struct.Struct(quickest(form % lengths, packs=False)), method)
         return found
 
-    return iterator
+    return chosen
 
 
-def sizes(form: str, fixed: int, values: int) -> tuple[dict[int, tuple[Any, ...]], Callable[[int], None]]:
+def sizes(
+    form: str, fixed: int, values: int, split: Callable[[Any], Any]
+) -> tuple[dict[int, tuple[Any, ...]], Callable[[int, Any], None]]:
     """What is remembered of messages by their sizes, and the function to tell a size to.
 
-    For a size: the `unpack_from` that reads such a message; the run of bytes with the strings of the last one
-    and the values in it, all None at first; and None. `form` has one place for how many bytes are neither in
-    front of that run nor behind it, which are `fixed` bytes.
+    For a size: the `unpack_from` that reads such a message with the run of bytes that holds its strings; that
+    run of the last message, and the values in it, all None at first; None; and what `split` gave for the
+    lengths of its strings. `form` has one place for the size of the run; `fixed` bytes are around it.
     """
     known: dict[int, tuple[Any, ...]] = {}
 
-    def learn(size: int) -> None:
+    def learn(size: int, lengths: Any) -> None:
         if size <= LEARN_SIZES and len(known) < SIZES_KEPT:
             unpack = struct.Struct(quickest(form % (size - fixed), packs=False)).unpack_from
-            known[size] = (unpack, None, *repeat(None, values), None)
+            known[size] = (unpack, None, *repeat(None, values), None, split(lengths))
 
     return known, learn

@@ -52,6 +52,7 @@ class RunWriter:
         self.run = 0
         self.loops = 0
         self.statements = 0
+        self.lengths: list[str] = []
         self.makers: dict[str, str] = {}
         self.string_targets: list[tuple[str, str]] = []
 
@@ -96,6 +97,7 @@ class RunWriter:
     def count(self) -> str:
         """Read a count that ends the run; the position moves behind it."""
         n = self.src.fresh("n")
+        self.lengths.append(n)
         self.add("I", 4, n)
         self.flush()
         return n

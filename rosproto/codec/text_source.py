@@ -9,12 +9,12 @@ apart. Nothing is guessed that is not compared.
 from __future__ import annotations
 
 from rosproto.codec.array_source import MAX_STATEMENTS, ArrayWriter
-from rosproto.codec.guesses import sizes, strings_inside
+from rosproto.codec.guesses import sizes, strings_inside, structs
 from rosproto.codec.layout import FieldLayout, Layout
 from rosproto.codec.source import merge_codes
 from rosproto.records import NamedTuple
 
-__all__ = ["TextWriter"]
+__all__ = ["TextWriter", "key_of"]
 
 MOST_STRINGS = 8
 
@@ -60,21 +60,24 @@ class TextWriter(ArrayWriter):
         self, top: str, made: list[str], before: list[_Piece], run: list[_Piece], after: list[_Piece]
     ) -> str:
         src = self.src
+        codes = [code for piece in run for code in (("I", "%ds") if piece.code == "%ds" else (piece.code,))]
+        split = structs(merge_codes(codes), "unpack")
         form = merge_codes([*(piece.code for piece in before), "%ds", *(piece.code for piece in after)])
-        memory, learn = sizes(form, sum(piece.size for piece in (*before, *after)), len(run))
-        found, unpack, known, now = (src.fresh(prefix) for prefix in "wurx")
+        memory, learn = sizes(form, sum(piece.size for piece in (*before, *after)), len(run), split)
+        found, unpack, known, now, parts = (src.fresh(prefix) for prefix in "wurxv")
         texts = ", ".join(piece.target for piece in run)
         src.line(f"{found} = {src.constant(memory.get, 'g')}({self.total})")
         src.indent(f"if {found} is not None:")
         for line in made:
             src.line(line)
-        src.line(f"{unpack}, {known}, {texts}, {top}._connection_header = {found}")
+        src.line(f"{unpack}, {known}, {texts}, {top}._connection_header, {parts} = {found}")
         targets = [*_numbers(before), now, *_numbers(after)]
         src.line(f"{', '.join(targets)}{',' if len(targets) == 1 else ''} = {unpack}(b, {self.start})")
         src.indent(f"if {now} != {known}:")
-        self._take_apart(now, run)
+        self._take_apart(now, parts, run, src.constant(split, "x"))
         # One tuple, so that no other thread comes between its parts.
-        src.line(f"{src.constant(memory, 'y')}[{self.total}] = ({unpack}, {now}, {texts}, None)")
+        value = f"({unpack}, {now}, {texts}, None, {parts})"
+        src.line(f"{src.constant(memory, 'y')}[{self.total}] = {value}")
         src.dedent()
         self._views(self.start, 0, before)
         self._views("e", -sum(piece.size for piece in after), after)
@@ -103,19 +106,41 @@ class TextWriter(ArrayWriter):
                 pieces.append(_Piece(field.code[1], 4, f"{stamp}.nsecs"))
         return var
 
-    def _take_apart(self, run: str, pieces: list[_Piece]) -> None:
-        """Read the values of a run that is another than the last."""
+    def _take_apart(self, run: str, parts: str, pieces: list[_Piece], split: str) -> None:
+        """Read the values of a run that is another than the last, by the struct for the last lengths."""
         src = self.src
-        n = src.fresh("n")
+        lengths: list[str] = []
+        targets: list[str] = []
+        texts: list[str] = []
+        for piece in pieces:
+            if piece.code == "%ds":
+                lengths.append(src.fresh("n"))
+                texts.append(src.fresh("s"))
+                targets.extend((lengths[-1], texts[-1]))
+            else:
+                targets.append(piece.target)
+        line = f"{', '.join(targets)} = {parts}({run})"
+        differ = " or ".join(f"{n} != len({text})" for n, text in zip(lengths, texts, strict=True))
+        src.line(line)
+        src.indent(f"if {differ}:")
+        self._find_lengths(run, lengths, pieces)
+        src.line(f"{parts} = {split}({key_of(lengths)})")
+        src.line(line)
+        src.dedent()
+        strings = [piece.target for piece in pieces if piece.code == "%ds"]
+        for target, text in zip(strings, texts, strict=True):
+            src.line(f"{target} = {self.text(text)}")
+
+    def _find_lengths(self, run: str, lengths: list[str], pieces: list[_Piece]) -> None:
+        src = self.src
+        names = iter(lengths)
         src.line("i = 0")
         for piece in pieces:
             if piece.code == "%ds":
+                n = next(names)
                 src.line(f"{n}, = {src.struct(['I'], 'unpack_from')}({run}, i)")
-                src.line("p = i+4")
-                src.line(f"i = p+{n}")
-                src.line(f"{piece.target} = {self.text(f'{run}[p:i]')}")
+                src.line(f"i += 4+{n}")
             else:
-                src.line(f"{piece.target}, = {src.struct([piece.code], 'unpack_from')}({run}, i)")
                 src.line(f"i += {piece.size}")
         src.line(f"if i != len({run}): raise ValueError")
 
@@ -126,6 +151,11 @@ class TextWriter(ArrayWriter):
                 view = self.number_array(piece.array, str(piece.array.length), where)
                 self.src.line(f"{piece.target} = {view}")
             position += piece.size
+
+
+def key_of(lengths: list[str]) -> str:
+    """How `structs` and `sizes` take the lengths of strings: as one integer, or a tuple."""
+    return lengths[0] if len(lengths) == 1 else f"({', '.join(lengths)})"
 
 
 def _numbers(pieces: list[_Piece]) -> list[str]:

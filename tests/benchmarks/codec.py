@@ -10,10 +10,14 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import copy
 import gc
 import importlib
 import io
+import re
+import shutil
 import statistics
+import subprocess
 import sys
 import tempfile
 import timeit
@@ -37,6 +41,8 @@ def run(arguments: list[str]) -> None:
             f"python {sys.version.split()[0]}, genpy {'there' if genpy_class else 'absent'}, "
             f"rosbags {'there' if rosbags else 'absent'}; collector on; medians of {args.rounds}"
         )
+        if genpy_class is None:
+            print(where_genpy_is())
         print(
             "ratios: genpy / ours (encode by encoder(cls), decode by decoder(cls)); "
             "'face' the same through encode() and decode()"
@@ -76,6 +82,19 @@ def genpy_classes() -> Iterator[Callable[[str], Any] | None]:
             yield find
         finally:
             sys.path.pop(0)
+
+
+def where_genpy_is() -> str:
+    """What to type for the columns that need genpy."""
+    packages = Path(importlib.import_module("numpy").__file__ or "").parent.parent
+    for python in ("/usr/bin/python3", shutil.which("python3")):
+        if python and subprocess.run([python, "-c", "import genpy"], capture_output=True).returncode == 0:
+            return (
+                "genpy is not installed for this interpreter, its columns stay empty; fill them with\n"
+                f"    PYTHONPATH=.:{packages} {python} -m tests.benchmarks codec\n"
+                "(the same minor version of Python, if numpy comes from here)"
+            )
+    return "genpy is not installed here (Debian: apt install python3-genpy): its columns stay empty"
 
 
 class Rosbags:
@@ -138,6 +157,7 @@ def rows() -> Iterator[tuple[str, str, Any]]:
         if field.type.base == "string" and not field.type.is_array:
             setattr(status, field.name, "some text")
     yield f"{_status_type().partition('/')[2]}", _status_type(), status
+    yield "two, texts differ", _status_type(), status
     points = [vector("Point32") for _ in range(8)]
     yield "Polygon 8", "geometry_msgs/Polygon", make("geometry_msgs/Polygon", points=points)
     transforms = [
@@ -248,10 +268,12 @@ def line(label: str, name: str, message: Any, genpy_class: Any, rosbags: Rosbags
         names["decoded"] = names["bag_decode"](data)
         tasks["bag enc"] = "bag_encode(decoded)"
         tasks["bag dec"] = "bag_decode(data)"
+    if "texts" in label:
+        tasks = _alternating(tasks, names)
     t = interleaved({key: timer(text, names) for key, text in tasks.items()}, rounds)
 
     def ratio(theirs: str, ours: str) -> str:
-        return f"{t[theirs] / t[ours]:.2f}" if theirs in t else "-"
+        return f"{t[theirs] / t[ours]:.2f}" if theirs in t and ours in t else "-"
 
     return (
         f"{label:28} {t['enc'] * 1e6:8.2f} {t['dec'] * 1e6:8.2f} |"
@@ -260,6 +282,23 @@ def line(label: str, name: str, message: Any, genpy_class: Any, rosbags: Rosbags
         f" {ratio('read', 'genpy read'):>8} | {ratio('bag enc', 'enc'):>9} {ratio('bag dec', 'dec'):>6}"
         f" | {t['enc'] / t['memcpy']:8.2f}"
     )
+
+
+def _alternating(tasks: dict[str, str], names: dict[str, Any]) -> dict[str, str]:
+    """Each statement also for a message of the same size with other texts: nothing can be known of them."""
+    other = copy.deepcopy(names["message"])
+    for name in other.__slots__:
+        if isinstance(getattr(other, name), str):
+            setattr(other, name, getattr(other, name).swapcase())
+    names.update(message2=other, data2=encode(other))
+    if "theirs" in names:
+        names["peer2"] = names["theirs"]().deserialize(names["data2"])
+    if "bag_decode" in names:
+        names["decoded2"] = names["bag_decode"](names["data2"])
+    return {
+        key: f"{text}; " + re.sub(r"\b(message|data|peer|decoded)\b", r"\g<1>2", text)
+        for key, text in tasks.items()
+    }
 
 
 def _lists(peer: Any, message: Any) -> None:
