@@ -89,18 +89,27 @@ class RosFinder:
             known = self._ours[package] = not _is_brought(package)
         return known
 
-    def _watched(self, name: str, path: Sequence[str] | None) -> importlib.machinery.ModuleSpec | None:
+    @staticmethod
+    def _watched(name: str, path: Sequence[str] | None) -> importlib.machinery.ModuleSpec | None:
         """multiprocessing.spawn itself, but its children get the finder too."""
         spec = importlib.machinery.PathFinder.find_spec(name, path)
         if spec is not None and spec.loader is not None:
-            execute = spec.loader.exec_module
-
-            def execute_and_patch(module: ModuleType) -> None:
-                execute(module)
-                _serve_children(module)
-
-            spec.loader.exec_module = execute_and_patch  # type: ignore[method-assign]
+            spec.loader = _Watched(spec.loader)  # type: ignore[assignment]
         return spec
+
+
+class _Watched:
+    """A loader that adds to one module; the one it stands for is left alone: a zip has one for all it holds."""
+
+    def __init__(self, loader: object) -> None:
+        self._loader = loader
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._loader, name)
+
+    def exec_module(self, module: ModuleType) -> None:
+        self._loader.exec_module(module)  # type: ignore[attr-defined]
+        _serve_children(module)
 
 
 class SpareFinder:

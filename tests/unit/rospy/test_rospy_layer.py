@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import importlib.machinery
 import os
 import subprocess
 import sys
 import textwrap
+import zipfile
+import zipimport
 from pathlib import Path
 
 import pytest
@@ -14,6 +17,9 @@ from rosproto.master import Master
 
 ROOT = Path(__file__).resolve().parents[3]
 INSTALL = "import rosproto.rospy.install\n"
+own_path = pytest.mark.skipif(
+    bool(sys.flags.isolated), reason="an embeddable Python takes no folder of a program and no PYTHONPATH"
+)
 
 
 def run(
@@ -58,6 +64,7 @@ def test_nobody_else_imports_it() -> None:
     assert done.stdout.strip() == "[]"
 
 
+@own_path
 def test_argv_main_and_path_are_as_python_sets_them(tmp_path: Path) -> None:
     """Arguments untouched, `__main__`, the program's folder first on the path."""
     code = """
@@ -143,6 +150,7 @@ def test_one_line_makes_a_program_run_by_python_itself(tmp_path: Path) -> None:
     assert done.stdout == "/unnamed <class 'woosh_msgs.msg._Battery.Battery'>\n", done.stderr
 
 
+@own_path
 def test_the_users_own_generated_package_wins_over_ours(tmp_path: Path) -> None:
     """A folder with generated code is left to Python; one with rospy in it is a ROS installation, and is not."""
     for root, marker in (("workspace", None), ("ros", "rospy")):
@@ -194,6 +202,22 @@ def test_processes_that_are_started_anew_have_the_layer_too(tmp_path: Path) -> N
             print(child.exitcode)
     """
     assert output(code, tmp_path) == "True\n0\n"
+
+
+def test_a_loader_of_many_modules_is_left_alone(tmp_path: Path) -> None:
+    """A library in a zip, as in an embeddable Python for Windows, has one loader for all modules."""
+    from rosproto.rospy.finder import RosFinder
+
+    archive = tmp_path / "library.zip"
+    with zipfile.ZipFile(archive, "w") as file:
+        file.writestr("one.py", "")
+        file.writestr("other.py", "")
+    one = RosFinder._watched("one", [str(archive)])
+    other = importlib.machinery.PathFinder.find_spec("other", [str(archive)])
+    assert one is not None
+    assert other is not None
+    assert other.loader.is_package("other") is one.loader.is_package("one") is False
+    assert other.loader.exec_module.__func__ is zipimport.zipimporter.exec_module
 
 
 def test_euler_angles_in_all_orders(tmp_path: Path) -> None:
