@@ -99,7 +99,7 @@ class RosFinder:
 
 
 class _Watched:
-    """A loader that adds to one module; the one it stands for is left alone: a zip has one for all it holds."""
+    """A loader that adds to one module; the one it stands for is left alone: a zip has one in all."""
 
     def __init__(self, loader: object) -> None:
         self._loader = loader
