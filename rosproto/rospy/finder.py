@@ -27,6 +27,8 @@ __all__ = ["MODULES", "serve"]
 
 MODULES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modules")
 KINDS = ("msg", "srv")
+INSIDE = "_inside"
+"""In `modules/`: what message packages have besides messages."""
 SPARE = frozenset({"rospkg"})
 """Served only when they are not installed: the real ones know more and need no ROS."""
 
@@ -47,7 +49,7 @@ class RosFinder:
         self._modules = frozenset(
             entry.name if entry.is_dir() else entry.name.removesuffix(".py")
             for entry in os.scandir(MODULES)
-            if entry.name != "__pycache__" and (entry.is_dir() or entry.name.endswith(".py"))
+            if not entry.name.startswith("_") and (entry.is_dir() or entry.name.endswith(".py"))
         ).difference(SPARE)
         # Asked for now: every import of the process comes by here, those of the library itself too.
         self._packages = frozenset(library().packages())
@@ -66,7 +68,7 @@ class RosFinder:
             return self._door_spec(fullname) if self._is_ours(package) else None
         kind, _, base = rest.partition(".")
         if kind not in KINDS or "." in base:
-            return None
+            return _inner_spec(package, rest) if package not in self._modules else None
         served = package in self._packages if package in self._modules else self._is_ours(package)
         return self._door_spec(fullname) if served else None
 
@@ -129,6 +131,12 @@ def _file_spec(name: str) -> importlib.machinery.ModuleSpec | None:
             name, os.path.join(folder, "__init__.py"), submodule_search_locations=[folder]
         )
     return importlib.util.spec_from_file_location(name, folder + ".py")
+
+
+def _inner_spec(package: str, name: str) -> importlib.machinery.ModuleSpec | None:
+    """A module that lies beside msg and srv in a message package: sensor_msgs.point_cloud2."""
+    path = os.path.join(MODULES, INSIDE, package, name + ".py")
+    return importlib.util.spec_from_file_location(f"{package}.{name}", path) if os.path.isfile(path) else None
 
 
 def _is_brought(package: str) -> bool:

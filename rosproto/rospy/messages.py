@@ -34,8 +34,11 @@ def message(name: str) -> Any:
 
 
 def service(name: str) -> Any:
-    """The class of a service, as `message`."""
-    return service_class(name, library(), flavour=flavour())
+    """The class of a service, as `message`; it names the file that genpy would have written it to."""
+    made = service_class(name, library(), flavour=flavour())
+    package, _, base = name.partition("/")
+    made.__module__ = f"{package}.srv._{base}"
+    return made
 
 
 def is_known(cls: Any) -> bool:

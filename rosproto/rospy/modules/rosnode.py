@@ -1,10 +1,18 @@
 """rosnode as far as programs import it: names of nodes, ping, kill."""
 
+import sys
 import time
 
 import rosgraph
 
-__all__ = ["ROSNodeException", "ROSNodeIOException", "get_node_names", "kill_nodes", "rosnode_ping"]
+__all__ = [
+    "ROSNodeException",
+    "ROSNodeIOException",
+    "get_api_uri",
+    "get_node_names",
+    "kill_nodes",
+    "rosnode_ping",
+]
 
 
 class ROSNodeException(Exception):
@@ -28,6 +36,16 @@ def get_node_names(namespace=None):
     return sorted(found)
 
 
+def get_api_uri(master, caller_id, skip_cache=False):
+    """URI of a node; None when there is none of that name."""
+    try:
+        return master.lookupNode(caller_id)
+    except rosgraph.MasterException:
+        return None
+    except OSError:
+        raise ROSNodeIOException("Unable to communicate with master!") from None
+
+
 def _api(name):
     return rosgraph.Master("/rosnode").lookupNode(rosgraph.names.script_resolve_name("/rosnode", name))
 
@@ -40,7 +58,7 @@ def rosnode_ping(node_name, max_count=None, verbose=False):
         uri = _api(node_name)
     except rosgraph.MasterException:
         if verbose:
-            print("cannot ping [%s]: unknown node" % node_name)
+            print("cannot ping [%s]: unknown node" % node_name, file=sys.stderr)
         return False
     count = 0
     while max_count is None or count < max_count:

@@ -1,11 +1,16 @@
 """rosparam as far as programs import it: parameters, and YAML files of them."""
 
+import ast
+import math
+import operator
+
 import rosgraph
 import rosgraph.names
 
 __all__ = [
     "RosParamException",
     "delete_param",
+    "dump_params",
     "get_param",
     "get_param_server",
     "list_params",
@@ -19,6 +24,10 @@ __all__ = [
 
 class RosParamException(Exception):
     """A parameter or file cannot be used."""
+
+
+class RosParamIOException(RosParamException):
+    """The master cannot be reached."""
 
 
 def get_param_server():
@@ -60,24 +69,84 @@ def list_params(ns):
     return sorted(name for name in get_param_server().getParamNames() if name.startswith(prefix))
 
 
+def dump_params(filename, param, verbose=False):
+    """Write a parameter or namespace to a YAML file."""
+    from yaml import safe_dump
+
+    with open(filename, "w", encoding="utf-8") as file:
+        file.write(safe_dump(get_param(param)))
+
+
 def _load(text):
     try:
-        from yaml import safe_load
+        import yaml
     except ImportError:
         from rosproto.values import parse_value
 
         return parse_value(text)
-    return safe_load(text)
+    return yaml.load(text, _loader(yaml))
+
+
+def _loader(yaml):
+    """YAML with angles: deg(90), rad(pi/2)."""
+    import re
+
+    class Loader(yaml.SafeLoader):
+        pass
+
+    for tag, pattern, construct in (
+        ("!degrees", r"deg\([^\)]*\)$", _from_degrees),
+        ("!radians", r"rad\([^\)]*\)$", _from_radians),
+    ):
+        Loader.add_constructor(tag, construct)
+        Loader.add_implicit_resolver(tag, re.compile(pattern), None)
+    return Loader
+
+
+def _from_degrees(loader, node):
+    text = loader.construct_scalar(node)
+    try:
+        return float(text.strip()[4:-1]) * math.pi / 180.0
+    except ValueError:
+        raise RosParamException("invalid degree value: %s" % text) from None
+
+
+def _from_radians(loader, node):
+    text = loader.construct_scalar(node)
+    try:
+        return float(_value(ast.parse(text.strip()[4:-1].strip(), mode="eval").body))
+    except (SyntaxError, KeyError):
+        raise RosParamException("invalid radian expression: %s" % text) from None
+
+
+_OPERATORS = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.USub: operator.neg,
+}
+
+
+def _value(node):
+    """Arithmetic of numbers and pi; anything else is a KeyError."""
+    if isinstance(node, ast.Constant) and isinstance(node.value, (int, float)):
+        return node.value
+    if isinstance(node, ast.BinOp):
+        return _OPERATORS[type(node.op)](_value(node.left), _value(node.right))
+    if isinstance(node, ast.UnaryOp):
+        return _OPERATORS[type(node.op)](_value(node.operand))
+    return {"pi": math.pi}[getattr(node, "id", None)]
 
 
 def load_str(text, filename="", default_namespace=None, verbose=False):
     """[(parameters, namespace)] of a YAML text."""
     try:
-        from yaml import safe_load_all
+        import yaml
     except ImportError:
         raise RosParamException("YAML files need PyYAML: pip install PyYAML") from None
     space = default_namespace or rosgraph.names.get_ros_namespace()
-    return [(values or {}, space) for values in safe_load_all(text)]
+    return [(values or {}, space) for values in yaml.load_all(text, _loader(yaml))]
 
 
 def load_file(filename, default_namespace=None, verbose=False):

@@ -6,10 +6,14 @@ __all__ = [
     "ROSServiceException",
     "ROSServiceIOException",
     "call_service",
+    "get_service_args",
     "get_service_class_by_name",
+    "get_service_headers",
     "get_service_list",
     "get_service_node",
     "get_service_type",
+    "get_service_uri",
+    "rosservice_find",
 ]
 
 
@@ -57,6 +61,28 @@ def get_service_headers(service_name, service_uri=None):
         )
     except RosError as error:
         raise ROSServiceIOException("Unable to communicate with service [%s]" % service_name) from error
+
+
+def get_service_uri(service_name):
+    """rosrpc://host:port of its provider; None when nobody provides it."""
+    try:
+        return rosgraph.Master("/rosservice").lookupService(service_name)
+    except rosgraph.MasterException:
+        return None
+    except OSError:
+        raise ROSServiceIOException("Unable to communicate with master!") from None
+
+
+def get_service_args(service_name):
+    """Names of the fields of its request, separated by blanks."""
+    from genpy.message import get_printable_message_args
+
+    return get_printable_message_args(get_service_class_by_name(service_name)._request_class())
+
+
+def rosservice_find(service_type):
+    """Names of the services of a type."""
+    return [name for name in get_service_list() if get_service_type(name) == service_type]
 
 
 def get_service_type(service_name):

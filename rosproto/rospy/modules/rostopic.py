@@ -2,7 +2,15 @@
 
 import rosgraph
 
-__all__ = ["ROSTopicException", "ROSTopicIOException", "find_by_type", "get_topic_class", "get_topic_type"]
+__all__ = [
+    "ROSTopicException",
+    "ROSTopicIOException",
+    "find_by_type",
+    "get_topic_class",
+    "get_topic_list",
+    "get_topic_type",
+    "msgevalgen",
+]
 
 
 class ROSTopicException(Exception):
@@ -27,7 +35,7 @@ def get_topic_type(topic, blocking=False):
     while True:
         for name, type_ in _types():
             if topic == name or topic.startswith(name + "/"):
-                return (None if type_ == "*" else type_), name, None
+                return (None if type_ == "*" else type_), name, msgevalgen(topic[len(name) :])
         if not blocking:
             return None, None, None
         time.sleep(0.1)
@@ -49,3 +57,34 @@ def get_topic_class(topic, blocking=False):
 def find_by_type(topic_type):
     """Names of the topics of a type."""
     return [name for name, type_ in _types() if type_ == topic_type]
+
+
+def get_topic_list(master=None):
+    """([(topic, type, [publishers])], [(topic, type, [subscribers])])."""
+    master = master or rosgraph.Master("/rostopic")
+    try:
+        publishers, subscribers, _ = master.getSystemState()
+        types = dict(master.getTopicTypes())
+    except OSError:
+        raise ROSTopicIOException("Unable to communicate with master!") from None
+    return tuple(
+        [(topic, types.get(topic, "unknown type"), nodes) for topic, nodes in table]
+        for table in (publishers, subscribers)
+    )
+
+
+def msgevalgen(pattern):
+    """A function that takes what a pattern like "/pose/position/x" or "/ranges[0]" names out of a message."""
+    if not pattern or pattern == "/":
+        return None
+    names = [part for part in pattern.split("/") if part]
+
+    def evaluate(message):
+        for name in names:
+            name, _, index = name.partition("[")
+            message = getattr(message, name)
+            if index:
+                message = message[int(index.rstrip("]"))]
+        return message
+
+    return evaluate

@@ -1,15 +1,21 @@
 """dynamic_reconfigure.client.Client: sets the parameters of another node."""
 
+import ast
+import sys
 import threading
 import time
 
 import rospy
 
-from dynamic_reconfigure.msg import Config, ConfigDescription
-from dynamic_reconfigure.srv import Reconfigure
+from dynamic_reconfigure.msg import Config as ConfigMsg
+from dynamic_reconfigure.msg import ConfigDescription as ConfigDescrMsg
+from dynamic_reconfigure.srv import Reconfigure as ReconfigureSrv
 
-from . import DynamicReconfigureParameterException
-from .encoding import decode_config, decode_description, encode_config
+from . import DynamicReconfigureCallbackException, DynamicReconfigureParameterException
+from .encoding import decode_config, decode_description, encode_config, extract_params
+
+_TYPES = {"int": int, "double": float, "str": str, "bool": bool}
+SLICE = 0.1  # seconds between two looks whether the node is shut down
 
 
 class Client:
@@ -19,36 +25,59 @@ class Client:
         self.name = name
         self.config = None
         self.param_description = None
-        self.config_callback = config_callback
-        self.description_callback = description_callback
-        self._changed = threading.Condition()
-        self._set_service = rospy.ServiceProxy(self._name("set_parameters"), Reconfigure)
-        if timeout is None or timeout > 0:
-            rospy.wait_for_service(self._name("set_parameters"), timeout)
-        self._descriptions_sub = rospy.Subscriber(
-            self._name("parameter_descriptions"), ConfigDescription, self._on_description
+        self.group_description = None
+        self._param_types = None
+        self._cv = threading.Condition()
+        self._config_callback = config_callback
+        self._description_callback = description_callback
+        self._set_service = self._get_service_proxy("set_parameters", timeout)
+        self._descriptions_sub = self._get_subscriber(
+            "parameter_descriptions", ConfigDescrMsg, self._descriptions_msg
         )
-        self._updates_sub = rospy.Subscriber(self._name("parameter_updates"), Config, self._on_update)
+        self._updates_sub = self._get_subscriber("parameter_updates", ConfigMsg, self._updates_msg)
 
-    def _name(self, suffix):
-        return "%s/%s" % (rospy.resolve_name(self.name), suffix)
+    def _get_service_proxy(self, suffix, timeout):
+        service = rospy.resolve_name(self.name + "/" + suffix)
+        if timeout:
+            rospy.wait_for_service(service, timeout)
+        else:
+            try:
+                rospy.wait_for_service(service, 1.0)
+            except rospy.exceptions.ROSException:
+                print("Waiting for service %s..." % service, file=sys.stderr)
+                rospy.wait_for_service(service, timeout)
+        return rospy.ServiceProxy(service, ReconfigureSrv)
+
+    def _get_subscriber(self, suffix, type, callback):
+        return rospy.Subscriber(rospy.resolve_name(self.name + "/" + suffix), type, callback=callback)
+
+    # -- asking ---------------------------------------------------------------------------------------------
 
     def get_configuration(self, timeout=None):
-        """The present configuration as a dict; None when it did not come in time."""
-        return self._wait(lambda: self.config, timeout)
+        """The newest configuration, a dict with attributes; None when it did not come in time."""
+        if not timeout and self._waited("config", 1.0) is None:
+            print("Waiting for configuration...", file=sys.stderr)
+        return self._waited("config", timeout)
 
     def get_parameter_descriptions(self, timeout=None):
         """A dict for each parameter; None when they did not come in time."""
-        return self._wait(lambda: self.param_description, timeout)
+        return self._waited("param_description", timeout)
 
-    def _wait(self, value, timeout):
-        end = None if timeout is None else time.time() + timeout
-        with self._changed:
-            while value() is None and not rospy.is_shutdown():
-                if end is not None and time.time() > end:
-                    return None
-                self._changed.wait(0.1)
-        return value()
+    def get_group_descriptions(self, timeout=None):
+        """The tree of groups; None when it did not come in time."""
+        return self._waited("group_description", timeout)
+
+    def _waited(self, attribute, timeout):
+        end = time.monotonic() + timeout if timeout else None
+        with self._cv:
+            while getattr(self, attribute) is None and not rospy.is_shutdown():
+                left = SLICE if end is None else min(SLICE, end - time.monotonic())
+                if left <= 0.0:
+                    break
+                self._cv.wait(left)
+        return None if rospy.is_shutdown() else getattr(self, attribute)
+
+    # -- setting --------------------------------------------------------------------------------------------
 
     def update_configuration(self, changes):
         """Set some parameters; the configuration that results.
@@ -56,59 +85,121 @@ class Client:
         Raises:
             DynamicReconfigureParameterException: One of them is unknown, or its value does not fit.
         """
-        known = {one["name"]: one["type"] for one in self.get_parameter_descriptions() or []}
-        values = {}
-        for name, value in changes.items():
-            if name not in known:
-                raise DynamicReconfigureParameterException("don't know parameter: %s" % name)
-            values[name] = self._converted(name, known[name], value)
-        self.config = decode_config(self._set_service(encode_config(values)).config)
-        return self.config
-
-    @staticmethod
-    def _converted(name, type_, value):
+        if self.param_description is None:
+            self.get_parameter_descriptions()
+        if self.param_description is not None:
+            for name, value in list(changes.items()):
+                if name != "groups":
+                    changes[name] = self._converted(name, value)
+        if "groups" in changes:
+            changes["groups"] = self.update_groups(changes["groups"])
         try:
-            if type_ == "bool":
-                if isinstance(value, str):
-                    return value.lower() in ("true", "1")
-                return bool(value)
-            return {"int": int, "double": float, "str": str}[type_](value)
-        except (ValueError, TypeError):
+            reply = self._set_service(encode_config(changes)).config
+        except rospy.ServiceException:
+            raise DynamicReconfigureCallbackException("service call failed") from None
+        if self.group_description is None:
+            self.get_group_descriptions()
+        return decode_config(reply, self.group_description)
+
+    def _converted(self, name, value):
+        type_ = self._param_types.get(name)
+        if type_ is None:
+            raise DynamicReconfigureParameterException("don't know parameter: %s" % name)
+        try:
+            if isinstance(value, str):
+                if type_ is bool:
+                    return value.lower() in ("yes", "true", "t", "1")
+                constant = self._constant(name, value)
+                if constant is not None:
+                    return constant
+            return type_(value)
+        except ValueError as error:
             raise DynamicReconfigureParameterException(
-                "can't set parameter '%s' of type %s: %s" % (name, type_, value)
-            )
+                "can't set parameter '%s' of %s: %s" % (name, type_, error)
+            ) from None
+
+    def _constant(self, name, value):
+        """What a name of an enumeration stands for."""
+        described = next(one for one in self.param_description if one["name"].lower() == name.lower())
+        if not described["edit_method"]:
+            return None
+        for constant in ast.literal_eval(described["edit_method"])["enum"]:
+            if constant["name"].lower() == value.lower():
+                return _TYPES[constant["type"]](constant["value"])
+        return None
 
     def update_groups(self, changes):
-        """Groups are not kept: they only order the parameters on a screen."""
-        return self.get_configuration()
+        """The groups with the given states: {name: state}."""
+        groups = self.get_configuration()["groups"]
 
-    def set_config_callback(self, value):
-        """Call `value(config)` with every change."""
-        self.config_callback = value
-        if value is not None and self.config is not None:
-            value(self.config)
+        def update(group):
+            for name, inner in group["groups"].items():
+                if name in changes:
+                    inner["state"] = changes[name]
+                update(inner)
 
-    def set_description_callback(self, value):
-        """Call `value(description)` when it comes."""
-        self.description_callback = value
-        if value is not None and self.param_description is not None:
-            value(self.param_description)
+        update(groups)
+        return groups
 
     def close(self):
         """Listen no more."""
         self._descriptions_sub.unregister()
         self._updates_sub.unregister()
 
-    def _on_update(self, message):
-        with self._changed:
-            self.config = decode_config(message)
-            self._changed.notify_all()
-        if self.config_callback is not None:
-            self.config_callback(self.config)
+    # -- callbacks ------------------------------------------------------------------------------------------
 
-    def _on_description(self, message):
-        with self._changed:
-            self.param_description = decode_description(message)
-            self._changed.notify_all()
-        if self.description_callback is not None:
-            self.description_callback(self.param_description)
+    @property
+    def config_callback(self):
+        """Called with every configuration; when it is set, with the present one."""
+        return self._config_callback
+
+    @config_callback.setter
+    def config_callback(self, value):
+        self._config_callback = value
+        if value is not None:
+            value(self.config)
+
+    @property
+    def description_callback(self):
+        """Called with the descriptions of the parameters; when it is set, with the present ones."""
+        return self._description_callback
+
+    @description_callback.setter
+    def description_callback(self, value):
+        self._description_callback = value
+        if value is not None:
+            value(self.param_description)
+
+    def get_config_callback(self):
+        """The property as a method."""
+        return self.config_callback
+
+    def set_config_callback(self, value):
+        """The property as a method."""
+        self.config_callback = value
+
+    def get_description_callback(self):
+        """The property as a method."""
+        return self.description_callback
+
+    def set_description_callback(self, value):
+        """The property as a method."""
+        self.description_callback = value
+
+    def _updates_msg(self, msg):
+        if self.group_description is None:
+            self.get_group_descriptions()
+        with self._cv:
+            self.config = decode_config(msg, self.group_description)
+            self._cv.notify_all()
+        if self._config_callback is not None:
+            self._config_callback(self.config)
+
+    def _descriptions_msg(self, msg):
+        with self._cv:
+            self.group_description = decode_description(msg)
+            self.param_description = extract_params(self.group_description)
+            self._param_types = {one["name"]: _TYPES[one["type"]] for one in self.param_description}
+            self._cv.notify_all()
+        if self._description_callback is not None:
+            self._description_callback(self.param_description)

@@ -7,10 +7,20 @@ from .rosenv import ROS_HOSTNAME, ROS_IP, ROS_IPV6, get_master_uri
 
 
 def parse_http_host_and_port(url):
-    """Host and port of a URL."""
-    from rosproto.transport.address import parse_uri
+    """Host and port of a URL.
 
-    return parse_uri(url)
+    Raises:
+        ValueError: It is none.
+    """
+    from urllib.parse import urlparse
+
+    if not url:
+        raise ValueError("not a valid URL")
+    parts = urlparse(url)
+    host, port = parts.hostname, parts.port
+    if not host:
+        raise ValueError("not a valid URL")
+    return host, port or 80
 
 
 def get_address_override():
@@ -56,3 +66,21 @@ def is_local_address(hostname):
     import socket
 
     return hostname in ("localhost", "127.0.0.1", "::1", socket.gethostname(), get_local_address())
+
+
+def get_local_addresses():
+    """Addresses of this computer."""
+    import socket
+
+    try:
+        infos = socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)
+    except OSError:
+        infos = []
+    found = [info[4][0] for info in infos]
+    return list(dict.fromkeys([get_local_address(), *found, "127.0.0.1"]))
+
+
+def get_bind_address(address=None):
+    """Where servers listen: nowhere else, when only this computer is meant."""
+    address = address or get_address_override()
+    return "127.0.0.1" if address and address.startswith("127.") else "0.0.0.0"

@@ -1,0 +1,99 @@
+"""sensor_msgs.point_cloud2: points of a PointCloud2 as tuples, and back."""
+
+import math
+import struct
+import sys
+from collections import namedtuple
+
+from sensor_msgs.msg import PointCloud2, PointField
+
+__all__ = ["create_cloud", "create_cloud_xyz32", "read_points", "read_points_list"]
+
+_DATATYPES = {
+    PointField.INT8: ("b", 1),
+    PointField.UINT8: ("B", 1),
+    PointField.INT16: ("h", 2),
+    PointField.UINT16: ("H", 2),
+    PointField.INT32: ("i", 4),
+    PointField.UINT32: ("I", 4),
+    PointField.FLOAT32: ("f", 4),
+    PointField.FLOAT64: ("d", 8),
+}
+
+
+def read_points(cloud, field_names=None, skip_nans=False, uvs=[]):  # noqa: B006  sensor_msgs' signature
+    """The points, a tuple of values each.
+
+    Args:
+        cloud: A PointCloud2.
+        field_names: Only these fields, in the cloud's order; None for all.
+        skip_nans: Leave out points that have a NaN.
+        uvs: Only the points at these (column, row).
+    """
+    # Not isinstance: what comes from a bag is of another class.
+    assert getattr(cloud, "_type", "") == PointCloud2._type, "cloud is not a sensor_msgs.msg.PointCloud2"
+    unpack = struct.Struct(_format(cloud.is_bigendian, cloud.fields, field_names)).unpack_from
+    data = cloud.data
+    for offset in _offsets(cloud, uvs):
+        point = unpack(data, offset)
+        if not skip_nans or not any(math.isnan(value) for value in point):
+            yield point
+
+
+def _offsets(cloud, uvs):
+    if uvs:
+        return (cloud.row_step * v + cloud.point_step * u for u, v in uvs)
+    return (
+        row * cloud.row_step + column * cloud.point_step
+        for row in range(cloud.height)
+        for column in range(cloud.width)
+    )
+
+
+def read_points_list(cloud, field_names=None, skip_nans=False, uvs=[]):  # noqa: B006
+    """The same as a list of named tuples."""
+    assert getattr(cloud, "_type", "") == PointCloud2._type, "cloud is not a sensor_msgs.msg.PointCloud2"
+    names = [field.name for field in cloud.fields] if field_names is None else field_names
+    Point = namedtuple("Point", names)
+    return [Point._make(point) for point in read_points(cloud, names, skip_nans, uvs)]
+
+
+def create_cloud(header, fields, points):
+    """A PointCloud2 of one row from a list of tuples."""
+    layout = struct.Struct(_format(False, fields))
+    data = b"".join(layout.pack(*point) for point in points)
+    return PointCloud2(
+        header=header,
+        height=1,
+        width=len(points),
+        is_dense=False,
+        is_bigendian=False,
+        fields=fields,
+        point_step=layout.size,
+        row_step=layout.size * len(points),
+        data=data,
+    )
+
+
+def create_cloud_xyz32(header, points):
+    """A PointCloud2 from a list of (x, y, z), m."""
+    names = enumerate(("x", "y", "z"))
+    fields = [PointField(name, 4 * i, PointField.FLOAT32, 1) for i, name in names]
+    return create_cloud(header, fields, points)
+
+
+def _format(is_bigendian, fields, field_names=None):
+    text, end = ">" if is_bigendian else "<", 0
+    for field in sorted(fields, key=lambda field: field.offset):
+        if field_names is not None and field.name not in field_names:
+            continue
+        if end < field.offset:
+            text += "x" * (field.offset - end)
+            end = field.offset
+        if field.datatype not in _DATATYPES:
+            print("Skipping unknown PointField datatype [%d]" % field.datatype, file=sys.stderr)
+            continue
+        letter, length = _DATATYPES[field.datatype]
+        text += field.count * letter
+        end += field.count * length
+    return text

@@ -1,0 +1,1 @@
+"""cv_bridge.boost: the functions of the C++ module."""

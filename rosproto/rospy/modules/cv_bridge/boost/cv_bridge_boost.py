@@ -1,0 +1,6 @@
+"""cv_bridge.boost.cv_bridge_boost: what programs reach into."""
+
+from ..colours import converted as cvtColor2
+from ..encodings import cv_type as getCvType
+
+__all__ = ["cvtColor2", "getCvType"]

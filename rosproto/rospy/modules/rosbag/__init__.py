@@ -1,0 +1,5 @@
+"""rosbag: bag files."""
+
+from .bag import Bag, Compression, ROSBagException, ROSBagFormatException, ROSBagUnindexedException
+
+__all__ = ["Bag", "Compression", "ROSBagException", "ROSBagFormatException", "ROSBagUnindexedException"]

@@ -1,0 +1,391 @@
+"""rosbag.Bag over rosproto's reader and writer, with rosbag's tuples and errors."""
+
+import io
+import itertools
+import os
+import sys
+import time
+from collections import namedtuple
+
+import genpy
+from rospy.rostime import Time
+
+from rosproto.bag import BagReader, BagWriter, Connection
+from rosproto.errors import BagError
+
+__all__ = [
+    "Bag",
+    "BagMessage",
+    "BagMessageWithConnectionHeader",
+    "Compression",
+    "ROSBagException",
+    "ROSBagFormatException",
+    "ROSBagUnindexedException",
+]
+
+
+class ROSBagException(Exception):
+    """A bag cannot be used."""
+
+    def __init__(self, value=None):
+        self.value = value
+        self.args = (value,)
+
+    def __str__(self):
+        return self.value
+
+
+class ROSBagFormatException(ROSBagException):
+    """It is no bag, or damaged."""
+
+
+class ROSBagUnindexedException(ROSBagException):
+    """It has no table of contents."""
+
+    def __init__(self, *args):
+        super().__init__("Unindexed bag")
+
+
+class Compression:
+    """What chunks may be compressed with."""
+
+    NONE = "none"
+    BZ2 = "bz2"
+    LZ4 = "lz4"
+
+
+BagMessage = namedtuple("BagMessage", "topic message timestamp")
+BagMessageWithConnectionHeader = namedtuple(
+    "BagMessageWithConnectionHeader", "topic message timestamp connection_header"
+)
+_TopicTuple = namedtuple("TopicTuple", "msg_type message_count connections frequency")
+_TypesAndTopicsTuple = namedtuple("TypesAndTopicsTuple", "msg_types topics")
+_CompressionTuple = namedtuple("CompressionTuple", "compression uncompressed compressed")
+_ALLOWED = (Compression.NONE, Compression.BZ2, Compression.LZ4)
+
+
+class Bag:
+    """A bag file, opened for reading ("r"), writing ("w") or appending ("a")."""
+
+    def __init__(
+        self,
+        f,
+        mode="r",
+        compression=Compression.NONE,
+        chunk_threshold=768 * 1024,
+        allow_unindexed=False,
+        options=None,
+        skip_index=False,
+    ):
+        if options is not None:
+            if type(options) is not dict:
+                raise ValueError("options must be of type dict")
+            compression = options.get("compression", compression)
+            chunk_threshold = options.get("chunk_threshold", chunk_threshold)
+        if compression not in _ALLOWED:
+            raise ValueError("compression must be one of: %s" % ", ".join(_ALLOWED))
+        if chunk_threshold < 0:
+            raise ValueError("chunk_threshold must be greater than or equal to zero")
+        if not f:
+            raise ValueError("filename (or stream) is invalid")
+        if mode not in ("r", "w", "a"):
+            raise ValueError('mode "%s" is invalid' % mode)
+        self._compression, self._chunk_threshold = compression, chunk_threshold
+        self._file, self._mode = f, mode
+        self._filename = None if isinstance(f, io.IOBase) else f
+        self._reader = self._writer = None
+        self._connections = {}
+        self._classes = {}
+        self._closed = False
+        if mode == "r":
+            self._reader = self._opened(allow_unindexed)
+        else:
+            self._writer = BagWriter(
+                f, compression, max(1, chunk_threshold), append=mode == "a" and self._has_something(f)
+            )
+            if mode == "a":
+                self._connections = {one.topic: one for one in self._readable().connections.values()}
+
+    @staticmethod
+    def _has_something(f):
+        return isinstance(f, io.IOBase) or (os.path.exists(f) and os.path.getsize(f) > 0)
+
+    def _opened(self, allow_unindexed=True):
+        if self._filename is not None:
+            open(self._filename, "rb").close()  # rosbag raises the operating system's own error
+        try:
+            reader = BagReader(self._file)
+        except BagError as error:
+            if "not a bag" in str(error):
+                raise ROSBagException("This does not appear to be a bag file") from error
+            raise ROSBagFormatException(str(error)) from error
+        if not allow_unindexed and reader.connections and not reader.indexed:
+            reader.close()
+            raise ROSBagUnindexedException
+        return reader
+
+    def __iter__(self):
+        return self.read_messages()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, exc_type, exc_value, traceback):
+        self.close()
+
+    # -- what it is -----------------------------------------------------------------------------------------
+
+    @property
+    def options(self):
+        """Compression and chunk threshold."""
+        return {"compression": self._compression, "chunk_threshold": self._chunk_threshold}
+
+    @property
+    def filename(self):
+        """Path, None for a stream."""
+        return self._filename
+
+    @property
+    def version(self):
+        """200: bag format 2.0."""
+        return 200
+
+    @property
+    def mode(self):
+        """ "r", "w" or "a"."""
+        return self._mode
+
+    @property
+    def size(self):
+        """Bytes of the file."""
+        self._require_open()
+        if self._writer is not None:
+            return self._writer.size
+        if self._filename is None:
+            position = self._file.tell()
+            try:
+                return self._file.seek(0, os.SEEK_END)
+            finally:
+                self._file.seek(position)
+        return os.path.getsize(self._filename)
+
+    @property
+    def compression(self):
+        """What chunks written from now on are compressed with; settled when the bag was opened."""
+        return self._compression
+
+    @property
+    def chunk_threshold(self):
+        """Bytes after which a chunk is written."""
+        return self._chunk_threshold
+
+    def _require_open(self):
+        if self._closed:
+            raise ValueError("I/O operation on closed bag")
+
+    # -- reading --------------------------------------------------------------------------------------------
+
+    def _readable(self):
+        """A reader of everything that is in the file by now."""
+        self._require_open()
+        if self._writer is None:
+            return self._reader
+        self._writer.flush()
+        if self._reader is not None:
+            self._reader.close()
+        self._reader = BagReader(self._file)
+        return self._reader
+
+    def read_messages(
+        self,
+        topics=None,
+        start_time=None,
+        end_time=None,
+        connection_filter=None,
+        raw=False,
+        return_connection_header=False,
+    ):
+        """Messages as (topic, message, timestamp), by the time they were received."""
+        reader = self._readable()
+        return self._read(
+            reader, topics, start_time, end_time, connection_filter, raw, return_connection_header
+        )
+
+    def _read(self, reader, topics, start_time, end_time, wanted, raw, with_header):
+        if topics and not isinstance(topics, str):
+            topics = list(topics)
+        connections = None
+        if wanted is not None:
+            connections = [
+                one
+                for one in reader.connections.values()
+                if wanted(one.topic, one.type, one.md5sum, one.definition, dict(one.header))
+            ]
+        try:
+            for topic, message, stamp in reader.read_messages(
+                topics or None, start_time, end_time, raw=True, connections=connections
+            ):
+                cls = self._class(message.connection)
+                if raw:
+                    value = (message.type, message.data, message.md5sum, message.position, cls)
+                else:
+                    value = cls().deserialize(message.data)
+                stamp = Time(stamp.secs, stamp.nsecs)
+                if with_header:
+                    header = self._header(message.connection)
+                    yield BagMessageWithConnectionHeader(topic, value, stamp, header)
+                else:
+                    yield BagMessage(topic, value, stamp)
+        except BagError as error:
+            raise ROSBagFormatException(str(error)) from error
+
+    @staticmethod
+    def _header(connection):
+        return {key: value.encode() for key, value in connection.header.items()}
+
+    def _class(self, connection):
+        """The class that the bag's own definition gives."""
+        key = connection.type, connection.md5sum
+        found = self._classes.get(key)
+        if found is None:
+            from genpy.dynamic import generate_dynamic
+
+            made = generate_dynamic(connection.type, connection.definition)
+            found = self._classes[key] = made[connection.type]
+        return found
+
+    def get_message_count(self, topic_filters=None):
+        """How many messages there are."""
+        if topic_filters is None:
+            return self._readable().message_count
+        info = self.get_type_and_topic_info(topic_filters)
+        return sum(topic.message_count for topic in info.topics.values())
+
+    def get_start_time(self):
+        """Seconds of the first message."""
+        return self._stamp("start_time")
+
+    def get_end_time(self):
+        """Seconds of the last message."""
+        return self._stamp("end_time")
+
+    def _stamp(self, which):
+        stamp = getattr(self._readable(), which)
+        if stamp is None:
+            raise ROSBagException("Bag contains no message")
+        return genpy.Time(stamp.secs, stamp.nsecs).to_sec()
+
+    def get_type_and_topic_info(self, topic_filters=None):
+        """(types and their md5sums, topics with type, message count, connections, median frequency)."""
+        reader = self._readable()
+        if topic_filters is not None and not isinstance(topic_filters, list):
+            topic_filters = [topic_filters]
+        types = {one.type: one.md5sum for one in sorted(reader.connections.values(), key=lambda c: c.type)}
+        topics = {}
+        for topic in sorted(reader.topics if topic_filters is None else set(topic_filters)):
+            if topic not in reader.topics:
+                continue
+            info = reader.topics[topic]
+            connections = [one for one in reader.connections.values() if one.topic == topic]
+            topics[topic] = _TopicTuple(
+                connections[0].type, info.message_count, len(connections), self._frequency(reader, topic)
+            )
+        return _TypesAndTopicsTuple(types, topics)
+
+    @staticmethod
+    def _frequency(reader, topic):
+        stamps = [genpy.Time(*divmod(int(t), 10**9)).to_sec() for t in reader.times(topic)]
+        periods = sorted(b - a for a, b in itertools.pairwise(stamps))
+        if not periods:
+            return None
+        half = len(periods) // 2
+        median = periods[half] if len(periods) % 2 else float(periods[half] + periods[half - 1]) / 2
+        return 1.0 / median if median > 0.0 else None
+
+    def get_compression_info(self):
+        """The compression that most chunks have, and their sizes."""
+        found = self._readable().compression()
+        if not found:
+            return _CompressionTuple(Compression.NONE, 0, 0)
+        main = max(found, key=lambda name: found[name].chunks)
+        every = found.values()
+        return _CompressionTuple(main, sum(c.plain_bytes for c in every), sum(c.stored_bytes for c in every))
+
+    # -- writing --------------------------------------------------------------------------------------------
+
+    def write(self, topic, msg, t=None, raw=False, connection_header=None):
+        """Add a message, or (type, bytes, md5sum, class) with `raw`.
+
+        Raises:
+            ValueError: The bag is closed, or an argument makes no sense.
+        """
+        self._require_open()
+        if not topic:
+            raise ValueError("topic is invalid")
+        if not msg:
+            raise ValueError("msg is invalid")
+        if self._writer is None:
+            raise io.UnsupportedOperation("write")
+        if t is None:
+            t = genpy.Time.from_sec(time.time())
+        if raw:
+            type_, data, md5sum, cls = self._unpacked(msg)
+        else:
+            cls = msg.__class__
+            type_, md5sum = cls._type, cls._md5sum
+            buffer = io.BytesIO()
+            msg.serialize(buffer)
+            data = buffer.getvalue()
+        connection = self._connections.get(topic)
+        if connection is None:
+            connection = self._connections[topic] = self._connection(
+                topic, type_, md5sum, cls, connection_header
+            )
+        self._writer.write_raw(connection, data, t)
+
+    @staticmethod
+    def _unpacked(msg):
+        if len(msg) == 5:
+            type_, data, md5sum, _, cls = msg
+        elif len(msg) == 4:
+            type_, data, md5sum, cls = msg
+        else:
+            raise ValueError("msg must be of length 4 or 5")
+        if cls is None:
+            cls = genpy.message.get_message_class(type_)
+        if cls is None:
+            raise ROSBagException(
+                "cannot locate message class and no message class provided for [%s]" % type_
+            )
+        if cls._md5sum != md5sum:
+            print(
+                "WARNING: md5sum of loaded type [%s] does not match that specified" % type_, file=sys.stderr
+            )
+        return type_, data, md5sum, cls
+
+    @staticmethod
+    def _connection(topic, type_, md5sum, cls, header):
+        fields = header or {"topic": topic, "type": type_, "md5sum": md5sum}
+        fields = {key: value.decode() if isinstance(value, bytes) else value for key, value in fields.items()}
+        definition = fields.pop("message_definition", cls._full_text)
+        return Connection(0, topic, type_, md5sum, definition, fields)
+
+    def flush(self):
+        """Write what is collected, so that readers find it."""
+        self._require_open()
+        if self._writer is not None:
+            self._writer.flush()
+
+    def reindex(self):
+        """Nothing to do: a bag without its table of contents is read all the same."""
+        return iter(())
+
+    def close(self):
+        """End it; a bag being written gets its table of contents."""
+        if self._closed:
+            return
+        self._closed = True
+        if self._writer is not None:
+            self._writer.close()
+        if self._reader is not None:
+            self._reader.close()
