@@ -14,12 +14,12 @@ import threading
 from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING
 
-from rosproto.errors import ConnectionLost, RosError, RosTimeout
+from rosproto.errors import ConnectionLost, RosError, RosTimeout, TooLarge
 from rosproto.logs import get_logger
 from rosproto.protocol.handshake import error_header
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp_server import TcpServer
-from rosproto.transport.tcpros_io import read_header, write_header
+from rosproto.transport.tcpros_io import read_header, write_all, write_header
 
 if TYPE_CHECKING:
     from rosproto.protocol.limits import Limits
@@ -27,6 +27,10 @@ if TYPE_CHECKING:
 __all__ = ["TcprosServer"]
 
 _log = get_logger("rosproto.node")
+
+# What the first four bytes of an HTTP request are as the length of a header.
+_HTTP = frozenset(int.from_bytes(verb, "little") for verb in (b"POST", b"GET ", b"HEAD", b"PUT "))
+_NOT_FOUND = b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
 
 OnConnection = Callable[[socket.socket, dict[str, str], tuple[str, int]], None]
 
@@ -78,7 +82,10 @@ class TcprosServer:
             sock.close()
             return
         except RosError as error:
-            self._refuse(sock, peer, str(error))
+            if isinstance(error, TooLarge) and error.size in _HTTP:
+                _answer_http(sock, peer)
+            else:
+                self._refuse(sock, peer, str(error))
             return
         if "service" in fields and self.on_service is not None:
             self._server.established(sock)
@@ -93,6 +100,21 @@ class TcprosServer:
         self.refused += 1
         _log.warning("connection from %s:%s refused: %s", *peer[:2], why[:500])
         refuse(sock, why)
+
+
+def _answer_http(sock: socket.socket, peer: tuple[str, int]) -> None:
+    """A call for a slave API that had this port before us: masters go on calling nodes that died (pitfall 31).
+
+    Nobody here can do anything about it, so it is no warning.
+    """
+    _log.debug("! %s:%s made an HTTP request, for whoever had this port before; answered 404", *peer[:2])
+    try:
+        sock.settimeout(0.5)
+        sock.recv(1 << 16)  # closing with unread bytes would reset the connection, and the answer be lost
+        write_all(sock, _NOT_FOUND, Deadline(1.0))
+    except (RosError, OSError):
+        pass  # it has gone
+    sock.close()
 
 
 class _CountedSocket(socket.socket):

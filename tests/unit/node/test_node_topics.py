@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import socket
 import struct
 import threading
@@ -150,6 +151,17 @@ def test_a_second_subscriber_misses_nothing_from_its_first_moment(
             expected = message_class(String)(data=str(number))
             assert (message._buff == encode(expected)) if raw else (message == expected)
         first.next(5)
+
+
+def test_an_http_request_to_the_topics_port_is_no_warning(
+    nodes: tuple[Node, Node], caplog: pytest.LogCaptureFixture
+) -> None:
+    """A master calls a node that died, at a port that is ours by now: told that nobody is there, and no more."""
+    port = nodes[0]._tcpros.port
+    with caplog.at_level(logging.INFO), socket.create_connection(("127.0.0.1", port), 5) as sock:
+        sock.sendall(b"POST /RPC2 HTTP/1.1\r\nHost: h\r\nContent-length: 0\r\n\r\n")
+        assert sock.recv(100).startswith(b"HTTP/1.1 404 Not Found\r\n")
+    assert not caplog.records
 
 
 def test_raw_messages_are_relayed_without_decoding(nodes: tuple[Node, Node]) -> None:
