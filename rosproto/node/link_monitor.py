@@ -7,6 +7,8 @@
 * the last messages of a burst sit in a batch which nobody else would send (`flush_later`).
 
 The selector belongs to the thread alone; others leave requests in a deque and wake it through a socket pair.
+Where the system only has select(), which takes a few hundred sockets (Windows), further ones go to a further
+monitor with a thread of its own, and so on.
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ _log = get_logger("rosproto.node")
 
 TICK = 0.001  # seconds until the end of a burst is sent at the latest, when this thread gets to run
 IDLE_TICKS = 20  # after so many ticks without a batch the thread sleeps again
-MOST_IN_SELECT = 500  # Windows' select() takes 512 sockets
+MOST_IN_SELECT = 500  # one thread's; Windows' select() takes 512 sockets
 LONGEST_SLEEP = 5.0  # seconds; only so that no wait is without an end
 
 
@@ -59,6 +61,8 @@ class LinkMonitor:
         self._closing = False
         self._thread: threading.Thread | None = None
         self._lock = threading.Lock()
+        self._further: LinkMonitor | None = None
+        self._elsewhere: set[MonitoredLink] = set()  # what the further one watches
 
     # -- from any thread ------------------------------------------------------------------------------------
 
@@ -96,6 +100,8 @@ class LinkMonitor:
             thread.join(timeout)
         if thread is None or not thread.is_alive():
             self._release()
+        if self._further is not None:
+            self._further.close(timeout)
 
     def _request(self, request: Callable[[], None]) -> None:
         with self._lock:
@@ -158,16 +164,27 @@ class LinkMonitor:
 
     def _watch(self, link: MonitoredLink, events: int) -> None:
         selector = self._selector
-        if isinstance(selector, selectors.SelectSelector) and len(selector.get_map()) >= MOST_IN_SELECT:
-            # It still gets messages; only its end is not noticed before one is sent.
-            _log.warning("! %r is not watched: %d subscribers already are", link, MOST_IN_SELECT)
+        if isinstance(selector, selectors.SelectSelector) and len(selector.get_map()) > MOST_IN_SELECT:
+            self._watch_elsewhere(link, events)
             return
         try:
             self._selector.register(link.sock, events, link)
         except (ValueError, KeyError, OSError) as error:
             _log.debug("! not watched, closed already: %r: %s", link, error)
 
+    def _watch_elsewhere(self, link: MonitoredLink, events: int) -> None:
+        if self._further is None:
+            self._further = LinkMonitor(f"{self._name}+")
+        self._elsewhere.add(link)
+        self._further.add(link)
+        if events & selectors.EVENT_WRITE:
+            self._further.want_write(link, True)
+
     def _change(self, link: MonitoredLink, events: int) -> None:
+        if link in self._elsewhere:
+            assert self._further is not None
+            self._further.want_write(link, bool(events & selectors.EVENT_WRITE))
+            return
         try:
             self._selector.modify(link.sock, events, link)
         except KeyError:
@@ -177,6 +194,11 @@ class LinkMonitor:
             pass  # removed meanwhile
 
     def _drop(self, link: MonitoredLink) -> None:
+        if link in self._elsewhere:
+            assert self._further is not None
+            self._elsewhere.discard(link)
+            self._further.remove(link)
+            return
         try:
             self._selector.unregister(link.sock)
         except (ValueError, KeyError, OSError):
