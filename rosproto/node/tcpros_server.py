@@ -103,7 +103,7 @@ class TcprosServer:
 
 
 def _answer_http(sock: socket.socket, peer: tuple[str, int]) -> None:
-    """A call for a slave API that had this port before us: masters go on calling nodes that died (pitfall 31).
+    """A call for a slave API that had this port before: masters go on calling nodes that died (pitfall 31).
 
     Nobody here can do anything about it, so it is no warning.
     """

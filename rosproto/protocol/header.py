@@ -14,6 +14,7 @@ from rosproto.errors import LocalProtocolError, RemoteProtocolError
 __all__ = ["decode_header", "encode_header"]
 
 _LENGTH = Struct("<I")
+MOST_FIELDS = 1000  # real ones have a dozen; each costs far more than the bytes it came in
 
 
 def encode_header(fields: Mapping[str, str]) -> bytes:
@@ -54,12 +55,15 @@ def decode_header(body: bytes | bytearray | memoryview) -> dict[str, str]:
     that encoding the value again gives the same bytes.
 
     Raises:
-        RemoteProtocolError: The body is not a sequence of such fields.
+        RemoteProtocolError: The body is not a sequence of such fields, or of more than `MOST_FIELDS`.
     """
     fields: dict[str, str] = {}
     data = bytes(body)
-    position, end = 0, len(data)
+    position, end, count = 0, len(data), 0
     while position < end:
+        count += 1
+        if count > MOST_FIELDS:
+            raise RemoteProtocolError(f"connection header: more than {MOST_FIELDS} fields")
         start = position + 4
         if start > end:
             raise RemoteProtocolError(f"connection header: {end - position} stray bytes at byte {position}")
