@@ -1,6 +1,7 @@
 """Many subscribers, many topics, many connections, beside rospy: rate, latency, threads and memory per link.
 
     python -m tests.benchmarks scale [--subscribers 50] [--topics 200] [--connections 1000] [--seconds 3]
+                                     [--only subscribers,topics,connections]
 
 * N processes' worth of subscribers of one topic: one publisher, N plain sockets that read and count; the same
   reader for both libraries, so only the publisher differs. Messages per second, CPU per message, latency of one
@@ -38,11 +39,16 @@ def run(arguments: list[str]) -> None:
     parser.add_argument("--topics", type=int, default=200)
     parser.add_argument("--connections", type=int, default=1000)
     parser.add_argument("--seconds", type=float, default=3.0)
+    parser.add_argument("--only", default="subscribers,topics,connections")
     args = parser.parse_args(arguments)
+    only = args.only.split(",")
     with tempfile.TemporaryDirectory() as folder, Bench(Path(folder), 1, args.seconds) as bench:
-        many_subscribers(bench, args.subscribers, args.seconds)
-        many_topics(bench, args.topics, args.seconds)
-        many_connections(bench, args.connections)
+        if "subscribers" in only:
+            many_subscribers(bench, args.subscribers, args.seconds)
+        if "topics" in only:
+            many_topics(bench, args.topics, args.seconds)
+        if "connections" in only:
+            many_connections(bench, args.connections)
 
 
 def subscribe(bench: Bench, node: str, count: int) -> list[socket.socket]:
