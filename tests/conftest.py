@@ -1,8 +1,9 @@
 """No test is slow without saying so: over five seconds it needs `@pytest.mark.slow`.
 
-Watched where SLOW_TESTS_FAIL=1 is set, as CI does. What counts is the time of the test without that in which it
-stood ready and other programs had the processor, where the system tells it (Linux). A test that waits for another
-process pays for the load of the machine all the same; CI runs what failed once more, alone, and believes that.
+Watched where SLOW_TESTS_FAIL=1 is set, as CI does. What counts is what the test would take with the machine to
+itself: its time without that in which it stood ready and others had the processor, where the system tells it
+(Linux); or, for a test that waits for other processes, its time divided by the processes that each processor had.
+CI runs what failed once more, alone, and believes that.
 
 Interop tests start other programs and are excused. Hypothesis has no deadline of its own here: it would count the
 load of the machine.
@@ -33,6 +34,14 @@ def waited_for_the_processor() -> float:
         return 0.0
 
 
+def crowd() -> float:
+    """How many processes each processor has to serve, in the last minute; at least 1."""
+    try:
+        return max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
+    except (AttributeError, OSError):  # Windows has no such figure
+        return 1.0
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
     """Note how long others kept it waiting."""
@@ -52,7 +61,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
         return
     if any(item.get_closest_marker(name) for name in ("slow", "interop")):
         return
-    seconds = call.duration - item.stash.get(_waited, 0.0)
+    seconds = min(call.duration - item.stash.get(_waited, 0.0), call.duration / crowd())
     if seconds > SLOW_SECONDS:
         report.outcome = "failed"
         report.longrepr = (
