@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from rosproto.codec import pause
 from rosproto.codec.guesses import flat_codes, length_offsets, strings_inside, structs
 from rosproto.codec.layout import FieldLayout, Layout
@@ -26,11 +28,10 @@ PROBE_FROM = 3
 class ArrayWriter(RunWriter):
     """Adds arrays to runs; single fields and nested messages are the subclass's."""
 
-    def fields(self, layout: Layout, var: str) -> None:
-        raise NotImplementedError
+    if TYPE_CHECKING:
 
-    def call(self, layout: Layout, target: str) -> None:
-        raise NotImplementedError
+        def fields(self, layout: Layout, var: str) -> None: ...
+        def call(self, layout: Layout, target: str) -> None: ...
 
     def array(self, field: FieldLayout, target: str) -> None:
         if field.kind == "number":
@@ -45,10 +46,10 @@ class ArrayWriter(RunWriter):
             self.flush()
             n = str(field.length)
         self.rebase()
-        if field.size:
-            # Refuse a count that the bytes left cannot hold before any object is made.
-            self.src.line(f"p = i+{n}*{field.size}")
-            self.src.line("if p > e: raise ValueError")
+        # Refuse a count that the bytes left cannot hold before any object is made. (Elements of no bytes are
+        # the reference codec's: `Layout.sparse`.)
+        self.src.line(f"p = i+{n}*{field.size}")
+        self.src.line("if p > e: raise ValueError")
         if field.kind == "string":
             self.strings(n, target)
         elif field.kind == "time":
@@ -58,12 +59,9 @@ class ArrayWriter(RunWriter):
 
     def numbers(self, field: FieldLayout, target: str) -> None:
         n = self.count()
-        where = self.at()
-        if self.delta:
-            self.src.line(f"p = {where}")
-            where = "p"
-        self.src.line(f"{target} = {self.number_array(field, n, where)}")
-        self.src.line(f"i = {where}+{n}*{field.size}" if field.size > 1 else f"i = {where}+{n}")
+        self.src.line(f"p = {self.at()}")
+        self.src.line(f"{target} = {self.number_array(field, n, 'p')}")
+        self.src.line(f"i = p+{n}*{field.size}" if field.size > 1 else f"i = p+{n}")
         self.base, self.delta = "i", 0
 
     def fixed_numbers(self, field: FieldLayout, target: str) -> None:
@@ -118,13 +116,12 @@ class ArrayWriter(RunWriter):
         strings = strings_inside(element)
         if strings is None or strings > 4:
             self.element_loop(element, f"range({n})", add)
-        elif strings == 0 and element.min_size:
+        elif strings == 0:
             self.fixed_loop(element, items, add)
         else:
-            if strings:
-                src.indent(f"if {n} >= {PROBE_FROM}:" if not n.isdigit() or int(n) >= PROBE_FROM else "if 0:")
-                self.probe_loop(element, n, items, add, strings)
-                src.dedent()
+            src.indent(f"if {n} >= {PROBE_FROM}:")
+            self.probe_loop(element, n, items, add, strings)
+            src.dedent()
             self.element_loop(element, f"range({n}-len({items}))", add)
         self.loops -= 1
         if not self.loops:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from rosproto.codec.guesses import strings_inside
 from rosproto.codec.layout import FieldLayout, Layout
@@ -54,11 +55,10 @@ class AtOnceWriter:
 
     src: Source
 
-    def encoded(self, value: str) -> str:
-        raise NotImplementedError
+    if TYPE_CHECKING:
 
-    def struct_for(self, codes: list[str], lengths: list[str], pack: str) -> None:
-        raise NotImplementedError
+        def encoded(self, value: str) -> str: ...
+        def struct_for(self, codes: list[str], lengths: list[str], pack: str) -> None: ...
 
     def all_at_once(self, element: Layout, items: str, string: bool) -> None:
         """One list comprehension if the string is the same object in all elements; else struct.error.

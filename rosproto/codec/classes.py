@@ -48,28 +48,43 @@ def _message_class(
     type_: str | MessageSpec, library: DefinitionLibrary, flavour: Flavour, kind: str
 ) -> type[DynamicMessage]:
     classes = _cache(library)
-    name = type_ if isinstance(type_, str) else type_.name
-    key = ("msg", "std_msgs/Header" if name == "Header" else name, flavour)
-    cls = classes.get(key)
-    if cls is not None and (isinstance(type_, str) or cls._spec == type_):
-        return cls  # type: ignore[no-any-return]
+    key = _key(type_, flavour)
+    found = _kept(classes, key, type_)
+    if found is not None:
+        return found
     with _lock:
-        cls = classes.get(key)
-        if cls is not None and (isinstance(type_, str) or cls._spec == type_):
-            return cls  # type: ignore[no-any-return]
-        if isinstance(type_, str):
-            spec = library.message(type_)
-        else:
-            spec = type_
-            try:
-                known = library.message(name) == spec
-            except DefinitionError:
-                known = False
-            if not known:
-                library = library.fork()
-                library.add(spec)
-                return _message_class(name, library, flavour, kind)
-        cls = classes[key] = _make_class(spec, library, flavour, kind)
+        # Once more: another thread may have made it meanwhile.
+        return _kept(classes, key, type_) or _add_class(type_, library, flavour, kind)
+
+
+def _key(type_: str | MessageSpec, flavour: Flavour) -> tuple[str, str, Flavour]:
+    name = type_ if isinstance(type_, str) else type_.name
+    return "msg", "std_msgs/Header" if name == "Header" else name, flavour
+
+
+def _kept(
+    classes: dict[Any, Any], key: tuple[str, str, Flavour], type_: str | MessageSpec
+) -> type[DynamicMessage] | None:
+    cls: type[DynamicMessage] | None = classes.get(key)
+    return cls if cls is not None and (isinstance(type_, str) or cls._spec == type_) else None
+
+
+def _add_class(
+    type_: str | MessageSpec, library: DefinitionLibrary, flavour: Flavour, kind: str
+) -> type[DynamicMessage]:
+    if isinstance(type_, str):
+        spec = library.message(type_)
+    else:
+        spec = type_
+        try:
+            known = library.message(spec.name) == spec
+        except DefinitionError:
+            known = False
+        if not known:
+            library = library.fork()
+            library.add(spec)
+            return _message_class(spec.name, library, flavour, kind)
+    cls = _cache(library)[_key(type_, flavour)] = _make_class(spec, library, flavour, kind)
     return cls
 
 

@@ -37,10 +37,10 @@ def to_dict(message: Any, *, finite: bool = False) -> dict[str, Any]:
 
 
 def _plain(value: Any, finite: bool) -> Any:
-    if hasattr(value, "_slot_types"):
-        return to_dict(value, finite=finite)
     if isinstance(value, TVal) or (hasattr(value, "secs") and hasattr(value, "nsecs")):
         return {"secs": value.secs, "nsecs": value.nsecs}
+    if hasattr(value, "_slot_types"):
+        return to_dict(value, finite=finite)
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, (bytes, bytearray)):

@@ -23,11 +23,10 @@ SIZES_KEPT = 256
 
 
 def flat_codes(layout: Layout) -> list[str]:
+    """struct codes of a message without arrays; a string's are "I" and "%ds"."""
     codes: list[str] = []
     for field in layout.fields:
-        if field.is_array:
-            codes.append(f"{field.min_size}x")
-        elif field.kind == "string":
+        if field.kind == "string":
             codes.extend(("I", "%ds"))
         elif field.layout is not None:
             codes.extend(flat_codes(field.layout))

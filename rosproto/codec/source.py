@@ -119,6 +119,7 @@ def quickest(form: str, *, packs: bool) -> str:
     return form
 
 
+STRUCTS_KEPT = 4096
 _methods: dict[tuple[str, str], Any] = {}
 
 
@@ -126,7 +127,7 @@ def _shared_method(form: str, method: str) -> Any:
     """One bound method per format: types share them (bounded, as definitions may be hostile)."""
     found = _methods.get((form, method))
     if found is None:
-        if len(_methods) > 4096:
+        if len(_methods) >= STRUCTS_KEPT:
             _methods.clear()
         found = _methods[(form, method)] = getattr(Struct(quickest(form, packs=method == "pack")), method)
     return found

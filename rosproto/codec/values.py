@@ -20,7 +20,7 @@ def to_plain(layout: Layout, message: Any) -> Any:
     if isinstance(message, dict) or (
         layout.fields and not any(hasattr(message, f.name) for f in layout.fields)
     ):
-        return message if not isinstance(message, dict) else _NotAMessage(message)
+        return message if not isinstance(message, dict) else _dict_given
     return {
         field.name: _plain_field(field, getattr(message, field.name))
         for field in layout.fields
@@ -28,14 +28,9 @@ def to_plain(layout: Layout, message: Any) -> Any:
     }
 
 
-class _NotAMessage:
-    """A dict given where a message is meant: refused, as the fast code refuses it."""
-
-    def __init__(self, value: Any) -> None:
-        self.value = value
-
-    def __repr__(self) -> str:
-        return repr(self.value)
+_dict_given = type(
+    "dict", (), {"__doc__": "A dict where a message is meant: refused, as the fast code does."}
+)()
 
 
 def _plain_field(field: FieldLayout, value: Any) -> Any:

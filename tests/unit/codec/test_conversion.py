@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from rosproto.codec import define, message_class, service_class
 from rosproto.codec.comparison import differences
-from rosproto.codec.conversion import Conversion, ConversionError
+from rosproto.codec.conversion import Conversion, ConversionError, ValuesLost
 from rosproto.errors import CodecError
 from rosproto.msg import bundled
 
@@ -152,3 +153,81 @@ def test_defaults_are_not_shared() -> None:
     one.names.append("x")
     assert (two.names, list(two.pair)) == ([], [0.0, 0.0])
     assert one.a == 1
+
+
+OLD = "int32 a\nP[] p\nP q\nuint8[] u" + "\n" + "=" * 80 + "\nMSG: a/P\nint8 x"
+NEW = OLD.replace("int32 a", "int32 a\nstring note\nfloat32[] f\ntime t").replace(
+    "int8 x", "int8 x\nint8 y\nint8[] z"
+)
+
+
+def test_values_that_would_get_lost() -> None:
+    """They are named, in arrays and nested messages too, unless they are only defaults."""
+    new, old = define("a/Lossy", NEW), define("a/Lossy", OLD)
+    there, back = Conversion(new, old), Conversion(old, new)
+    part = new._binding.class_for("a/P")  # type: ignore[union-attr]
+    assert repr(there) == f"<Conversion a/Lossy {new._md5sum[:4]} to {old._md5sum[:4]}>"
+    message = new(a=1, p=[part(x=1), part(x=2)], u=b"ab")
+    assert back.lost(old(a=5)) == there.lost(message) == []
+    there.require_lossless(message)
+    message.p[1].y = 3
+    message.q.z = [0]
+    message.note = "mind the step"
+    message.f = np.zeros(2, "f4")
+    assert sorted(there.lost(message)) == ["f", "note", "p.y", "q.z"]
+    with pytest.raises(ValuesLost, match=r"a/Lossy.*has no place for the values of .*note") as caught:
+        there.require_lossless(message)
+    assert sorted(caught.value.fields) == ["f", "note", "p.y", "q.z"]
+    assert caught.value.theirs is old
+    assert there(message).p[1].x == 2
+    assert back(there(message)).note == ""
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), 0.5, 5e9, -1])
+def test_a_number_that_is_not_whole_or_too_large(value: float) -> None:
+    """A float becomes an integer only when nothing of it gets lost."""
+    conversion = Conversion(define("a/W", "float64 x"), define("a/W", "uint32 x"))
+    with pytest.raises(CodecError, match=r"a/W\.x: .* does not fit uint32 \(0 to 4294967295\)"):
+        conversion(conversion.source(x=value))
+    assert conversion(conversion.source(x=7.0)).x == 7
+
+
+def test_a_fixed_array_of_another_length_is_refused() -> None:
+    """Nothing is cut off and nothing made up; an array of any length takes a fixed one's values."""
+    three, two, many = (define("a/F", f"int8[{n}] x\nint8 y") for n in ("3", "2", ""))
+    for source, target in [(three, two), (many, two)]:
+        with pytest.raises(ConversionError, match=r"values cannot be carried over"):
+            Conversion(source, target)
+    assert list(Conversion(three, many)(three(x=[1, 2, 3])).x) == [1, 2, 3]
+
+
+def test_nested_messages_of_another_type_are_refused() -> None:
+    """By name: a Point is no Vector3, though their fields are alike."""
+    a = define("a/N", "P p" + "\n" + "=" * 80 + "\nMSG: a/P\nint8 x")
+    b = define("a/N", "Q p" + "\n" + "=" * 80 + "\nMSG: a/Q\nint8 x")
+    c = define("a/N", "P[] p" + "\n" + "=" * 80 + "\nMSG: a/P\nint8 x")
+    for source, target in [(a, b), (a, c), (c, a)]:
+        with pytest.raises(ConversionError, match=r"a/N\.p: is "):
+            Conversion(source, target)
+
+
+def test_other_spellings_that_are_not_there_either() -> None:
+    """A field whose second name the other side lacks as well gets its default."""
+    response = service_class("woosh_msgs/ExecTask").Response
+    given = define("woosh_msgs/ExecTaskResponse", "bool other\nint8 more")
+    names = [name for pair in bundled().field_aliases(response._type) for name in pair]
+    assert names
+    target = define("woosh_msgs/ExecTaskResponse", f"bool other\nint8 {names[0]}", base=bundled())
+    conversion = Conversion(given, target)
+    assert conversion.defaulted == [names[0]]
+    assert conversion(given(other=True, more=3)) == target(other=True)
+
+
+def test_a_message_of_one_class_is_copied() -> None:
+    """Equal nested types are handed over as they are."""
+    odometry = message_class("nav_msgs/Odometry")
+    message = odometry(child_frame_id="base")
+    copied = Conversion(odometry, odometry)(message)
+    assert copied == message
+    assert copied is not message
+    assert copied.pose is message.pose
