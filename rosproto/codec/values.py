@@ -45,16 +45,14 @@ def _plain_field(field: FieldLayout, value: Any) -> Any:
             return value.item()
         if field.code == "B" and value.dtype.str == "|u1":
             return value.tobytes()
-        return _bools(field, value.reshape(-1).tolist())
+        items = value.reshape(-1).tolist()
+        # As the fast code: whole numbers by their truth; 0.5 and "false" are no booleans.
+        return [bool(item) for item in items] if field.code == "?" and value.dtype.kind in "biu" else items
     try:
         items = list(value)
     except TypeError:
         return value
     return [_plain_one(field, item) for item in items]
-
-
-def _bools(field: FieldLayout, items: list[Any]) -> list[Any]:
-    return [bool(item) for item in items] if field.code == "?" else items
 
 
 def _plain_one(field: FieldLayout, value: Any) -> Any:

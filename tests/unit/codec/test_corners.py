@@ -399,9 +399,10 @@ def test_errors_beside_values_that_are_right() -> None:
     with pytest.raises(CodecError, match=r"a/Corner\.d\[2\]: float64 expected, not str '3'"):
         encode(message)
     floats = NUMBERS()
-    floats.b = np.array([1.5])
-    with pytest.raises(CodecError, match=r"a/Corner\.b"):
-        encode(floats)
+    for wrong in (np.array([1.5]), np.array(["false"]), np.array([None])):
+        floats.b = wrong
+        with pytest.raises(CodecError, match=r"a/Corner\.b\[0\]: "):
+            encode(floats)
 
 
 def test_two_large_arrays_side_by_side() -> None:
