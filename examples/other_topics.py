@@ -1,4 +1,4 @@
-"""Topics of the chassis without a verb of their own: any can be read and written, velocities apart."""
+"""Topics of the chassis without a property or verb of their own: any can be used, velocities apart."""
 
 from _robot import robot
 
@@ -6,9 +6,9 @@ from msgdefs.woosh_msgs.msg import Charge
 from woosh_pure import MotionRefused
 
 with robot() as chassis:
-    # The definition of this one is not published: it is learned from the robot when it connects.
-    volume = chassis.feed("/volume/percent").wait(timeout=5, new=False)
-    print("the volume topic says", *str(volume).split())
+    # The message itself is the value. A type that is not bundled is learned from the robot when it connects.
+    links = chassis.feed("/tf_static").wait(timeout=5, new=False)
+    print("fixed parts:", *(link.child_frame_id for link in links.transforms))
 
     chassis.send("/charge_cmd", Charge())
     try:

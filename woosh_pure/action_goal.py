@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosError
+from rosproto.logs import get_logger
 
 from .convert import pose_of
 from .enums import ExecutionMode, StepControlMode, StepMode
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ActionHandle", "NavigationHandle", "NavigationProgress", "StepHandle", "StepProgress"]
 
-logger = logging.getLogger("woosh_pure.goal")
+logger = get_logger("woosh_pure.goal")
 
 # actionlib_msgs/GoalStatus
 _SUCCEEDED, _PREEMPTED, _ABORTED, _REJECTED, _RECALLED = 3, 2, 4, 5, 8

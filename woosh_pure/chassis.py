@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import math
 import os
 import time
@@ -10,6 +9,7 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, RosTimeout
+from rosproto.logs import get_logger
 from rosproto.msg.user_folder import learned_paths
 
 from . import interface
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Chassis"]
 
-_log = logging.getLogger("woosh_pure.chassis")
+_log = get_logger("woosh_pure.chassis")
 
 # Seconds for which nothing must block: messages of different topics may come in another order than sent.
 _SETTLED = 0.3

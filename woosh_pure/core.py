@@ -6,7 +6,6 @@ Everything is made on first use and closed by `close`. Safe from any thread.
 from __future__ import annotations
 
 import atexit
-import logging
 import os
 import threading
 import time
@@ -16,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import rosproto
 from rosproto.codec.conversion import ValuesLost
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
+from rosproto.logs import get_logger
 
 from .enums import TaskCommand
 from .errors import MotionRefused, StaleState
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 __all__ = ["VELOCITY_TOPICS", "Core"]
 
 VELOCITY_TOPICS = {"smooth": "/smooth_cmd_vel", "direct": "/base_cmd_vel"}
-logger = logging.getLogger("woosh_pure.core")
+logger = get_logger("woosh_pure.core")
 
 # A link counts as lost when its publisher has been away for this long: a restart of one node of the chassis
 # takes about a second, and is no reason to give a task up.

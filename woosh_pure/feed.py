@@ -6,7 +6,6 @@ beside.
 
 from __future__ import annotations
 
-import logging
 import threading
 import time
 from collections import deque
@@ -15,6 +14,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
+from rosproto.logs import get_logger
 
 from .convert import stamp_of, to_value
 from .interface import Row
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 __all__ = ["Feed", "Reading"]
 
 T = TypeVar("T")
-logger = logging.getLogger("woosh_pure.feed")
+logger = get_logger("woosh_pure.feed")
 
 FIRST_USE = 1.0
 """Seconds that the first reading of a feed may wait for its links; it takes as long as connecting takes."""

@@ -5,7 +5,6 @@ A handle ends exactly once. A wait that times out cancels the goal and confirms 
 
 from __future__ import annotations
 
-import logging
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -13,6 +12,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from rosproto.errors import LocalProtocolError, RosError
+from rosproto.logs import get_logger
 
 from .errors import GoalFailed
 from .outcome import Outcome, OutcomeKind
@@ -28,7 +28,7 @@ NOT_CONFIRMED = "cancelled, but the chassis has not confirmed it"
 
 P = TypeVar("P")
 R = TypeVar("R")
-logger = logging.getLogger("woosh_pure.goal")
+logger = get_logger("woosh_pure.goal")
 
 # Waiting is cut into slices: on Windows a lock that waits cannot be interrupted by Ctrl-C.
 _SLICE = 0.1

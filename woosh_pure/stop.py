@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 __all__ = ["StopReport", "cancel_goals", "stop"]
 
 _REPEATS = 6
+_TASK_FIRST = 0.5
 _STOPPABLE = ("/move_base", "/cmd_vel_control")
 
 
@@ -129,12 +130,21 @@ def _cancel(goal: GoalHandle[object], report: StopReport, timeout: float) -> Non
 
 
 def _cancel_foreign(core: Core, report: StopReport) -> None:
+    # A task ends as cancelled when it is told so first, and as failed when its navigation is taken from it.
+    # But nobody waits long for that: the navigation is stopped anyway.
+    task = threading.Thread(target=_cancel_task, args=(core, report), name="woosh:cancel", daemon=True)
+    task.start()
+    task.join(_TASK_FIRST)
     for name in _STOPPABLE:
         try:
             core.action(name).cancel_all()
             report.cancelled.append(f"all goals of {name}")
         except RosError as error:
             report.problems.append(f"cancelling {name} ({error})")
+    task.join(3.0)
+
+
+def _cancel_task(core: Core, report: StopReport) -> None:
     try:
         status = core.feed("status").latest
     except RosError:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
+from rosproto.logs import get_logger
 
 from .enums import Direction, TaskCommand, TaskState, TaskType
 from .errors import MotionRefused
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["TaskHandle", "start_task"]
 
-logger = logging.getLogger("woosh_pure.task")
+logger = get_logger("woosh_pure.task")
 _REPLY_SECONDS = 10.0
 _TYPES = (TaskType.PICK, TaskType.PARK, TaskType.CHARGE, TaskType.CARRY)
 

@@ -22,7 +22,7 @@ SILENT = {"/IO_input"}
 @pytest.fixture(scope="module")
 def full():
     """The whole graph, shared by the tests of this file that only look."""
-    with SimulatedChassis(speed=4) as sim:
+    with SimulatedChassis(speed=4, assumed_types=True) as sim:
         yield sim
 
 

@@ -172,12 +172,16 @@ def test_a_pose_that_is_not_in_the_map_is_refused_for_the_localisation(chassis):
         chassis.set_pose(Pose2D(0.0, 0.0), via="mail")
 
 
-def test_a_type_whose_definition_is_not_published_is_learned_from_the_robot(chassis):
-    volume = chassis.feed("/volume/percent")
-    first = volume.wait(5.0, new=False)
-    assert first.percent == 50
-    chassis.send("/volume/percentSet", type(first)(percent=30))
-    assert volume.wait_for(lambda m: m.percent == 30, 5.0)
+def test_a_type_whose_definition_is_not_published_is_learned_from_the_robot():
+    with (
+        SimulatedChassis(full_graph=False, assumed_types=True) as sim,
+        Chassis(sim.master_uri) as chassis,
+    ):
+        volume = chassis.feed("/volume/percent")
+        first = volume.wait(5.0, new=False)
+        assert first.percent == 50
+        chassis.send("/volume/percentSet", type(first)(percent=30))
+        assert volume.wait_for(lambda m: m.percent == 30, 5.0)
 
 
 def test_any_topic_of_the_table_is_written_except_velocities(sim, chassis, until):

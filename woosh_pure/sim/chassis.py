@@ -13,7 +13,6 @@ what a real chassis does where its documentation is silent; such places are mark
 
 from __future__ import annotations
 
-import logging
 import math
 import threading
 import time
@@ -21,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import rosproto
 from rosproto.errors import RosError
+from rosproto.logs import get_logger
 
 from ..enums import RobotMode
 from ..firmware import CURRENT
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 __all__ = ["SimulatedChassis"]
 
-logger = logging.getLogger("woosh_pure.sim")
+logger = get_logger("woosh_pure.sim")
 _TICK = 0.02
 _STEP = 0.02
 
@@ -67,6 +67,7 @@ class SimulatedChassis:
             the internal clients of /ros_interface.
         firmware: Whose definitions it speaks on the wire: a version of the vendor's message package, or
             "page" (`woosh_pure.firmware`).
+        assumed_types: Also `/volume/*`, whose definition is not published, with a definition of ours.
 
     Attributes:
         world: The simulated world; hold `lock` while touching it.
@@ -86,6 +87,7 @@ class SimulatedChassis:
         reply_delay: float = 0.0,
         full_graph: bool = True,
         firmware: str = CURRENT,
+        assumed_types: bool = False,
     ) -> None:
         if not 0.05 <= speed <= 100.0:
             raise ValueError(f"speed {speed}: expected 0.05 to 100 simulated seconds per second")
@@ -97,6 +99,7 @@ class SimulatedChassis:
         self.closing = False
         self._given_uri, self._host, self._port = master_uri, host, port
         self._full, self._latch = full_graph, latch_status
+        self._assumed_types = assumed_types
         self._master: rosproto.Master | None = None
         self._graph: Graph | None = None
         self._thread: threading.Thread | None = None
@@ -138,6 +141,7 @@ class SimulatedChassis:
             latch_status=self._latch,
             firmware=self.firmware,
             network=self.network,
+            assumed_types=self._assumed_types,
         )
         self._graph.build()
         self._graph.client("/move_base")

@@ -6,7 +6,6 @@ goals ends it, as on the real graph (`/ros_interface` keeps a goal publisher on 
 
 from __future__ import annotations
 
-import logging
 import queue
 import threading
 from collections.abc import Callable, Sequence
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.action import GoalStatus
 from rosproto.errors import RosError
+from rosproto.logs import get_logger
 
 from ..geometry import Pose2D
 from ..messages import stamped_pose
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Errand", "Errands"]
 
-logger = logging.getLogger("woosh_pure.sim")
+logger = get_logger("woosh_pure.sim")
 
 
 class Errand(Motion):

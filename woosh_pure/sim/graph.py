@@ -46,11 +46,13 @@ class Graph:
         latch_status: bool,
         firmware: Firmware,
         network: Network,
+        assumed_types: bool,
     ) -> None:
         self._uri, self._host, self._full = master_uri, host, full
         self._firmware = firmware
         self._latch_status = latch_status
         self._network = network
+        self._assumed_types = assumed_types
         self._server = server
         self.nodes: dict[str, rosproto.Node] = {}
         self.publishers: dict[tuple[str, str], rosproto.Publisher] = {}
@@ -73,6 +75,8 @@ class Graph:
     def build(self) -> None:
         """Bring everything up."""
         for row in interface.ROWS:
+            if not row.definition_known and not self._assumed_types:
+                continue
             builder = {"read": self._publish, "write": self._listen, "call": self._serve, "act": self._act}
             builder[row.flow](row)
 
