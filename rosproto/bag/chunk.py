@@ -439,7 +439,7 @@ def _layout_of(names: tuple[str, ...]) -> tuple[np.dtype[np.void], NDArray[np.ui
 
 
 def _rows_slowly(blob: bytes, base: int, end: int, offsets: list[int]) -> Rows | None:
-    """The rows record by record; None when an offset leads to no message."""
+    """The rows record by record, at least one; None when an offset leads to no message."""
     import numpy as np
 
     found: list[tuple[int, int, int, int, int]] = []
@@ -454,8 +454,6 @@ def _rows_slowly(blob: bytes, base: int, end: int, offsets: list[int]) -> Rows |
             found.append((*message_header(fields), data, after))
     except BagError:
         return None
-    if not found:
-        return _no_rows()
     conn, secs, nsecs, start, stop = np.array(found, np.int64).T
     return Rows(
         conn.astype(np.uint32), secs.astype(np.uint32), nsecs.astype(np.uint32), start.copy(), stop.copy()

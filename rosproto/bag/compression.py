@@ -99,17 +99,7 @@ def _bz2_prefix(data: bytes, size: int) -> tuple[bytes, bool]:
         return plain[:size], False
     except (OSError, EOFError):
         pass
-    # Damaged somewhere: take small steps and keep what came before the damage. Blocks are 900 kB.
-    parts = bz2.BZ2Decompressor()
-    got = bytearray()
-    try:
-        for at in range(0, len(data), 4096):
-            got += parts.decompress(data[at : at + 4096], size - len(got) if len(got) < size else 0)
-            if parts.eof or len(got) >= size:
-                break
-    except (OSError, EOFError):
-        pass
-    return bytes(got[:size]), False
+    return _up_to_damage(bz2.BZ2Decompressor().decompress, data, size), False
 
 
 def _lz4_prefix(data: bytes, size: int) -> tuple[bytes, bool]:
@@ -123,16 +113,18 @@ def _lz4_prefix(data: bytes, size: int) -> tuple[bytes, bool]:
         return plain[:size], False
     except (RuntimeError, EOFError, ValueError):
         pass
-    parts = frame.LZ4FrameDecompressor()
+    return _up_to_damage(frame.LZ4FrameDecompressor().decompress, data, size), False
+
+
+def _up_to_damage(decompress: Callable[[bytes, int], bytes], data: bytes, size: int) -> bytes:
+    """What a stream gives in small steps before the one with the damage (blocks of bz2 are 900 kB)."""
     got = bytearray()
     try:
         for at in range(0, len(data), 4096):
-            got += parts.decompress(data[at : at + 4096], max(size - len(got), 0))
-            if parts.eof or len(got) >= size:
-                break
-    except (RuntimeError, EOFError, ValueError):
+            got += decompress(data[at : at + 4096], max(size - len(got), 0))
+    except (OSError, EOFError, RuntimeError, ValueError):
         pass
-    return bytes(got[:size]), False
+    return bytes(got)
 
 
 def keep_freed_memory() -> None:

@@ -76,12 +76,11 @@ class BagIndex:
         return {a: b - a for a, b in zip(positions, [*positions[1:], self.end], strict=False)}
 
 
-def open_index(source: Source, *, use_index: bool = True) -> BagIndex:
+def open_index(source: Source) -> BagIndex:
     """Find out what a bag holds, by its index or by a scan.
 
     Args:
         source: The file.
-        use_index: False scans in any case.
 
     Raises:
         BagError: It is no bag, or one of version 1, or encrypted.
@@ -104,8 +103,6 @@ def open_index(source: Source, *, use_index: bool = True) -> BagIndex:
     first = head.data_pos + head.data_size
     if first >= source.size:
         return _nothing_follows(source, header, first)
-    if not use_index:
-        return scan(source, first)
     if header.index_pos == 0:
         found = scan(source, first)
         found.damage.insert(0, "the bag was never closed: no index; its records were scanned")
@@ -253,6 +250,8 @@ class _Scan:
         after = head.data_pos + head.data_size
         if ChunkHeader.from_fields(head.fields).compression not in COMPRESSIONS:
             raise self._source.error(f"a chunk with compression {head.fields.get('compression')!r}", at)
+        if head.data_size == 0 and self._is_empty(after):
+            return after
         if head.data_size == 0 or after > self._source.size:
             self._found.damage.append(f"the chunk at byte {at} is cut off; what is whole in it is kept")
             self._open_chunk(ChunkInfo(at, 0, 0, indexed=False, partial=True))
@@ -266,6 +265,13 @@ class _Scan:
         self._open_chunk(info)
         self._found.end = max(self._found.end, after)
         return after
+
+    def _is_empty(self, after: int) -> bool:
+        """Whether a chunk that claims 0 bytes has none: data of a chunk never begins with these records."""
+        try:
+            return read_head(self._source, after).op in (OP_CHUNK, OP_INDEX, OP_CHUNK_INFO)
+        except BagError:
+            return False
 
     def _indexes(self, info: ChunkInfo, at: int) -> tuple[int, bool]:
         """Read the index records at `at` into `info`.

@@ -192,7 +192,7 @@ class ChunkOutput:
 
     def _advance(self) -> None:
         """Do some of the work, or wait until another chunk has reached the file."""
-        head = self._order[0] if self._order else None
+        head = self._head()
         if head is None or self._crew.help():
             return
         # A helper has it in hand: work that has begun ends, with an error if need be, so this wait does, too.
@@ -206,15 +206,27 @@ class ChunkOutput:
                 chunk.packed = self._compress(chunk.plain)
             except Exception as problem:
                 chunk.problem, chunk.packed = problem, b""
-        while self._order and self._order[0].packed is not None and self._writing.acquire(blocking=False):
+        while self._is_ready() and self._writing.acquire(blocking=False):
             try:
                 self._write_ready()
             finally:
                 self._writing.release()
             # And look once more: another may have become ready just before the lock was given back.
 
+    def _head(self) -> _Chunk | None:
+        """The chunk that is next in the file; another thread may be about to take it off."""
+        try:
+            return self._order[0]
+        except IndexError:
+            return None
+
+    def _is_ready(self) -> bool:
+        head = self._head()
+        return head is not None and head.packed is not None
+
     def _write_ready(self) -> None:
-        while self._order and self._order[0].packed is not None:
+        """With the lock: nobody else takes chunks off."""
+        while self._is_ready():
             chunk = self._order[0]
             if self.problem is None:
                 self.problem = chunk.problem
@@ -239,7 +251,7 @@ class ChunkOutput:
             except (OSError, ValueError):
                 pass  # a reader finds the last whole chunk all the same
             return
+        self.end = end
         if info.counts:
             self.chunks.append(info)
             self.messages += sum(info.counts.values())
-        self.end = end

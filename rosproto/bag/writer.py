@@ -226,7 +226,8 @@ class BagWriter:
         try:
             if self._failed is None:
                 self._flush()
-                self._chunks.drain()
+            self._chunks.drain()
+            if self._failed is None:
                 self._check_written()
             self._finish()
         finally:
@@ -236,8 +237,6 @@ class BagWriter:
         """Add a message without copying its arrays, if its chunk is written before this returns."""
         if isinstance(message, RawMessage):
             parts: list[bytes | memoryview] = [message.data]
-        elif out.encode is _buff:
-            parts = [_buff(message)]
         else:
             parts = encode_parts(message)
         size = sum([len(part) for part in parts])
@@ -296,10 +295,12 @@ class BagWriter:
 
     def _announce(self, out: _Out) -> None:
         """Give a connection its id and write its record in front of its first message."""
-        known = self._by_identity.get(_identity(out.connection))
-        if known is not None and known.head:  # the same connection, reached through another class
+        identity = _identity(out.connection)
+        known = self._by_identity.setdefault(identity, out)
+        if known.head:  # the same connection, reached through another class
             out.connection, out.head, out.index = known.connection, known.head, known.index
             return
+        self._by_identity[identity] = out
         number = max(self._index.connections, default=-1) + 1
         out.connection = replace(out.connection, id=number)
         self._index.connections[number] = out.connection
