@@ -64,6 +64,42 @@ def test_nested_arrays(door: str, depth: int, victim: Victim, unharmed: Unharmed
             assert b"<fault>" in answer
 
 
+@pytest.mark.parametrize(
+    "item", [b"<value/>", b"<value><i4>1</i4></value>", b"<value><array><data/></array></value>"]
+)
+@pytest.mark.parametrize("door", BOTH)
+def test_flat_arrays_without_end(door: str, item: bytes, victim: Victim, unharmed: Unharmed) -> None:
+    """Nothing is nested, but each of many small values costs more than its bytes; four callers at once."""
+    body = attacks.http_post(
+        call_xml("getPid", b"<array><data>" + item * (2_000_000 // len(item)) + b"</data></array>")
+    )
+    with unharmed(memory=320), attacks.many(getattr(victim, door), 4) as sockets:
+        for sock in sockets:
+            sock.settimeout(30)
+            sock.sendall(body)
+        for sock in sockets:
+            assert b"200 OK" in attacks.read_http(sock)[0]
+
+
+@pytest.mark.parametrize("door", BOTH)
+def test_a_struct_of_endless_members(door: str, victim: Victim, unharmed: Unharmed) -> None:
+    """And names that hash alike do not exist: they are text, whose hashes are salted."""
+    members = b"".join(b"<member><name>n%d</name><value/></member>" % n for n in range(50_000))
+    body = attacks.http_post(
+        call_xml("setParam", b"/attacker", b"/victim_deep", b"<struct>" + members + b"</struct>")
+    )
+    with unharmed(memory=256), attacks.many(getattr(victim, door), 4) as sockets:
+        for sock in sockets:
+            sock.settimeout(30)
+            sock.sendall(body)
+        for sock in sockets:
+            assert b"200 OK" in attacks.read_http(sock)[0]
+        with MasterClient(victim.master_uri, "/attacker") as master:
+            assert door == "node" or len(master.get_param("/victim_deep", timeout=30)) == 50_000
+            if door == "master":
+                master.delete_param("/victim_deep")
+
+
 BILLION_LAUGHS = (
     HEAD
     + b'<!DOCTYPE lolz [<!ENTITY a "lol">'
