@@ -23,7 +23,7 @@ import pytest
 
 from tests.support.air import Air, open_tun
 from tests.support.remote import Remote
-from tests.support.ros import RosProcess
+from tests.support.ros_process import RosProcess
 
 __all__ = ["LAPTOP", "LAPTOP6", "ROBOT", "ROBOT6", "Host", "two_hosts"]
 

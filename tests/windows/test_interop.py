@@ -74,7 +74,7 @@ def windows_python(tmp_path_factory: pytest.TempPathFactory) -> None:
 
 def windows(*arguments: str) -> ros.RosProcess:
     """A Python program on Windows, in the background."""
-    return ros.RosProcess([RUN, "python", *arguments], ros._clean_environment())
+    return ros.RosProcess([RUN, "python", *arguments], ros.clean_environment())
 
 
 def test_a_chassis_on_windows_drives_the_simulator_on_linux() -> None:
@@ -130,7 +130,7 @@ def test_the_demo_runs_on_windows() -> None:
 def test_every_command_prints_what_the_encoding_can() -> None:
     """A drawing of characters that cp1252 lacks (a tree of frames, bars) must not end in UnicodeEncodeError."""
     with SimulatedChassis(speed=4) as sim:
-        env = {**ros._clean_environment(), "ROS_MASTER_URI": sim.master_uri, "PYTHONIOENCODING": "cp1252"}
+        env = {**ros.clean_environment(), "ROS_MASTER_URI": sim.master_uri, "PYTHONIOENCODING": "cp1252"}
         for command in (["tf", "tree"], ["topic", "list"], ["graph"]):
             with ros.RosProcess([RUN, "python", "-m", "rosproto", *command], env) as process:
                 process.wait(timeout=60)

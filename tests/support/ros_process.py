@@ -1,0 +1,259 @@
+"""Programs beside a test: run one, or start one and watch what it writes; and whether Debian's ROS is there.
+
+Everything runs in processes of its own, with a clean environment, a home directory of its own, and a time
+limit; only processes started here are ever ended.
+
+A test that needs something which is absent is skipped with the reason, or fails when REQUIRE_INTEROP=1 is set.
+"""
+
+from __future__ import annotations
+
+import atexit
+import functools
+import os
+import re
+import shutil
+import signal
+import subprocess
+import tempfile
+import threading
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+__all__ = [
+    "PYTHON",
+    "TIMEOUT",
+    "RosProcess",
+    "clean_environment",
+    "environment",
+    "exclusive",
+    "import_problem",
+    "require",
+    "require_ros",
+    "run",
+]
+
+PYTHON = "/usr/bin/python3"
+TIMEOUT = 60.0  # seconds for one tool or script: a loaded computer needs several for `import rospy` alone
+
+# -- is it there? ------------------------------------------------------------------------------------------
+
+
+def require(present: object, reason: str) -> None:
+    """Skip the running test unless `present`; fail it instead when REQUIRE_INTEROP=1."""
+    if present:
+        return
+    if os.environ.get("REQUIRE_INTEROP") == "1":
+        pytest.fail(f"REQUIRE_INTEROP=1, but {reason}")
+    pytest.skip(reason)
+
+
+@functools.cache
+def import_problem(*modules: str) -> str:
+    """Why Debian's Python cannot import these; "" when it can."""
+    if not Path(PYTHON).exists():
+        return f"there is no {PYTHON}"
+    code = "import " + ", ".join(modules)
+    done = subprocess.run(
+        [PYTHON, "-c", code], capture_output=True, text=True, timeout=TIMEOUT, env=clean_environment()
+    )
+    return "" if done.returncode == 0 else f"{PYTHON}: {code}: {done.stderr.strip().splitlines()[-1]}"
+
+
+def require_ros(*modules: str) -> None:
+    """Skip (or fail, see `require`) unless Debian's Python has rospy and these modules."""
+    problem = import_problem("rospy", *modules)
+    require(not problem, f"real ROS 1 is not installed ({problem})")
+
+
+# -- environment and processes -----------------------------------------------------------------------------
+
+
+def clean_environment() -> dict[str, str]:
+    """The little that programs need; nothing of ours that leads ROS or Debian's Python astray."""
+    wanted = ("PATH", "HOME", "LANG", "LC_ALL", "TMPDIR", "LD_LIBRARY_PATH", "USER")
+    return {key: os.environ[key] for key in wanted if key in os.environ}
+
+
+@functools.cache
+def _home() -> str:
+    """A ROS home of this test process, so that no log lands in the user's."""
+    path = tempfile.mkdtemp(prefix="ros-home-")
+    atexit.register(shutil.rmtree, path, True)
+    return path
+
+
+def environment(
+    master_uri: str, *, packages: Path | str | None = None, extra: Mapping[str, str] | None = None
+) -> dict[str, str]:
+    """Environment of a ROS process on this computer.
+
+    Args:
+        master_uri: For ROS_MASTER_URI.
+        packages: Generated Python message packages (fixture `genpy_packages`), for PYTHONPATH.
+        extra: Further variables.
+    """
+    env = clean_environment()
+    env |= {"ROS_MASTER_URI": master_uri, "ROS_IP": "127.0.0.1", "PYTHONUNBUFFERED": "1"}
+    env |= {"HOME": _home(), "ROS_HOME": _home(), "ROS_LOG_DIR": f"{_home()}/log"}
+    # Quiet about what a tool does with colours and old configuration.
+    env |= {"TERM": "dumb", "ROSCONSOLE_FORMAT": "[${severity}] ${message}"}
+    if packages is not None:
+        env["PYTHONPATH"] = str(packages)
+    return env | dict(extra or {})
+
+
+class RosProcess:
+    """A running program whose output (both streams) is collected; ends with the `with` block.
+
+    Attributes:
+        arguments: What was started.
+        process: The Popen object.
+    """
+
+    def __init__(self, arguments: Sequence[str], env: Mapping[str, str]) -> None:
+        self.arguments = list(arguments)
+        self.process = subprocess.Popen(
+            self.arguments,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+            env=dict(env),
+            start_new_session=True,  # so that its children end with it, and nobody else
+        )
+        self._lines: list[str] = []
+        self._changed = threading.Condition()
+        self._ended = False
+        self._reader = threading.Thread(target=self._read, name="test:output", daemon=True)
+        self._reader.start()
+
+    def __enter__(self) -> RosProcess:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.stop()
+
+    @property
+    def pid(self) -> int:
+        """Process id."""
+        return self.process.pid
+
+    @property
+    def output(self) -> str:
+        """Everything it has written so far."""
+        with self._changed:
+            return "".join(self._lines)
+
+    @property
+    def running(self) -> bool:
+        """Whether it has not ended yet."""
+        return self.process.poll() is None
+
+    def wait_for(self, pattern: str, timeout: float = 30.0) -> re.Match[str]:
+        """Wait until the output contains a regular expression.
+
+        Raises:
+            AssertionError: The program ended, or the time was over; the text holds the output.
+        """
+        end = time.monotonic() + timeout
+        with self._changed:
+            while True:
+                found = re.search(pattern, "".join(self._lines), re.MULTILINE)
+                if found:
+                    return found
+                left = end - time.monotonic()
+                if self._ended or left <= 0:
+                    state = "ended" if self._ended else f"went on for {timeout} s"
+                    raise AssertionError(
+                        f"{self.arguments[:3]} {state} without writing {pattern!r}; it wrote:\n"
+                        + "".join(self._lines)
+                    )
+                self._changed.wait(left)
+
+    def wait(self, timeout: float = 30.0) -> int:
+        """Wait for its end; the exit code."""
+        code = self.process.wait(timeout)
+        self._reader.join(5.0)
+        return code
+
+    def interrupt(self) -> None:
+        """Ctrl-C."""
+        self.process.send_signal(signal.SIGINT)
+
+    def kill(self) -> None:
+        """End it and its children at once, without a chance to say good-bye."""
+        self._signal(signal.SIGKILL)
+        self.process.wait(10.0)
+
+    def stop(self, patience: float = 5.0) -> None:
+        """End it and its children: Ctrl-C first, by force after `patience` seconds."""
+        if self.process.poll() is None:
+            self._signal(signal.SIGINT)
+            try:
+                self.process.wait(patience)
+            except subprocess.TimeoutExpired:
+                pass  # by force below
+        self._signal(signal.SIGKILL)
+        self.process.wait(10.0)
+        self._reader.join(5.0)
+        if self.process.stdout is not None:
+            self.process.stdout.close()
+
+    def _signal(self, number: signal.Signals) -> None:
+        try:
+            os.killpg(self.process.pid, number)  # a group of its own, see start_new_session
+        except ProcessLookupError:
+            pass  # everybody there has ended
+
+    def _read(self) -> None:
+        assert self.process.stdout is not None
+        try:
+            for line in self.process.stdout:
+                with self._changed:
+                    self._lines.append(line)
+                    self._changed.notify_all()
+        except ValueError:
+            pass  # closed by stop()
+        with self._changed:
+            self._ended = True
+            self._changed.notify_all()
+
+
+def run(
+    arguments: Sequence[str], env: Mapping[str, str], timeout: float, check: bool
+) -> subprocess.CompletedProcess[str]:
+    process = subprocess.Popen(
+        list(arguments),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        errors="replace",
+        env=dict(env),
+        start_new_session=True,
+    )
+    try:
+        out, err = process.communicate(timeout=timeout)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        out, err = process.communicate(timeout=10)
+        raise AssertionError(f"{list(arguments)} did not end within {timeout} s:\n{out}\n{err}") from None
+    if check and process.returncode != 0:
+        raise AssertionError(f"{list(arguments)} ended with {process.returncode}:\n{out}\n{err}")
+    return subprocess.CompletedProcess(list(arguments), process.returncode, out, err)
+
+
+@contextmanager
+def exclusive(lock_file: Path) -> Iterator[None]:
+    """Hold a lock among processes (pytest-xdist workers)."""
+    import fcntl
+
+    with lock_file.open("w") as handle:
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
