@@ -196,6 +196,7 @@ def test_turning_left_and_right_and_backward(slow):
         assert standing(slow)
 
 
+@pytest.mark.slow
 def test_the_drive_is_over_when_the_chassis_falls_silent(slow):
     with drive(slow, "--acknowledged", "--direct", "--feedback-timeout", "0.8") as terminal:
         terminal.wait_for("sent +0.00")
@@ -209,6 +210,7 @@ def test_the_drive_is_over_when_the_chassis_falls_silent(slow):
         assert terminal.restored
 
 
+@pytest.mark.slow
 def test_the_drive_is_over_when_the_node_that_listens_dies(slow):
     """The link itself drops: nobody subscribes to the velocity any more."""
     with drive(slow, "--acknowledged", "--direct", "--feedback-timeout", "5") as terminal:

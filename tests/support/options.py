@@ -86,7 +86,7 @@ class Case:
 
     def words(self, **places: object) -> list[str]:
         """The command line."""
-        return [*shlex.split(self.line.format(**places)), *self.more]
+        return [*(word.format(**places) for word in shlex.split(self.line)), *self.more]
 
 
 def parser_of(prog: str, words: Sequence[str]) -> argparse.ArgumentParser:
