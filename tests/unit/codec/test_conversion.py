@@ -217,9 +217,9 @@ def test_other_spellings_that_are_not_there_either() -> None:
     given = define("woosh_msgs/ExecTaskResponse", "bool other\nint8 more")
     names = [name for pair in bundled().field_aliases(response._type) for name in pair]
     assert names
-    target = define("woosh_msgs/ExecTaskResponse", f"bool other\nint8 {names[0]}", base=bundled())
+    target = define("woosh_msgs/ExecTaskResponse", f"bool other\nint8 {names[0]}\nint8 third", base=bundled())
     conversion = Conversion(given, target)
-    assert conversion.defaulted == [names[0]]
+    assert conversion.defaulted == [names[0], "third"]
     assert conversion(given(other=True, more=3)) == target(other=True)
 
 

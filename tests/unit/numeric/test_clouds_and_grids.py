@@ -123,3 +123,12 @@ def test_grids() -> None:
         grid_to_array(received)
     with pytest.raises(ValueError, match=r"-1\.\.100"):
         array_to_grid(np.array([[101]]), 0.05)
+
+
+def test_the_origin_of_a_grid_is_the_one_given() -> None:
+    """As it is; without one it lies at 0 and is not turned."""
+    pose = message_class("geometry_msgs/Pose")()
+    pose.position.x = -5.0
+    grid = array_to_grid(np.zeros((2, 3)), 0.1, origin=pose)
+    assert grid.info.origin is pose
+    assert array_to_grid(np.zeros((2, 3)), 0.1).info.origin.orientation.w == 1.0

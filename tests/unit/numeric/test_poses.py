@@ -66,3 +66,5 @@ def test_what_is_no_rotation_is_refused() -> None:
     for wrong in (np.eye(4) * 2, np.diag([1, 1, -1, 1]), np.eye(2)):
         with pytest.raises(ValueError, match="matrix"):
             matrix_to_pose(wrong)
+    with pytest.raises(ValueError, match=r"a \(3, 3\) or \(4, 4\) matrix is expected, not \(2, 2\)"):
+        matrix_to_quaternion(np.eye(2))

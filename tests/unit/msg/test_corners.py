@@ -1,0 +1,197 @@
+"""What seldom happens to definitions: odd installations, unreadable files, types that a revision has not."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import os
+import runpy
+import sys
+import types
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from rosproto.errors import DefinitionError
+from rosproto.msg import DefinitionLibrary, bundled, md5, parse_message, stubs
+from rosproto.msg.sources import FileTree, ResourceTree
+from rosproto.msg.user_folder import environment_paths
+
+
+def package(folder: Path, **texts: str) -> Path:
+    """A package m with these files: kind_Name="text"."""
+    for key, text in texts.items():
+        kind, _, name = key.partition("_")
+        (folder / "m" / kind).mkdir(parents=True, exist_ok=True)
+        (folder / "m" / kind / f"{name}.{kind}").write_text(text)
+    return folder / "m"
+
+
+def test_the_md5sum_without_the_small_module(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pythons without _md5 take hashlib's."""
+    monkeypatch.setitem(sys.modules, "_md5", None)
+    spec = importlib.util.spec_from_file_location("md5_again", md5.__file__)
+    assert spec is not None
+    assert spec.loader is not None
+    again = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(again)
+    assert again.md5.__module__ != md5.md5.__module__
+    assert (
+        again.md5sum_of_texts("bool data")
+        == "8b94c1b53db61fb6aed406028ad6332a"
+        == md5.md5sum_of_texts("bool data")
+    )
+
+
+def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:
+    """It was listed, and is gone when it is asked for."""
+    with pytest.raises(DefinitionError, match="cannot be read: No such file") as caught:
+        FileTree(str(tmp_path)).read("msg", "Gone.msg")
+    assert caught.value.file == os.path.join(str(tmp_path), "msg", "Gone.msg")
+    assert FileTree(str(tmp_path)).names("none") == frozenset()
+
+
+@pytest.fixture
+def zipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """An importable package within a zip."""
+    name = "zipped_definitions"
+    with zipfile.ZipFile(tmp_path / "app.zip", "w") as file:
+        file.writestr(f"{name}/__init__.py", "")
+        file.writestr(f"{name}/m/msg/Foo.msg", "int8 x\n")
+    monkeypatch.syspath_prepend(str(tmp_path / "app.zip"))
+    yield name
+    sys.modules.pop(name, None)
+
+
+def test_definitions_in_a_zip(zipped: str) -> None:
+    """The loader reads; importlib.resources lists."""
+    tree = ResourceTree(zipped)
+    assert tree.names("m", "msg") == {"Foo.msg"}
+    assert tree.names("m", "srv") == tree.names("none") == frozenset()
+    assert tree.read("m", "msg", "Foo.msg") == "int8 x\n"
+    assert tree.describe("m", "msg", "Foo.msg") == f"{zipped}/m/msg/Foo.msg"
+    with pytest.raises(DefinitionError, match="cannot be read"):
+        tree.read("m", "msg", "Gone.msg")
+
+
+def test_definitions_behind_a_loader_that_only_imports(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without get_data, importlib.resources reads too."""
+    (tmp_path / "plain_definitions" / "m").mkdir(parents=True)
+    (tmp_path / "plain_definitions" / "__init__.py").write_text("")
+    (tmp_path / "plain_definitions" / "m" / "Foo.msg").write_text("int8 y\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    tree = ResourceTree("plain_definitions")
+    tree._loader = None
+    assert tree.read("m", "Foo.msg") == "int8 y\n"
+    assert tree.names("m") == {"Foo.msg"}
+    assert tree.names("none") == frozenset()
+
+
+def test_folders_are_searched_to_a_depth(tmp_path: Path) -> None:
+    """A home folder given by mistake does not take minutes; hidden and ignored folders are left out."""
+    deep = tmp_path
+    for name in "abcdefghij":
+        deep = deep / name
+    package(deep, msg_Foo="int8 x")
+    with pytest.raises(DefinitionError, match="no definitions found up to"):
+        DefinitionLibrary([tmp_path])
+    package(tmp_path / ".hidden", msg_Foo="int8 x")
+    package(tmp_path / "left", msg_Foo="int8 x")
+    (tmp_path / "left" / "CATKIN_IGNORE").touch()
+    (tmp_path / "empty" / "msg").mkdir(parents=True)
+    package(tmp_path / "near", msg_Bar="int8 x")
+    assert DefinitionLibrary([tmp_path]).messages("m") == ["m/Bar"]
+
+
+def test_types_that_are_younger_than_a_revision(tmp_path: Path) -> None:
+    """A revision that lacks what a type is made of says nothing about it."""
+    folder = package(
+        tmp_path, msg_Foo="int8 a\nint8 b", msg_Part="int8 x", msg_Whole="Part p\nYoung y", msg_Young="int8 x"
+    )
+    (folder / "revisions" / "old" / "msg").mkdir(parents=True)
+    (folder / "revisions" / "old" / "msg" / "Whole.msg").write_text("Part p\nGone g\n")
+    (folder / "revisions" / "revisions.txt").write_text("old <\n  Whole: with a type that is not there\n")
+    library = DefinitionLibrary([folder])
+    assert library.revisions("m/Whole") == []
+    assert library.revisions("m/Foo") == []
+
+
+def test_revisions_of_a_base_that_are_now_the_definition() -> None:
+    """A library that redefines a type as one of its base's revisions has the others only."""
+    (page,) = bundled().revisions("woosh_msgs/Battery")
+    library = bundled().fork()
+    library.add(page.library.message("woosh_msgs/Battery"))
+    assert page.md5sum not in [revision.md5sum for revision in library.revisions("woosh_msgs/Battery")]
+    alone = bundled().fork()
+    alone.add(parse_message("int8 x", "woosh_msgs/Own"))
+    assert alone.revisions("woosh_msgs/Own") == []
+
+
+def test_a_folder_of_revisions_without_a_table(tmp_path: Path) -> None:
+    """It is nobody's revision: nothing says what it is a change of."""
+    folder = package(tmp_path, msg_Foo="int8 a")
+    (folder / "revisions" / "old" / "msg").mkdir(parents=True)
+    assert DefinitionLibrary([folder]).revisions("m/Foo") == []
+
+
+@pytest.mark.parametrize("suffix", ["Goal", "ActionGoal", "Action", "Result", "Request", "Response"])
+def test_names_that_only_look_derived(suffix: str) -> None:
+    """A name may end like those of actions and services without there being any."""
+    library = bundled().fork()
+    assert not library.has("msg", f"std_msgs/Nothing{suffix}")
+    assert not library.has("msg", f"std_msgs/{suffix}")
+    library.add(parse_message("int8 x", f"std_msgs/Nothing{suffix}"))
+    assert library.message(f"std_msgs/Nothing{suffix}").fields[0].name == "x"
+
+
+def test_a_package_with_nothing_in_it(tmp_path: Path) -> None:
+    """The error tells a package that is empty from one that is not known."""
+    folder = package(tmp_path, action_Do="int8 x\n---\n---\n")
+    with pytest.raises(DefinitionError, match=r"m/Dogoal.* did you mean .*m/DoGoal"):
+        DefinitionLibrary([folder]).message("m/Dogoal")
+    hollow = tmp_path / "hollow"
+    (hollow / "e" / "msg").mkdir(parents=True)
+    (hollow / "e" / "msg" / "not a name.msg").write_text("")
+    with pytest.raises(DefinitionError, match="the package is known, but empty"):
+        DefinitionLibrary([hollow]).message("e/Foo")
+
+
+def test_folders_in_the_environment() -> None:
+    """As in $PATH; nothing given is nothing."""
+    assert environment_paths({}) == []
+    assert environment_paths({"ROSPROTO_MSG_PATH": os.pathsep.join(["/a", "", "/b"])}) == ["/a", "/b"]
+    assert isinstance(environment_paths(), list)
+
+
+def test_stubs_are_written_where_they_are_not_current(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """--check names them and fails; without it they are written, once."""
+    library = DefinitionLibrary([package(tmp_path / "defs", msg_Foo="int8 x")])
+    module = types.ModuleType("msgdefs")
+    module.__path__ = [str(tmp_path / "out")]
+    (tmp_path / "out" / "m" / "msg").mkdir(parents=True)
+    monkeypatch.setattr(stubs, "bundled", lambda: library)
+    monkeypatch.setattr(stubs, "import_module", lambda name: module)
+    file = tmp_path / "out" / "m" / "msg" / "__init__.pyi"
+    assert stubs.main(["--check"]) == 1
+    assert capsys.readouterr().out == f"not current: {file}\n1 stubs not current\n"
+    assert not file.exists()
+    assert stubs.main([]) == 0
+    assert capsys.readouterr().out == "1 stubs written\n"
+    assert "class Foo" in file.read_text()
+    assert stubs.main([]) == stubs.main(["--check"]) == 0
+    assert stubs.main(["--force"]) == 2
+    assert "usage" in capsys.readouterr().err
+
+
+def test_the_stubs_as_a_program(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """`python -m rosproto.msg.stubs --check`."""
+    monkeypatch.setattr(sys, "argv", ["stubs", "--check"])
+    with pytest.raises(SystemExit) as caught:
+        runpy.run_path(stubs.__file__, run_name="__main__")
+    assert caught.value.code == 0
+    assert capsys.readouterr().out == "0 stubs not current\n"
