@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["add_info_arguments", "facts", "info", "text", "yaml"]
 
 CURVE = 24  # characters
+FINE = 16  # chunks that must fit into one of these before their messages count as of one moment
 Facts = dict[str, Any]
 
 
@@ -250,13 +251,31 @@ def _yaml_key(key: str, rows: dict[str, str], blocks: dict[str, list[list[tuple[
 
 
 def _counts(bag: BagReader) -> dict[str, list[int]]:
-    """Messages of each topic in each of `CURVE` equal parts of the bag's time; reads index records only."""
-    import numpy as np
+    """Messages of each topic in each of `CURVE` equal parts of the bag's time; reads no messages.
 
+    The chunks' own counts do where chunks are much shorter than a part, as in every large bag; otherwise the
+    index records tell the time of each message.
+    """
     if bag.start_time is None or bag.end_time is None:
         return {}
-    edges = np.linspace(bag.start_time.to_nsec(), bag.end_time.to_nsec() + 1, CURVE + 1)
+    start, end = bag.start_time.to_nsec(), bag.end_time.to_nsec() + 1
+    if all(FINE * CURVE * (chunk.end - chunk.start) <= end - start for chunk in bag.chunks):
+        return _counts_by_chunk(bag, start, end)
+    import numpy as np
+
+    edges = np.linspace(start, end, CURVE + 1)
     return {topic: np.histogram(bag.times(topic), edges)[0].tolist() for topic in bag.topics}
+
+
+def _counts_by_chunk(bag: BagReader, start: int, end: int) -> dict[str, list[int]]:
+    found = {topic: [0] * CURVE for topic in bag.topics}
+    rows = {number: found[connection.topic] for number, connection in bag.connections.items()}
+    for chunk in bag.chunks:
+        part = ((chunk.start + chunk.end) // 2 - start) * CURVE // (end - start)
+        for number, count in chunk.counts.items():
+            if count:
+                rows[number][part] += count
+    return found
 
 
 def _curves(bag: BagReader) -> dict[str, str]:

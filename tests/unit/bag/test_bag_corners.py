@@ -521,8 +521,8 @@ def test_overlapping_chunks_decoded_and_the_times_of_a_topic_that_is_in_one_of_t
     """Two messages in a row may come from the same chunk, or not."""
     rare = Connection(1, "/rare", "std_msgs/String", String._md5sum, String._full_text)
     first = SAID.encode() + message("a", 1) + message("b", 2) + message("d", 4)
-    second = rare.encode() + message("c", 3, pack("<I", 1)) + message("e", 5)
+    second = rare.encode() + message("c", 3, pack("<I", 1)) + message("e", 5) + message("f", 6)
     chunks = [chunk(first), chunk(second)]
     bag = read(HEAD + b"".join(chunks))
-    assert texts(bag) == ["a", "b", "c", "d", "e"]
+    assert texts(bag) == ["a", "b", "c", "d", "e", "f"]
     assert bag.times("/rare").tolist() == [3 * 10**9]

@@ -67,6 +67,32 @@ def test_info_tells_counts_and_draws_rates(run: Run, bag: str) -> None:
     assert "▁" not in run("info", "--plain", bag)[1]
 
 
+def test_curves_of_a_bag_with_many_chunks_need_no_index_records(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The chunks' counts give the same curve as the times of the messages, to a chunk."""
+    path = tmp_path / "many.bag"
+    with BagWriter(path, chunk_bytes=1) as writer:
+        for i in range(2400):
+            if not 1000 <= i < 1400:
+                writer.write("/said", String(data=str(i)), 1000.0 + i / 10)
+            if i % 3 == 0:
+                writer.write("/rare", String(), 1000.0 + i / 10)
+    with monkeypatch.context() as patched:
+        patched.setattr(BagReader, "times", None)
+        fast = json.loads(run("info", "--json", path)[1])["curves"]
+    monkeypatch.setattr("rosproto.cli.bag_info.FINE", 10**12)
+    with BagWriter(path, append=True) as writer:  # a chunk of some length, or each is of one moment
+        writer.write("/said", String(), 1239.9)
+        writer.write("/said", String(), 1239.901)
+        writer.flush()
+    slow = json.loads(run("info", "--json", path)[1])["curves"]
+    for topic, tolerance in (("/said", 2), ("/rare", 2)):
+        assert sum(fast[topic]) == sum(slow[topic]) - (2 if topic == "/said" else 0)
+        assert all(abs(a - b) <= tolerance for a, b in zip(fast[topic], slow[topic], strict=True))
+    assert fast["/said"][11] == 0
+
+
 def test_info_as_json_and_yaml(run: Run, bag: str) -> None:
     """Facts for programs, one value with --key."""
     found = json.loads(run("info", "--json", "--freq", bag)[1])
