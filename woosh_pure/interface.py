@@ -235,12 +235,13 @@ _PAGE_TOPICS = (
         bypasses_protection=True,
         node_assumed=True,
     ),
-    _write("/rgbled", "woosh_msgs/LED", "light strip of the base"),
+    _write("/rgbled", "woosh_msgs/LED", "light strip of the base", written_by=(_RI,)),
     _write(
         "/rgbled_shelf",
         "woosh_msgs/LED",
         "light strip of the shelf",
         node_assumed=True,
+        written_by=(_RI,),
         aliases=("/kShelfLedColorPubName",),
     ),
     _write(
@@ -249,6 +250,7 @@ _PAGE_TOPICS = (
         "outline of the robot for avoiding obstacles nearby",
         "m; base_link",
         providers=_LOCAL_FOOTPRINT_NODES,
+        written_by=(_RI,),
     ),
     _write(
         "/move_base/global_costmap/set_footprint",
@@ -256,6 +258,7 @@ _PAGE_TOPICS = (
         "outline of the robot for planning; change both together",
         "m; base_link",
         providers=(_RI, _MOVE),
+        written_by=(_RI,),
     ),
 )
 
@@ -310,13 +313,21 @@ _PAGE_ACTIONS = (
 )
 
 
-def _seen(name: str, type_: str, meaning: str, *providers: str, feed: str = "", **more: object) -> Row:
+def _seen(
+    name: str,
+    type_: str,
+    meaning: str,
+    *providers: str,
+    feed: str = "",
+    listeners: tuple[str, ...] = (_RI,),
+    **more: object,
+) -> Row:
     nodes = providers or (_BASE,)
-    return _read(name, type_, feed, meaning, source="seen", providers=nodes, listeners=(_RI,), **more)
+    return _read(name, type_, feed, meaning, source="seen", providers=nodes, listeners=listeners, **more)  # type: ignore[arg-type]
 
 
 def _heard(name: str, type_: str, meaning: str, *listeners: str, **more: object) -> Row:
-    return _write(name, type_, meaning, source="seen", providers=listeners, **more)
+    return _write(name, type_, meaning, source="seen", providers=listeners, written_by=(_RI,), **more)  # type: ignore[arg-type]
 
 
 _SEEN_TOPICS = (
@@ -360,7 +371,14 @@ _SEEN_TOPICS = (
         "file of the recording",
         "/woosh_rosbag_record_node",
     ),
-    _seen("/move_base/global_plan", "nav_msgs/Path", "the path being driven", *_PLAN_NODES, feed="plan"),
+    _seen(
+        "/move_base/global_plan",
+        "nav_msgs/Path",
+        "the path being driven",
+        *_PLAN_NODES,
+        feed="plan",
+        listeners=(_RI, "/woosh_field_detector"),
+    ),
     _seen("/tf", "tf2_msgs/TFMessage", "moving transforms", *_TF_NODES, feed="tf"),
     Row(
         "/tf_static",
@@ -389,6 +407,7 @@ _SEEN_TOPICS = (
         "velocity of the robot's own remote control",
         "m/s, rad/s; base_link",
         source="seen",
+        written_by=(_RI,),
         bypasses_protection=True,
     ),
     _heard("/charge_cmd", "woosh_msgs/Charge", "manual or automatic charging", _BASE),

@@ -29,6 +29,7 @@ class Row:
         providers: Nodes that publish or serve it (for written topics: that listen).
         listeners: Nodes of the chassis that subscribe to a topic that is read, or to the goals of an action,
             beside those that serve it.
+        written_by: Nodes of the chassis that write a topic to write, beside us.
         on_change: True when it is published on change only.
         latched: None when it is not known; treat both.
         node_assumed: True when `providers` is our assumption.
@@ -49,6 +50,7 @@ class Row:
     feed: str = ""
     providers: tuple[str, ...] = ("/mobile_base_nodelet_manager",)
     listeners: tuple[str, ...] = ()
+    written_by: tuple[str, ...] = ()
     on_change: bool = False
     latched: bool | None = False
     node_assumed: bool = False

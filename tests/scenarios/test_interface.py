@@ -64,17 +64,20 @@ def test_every_action_has_a_server_and_the_robots_own_client(system, row):
     assert types[f"{row.name}/goal"] == f"{row.type}ActionGoal"
 
 
-def test_the_graph_has_the_nodes_of_a_real_one():
-    """Node names of the table against the listing of a real chassis, as far as the listing goes."""
-    nodes = {name for row in interface.ROWS for name in (*row.providers, *row.listeners)}
-    seen = {
-        "/ros_interface", "/move_base", "/mobile_base_nodelet_manager", "/woosh_ar_track_charge", "/woosh_auto_dock_node",
-        "/robot_state_publisher", "/woosh_robot_pose_ekf", "/woosh_passages_control", "/woosh_localization",
-        "/woosh_auto_dock_guiway", "/woosh_move_with_avoid_node", "/woosh_system_agent", "/laser",
-        "/woosh_rosbag_record_node", "/woosh_volume_control", "/woosh_field_detector",
-        "/woosh_obstacle_detect_camera_1", "/woosh_laser_verify_node", "/voice_synthesis",
-    }  # fmt: skip
-    assert seen <= nodes
+SEEN = json.loads(Path(__file__).with_name("chassis_graph_seen.json").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("topic", sorted(SEEN.keys() - {"/rosout"}), ids=str)
+def test_the_graph_is_that_of_a_real_one(system, topic):
+    """Every topic of the listing of a real chassis, with its type, its publishers and its subscribers.
+
+    The node /rosout belongs to roscore, not to the chassis.
+    """
+    publishers, subscribers, _, types = system
+    seen = SEEN[topic]
+    assert set(seen["publishers"]) <= set(publishers.get(topic, []))
+    assert set(seen["subscribers"]) <= set(subscribers.get(topic, []))
+    assert types[topic] == seen["type"]
 
 
 @pytest.mark.parametrize("row", [r for r in interface.feeds() if r.name not in SILENT], ids=lambda r: r.feed)

@@ -24,6 +24,12 @@ _ASSUMED = {"woosh_msgs/VolumeCtl": "uint8 percent  # assumed\n"}
 """Types whose definition is not published: what the simulated chassis has instead; clients learn it."""
 
 _RI = "/ros_interface"
+_NOBODY_LISTENS = {
+    "/enable_follower": "std_msgs/Bool",
+    "/follow_base/local_costmap/set_footprint": "geometry_msgs/Polygon",
+}
+_NOBODY_PUBLISHES = {"/follow/remote_control_request": "woosh_msgs/IOs"}
+_NOBODY_SERVES = {"/xarm_base": "woosh_msgs/Arm"}
 
 
 class Graph:
@@ -79,6 +85,19 @@ class Graph:
                 continue
             builder = {"read": self._publish, "write": self._listen, "call": self._serve, "act": self._act}
             builder[row.flow](row)
+        if self._full:
+            self._leave_loose_ends()
+
+    def _leave_loose_ends(self) -> None:
+        """What /ros_interface has ready for parts that this chassis does not have."""
+        node = self.node(_RI)
+        for topic, type_ in _NOBODY_LISTENS.items():
+            self._keep.append(node.publisher(topic, self._firmware.message_class(type_), queue_size=1))
+        for topic, type_ in _NOBODY_PUBLISHES.items():
+            self._keep.append(node.subscriber(topic, self._firmware.message_class(type_), callback=_ignore))
+        for name, type_ in _NOBODY_SERVES.items():
+            action = self._firmware.message_class(f"{type_}Action")
+            self._keep.append(rosproto.ActionClient(node, name, action, status_timeout=None))
 
     def _class_of(self, row: Row) -> Any:
         if row.type in _ASSUMED:
@@ -107,6 +126,11 @@ class Graph:
                 callback = revised_listener(self._firmware, row.type, callback)
             type_ = self._class_of(row)
             self._keep.append(self.node(name).subscriber(row.name, type_, callback=callback, queue_size=10))
+        if self._full:
+            for name in row.written_by:
+                # Seen on the shelf's strip: the robot itself writes it under its other name.
+                for topic in row.aliases or (row.name,):
+                    self._keep.append(self.node(name).publisher(topic, self._class_of(row), queue_size=1))
 
     def _hear(self, topic: str, obey: Callable[[Any], object], message: Any) -> None:
         self._network.carry(lambda: self._obey(topic, obey, message))
