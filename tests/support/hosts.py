@@ -25,7 +25,7 @@ from tests.support.air import Air, open_tun
 from tests.support.remote import Remote
 from tests.support.ros_process import RosProcess
 
-__all__ = ["LAPTOP", "LAPTOP6", "ROBOT", "ROBOT6", "Host", "two_hosts"]
+__all__ = ["LAPTOP", "LAPTOP6", "ROBOT", "ROBOT6", "Host", "two_hosts", "why_not"]
 
 ROBOT, LAPTOP = "10.77.0.1", "10.77.0.2"
 ROBOT6, LAPTOP6 = "fd77::1", "fd77::2"
