@@ -80,6 +80,7 @@ class SubscriberLink:
         "_noise",
         "_on_closed",
         "_outbox",
+        "_promised",
         "_tried",
         "address",
         "caller_id",
@@ -113,6 +114,7 @@ class SubscriberLink:
         self._batch: list[bytes] = []
         self._batch_bytes = 0
         self._batch_due = 0.0
+        self._promised = False  # the monitor will call `flush`
         self._blocked = False
         self._tried = 0.0
         self._noise = 0
@@ -154,6 +156,8 @@ class SubscriberLink:
         """Add a small frame to the batch, and send the batch when it is due; never waits.
 
         No lock is taken for the batch: `append` is atomic, and whoever sends takes frames from the front.
+        That no frame stays behind hangs on the order here and in `flush`: the frame is there before the
+        promise is looked at, and the promise is taken back before the batch is. The bytes may be miscounted.
 
         Args:
             frame: A whole frame with its length.
@@ -165,13 +169,18 @@ class SubscriberLink:
         batch = self._batch
         batch.append(frame)
         size = self._batch_bytes = self._batch_bytes + len(frame)
-        if size < BATCH_BYTES and now < self._batch_due:
-            return False
-        if size == len(frame):  # the first one
+        if self._promised:
+            if size < BATCH_BYTES and now < self._batch_due:
+                return False
+            if size == len(frame):  # the first one
+                self._batch_due = now + BATCH_SECONDS
+                return False
+        else:
             self._batch_due = now + BATCH_SECONDS
+            self._promised = True
             self._monitor.flush_later(self)
             return False
-        self.flush()
+        self._flush()
         if self._blocked:
             sleep(0)  # as in send_large
         return True
@@ -282,7 +291,11 @@ class SubscriberLink:
     # -- called by the monitor ------------------------------------------------------------------------------
 
     def flush(self) -> None:
-        """Send the batch, if there is one."""
+        """Send the batch, if there is one, as promised."""
+        self._promised = False
+        self._flush()
+
+    def _flush(self) -> None:
         error = None
         with self._lock:
             if self._batch and not self._closed:
@@ -320,7 +333,7 @@ class SubscriberLink:
             RosTimeout: The subscriber is too slow.
             ConnectionLost: It is gone.
         """
-        self.flush()
+        self._flush()
         with self._lock:
             self._empty = self._empty or threading.Condition(self._lock)
             if not self._empty.wait_for(lambda: self._closed or not self._outbox, timeout):

@@ -1,0 +1,132 @@
+"""One connected subscriber: no frame stays behind in the batch, however threads meet. The monitor is played by hand."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from rosproto.node import subscriber_link
+from rosproto.node.subscriber_link import SubscriberLink
+
+
+class Monitor:
+    """Notes whom it is to flush; does it when told."""
+
+    def __init__(self) -> None:
+        self.due: list[SubscriberLink] = []
+
+    def add(self, link: SubscriberLink) -> None: ...
+
+    def want_write(self, link: SubscriberLink, wanted: bool) -> None: ...
+
+    def remove(self, link: SubscriberLink) -> None:
+        link.sock.close()
+
+    def flush_later(self, link: SubscriberLink) -> None:
+        self.due.append(link)
+
+    def tick(self) -> None:
+        for _ in range(len(self.due)):
+            self.due.pop(0).flush()
+
+
+class Interrupted(list[bytes]):
+    """A batch in which another thread gets its turn right after a frame was put in."""
+
+    meanwhile: Callable[[], object] | None = None
+
+    def append(self, frame: bytes) -> None:
+        super().append(frame)
+        if self.meanwhile is not None:
+            self.meanwhile()
+
+
+@pytest.fixture
+def monitor() -> Monitor:
+    return Monitor()
+
+
+@pytest.fixture
+def pair(monitor: Monitor) -> Iterator[tuple[SubscriberLink, socket.socket]]:
+    ours, theirs = socket.socketpair()
+    theirs.settimeout(0.2)
+    fake: Any = monitor
+    link = SubscriberLink(
+        ours,
+        {"callerid": "/s"},
+        address="there:1",
+        topic="/t",
+        queue_size=10,
+        monitor=fake,
+        on_closed=lambda *_: None,
+    )
+    yield link, theirs
+    link.close()
+    theirs.close()
+
+
+def received(sock: socket.socket, size: int) -> bytes:
+    data = b""
+    while len(data) < size:
+        data += sock.recv(size - len(data))
+    return data
+
+
+def test_frames_of_a_burst_go_out_together(
+    pair: tuple[SubscriberLink, socket.socket], monitor: Monitor
+) -> None:
+    """Three within the time of a batch: one promise of the monitor, one piece of data."""
+    link, theirs = pair
+    for number, frame in enumerate((b"one", b"two", b"six")):
+        assert not link.send_soon(frame, 1.0 + number * 1e-6)
+    assert len(monitor.due) == 1
+    monitor.tick()
+    assert theirs.recv(100) == b"onetwosix"
+    assert link.stats().messages == 3
+
+
+def test_a_batch_that_is_due_is_sent_by_the_publisher_itself(
+    pair: tuple[SubscriberLink, socket.socket], monitor: Monitor
+) -> None:
+    link, theirs = pair
+    link.send_soon(b"one", 1.0)
+    assert link.send_soon(b"two", 1.0 + 2 * subscriber_link.BATCH_SECONDS)
+    assert received(theirs, 6) == b"onetwo"
+
+
+@pytest.mark.parametrize("turns", [1, 2])
+def test_a_frame_that_the_monitor_took_early_leaves_no_other_behind(
+    pair: tuple[SubscriberLink, socket.socket], monitor: Monitor, turns: int
+) -> None:
+    """The monitor flushes between a frame's entering and its being counted. The next frame must go out too.
+
+    A subscriber that answers each message with the next one (both in one node) then waited for ever.
+    """
+    link, theirs = pair
+    link._batch = batch = Interrupted()
+    link.send_soon(b"one", 1.0)
+    batch.meanwhile = monitor.tick
+    link.send_soon(b"two", 1.00001)
+    assert received(theirs, 6) == b"onetwo"
+    batch.meanwhile = None
+    for _ in range(turns):
+        monitor.tick()
+    link.send_soon(b"six", 1.00002)
+    monitor.tick()
+    assert received(theirs, 3) == b"six"
+
+
+def test_sending_at_once_takes_what_waits_along_and_keeps_the_order(
+    pair: tuple[SubscriberLink, socket.socket], monitor: Monitor
+) -> None:
+    link, theirs = pair
+    link.send_soon(b"one", 1.0)
+    link.send(b"two")
+    link.send_soon(b"six", 1.00001)
+    monitor.tick()
+    assert received(theirs, 9) == b"onetwosix"
+    monitor.tick()
+    assert link.stats().queued == 0
