@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from rosproto.errors import MasterError
+from rosproto.errors import MasterError, RosTimeout
 from rosproto.master import Master
 from rosproto.node import MasterClient, Node
 from rosproto.protocol.limits import Limits
@@ -88,6 +88,15 @@ def test_publisher_updates_of_any_shape(params: tuple[Any, ...], victim: Victim,
                 assert reply[0] in (1, -1)
 
 
+def _answers(into: Any, back: Any) -> bool:
+    """The publisher may still count a link that the last list but one ended: what it sends there is lost."""
+    into.publish(data="in order")
+    try:
+        return bool(back.next(0.5).data == "in order")
+    except RosTimeout:
+        return False
+
+
 def test_updates_in_any_order_end_with_the_truth(
     victim: Victim, bystander: Bystander, unharmed: Unharmed
 ) -> None:
@@ -107,9 +116,8 @@ def test_updates_in_any_order_end_with_the_truth(
             spelled = bystander.node.uri.rstrip("/").upper().replace("HTTP", "http")
             for uris in (right, [spelled], [*right, spelled]):  # 28: a slash and capitals are no other node
                 assert master.call("publisherUpdate", "/master", "/in", uris)[0] == 1
+            eventually(lambda: _answers(into, back), 10, "an answer")
             eventually(lambda: into.connections == 1, 10, "one link to the publisher")
-            into.publish(data="in order")
-            assert back.next(10).data == "in order"
     eventually(lambda: victim.ask()["links"] == {})
 
 
