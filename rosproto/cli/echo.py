@@ -164,7 +164,11 @@ class _Printer:
             plain = _plain(value)
             print_json({"topic": topic, "message": plain} if self.several else plain)
         else:
-            print((f"# {topic}\n" if self.several else "") + self._text(value) + "\n---")
+            print(
+                (f"# {topic}\n" if self.several and not self.arguments.all else "")
+                + self._text(value)
+                + "\n---"
+            )
         sys.stdout.flush()
 
     def _text(self, value: Any) -> str:

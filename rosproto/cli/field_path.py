@@ -88,8 +88,10 @@ def _field(value: object, name: str, path: str) -> object:
 
 def _element(value: object, index: int | slice, path: str) -> object:
     try:
-        return value[index]  # type: ignore[index]
+        found = value[index]  # type: ignore[index]
     except IndexError:
         raise FieldPathError(f"index {index} is outside, the array has {len(value)} elements", path) from None  # type: ignore[arg-type]
     except TypeError:
         raise FieldPathError(f"{type(value).__name__} is not an array", path) from None
+    # numpy's own numbers print and compare unlike Python's, and JSON does not know them.
+    return found.item() if getattr(found, "ndim", None) == 0 else found

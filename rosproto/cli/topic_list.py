@@ -57,7 +57,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _only(side: Side, asked: str) -> Side:
-    return {name: side[name] for name in below(side, asked)}
+    wanted = set(below(side, asked))
+    return {
+        name: nodes for name, nodes in side.items() if name in wanted
+    }  # in the master's order, as -v shows
 
 
 def row(name: str, state: SystemState, types: dict[str, str]) -> dict[str, object]:

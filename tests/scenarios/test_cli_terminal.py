@@ -108,6 +108,77 @@ def test_watch_on_a_narrow_terminal_puts_the_map_below(slow):
         assert robot > rates
 
 
+@pytest.mark.parametrize(
+    ("columns", "rows", "shows"),
+    [
+        (40, 10, ["q: leave", "emergency stop", "pose", "87 %"]),
+        (60, 20, ["q: leave", "emergency stop", "pose", "87 %", "→", "█"]),
+        (80, 12, ["q: leave", "emergency stop", "pose", "87 %", "→", "█"]),
+        (200, 60, ["q: leave", "emergency stop", "pose", "87 %", "→", "█", "rates"]),
+        (20, 5, ["woosh watch"]),
+        (1, 1, ["w"]),
+    ],
+)
+def test_watch_shows_what_matters_on_a_screen_of_any_size(slow, columns, rows, shows):
+    """What has to be left out is the least important."""
+    arguments = ("--master", slow.master_uri, "--rate", "10")
+    with Terminal("watch", *arguments, columns=columns, rows=rows) as terminal:
+
+        def complete(text: str) -> bool:
+            slow.report(110201000013)  # a code is told when it changes only: until it has been heard
+            return all(word in text for word in shows)
+
+        terminal.wait_for(complete)
+        assert terminal.screen.unknown == []
+        terminal.send("q")
+        assert terminal.exit_code() == 0
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252", "cp936"])
+def test_watch_draws_with_what_the_encoding_has(slow, encoding):
+    with Terminal("watch", "--master", slow.master_uri, PYTHONIOENCODING=encoding) as terminal:
+        text = terminal.wait_for(lambda t: "87 %" in t and ">" in t and "###" in t)
+        assert text.isascii()
+        terminal.send("q")
+        assert terminal.exit_code() == 0
+
+
+def test_no_colours_with_no_color_and_whole_lines_on_a_dumb_terminal(slow):
+    with Terminal("watch", "--master", slow.master_uri, NO_COLOR="1") as terminal:
+        terminal.wait_for("87 %")
+        assert not any(sequence.endswith("m") for sequence in terminal.screen.seen)
+        terminal.send("q")
+        assert terminal.exit_code() == 0
+    with Terminal("watch", "--master", slow.master_uri, "--for", "2.5", TERM="dumb") as terminal:
+        assert terminal.exit_code() == 0
+        assert " in map  " in terminal.text
+        assert terminal.screen.seen == []
+
+
+def test_a_sign_of_life_counts_on_a_terminal_and_goes_away(slow):
+    with Terminal("faults", "--listen", "2.5", "--master", slow.master_uri, columns=40, rows=10) as terminal:
+        terminal.wait_for("listening ... 1 s")
+        assert terminal.exit_code() == 0
+        assert "listening" not in terminal.text
+
+
+@pytest.mark.parametrize(
+    ("columns", "rows", "encoding"), [(40, 10, "utf-8"), (100, 30, "utf-8"), (40, 10, "cp1252")]
+)
+def test_a_plot_fits_its_terminal(slow, columns, rows, encoding):
+    words = ("topic", "echo", "/scan/ranges[0]", "--plot", "--master", slow.master_uri)
+    size = {"columns": columns, "rows": rows}
+    with Terminal(*words, module="rosproto", **size, PYTHONIOENCODING=encoding) as terminal:
+        axis = "┤" if encoding == "utf-8" else "|"
+        lines = terminal.wait_for(lambda t: t.count(axis) >= min(rows - 2, 8)).splitlines()
+        assert lines[0].startswith("/scan/ranges[0]  ")
+        assert all(axis in line for line in lines[1 : rows - 2 if rows < 14 else 9])
+        assert terminal.screen.unknown == []
+        terminal.send("\x03")
+        assert terminal.exit_code() == 130
+        assert "Traceback" not in terminal.text
+
+
 def test_watch_leaves_the_terminal_in_order_on_ctrl_c(slow):
     with Terminal("watch", "--master", slow.master_uri, "--ascii", NO_COLOR="1") as terminal:
         text = terminal.wait_for(lambda t: "87 %" in t and ">" in t)

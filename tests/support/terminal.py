@@ -25,7 +25,7 @@ SEQUENCE = re.compile(r"\x1b\[(?P<private>\??)(?P<numbers>[\d;]*)(?P<final>[A-Za
 # The child makes the pseudo-terminal its own, so that Ctrl-C on it is a signal.
 LAUNCH = (
     "import fcntl, runpy, sys, termios; fcntl.ioctl(0, termios.TIOCSCTTY, 0); "
-    "sys.argv = ['woosh', *sys.argv[1:]]; runpy.run_module('woosh_pure', run_name='__main__')"
+    "module = sys.argv[1]; sys.argv = sys.argv[1:]; runpy.run_module(module, run_name='__main__')"
 )
 
 
@@ -37,12 +37,14 @@ class Screen:
         alternate: Whether the other screen is shown.
         cursor_visible: Whether there is a cursor.
         unknown: Sequences that this renderer does not know: a test wants none.
+        seen: The final characters of all sequences, "m" is a colour.
     """
 
     def __init__(self, columns: int, rows: int) -> None:
         self.columns, self.rows = columns, rows
         self.alternate, self.cursor_visible = False, True
         self.unknown: list[str] = []
+        self.seen: list[str] = []
         self._cells = self._blank()
         self._kept = self._cells
         self._row = self._column = 0
@@ -101,6 +103,7 @@ class Screen:
 
     def _sequence(self, found: re.Match[str]) -> None:
         final, private = found["final"], bool(found["private"])
+        self.seen.append(final)
         numbers = [int(n or 0) for n in found["numbers"].split(";")]
         if private and final in "hl":
             self._mode(numbers[0], final == "h")
@@ -132,21 +135,34 @@ class Screen:
 
 
 class Terminal:
-    """The woosh command in a process of its own on a pseudo-terminal. Use it in a `with` block.
+    """A command in a process of its own on a pseudo-terminal. Use it in a `with` block.
+
+    Args:
+        arguments: Of the command.
+        columns, rows: Size of the terminal.
+        module: What is run: woosh_pure or rosproto.
+        environment: Variables that differ.
 
     Attributes:
         screen: What it shows.
         process: The command.
     """
 
-    def __init__(self, *arguments: str, columns: int = 100, rows: int = 30, **environment: str) -> None:
+    def __init__(
+        self,
+        *arguments: str,
+        columns: int = 100,
+        rows: int = 30,
+        module: str = "woosh_pure",
+        **environment: str,
+    ) -> None:
         self.screen = Screen(columns, rows)
         self._master, self._slave = pty.openpty()
         fcntl.ioctl(self._slave, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
         self.before = termios.tcgetattr(self._slave)
         inherited = {k: v for k, v in os.environ.items() if k not in ("ROS_MASTER_URI", "COLUMNS", "LINES")}
         self.process = subprocess.Popen(
-            [sys.executable, "-c", LAUNCH, *arguments],
+            [sys.executable, "-c", LAUNCH, module, *arguments],
             stdin=self._slave,
             stdout=self._slave,
             stderr=self._slave,

@@ -22,6 +22,7 @@ __all__ = ["Screen"]
 
 _PANEL = 34
 _NARROW = 72
+_LOW = 14
 _AROUND = 6.0
 """Metres shown in each direction where there is no map."""
 _COLOURS = {"red": "31;1", "green": "32", "yellow": "33", "blue": "34;1", "dim": "2", "bold": "1"}
@@ -63,10 +64,12 @@ class Screen:
 
     def render(self, scene: Scene, columns: int, lines: int) -> list[str]:
         """At most `lines` lines of at most `columns` visible characters."""
-        title = [("woosh watch ", "bold"), (scene.master_uri, ""), ("   q: leave", "dim")]
-        panel = list(self._panel(scene))
+        title = _title(scene.master_uri, columns)
         body = max(1, lines - 1)
-        if columns < _NARROW:
+        narrow = columns < _NARROW
+        # Below each other, both get a part; a screen too small for two shows the facts.
+        panel = _squeezed(list(self._panel(scene)), body // 2 if narrow and body > _LOW else body)
+        if narrow:
             rows = [*panel, *self._map(scene, columns, body - len(panel))]
         else:
             rows = self._side_by_side(self._map(scene, columns - _PANEL - 1, body), panel, body)
@@ -207,6 +210,31 @@ class Screen:
             rows, columns = view.cells_of(points)
             ground[rows, columns] = sign
         return ground
+
+
+def _title(uri: str, columns: int) -> list[Piece]:
+    """The address is what a narrow terminal leaves out first."""
+    room = columns - len("woosh watch    q: leave")
+    shown = uri if len(uri) <= room else uri.removeprefix("http://").rstrip("/")[: max(0, room)]
+    return [("woosh watch ", "bold"), (shown, ""), ("   q: leave", "dim")]
+
+
+def _squeezed(rows: list[list[Piece]], most: int) -> list[list[Piece]]:
+    """At most so many rows, where leaving out can do it: rates first, then blanks, remarks, the odometer."""
+
+    def begins(row: list[Piece], word: str) -> bool:
+        return bool(row) and row[0][0].startswith(word)
+
+    rates = next((i for i, row in enumerate(rows) if begins(row, "rates")), len(rows))
+    rows = rows if len(rows) <= most else rows[:rates]
+    if len(rows) > most:
+        rows = [row for row in rows if row]
+    if len(rows) > most:
+        rows = [row for row in rows if not (begins(row, "  ") and row[0][1] == "dim")]
+    for word in ("odometer", " " * 9, "task", "scan", "velocity"):
+        if len(rows) > most:
+            rows = [row for row in rows if not begins(row, word)]
+    return rows
 
 
 class _View:
