@@ -33,6 +33,8 @@ def woosh(*arguments: str) -> subprocess.Popen[str]:
     )
 
 
+@pytest.mark.slow
+@pytest.mark.example
 def test_the_demo_drives_measures_and_ends_well():
     began = time.monotonic()
     process = woosh("demo")

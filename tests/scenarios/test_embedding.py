@@ -18,6 +18,9 @@ from typing import NoReturn
 
 import pytest
 
+# Each starts a program of its own; some load a framework of a hundred megabytes first.
+pytestmark = [pytest.mark.slow, pytest.mark.example]
+
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "examples" / "embedding"
 HOST = Path(__file__).with_name("embedding_host.py")

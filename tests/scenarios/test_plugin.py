@@ -13,6 +13,7 @@ from woosh_pure.cli.commands.sim import FAULTS, inject
 from woosh_pure.enums import RobotMode
 
 
+@pytest.mark.slow
 def test_an_application_gets_its_chassis(tmp_path):
     import subprocess
     import sys
