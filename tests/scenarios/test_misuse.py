@@ -291,6 +291,13 @@ def test_two_programs_that_compete_are_told_of_each_other(sim, chassis, until):
         assert ours.wait(20.0)
 
 
+def test_stopping_everything_names_another_program_that_drives_by_velocity(sim, chassis):
+    assert chassis.stop(everything=True).problems == []
+    with Chassis(sim.master_uri) as other, other.velocity(bypasses_protection=True):
+        problems = chassis.stop(everything=True).problems
+        assert any(other.node.name in problem and "end it" in problem for problem in problems)
+
+
 def test_a_fault_that_ends_a_task_here_ends_it_on_the_robot_too(sim, chassis, until):
     """The robot may recover by itself and drive on, while the program has been told that it failed."""
     handle = chassis.go_to_mark("B1")

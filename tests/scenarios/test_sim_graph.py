@@ -133,6 +133,19 @@ def test_a_link_that_stays_away_is_a_lost_connection_and_leaving_says_what_was_n
     chassis.close()  # what could not be done has been told; closing again is fine
 
 
+def test_a_cancel_that_nobody_confirms_is_not_taken_for_done(sim, until):
+    """A cancel is a message; on a dead link it is sent, and arrives nowhere."""
+    chassis = Chassis(sim.master_uri, timeout=1.0)
+    handle = chassis.go_to(2.5, 0.0)
+    chassis._core.action("/move_base")._status_timeout = 0.5
+    sim.drop_link(60.0)
+    assert handle.wait(20.0, raises=False).kind is OutcomeKind.CONNECTION_LOST
+    with pytest.raises(ConnectionLost, match="cannot be heard"):
+        handle.cancel(0.3)
+    with pytest.raises(ConnectionLost, match="may still be driving"):
+        chassis.close()
+
+
 def test_a_master_that_restarts_in_the_middle_of_a_task_is_not_noticed(sim, chassis, until):
     handle = chassis.go_to_mark("B1")
     until(lambda: not sim.world.body.velocity.is_standing())

@@ -286,8 +286,10 @@ class World:
             self._drop_everything(140801000081, "switched to manual")
 
     def plug_cable(self, plugged: bool = True) -> None:
-        """The charging cable; a robot on the cable does not drive."""
+        """The charging cable; a robot on the cable does not drive, and what it is doing fails (assumed)."""
         self.cable_plugged = plugged
+        if plugged:
+            self._drop_everything(140801000261, "charging cable plugged in")
         self.battery.charging, self.battery.automatic = plugged, False
 
     def enter_dock(self) -> None:
