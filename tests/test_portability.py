@@ -50,7 +50,6 @@ PATHS = ("/tmp", "/dev/", "/proc/", "/etc/", "/usr/", "/var/", "/home/")
 KEYS = "rosproto/cli/bag_keyboard.py"
 ALLOWED = {
     (KEYS, "msvcrt"): "only entered on Windows: _windows is asked by the caller, and tests put a fake there",
-    ("rosproto/transport/sleep.py", "time.clock_gettime"): "where there is CLOCK_BOOTTIME, it is asked with it",
 }
 
 

@@ -23,10 +23,8 @@ _WAITING, _RUNNING, _DONE = range(3)
 
 def helper_count() -> int:
     """Threads worth having beside the caller: one less than this process has processors, at most 3."""
-    try:
-        processors = len(os.sched_getaffinity(0))
-    except AttributeError:  # not on Windows and macOS
-        processors = os.cpu_count() or 1
+    affinity = getattr(os, "sched_getaffinity", None)  # not on Windows and macOS
+    processors = len(affinity(0)) if affinity is not None else os.cpu_count() or 1
     return min(processors - 1, 3)
 
 

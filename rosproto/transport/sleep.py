@@ -6,6 +6,7 @@ not, so a wait takes far longer than it was meant to. Both are seen here.
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable
 
@@ -17,8 +18,9 @@ NOTICEABLE = 5.0
 
 def _time_with_sleep() -> float:
     """Seconds that pass in sleep too: exact on Linux, elsewhere the wall clock, which may be set."""
-    boot = getattr(time, "CLOCK_BOOTTIME", None)
-    return time.time() if boot is None else time.clock_gettime(boot)
+    if sys.platform == "linux":
+        return time.clock_gettime(time.CLOCK_BOOTTIME)
+    return time.time()
 
 
 class SleepDetector:
