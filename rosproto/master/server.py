@@ -10,6 +10,7 @@ from rosproto.protocol import Fault
 from rosproto.protocol.limits import Limits
 from rosproto.transport import Peer, XmlRpcServer, is_loopback, local_address_towards, make_uri
 from rosproto.transport.tcp_server import Allow
+from rosproto.transport.waiting import wait_event
 
 from .api import MasterApi, UnknownMethod
 from .delivery import NodeSender
@@ -118,7 +119,7 @@ class Master:
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait until the master has ended; False when that took longer than `timeout` seconds."""
-        return self._ended.wait(timeout)
+        return wait_event(self._ended, timeout)
 
     def flush(self, timeout: float = 5.0) -> bool:
         """Wait until every notification so far was delivered or given up; False when that took longer."""

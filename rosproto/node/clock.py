@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.logs import get_logger
 from rosproto.records import NamedTuple
 from rosproto.time import Duration, Time
+from rosproto.transport.waiting import wait_event
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -111,7 +112,7 @@ class NodeClock:
 
     def _sleep_real(self, seconds: float, stop: threading.Event | None) -> bool:
         closing = stop or (self._node._closing if self._node is not None else threading.Event())
-        return not closing.wait(max(0.0, seconds))
+        return not wait_event(closing, max(0.0, seconds))
 
     def _wait(self, done: Callable[[], bool], timeout: float | None) -> bool:
         """Wait for simulated time; ends when the node is closed. The lock is held."""

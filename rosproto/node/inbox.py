@@ -11,6 +11,8 @@ from collections import deque
 from collections.abc import Sequence
 from typing import Any
 
+from rosproto.transport.waiting import wait_for
+
 __all__ = ["Inbox"]
 
 
@@ -73,7 +75,7 @@ class Inbox:
             if not self._queue and not self.closed:
                 self._waiters += 1
                 try:
-                    self.condition.wait_for(lambda: self._queue or self.closed, timeout)
+                    wait_for(self.condition, lambda: self._queue or self.closed, timeout)
                 finally:
                     self._waiters -= 1
             return self._queue.popleft() if self._queue else None

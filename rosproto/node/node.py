@@ -36,7 +36,13 @@ from rosproto.node.events import Event, EventKind
 from rosproto.node.joining import join
 from rosproto.node.link_monitor import LinkMonitor
 from rosproto.node.master_client import MasterClient
-from rosproto.node.options import from_environment, message_path, node_name, queue_length
+from rosproto.node.options import (
+    callback_or_none,
+    from_environment,
+    message_path,
+    node_name,
+    queue_length,
+)
 from rosproto.node.publisher import Publisher
 from rosproto.node.registrations import Registrations
 from rosproto.node.revisions import Revisions
@@ -49,6 +55,7 @@ from rosproto.node.watchdog import Watchdog
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import is_loopback, parse_uri
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.waiting import wait_event
 
 if TYPE_CHECKING:
     import logging
@@ -237,6 +244,7 @@ class Node:
             MasterError, ConnectionLost, RosTimeout: It could not be registered.
         """
         self._check_open()
+        callback_or_none(on_connect, f"on_connect of {topic}")
         type_ = resolve_type(type, self.revisions)
         if type_.is_wildcard:
             raise LocalProtocolError(
@@ -284,6 +292,8 @@ class Node:
             MasterError, ConnectionLost, RosTimeout: It could not be registered.
         """
         self._check_open()
+        callback_or_none(callback, f"the callback of {topic}")
+        callback_or_none(on_error, f"on_error of {topic}")
         return self._topics.open_subscriber(
             self.resolve_name(topic),
             resolve_type(type, self.revisions),
@@ -405,7 +415,7 @@ class Node:
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait until the node is closed (by `rosnode kill`, or another thread); True when it is."""
-        return self._closed.wait(timeout)
+        return wait_event(self._closed, timeout)
 
     def on_shutdown(self, callback: Callable[[str], object]) -> None:
         """Have `callback(reason)` called when the node begins to close; "" when the program closes it."""

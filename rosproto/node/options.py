@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 
 from rosproto import names
 from rosproto.transport.address import host_from_environment
 
-__all__ = ["from_environment", "message_path", "node_name", "queue_length"]
+__all__ = ["callback_or_none", "from_environment", "message_path", "node_name", "queue_length"]
 
 
 def node_name(name: str, namespace: str, anonymous: bool) -> str:
@@ -44,6 +45,16 @@ def from_environment(
         host or host_from_environment(environment),
         namespace,
     )
+
+
+def callback_or_none(callback: Callable[..., object] | None, what: str) -> None:
+    """Check a callback now: an error with each message would be told far away from its cause.
+
+    Raises:
+        TypeError: It can not be called.
+    """
+    if callback is not None and not callable(callback):
+        raise TypeError(f"{what} is a function, not {callback!r:.80}")
 
 
 def queue_length(size: int) -> int:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 from rosproto.errors import MasterError, RosError
 from rosproto.logs import get_logger
+from rosproto.node.options import callback_or_none
 from rosproto.node.parameter_cache import ABSENT, Change, ParameterCache, canonical_key
 
 if TYPE_CHECKING:
@@ -236,6 +237,7 @@ class Parameters:
         Returns:
             The subscription; close it to end.
         """
+        callback_or_none(callback, f"the callback of parameter {key}")
         resolved = self._resolve(key)
         subscription = ParameterSubscription(self, resolved, callback)
         with self._subscribing:  # nobody gets a subscription before its first value is there

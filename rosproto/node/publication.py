@@ -31,6 +31,7 @@ from rosproto.protocol.handshake import check_subscriber_header, publisher_heade
 from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcpros_io import write_header
+from rosproto.transport.waiting import wait_for
 
 if TYPE_CHECKING:
     from rosproto.codec import Message
@@ -302,7 +303,7 @@ class Publication:
     def wait_for(self, count: int, timeout: float | None) -> bool:
         """Wait until at least `count` subscribers are connected; False when they were not in time."""
         with self._lock:
-            return self._lock.wait_for(lambda: self._closed or len(self.all_links) >= count, timeout) and (
+            return wait_for(self._lock, lambda: self._closed or len(self.all_links) >= count, timeout) and (
                 len(self.all_links) >= count
             )
 

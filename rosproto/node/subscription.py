@@ -22,6 +22,7 @@ from rosproto.logs import get_logger
 from rosproto.node.revisions import RevisedType, Unfit, note_differences, revised_type
 from rosproto.node.topic_types import TopicType, learn_type
 from rosproto.transport.address import parse_uri
+from rosproto.transport.waiting import wait_for
 
 if TYPE_CHECKING:
     from rosproto.node.master_client import MasterClient
@@ -403,7 +404,7 @@ class Subscription:
     def wait_for(self, count: int, timeout: float | None) -> bool:
         """Wait until at least `count` publishers are connected; False when they were not in time."""
         with self._condition:
-            self._condition.wait_for(lambda: self._closed or self.connections >= count, timeout)
+            wait_for(self._condition, lambda: self._closed or self.connections >= count, timeout)
             return self.connections >= count
 
     def why_silent(self) -> str:

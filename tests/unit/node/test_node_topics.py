@@ -538,3 +538,18 @@ def test_events_tell_of_links(master: Master) -> None:
             link.close()
         eventually(lambda: (EventKind.DISCONNECTED, "/events", "in") in seen)
         eventually(lambda: seen.count((EventKind.CONNECTED, "/events", "in")) == 2)
+
+
+@pytest.mark.parametrize("wrong", [5, "heard", ["heard"]])
+def test_a_callback_that_cannot_be_called_is_an_error_at_once(master: Master, wrong: Any) -> None:
+    """A queue size in its place, most often; nothing is registered."""
+    with Node("/n", master_uri=master.uri, rosout=False) as node:
+        for call in (
+            lambda: node.subscriber("/t", String, wrong),
+            lambda: node.subscriber("/t", String, on_error=wrong),
+            lambda: node.publisher("/t", String, on_connect=wrong),
+            lambda: node.params.subscribe("/t", wrong),
+        ):
+            with pytest.raises(TypeError, match=r"/t is a function, not "):
+                call()
+        assert node.master.get_system_state().nodes == []
