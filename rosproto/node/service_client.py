@@ -285,11 +285,15 @@ class ServiceClient:
     def _open_link(self, address: tuple[str, int], deadline: Deadline) -> ServiceLink:
         if self._stop.is_set():
             raise LocalProtocolError(f"service {self.name}: this client is closed")
-        self._address = None
         try:
-            link = self._shake_hands(address, deadline, self._revision)
-        except Md5sumMismatch as mismatch:
-            link = self._shake_hands(address, deadline, self._revise(mismatch))
+            try:
+                link = self._shake_hands(address, deadline, self._revision)
+            except Md5sumMismatch as mismatch:
+                link = self._shake_hands(address, deadline, self._revise(mismatch))
+        except BaseException:
+            if self._address == address:  # other threads' calls use it meanwhile
+                self._address = None
+            raise
         self._revision = link.revision
         self._address = address
         return link
