@@ -1,0 +1,57 @@
+"""A velocity block while the network falls silent: the drive is over at once, and nothing of it moves the robot later."""
+
+from __future__ import annotations
+
+import pytest
+
+from .conftest import Network, wait
+
+pytestmark = pytest.mark.slow
+
+DRIVE = """
+from woosh_pure import Chassis
+chassis = Chassis("10.77.0.1")
+driving, ended, said = __import__("threading").Event(), [], []
+def drive():
+    try:
+        with chassis.velocity(bypasses_protection=True) as block:
+            block.set(0.2, valid_for=5.0)
+            chassis.measured_velocity.wait_for(lambda v: v.vx > 0.1, 10.0)
+            driving.set()
+            block.hold(0.2, seconds=60.0)
+    except Exception as error:
+        said.append(type(error).__name__)
+    ended.append(time.monotonic())
+__import__("threading").Thread(target=drive, daemon=True).start()
+"""
+ROBOT_SIDE = """
+from woosh_pure import SimulatedChassis
+sim = SimulatedChassis(host="10.77.0.1", port=11311, full_graph=False).start()
+speeds = []
+def watch():
+    while True:
+        speeds.append((time.monotonic(), sim.world.body.velocity.vx))
+        time.sleep(0.01)
+"""
+
+
+@pytest.mark.parametrize("seconds", [2.0, 7.0], ids=["links live", "links are given up"])
+def test_silence_in_a_velocity_block(seconds: float, network: Network) -> None:
+    """The program is told within a second; the robot stands soon after the network is back, and stays where it is."""
+    robot, laptop, air = network
+    robot.python.do(ROBOT_SIDE, 60)
+    robot.python.do("__import__('threading').Thread(target=watch, daemon=True).start()")
+    laptop.python.do(DRIVE, 60)
+    laptop.python.eventually("driving.is_set()", 20)
+    air.silence()
+    gone = wait(0.0)
+    told = laptop.python.eventually("ended", 5.0)
+    assert told - gone < 2.0
+    assert laptop.python.ask("said") == ["ConnectionLost"]
+    back = wait(max(0.0, gone + seconds - told))
+    air.clear()
+    standing = robot.python.eventually("abs(sim.world.body.velocity.vx) < 0.001", 10.0)
+    assert standing - back < 3.0
+    wait(1.5)
+    fastest = robot.python.ask(f"max(abs(vx) for at, vx in speeds if at > {standing!r} + 0.1)")
+    assert fastest < 0.001
