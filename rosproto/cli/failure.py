@@ -53,7 +53,8 @@ def explain(error: Exception) -> tuple[str, int]:
     if isinstance(error, ValueError) and not isinstance(error, RosError):
         return text, WRONG_USE
     if isinstance(error, OSError) and not isinstance(error, RosError) and error.strerror:
-        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror, FAILED
+        # Only the standard streams have no name.
+        return f"{error.filename or 'cannot write the output'}: {error.strerror}", FAILED
     if isinstance(error, (RosError, ValueError, OSError, KeyError)):
         return text, FAILED
     return f"{type(error).__name__}: {text}; this is a mistake of ours, please report it with --debug", FAILED

@@ -135,6 +135,8 @@ def _set(arguments: argparse.Namespace) -> int:
         value = Path(arguments.binfile).read_bytes()
     else:
         value = value_of(sys.stdin.read() if arguments.value == "-" else arguments.value)
+    if value is None:
+        raise ValueError("a parameter cannot be nothing: give a value, or delete it")
     with master_client(arguments) as master:
         master.set_param(absolute(arguments.key), value)
     return 0
@@ -184,12 +186,13 @@ def _dump(arguments: argparse.Namespace) -> int:
 
 def _load(arguments: argparse.Namespace) -> int:
     text = sys.stdin.read() if arguments.file == "-" else Path(arguments.file).read_text("utf-8")
-    value = load_text(text, arguments.file)
+    origin = "standard input" if arguments.file == "-" else arguments.file
+    value = load_text(text, origin)
+    if value is None:
+        raise CommandError(f"{origin} is empty; write names and values, `speed: 2`")
     namespace = absolute(arguments.namespace)
     if namespace == "/" and not isinstance(value, dict):
-        raise CommandError(
-            f"{arguments.file}: the root namespace takes names and values, not one {value!r:.40}"
-        )
+        raise CommandError(f"{origin}: the root namespace takes names and values, not one {value!r:.40}")
     with master_client(arguments) as master:
         for key, item in value.items() if namespace == "/" else [("", value)]:
             master.set_param((namespace.rstrip("/") + "/" + key).rstrip("/"), item)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import io
+import os
 import sys
 
 __all__ = ["escape_what_cannot_be_printed"]
@@ -21,6 +22,8 @@ def escape_what_cannot_be_printed() -> None:
     A pipe on Windows has the machine's code page (cp1252), and so has Linux with LC_ALL=C in part: neither
     knows the bars, trees, arrows and Chinese texts of robots. A console on Windows shows all of them.
     """
+    if sys.stdout is None:  # closed by a shell (>&-), or absent as under pythonw.exe
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115  (for the whole process)
     codecs.register_error("rosproto.readable", _readable)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):

@@ -89,7 +89,9 @@ def _print_branch(
 
 
 def _short(value: object) -> str:
-    return f"{value:.3g}" if isinstance(value, float) else str(value)
+    if not isinstance(value, float):
+        return str(value)
+    return f"{value:.3f}" if abs(value) >= 1000.0 else f"{value:.3g}"
 
 
 def _echo(arguments: argparse.Namespace) -> int:

@@ -11,6 +11,7 @@ from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, RosTimeout
+from woosh_pure.errors import ChassisError
 
 from . import config
 from .output import Output
@@ -57,8 +58,11 @@ def connect(args: Namespace, out: Output, *, sim_speed: float = 1.0) -> Iterator
             chassis = _open(stack, Chassis(address, host=host, msg_path=paths, learned=learned))
         try:
             yield chassis
-        except BaseException:
+        except BaseException as error:
             _stop(chassis, out)
+            if isinstance(error, BrokenPipeError) and chassis.moved:
+                # A motion is not followed by a command that nobody listens to.
+                raise ChassisError("nobody reads the output any more: the motion was stopped") from error
             raise
 
 

@@ -76,7 +76,7 @@ def _run(command: Command, args: argparse.Namespace, out: Output) -> int:
         text, code = "terminated", TERMINATED
     except BrokenPipeError:
         output_is_gone()
-        return FAILED  # a motion is not followed by a command that nobody listens to: it was stopped
+        return DONE
     except Exception as error:
         if args.debug:
             raise
