@@ -15,10 +15,12 @@ from rosproto.codec.layout import FieldLayout, Layout
 from rosproto.codec.source import Source, merge_codes
 from rosproto.records import NamedTuple
 
-__all__ = ["AtOnceWriter", "fits_at_once"]
+__all__ = ["AtOnceWriter", "fits_at_once", "fits_in_fours"]
 
 AT_ONCE_FROM = 32
 """Elements from which packing all in one comprehension pays."""
+BLOCK_OBJECTS = 10
+"""Values in one element up to which four of them are packed in a turn."""
 MOST_OBJECTS = 64
 """Messages, strings and times in an element for which it is written."""
 
@@ -68,20 +70,47 @@ class AtOnceWriter:
         src = self.src
         src.indent(f"if len({items}) >= {AT_ONCE_FROM}:")
         src.indent("try:")
+        rest = "()"
         if string:
             self._with_string(element, items)
+        elif fits_in_fours(element):
+            rest = f"{items}[len({items})&-4:]"
+            every, (names, pack, values) = src.fresh("t"), self._four(element)
+            src.line(f"{every} = iter({items}[:len({items})&-4])")
+            fours = ", ".join([every] * 4)
+            src.line(f"parts += [{pack}({values}) for {names} in zip({fours})]")
         else:
             var = src.fresh("v")
             part = self._walk(element.fields, var)
             values, loops = part.text()
             pack = src.struct(part.codes, "pack")
             src.line(f"parts += [{pack}({values}) for {var} in {items} {loops}]")
-        src.line(f"{items} = ()")
+        src.line(f"{items} = {rest}")
         src.dedent()
         src.indent(f"except {src.constant(struct.error)}:")
         src.line("pass")
         src.dedent()
         src.dedent()
+
+    def in_fours(self, element: Layout, items: str) -> None:
+        """Pack small elements four by four; what is left over remains in `items`."""
+        src = self.src
+        size, end, (names, pack, values) = src.fresh("n"), src.fresh("n"), self._four(element)
+        src.line(f"{size} = len({items})")
+        src.line(f"{end} = 4")
+        src.indent(f"while {end} <= {size}:")
+        src.line(f"{names} = {items}[{end}-4:{end}]")
+        src.line(f"parts.append({pack}({values}))")
+        src.line(f"{end} += 4")
+        src.dedent()
+        src.line(f"{items} = {items}[{end}-4:] if {size}&3 else ()")
+
+    def _four(self, element: Layout) -> tuple[str, str, str]:
+        """Four names, the struct for four elements and their values."""
+        names = [self.src.fresh("v") for _ in range(4)]
+        parts = [self._walk(element.fields, name) for name in names]
+        pack = self.src.struct([code for part in parts for code in part.codes], "pack")
+        return ", ".join(names), pack, ", ".join(value for part in parts for value in part.values)
 
     def _with_string(self, element: Layout, items: str) -> None:
         src = self.src
@@ -144,6 +173,15 @@ class AtOnceWriter:
                 part.values.extend(below.values)
                 part.loops.extend([f"for {inner} in [{value}]", *below.loops])
         return part
+
+
+def fits_in_fours(element: Layout) -> bool:
+    """Whether elements are so small, and of numbers and times only, that a loop's own cost counts."""
+    return (
+        element.objects <= BLOCK_OBJECTS
+        and strings_inside(element) == 0
+        and all(field.layout is None for field in element.fields)
+    )
 
 
 def fits_at_once(element: Layout) -> bool:

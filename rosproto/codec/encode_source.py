@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import arrays
 from rosproto.codec.array_source import MAX_LOOP_DEPTH, MAX_STATEMENTS
-from rosproto.codec.at_once_source import AtOnceWriter, fits_at_once
+from rosproto.codec.at_once_source import AtOnceWriter, fits_at_once, fits_in_fours
 from rosproto.codec.decode_source import ERRORS
 from rosproto.codec.guesses import strings_inside
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
@@ -83,7 +83,7 @@ class _EncodeWriter(AtOnceWriter):
         self.parts = parts
         self.nested = nested
         self.src = Source("def encode(m, parts):" if nested else "def encode(m):")
-        for item in (len, type, list, tuple, TypeError, ValueError):
+        for item in (len, type, list, iter, zip, TypeError, ValueError):
             self.src.globals[item.__name__] = item
         self.codes: list[str] = []
         self.values: list[str] = []
@@ -359,6 +359,8 @@ class _EncodeWriter(AtOnceWriter):
         element = field.layout
         if not self.nested and not self.general and fits_at_once(element):
             self.all_at_once(element, items, strings_inside(element) == 1)
+            if fits_in_fours(element):
+                self.in_fours(element, items)
         self.element_loop(element, items)
 
     def element_loop(self, element: Layout, items: str) -> None:

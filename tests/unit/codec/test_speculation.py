@@ -7,7 +7,7 @@ from collections import UserString
 
 import pytest
 
-from rosproto.codec import decode, decoder, define, encode, message_class
+from rosproto.codec import decode, decoder, define, encode, encode_parts, message_class
 from rosproto.errors import CodecError
 
 SEPARATOR = "\n" + "=" * 80 + "\nMSG: "
@@ -221,3 +221,22 @@ def test_a_message_is_encoded_as_it_is_now() -> None:
     assert encode(message) == first.replace(b"one\x02", b"two\x02").replace(
         b"\3\0\0\0one\x03", b"\5\0\0\0three\x03"
     )
+
+
+@pytest.mark.parametrize("count", [*range(10), 31, 32, 33, 35, 36, 70])
+def test_small_elements_four_by_four(count: int) -> None:
+    """Any number of them, from lists and tuples; a wrong one is named by its index."""
+    polygon, point = message_class("geometry_msgs/Polygon"), message_class("geometry_msgs/Point32")
+    points = [point(x=i, y=i / 2, z=-i) for i in range(count)]
+    expected = bytes([count, 0, 0, 0]) + b"".join(map(encode, points))
+    for given in (points, tuple(points)):
+        message = polygon(points=given)
+        assert encode(message) == expected
+        assert b"".join(encode_parts(message)) == expected
+        assert message.points is given
+    assert decode(polygon, expected) == polygon(points=points)
+    for index in range(count):
+        points[index].y = "high"
+        with pytest.raises(CodecError, match=rf"Polygon\.points\[{index}\]\.y: float32 expected"):
+            encode(polygon(points=points))
+        points[index].y = 0.0
