@@ -219,7 +219,7 @@ VALUE = st.recursive(
 KEY = st.lists(NAME, min_size=1, max_size=4).map(lambda parts: "/" + "/".join(parts))
 
 
-@settings(max_examples=200)
+@settings(max_examples=60)
 @given(st.lists(st.tuples(st.sampled_from(["set", "delete"]), KEY, VALUE), max_size=12), KEY)
 def test_a_subscriber_that_applies_every_update_has_the_right_value(
     steps: list[tuple[str, str, Any]], watched: str
