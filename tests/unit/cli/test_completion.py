@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
+import select
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -125,10 +128,102 @@ def test_bash_completes(tmp_path) -> None:
     assert done.stdout.split() == ["base", "both", "save", "set", "show"]
 
 
-@pytest.mark.parametrize(("shell", "check"), [("zsh", ["-n"]), ("fish", ["--no-execute"])])
-def test_other_shells_can_read_their_script(shell, check, tmp_path) -> None:
-    if shutil.which(shell) is None:
-        pytest.skip(f"{shell} is not installed")
-    file = tmp_path / "script"
-    file.write_text(script("woosh", shell))
-    assert subprocess.run([shell, *check, str(file)], timeout=20, check=False).returncode == 0
+@pytest.fixture
+def installed(tmp_path) -> dict[str, str]:
+    """An environment with `woosh` and `rosproto` in the path, as after an installation, and an empty home."""
+    for name, module in (("woosh", "woosh_pure"), ("rosproto", "rosproto")):
+        command = tmp_path / name
+        command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m {module} "$@"\n')
+        command.chmod(0o755)
+    path = f"{tmp_path}:{os.environ['PATH']}"
+    return {**os.environ, "PATH": path, "PYTHONPATH": str(ROOT), "HOME": str(tmp_path), "TERM": "xterm"}
+
+
+@pytest.mark.skipif(shutil.which("fish") is None, reason="fish is not installed")
+def test_fish_completes(installed, tmp_path) -> None:
+    """By fish's own engine, from the file that the first line of the script names."""
+    folder = tmp_path / ".config" / "fish" / "completions"
+    folder.mkdir(parents=True)
+    for prog in ("woosh", "rosproto"):
+        (folder / f"{prog}.fish").write_text(script(prog, "fish"))
+    environment = {**installed, "XDG_CONFIG_HOME": str(tmp_path / ".config")}
+    for typed, expected in (
+        ("woosh map ", ["save", "set", "show"]),
+        ("woosh --master http://10.0.0.7:11311 led --strip b", ["base", "both"]),
+        ("rosproto topic ec", ["echo"]),
+        ("woosh battery --be", ["--below"]),
+    ):
+        done = subprocess.run(
+            ["fish", "-c", f"complete -C '{typed}'"],
+            env=environment, capture_output=True, text=True, timeout=60, check=False,
+        )  # fmt: skip
+        assert [line.split("\t")[0] for line in done.stdout.split()] == expected, (typed, done)
+
+
+@pytest.mark.skipif(shutil.which("zsh") is None, reason="zsh is not installed")
+def test_zsh_completes_when_tab_is_pressed(installed, tmp_path) -> None:
+    """In an interactive zsh on a pseudo-terminal: what one press of Tab makes of the line is what is run."""
+    with open(tmp_path / ".zshrc", "w") as rc:
+        rc.write('autoload -Uz compinit; compinit -u -d "$HOME/.zcompdump"; PS1="ready> "\n')
+        rc.write('eval "$(woosh completion zsh)"; eval "$(rosproto completion zsh)"\n')
+    with _Zsh({**installed, "ZDOTDIR": str(tmp_path)}) as zsh:
+        zsh.wait_for("ready> ")
+        zsh.send("woosh map sa\t")
+        zsh.wait_for("woosh map save ")
+        zsh.send("\x15rosproto topic ech\t")
+        zsh.wait_for("rosproto topic echo ")
+        zsh.send("\x15woosh --master http://10.0.0.7:11311 led --strip sh\t")
+        zsh.wait_for("led --strip shelf")
+
+
+class _Zsh:
+    """An interactive zsh on a pseudo-terminal."""
+
+    def __init__(self, environment: dict[str, str]) -> None:
+        import pty
+
+        self._master, slave = pty.openpty()
+        self._process = subprocess.Popen(
+            ["zsh", "-i"], stdin=slave, stdout=slave, stderr=slave, env=environment, start_new_session=True
+        )
+        os.close(slave)
+        self._seen = ""
+
+    def __enter__(self) -> _Zsh:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._process.kill()
+        self._process.wait(10)
+        os.close(self._master)
+
+    def send(self, keys: str) -> None:
+        """Press keys; what was seen before is forgotten."""
+        self._seen = ""
+        os.write(self._master, keys.encode())
+
+    def wait_for(self, text: str, timeout: float = 30.0) -> None:
+        """Wait until it has been printed; escape sequences do not count."""
+        end = time.monotonic() + timeout
+        while text not in re.sub(r"\x1b\[[\d;?]*[A-Za-z]|\x1b[=>]|.\x08", "", self._seen):
+            assert time.monotonic() < end, f"{text!r} did not come: {self._seen!r}"
+            if select.select([self._master], [], [], 0.1)[0]:
+                self._seen += os.read(self._master, 4096).decode("utf-8", "replace")
+
+
+@pytest.mark.skipif(shutil.which("pwsh") is None, reason="PowerShell is not installed")
+def test_powershell_completes(installed) -> None:
+    """By PowerShell's own engine."""
+    code = (
+        "woosh completion powershell | Out-String | Invoke-Expression; "
+        "(TabExpansion2 'woosh map s' 11).CompletionMatches.CompletionText"
+    )
+    done = subprocess.run(
+        ["pwsh", "-NoProfile", "-Command", code],
+        env=installed,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.stdout.split() == ["save", "set", "show"]
