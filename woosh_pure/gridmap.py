@@ -60,13 +60,18 @@ class GridMap:
 
     def cell_of(self, x: float, y: float) -> tuple[int, int]:
         """(row, column) of a point in m in the map frame; may lie outside."""
+        row, column = self.place_of(x, y)
+        return math.floor(row), math.floor(column)
+
+    def place_of(self, x: float, y: float) -> tuple[float, float]:
+        """(row, column) of a point in m in the map frame, with fractions; a cell begins at whole numbers."""
         dx, dy = x - self.origin.x, y - self.origin.y
         if self.origin.yaw:
             c, s = math.cos(-self.origin.yaw), math.sin(-self.origin.yaw)
             dx, dy = c * dx - s * dy, s * dx + c * dy
-        return math.floor(dy / self.resolution), math.floor(dx / self.resolution)
+        return dy / self.resolution, dx / self.resolution
 
-    def point_of(self, row: int, column: int) -> tuple[float, float]:
+    def point_of(self, row: float, column: float) -> tuple[float, float]:
         """Centre of a cell, m in the map frame."""
         dx, dy = (column + 0.5) * self.resolution, (row + 0.5) * self.resolution
         c, s = math.cos(self.origin.yaw), math.sin(self.origin.yaw)

@@ -56,6 +56,11 @@ class Planner:
         middle = [Pose2D(x, y) for x, y in points[1:-1]]
         return [start, *middle, target]
 
+    def nearest_free(self, x: float, y: float, within: float) -> tuple[float, float] | None:
+        """The nearest place where the robot's centre may be, in m; None when none is within `within` m."""
+        cell = self._nearest_free(self._static, self._cell(Pose2D(x, y)), within)
+        return None if cell is None else self._point(cell)
+
     def is_free(self, x: float, y: float, obstacles: Iterable[tuple[float, float, float]] = ()) -> bool:
         """True when the robot's centre may be there."""
         cell = self._cell(Pose2D(x, y))
@@ -98,16 +103,16 @@ class Planner:
         return blocked
 
     def _exact(self, x: float, y: float) -> tuple[float, float]:
-        o = self._grid.origin
-        return (y - o.y) / self._size, (x - o.x) / self._size
+        row, column = self._grid.place_of(x, y)
+        return row / self._factor, column / self._factor
 
     def _cell(self, pose: Pose2D) -> _Cell:
         r, c = self._exact(pose.x, pose.y)
         return math.floor(r), math.floor(c)
 
     def _point(self, cell: _Cell) -> tuple[float, float]:
-        o = self._grid.origin
-        return o.x + (cell[1] + 0.5) * self._size, o.y + (cell[0] + 0.5) * self._size
+        middle = (self._factor - 1) / 2.0  # of the fine cells that make this one
+        return self._grid.point_of(cell[0] * self._factor + middle, cell[1] * self._factor + middle)
 
     def _inside(self, cell: _Cell) -> bool:
         rows, columns = self._static.shape
@@ -116,16 +121,13 @@ class Planner:
     def _nearest_free(self, blocked: NDArray[np.bool_], cell: _Cell, tolerance: float) -> _Cell | None:
         if self._inside(cell) and not blocked[cell]:
             return cell
-        reach = int(tolerance / self._size)
-        near = [
-            (math.hypot(dr, dc), (cell[0] + dr, cell[1] + dc))
-            for dr in range(-reach, reach + 1)
-            for dc in range(-reach, reach + 1)
-        ]
-        free = [
-            n for n in near if n[0] * self._size <= tolerance and self._inside(n[1]) and not blocked[n[1]]
-        ]
-        return min(free)[1] if free else None
+        rows, columns = np.nonzero(~blocked)
+        away = np.hypot(rows - cell[0], columns - cell[1])
+        near = np.nonzero(away * self._size <= tolerance)[0]
+        if not near.size:
+            return None
+        best = near[away[near].argmin()]
+        return int(rows[best]), int(columns[best])
 
     def _search(self, blocked: NDArray[np.bool_], start: _Cell, goal: _Cell) -> list[_Cell] | None:
         # The start may lie in an inflated cell (the robot stands close to something): it may leave it.

@@ -27,7 +27,7 @@ def cast(
     """Distances along rays.
 
     Args:
-        grid: The map; the outside counts as occupied. Its origin must not be turned.
+        grid: The map; the outside counts as occupied.
         pose: Of the lidar, in the map.
         angles: (N,) rad relative to the pose.
         most: Longest range in m; rays that hit nothing give inf.
@@ -43,14 +43,17 @@ def cast(
     c, s = np.cos(directions), np.sin(directions)
     distance = np.full(angles.shape, np.inf)
     blocked = np.pad(grid.cells > 50, 1, constant_values=True)
-    x0 = (pose.x - grid.origin.x) / grid.resolution
-    y0 = (pose.y - grid.origin.y) / grid.resolution
+    y0, x0 = grid.place_of(pose.x, pose.y)
+    turned = directions - grid.origin.yaw  # along the axes of the grid
+    along, across = np.cos(turned), np.sin(turned)
     block = 64
     active = np.arange(angles.size)
     for first in range(0, count, block):
         reach = np.arange(first, min(first + block, count)) * (step / grid.resolution)
-        columns = np.clip(np.floor(x0 + np.outer(c[active], reach)).astype(np.intp) + 1, 0, grid.width + 1)
-        rows = np.clip(np.floor(y0 + np.outer(s[active], reach)).astype(np.intp) + 1, 0, grid.height + 1)
+        columns = np.clip(
+            np.floor(x0 + np.outer(along[active], reach)).astype(np.intp) + 1, 0, grid.width + 1
+        )
+        rows = np.clip(np.floor(y0 + np.outer(across[active], reach)).astype(np.intp) + 1, 0, grid.height + 1)
         hit = blocked[rows, columns]
         found = hit.any(axis=1)
         distance[active[found]] = (first + hit[found].argmax(axis=1)) * step

@@ -61,12 +61,12 @@ class World:
         self.site = site or built_in_site()
         self.random = random.Random(self.settings.seed)
         self.time = 0.0
-        start = self.settings.start or self.site.start
+        self.planner = Planner(self.site.grid, self.settings.radius + 0.05)
+        start = self.settings.start or self._free_place(self.site.start)
         self.body = Body(start, self.settings.limits, self.random, self.settings.drift)
         self.battery = SimulatedBattery(self.settings.battery_percent, self.settings.battery_rate)
         self.tasks = TaskMachine(self)
         self.map_seen: GridMap = self.site.grid
-        self.planner = Planner(self.site.grid, self.settings.radius + 0.05)
         self.obstacles: list[Obstacle] = []
         self.costmaps_enabled = True
         self.navigation = NavigationSettings()
@@ -87,6 +87,22 @@ class World:
         self._command_time = -math.inf
         self._reports: list[int] = []
         self._seen_obstacles: list[Obstacle] = []
+
+    def _free_place(self, wanted: Pose2D) -> Pose2D:
+        """Where the robot is switched on: on a map of somebody's, the place asked for may be a wall.
+
+        Raises:
+            ValueError: There is no room for the robot anywhere.
+        """
+        grid = self.site.grid
+        place = self.planner.nearest_free(wanted.x, wanted.y, math.inf)
+        if place is None:
+            raise ValueError(
+                f"a robot of {self.settings.radius} m radius finds no free place on this map of "
+                f"{grid.width * grid.resolution:.1f} x {grid.height * grid.resolution:.1f} m"
+            )
+        stays = self.planner.is_free(wanted.x, wanted.y)
+        return wanted if stays else replace(wanted, x=place[0], y=place[1])
 
     # -- what the robot says ---------------------------------------------------------------------------------
 

@@ -18,10 +18,12 @@ from woosh_pure.enums import (
     TaskType,
 )
 from woosh_pure.geometry import Pose2D, Velocity
+from woosh_pure.gridmap import GridMap
 from woosh_pure.sim.body import BodyLimits
 from woosh_pure.sim.motions import MotionState
 from woosh_pure.sim.raycast import cast
 from woosh_pure.sim.settings import Settings
+from woosh_pure.sim.site import Site
 from woosh_pure.sim.tasks import TaskRequest
 from woosh_pure.sim.world import NavigationSettings, World
 from woosh_pure.steps import Step
@@ -326,3 +328,40 @@ def test_rays_measure_walls_and_obstacles():
     ranges = cast(world.site.grid, Pose2D(0.0, 0.0), angles, 30.0, [(2.0, 0.0, 0.5)])
     assert ranges[0] == pytest.approx(1.5, abs=1e-6)
     assert np.isinf(cast(world.site.grid, Pose2D(0.0, 0.0), angles, 3.0)[0])
+
+
+def turned_map(yaw):
+    """The hall, drawn in a picture that lies turned in the map frame: the same walls at the same places."""
+    cells = np.zeros((60, 100), np.int8)
+    cells[[0, -1], :] = cells[:, [0, -1]] = 100
+    cells[20:40, 40:45] = 100
+    return GridMap(cells, 0.1, Pose2D(-2.0, -3.0, yaw))
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.5, -2.0])
+def test_a_map_whose_origin_is_turned_is_driven_on_and_seen_like_any_other(yaw):
+    grid = turned_map(yaw)
+    start, goal = (Pose2D(*grid.point_of(*cell), yaw) for cell in ((30, 20), (30, 80)))
+    world = World(Site(grid, {}, start), Settings(seed=1))
+    ranges = cast(grid, world.body.pose, np.array([0.0, math.pi]), 30.0)
+    assert ranges == pytest.approx([1.95, 1.95], abs=0.1)
+    motion = world.navigate("move_base", [goal])
+    for _ in range(3000):
+        world.step(0.02)
+        if motion.state.is_final:
+            break
+    assert motion.state is MotionState.DONE
+    assert world.body.pose.distance_to(goal) < 0.03
+
+
+def test_on_a_map_of_somebodys_the_robot_begins_where_there_is_room():
+    grid = turned_map(0.0)
+    inside_the_block = Pose2D(*grid.point_of(30, 42), 1.0)
+    world = World(Site(grid, {}, inside_the_block))
+    assert world.planner.is_free(world.body.pose.x, world.body.pose.y)
+    assert world.body.pose.distance_to(inside_the_block) < 1.0
+    far_off = World(Site(grid, {}, Pose2D(500.0, 500.0)))
+    assert grid.contains(far_off.body.pose.x, far_off.body.pose.y)
+    full = GridMap(np.full((10, 10), 100, np.int8), 0.1)
+    with pytest.raises(ValueError, match="no free place"):
+        World(Site(full, {}))
