@@ -213,6 +213,27 @@ def test_a_remembered_address_that_has_fallen_silent_leaves_time_for_the_new_one
         assert client.stats()["lookups"] == 2
 
 
+def test_threads_that_call_at_the_same_time_share_the_remembered_address(node):
+    """The master is asked once, not whenever one call connects while another does."""
+    node.service_server("/set", SetBool, tell)
+    client = node.service_client("/set", SetBool)
+    client.call(data=True)
+    together = threading.Barrier(8)
+
+    def call() -> None:
+        together.wait(10)
+        for _ in range(10):
+            client.call(data=True)
+
+    threads = [threading.Thread(target=call) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(20)
+    stats = client.stats()
+    assert (stats["calls"], stats["errors"], stats["lookups"]) == (81, 0, 1)
+
+
 def test_a_persistent_link_that_died_idle_is_made_anew():
     master = MemoryMaster()
     with SmallNode("/client", master) as caller:
