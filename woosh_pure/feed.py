@@ -31,6 +31,9 @@ logger = get_logger("woosh_pure.feed")
 FIRST_USE = 1.0
 """Seconds that the first reading of a feed may wait for its links; it takes as long as connecting takes."""
 _LATCHED = 0.3  # seconds from the link to the value a latching publisher sends with it
+PICTURES = ("sensor_msgs/Image", "sensor_msgs/PointCloud2")
+"""Types whose messages are so large (a cloud has 5 MB) that only a few are kept."""
+_HISTORY, _HISTORY_OF_PICTURES = 100, 3
 _SLICE = 0.1  # waits are cut into slices: on Windows a lock that waits cannot be interrupted by Ctrl-C
 _QUEUE, _QUEUE_ON_CHANGE = 10, 1000  # of what is sent on change only, no message may be given up for a newer
 
@@ -71,7 +74,9 @@ class Feed(Generic[T]):
         row: The row of the interface table.
     """
 
-    def __init__(self, row: Row, node: Callable[[], Node], *, history: int = 100) -> None:
+    def __init__(self, row: Row, node: Callable[[], Node], *, history: int | None = None) -> None:
+        if history is None:
+            history = _HISTORY_OF_PICTURES if row.type in PICTURES else _HISTORY
         self.row = row
         self._node = node
         self._condition = threading.Condition()
@@ -240,7 +245,7 @@ class Feed(Generic[T]):
 
     @property
     def history(self) -> tuple[Reading[T], ...]:
-        """The last readings, oldest first."""
+        """The last readings, oldest first: 100 of them, of pictures and clouds 3."""
         self._first_use()
         with self._condition:
             return tuple(self._history)

@@ -16,7 +16,6 @@ from woosh_pure.gridmap import GridMap
 from woosh_pure.rostypes import message_type
 
 DEFINED = [row for row in interface.ROWS if row.definition_known]
-SILENT = {"/IO_input"}
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +79,7 @@ def test_the_graph_is_that_of_a_real_one(system, topic):
     assert types[topic] == seen["type"]
 
 
-@pytest.mark.parametrize("row", [r for r in interface.feeds() if r.name not in SILENT], ids=lambda r: r.feed)
+@pytest.mark.parametrize("row", interface.feeds(), ids=lambda r: r.feed)
 def test_every_feed_gives_a_value_with_its_age(full, row):
     with Chassis(full.master_uri) as chassis:
         feed = chassis.feed(row.name).open()
@@ -107,6 +106,13 @@ def wait_connected(feed, count):
     while feed.publishers < count:
         assert time.monotonic() < end, f"{feed.topic}: {feed.publishers} of {count} publishers"
         time.sleep(0.01)
+
+
+def test_the_digital_inputs_show_the_red_button(sim, chassis):
+    inputs = chassis.feed("inputs")
+    assert [line.status for line in inputs.wait(5.0).IOs] == [0, 0]
+    sim.press_emergency_stop()
+    assert inputs.wait_for(lambda m: m.IOs[0].status == 1, 5.0)
 
 
 def test_a_feed_iterates_and_calls_back(chassis):

@@ -3,12 +3,11 @@
     with SimulatedChassis(speed=2) as sim, Chassis(sim.master_uri) as chassis: ...
 
 One thread drives the world in wall time times `speed` and publishes; handlers run in the library's threads
-and take
-`lock` for a moment. Stamps run with simulated time, from the moment of the start.
+and take `lock` for a moment. Stamps run with simulated time, from the moment of the start.
 
-Not modelled: what `world` names, the contents of IO, beacons, RFID and scanners (their topics exist and
-are silent), and
-what a real chassis does where its documentation is silent; such places are marked "assumed" in the code.
+Not modelled: what `world` names, the contents of beacons, RFID and scanners (their topics exist and are
+silent), and what a real chassis does where its documentation is silent; such places are marked "assumed" in
+the code.
 """
 
 from __future__ import annotations

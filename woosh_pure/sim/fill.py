@@ -182,6 +182,16 @@ def _localization_state(world: World, m: Any, now: float) -> None:
     m.data = 1 if world.located else 0
 
 
+def _inputs(world: World, m: Any, now: float) -> None:
+    stamp(m, "", now)
+    # Module 1: keys of the chassis (woosh_msgs/IO). Which line is which is assumed.
+    line = message_type("woosh_msgs/IO")
+    m.IOs = [
+        line(module=1, submodule=1, id=number, status=int(pressed))
+        for number, pressed in enumerate((world.emergency_stop, world.bumper))
+    ]
+
+
 def fill_plan(path: list[Pose2D], m: Any, now: float) -> None:
     """nav_msgs/Path."""
     stamp(m, "map", now)
@@ -226,6 +236,7 @@ FILLERS: dict[str, Callable[[World, Any, float], None]] = {
     "/camera_1/depth/points": _points,
     "/camera_1/depth/cloud_without_planes": _obstacle_points,
     "/localization_state": _localization_state,
+    "/IO_input": _inputs,
 }
 """Topics published steadily, by their first provider in the table."""
 
@@ -247,5 +258,6 @@ RATES = {
     "/camera_1/depth/points": 5.0,
     "/camera_1/depth/cloud_without_planes": 5.0,
     "/localization_state": 1.0,
+    "/IO_input": 5.0,
 }
 """Messages per second of wall time (assumed: no rates of a real chassis are known)."""

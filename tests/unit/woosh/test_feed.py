@@ -90,6 +90,13 @@ def test_what_is_sent_on_change_only_is_never_given_up_for_newer_messages():
     assert node.options["queue_size"] >= 1000
 
 
+def test_of_pictures_only_a_few_are_kept():
+    """A hundred point clouds of a depth camera are half a gigabyte."""
+    for topic, kept in (("/camera_1/depth/points", 3), ("/camera_1/color/image_raw", 3), ("/odometer", 100)):
+        feed, _ = feed_of(topic)
+        assert feed._history.maxlen == kept
+
+
 def test_a_value_that_was_true_for_a_moment_is_not_missed():
     feed, node = feed_of()
     feed.open()
