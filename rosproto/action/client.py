@@ -39,7 +39,7 @@ _counter = itertools.count(1)  # in all clients of the process: two with one nod
 STATUS_TIMEOUT = 5.0
 MOST_GOALS = 1000
 _POLL = 0.01  # as actionlib; connections are not announced to us
-_QUEUE = 100
+_QUEUE = 1000  # messages; a server's results go to all of its clients, and none may be lost in a burst
 
 
 class ActionClient:

@@ -38,7 +38,7 @@ _counter = itertools.count(1)
 REPLACED = "canceled: another goal was received"
 STATUS_SECONDS = 0.2
 MOST_GOALS = 100
-_QUEUE = 50
+_QUEUE = 1000  # messages: a goal or a result that is dropped leaves a client waiting
 _CLOSE_SECONDS = 2.0
 
 Handler = Callable[[ServerGoal], Any]
