@@ -8,6 +8,7 @@ give something else, and rosbag then says "malformed data to decompress".
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 from rosproto.errors import BagError
@@ -127,8 +128,9 @@ def _up_to_damage(decompress: Callable[[bytes, int], bytes], data: bytes, size: 
     return bytes(got)
 
 
+@cache
 def keep_freed_memory() -> None:
-    """Have the C library keep the memory of a freed chunk for the next one; call it before a row of chunks.
+    """Have the C library keep the memory of a freed chunk for the next one; does something once in a process.
 
     glibc gives blocks of this size back to the system each time they are freed, and takes new ones, page by
     page, for the next chunk: writing LZ4 took twice as long for it. It stops doing so for sizes up to that of
