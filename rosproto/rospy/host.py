@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from rosproto.node import Event, EventKind, MasterClient, Node
+from rosproto.node import Event, EventKind, MasterClient, Node, closing
 from rosproto.node.publication import Publication
 from rosproto.node.revisions import Revisions
 from rosproto.protocol.limits import Limits
@@ -27,6 +27,8 @@ class ProgramNode(Node):
         self._left: dict[str, Callable[[], object]] = {}
         self._fields: dict[str, Callable[[], dict[str, str]]] = {}
         super().__init__(name, rosout=False, intraprocess=False, on_event=self._note, **options)
+        # rospy ends it, after the program's own hooks, which still publish: not before them at exit.
+        closing._open_nodes.pop(self, None)
         self._register = self._registrations.add
         self._registrations.add = self._add  # type: ignore[assignment, method-assign]
 

@@ -6,6 +6,7 @@ program's arguments are not touched.
 
 from __future__ import annotations
 
+import builtins
 import os
 import sys
 from collections.abc import Sequence
@@ -117,7 +118,7 @@ def run_program(path: str, arguments: Sequence[str] = ()) -> int:
     serve()
     _forget_logging()
     main_module = ModuleType("__main__")
-    vars(main_module).update(__file__=path, __builtins__=__builtins__, __cached__=None)
+    vars(main_module).update(__file__=path, __builtins__=builtins, __cached__=None)
     sys.modules["__main__"] = main_module
     sys.argv[:] = [path, *arguments]
     # With -P, -I and in an embeddable Python the first entry is no folder of a program, and none is wanted.

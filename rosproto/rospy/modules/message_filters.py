@@ -161,8 +161,7 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
         """Take a message."""
         stamp = _stamp(msg, self.allow_headerless)
         if stamp is None:
-            rospy.logwarn_throttle(
-                60,
+            rospy.logwarn(
                 "Cannot use message filters with non-stamped messages. " + _HINT,
             )
             return

@@ -1,11 +1,7 @@
 """strify_message: a message as the YAML that genpy prints, long strings folded as PyYAML folds them."""
 
-import re
-
-from rosproto.codec.text import _escaped
+from rosproto.codec.yaml_text import double_quoted, list_item
 from rosproto.time import Time, TVal
-
-WIDTH = 80  # PyYAML's
 
 
 def strify_message(
@@ -21,7 +17,7 @@ def strify_message(
         if kind in (int, float, bool):
             return str(value)
         if isinstance(value, str):
-            return double_quoted(value) if value else "''"
+            return double_quoted(value)
         if isinstance(value, TVal):
             return _time(value, indent)
         if kind in (list, tuple):
@@ -45,7 +41,8 @@ def strify_message(
         if type(first) in (int, float) and fixed_numeric_width is not None:
             return "[" + ", ".join(text_of(value, indent) for value in values) + "]"
         if isinstance(first, str):
-            return "\n" + "\n".join(indent + line for line in _string_lines(values))
+            lines = [line for value in values for line in ("- " + list_item(value)).split("\n")]
+            return "\n" + "\n".join(indent + line for line in lines)
         if type(first) in (int, float, bool):
             return str(list(values))
         return "\n" + "\n".join(indent + "- " + text_of(value, indent + "  ") for value in values)
@@ -77,52 +74,3 @@ def _field(message, name, type_):
         if isinstance(value, bytes):
             return list(value)
     return value
-
-
-def double_quoted(text):
-    """A double-quoted YAML scalar, broken after column 80 at blanks or escapes, as yaml.dump writes it."""
-    out, column = ['"'], 1
-    start = end = 0
-    while end <= len(text):
-        char = text[end] if end < len(text) else None
-        if char is None or char in '"\\' or not " " <= char <= "~":
-            if start < end:
-                out.append(text[start:end])
-                column += end - start
-                start = end
-            if char is not None:
-                escaped = "\\uFEFF" if char == "\ufeff" else _escaped(char)
-                out.append(escaped)
-                column += len(escaped)
-                start = end + 1
-        if 0 < end < len(text) - 1 and (char == " " or start >= end) and column + (end - start) > WIDTH:
-            out.append(text[start:end] + "\\\n  ")
-            start = max(start, end)
-            column = 2
-            if text[start] == " ":
-                out.append("\\")
-                column += 1
-        end += 1
-    out.append('"')
-    return "".join(out)
-
-
-_PLAIN = re.compile(r"[A-Za-z_./][A-Za-z0-9_./()+\-]*(?: [A-Za-z0-9_./()+\-]+)*\Z")
-_WORDS = {"y", "n", "yes", "no", "true", "false", "on", "off", "null"}
-
-
-def _string_lines(values):
-    """Lines of a YAML list of strings; PyYAML writes them when it is there, else what is safe."""
-    try:
-        from yaml import dump
-    except ImportError:
-        return ["- " + _scalar(value) for value in values]
-    return dump(list(values)).rstrip("\n").splitlines()
-
-
-def _scalar(text):
-    if _PLAIN.match(text) and text.lower() not in _WORDS and len(text) < WIDTH and not text.startswith("."):
-        return text
-    if all(" " <= char <= "~" for char in text) and len(text) < WIDTH:
-        return "'" + text.replace("'", "''") + "'"
-    return double_quoted(text)

@@ -168,6 +168,11 @@ class _RosMeta(MessageMeta):
             namespace["__module__"] = "%s._%s" % (where, base)
         return super().__new__(mcs, name, bases, namespace, **kwds)
 
+    def __instancecheck__(cls, instance):
+        # A message with numpy arrays is one of its type all the same.
+        kind = type(instance)
+        return issubclass(kind, cls) or getattr(kind, "_tuple_class", None) is cls
+
     def __call__(cls, *args, **kwds):
         self = object.__new__(cls)
         init = cls.__init__
@@ -311,7 +316,11 @@ def numpy_class(cls):
     """The class of the same type whose arrays are numpy's."""
     from rosproto.codec import message_class
 
-    return message_class(cls._spec, cls._binding.library, flavour=NUMPY_FLAVOUR)
+    made = message_class(cls._spec, cls._binding.library, flavour=NUMPY_FLAVOUR)
+    if made is not cls:
+        made.__name__ = made.__qualname__ = "Numpy_%s" % cls._type.replace("/", "__")
+        made._tuple_class = cls
+    return made
 
 
 def get_printable_message_args(msg, buff=None, prefix=""):

@@ -50,7 +50,7 @@ class Time(genpy.Time):
         return get_rostime()
 
 
-Duration.__slots__ = Time.__slots__ = ["secs", "nsecs"]
+Duration.__slots__ = Time.__slots__ = []  # what they add to genpy's
 
 
 def _set_rostime(t):

@@ -48,6 +48,8 @@ class TimeCache:
     def at(self, stamp):
         """(pose at a time, None), or (None, why not); 0 is the newest."""
         poses = self.poses
+        if not poses:  # cleared: tf2 gives no reason
+            return None, ""
         if stamp == 0:
             return poses[0], None
         newest, oldest = poses[0], poses[-1]
@@ -70,8 +72,8 @@ class TimeCache:
         return _between(poses[at], poses[at - 1], stamp), None
 
     def newest(self):
-        """(time, parent) of the newest pose."""
-        return self.poses[0].stamp, self.poses[0].parent
+        """(time, parent) of the newest pose; (0, None) when there is none."""
+        return (self.poses[0].stamp, self.poses[0].parent) if self.poses else (0, None)
 
     def clear(self):
         """Forget all."""

@@ -12,7 +12,7 @@ import genpy
 from ._cache import Pose, StaticCache, TimeCache, seconds
 from ._errors import InvalidArgumentException, LookupException, TransformException
 from ._full import combined
-from ._walk import latest_common_time, walk
+from ._walk import Loop, latest_common_time, walk
 
 UNIT_TOLERANCE = 10e-3  # of a rotation's squared length
 # tf2 says where in its source (0.7.6) each message comes from.
@@ -153,18 +153,19 @@ class BufferCore:
     def _lookup(self, target, source, stamp):
         """((translation, rotation), nanoseconds)."""
         if target == source:
-            cache = self._live().get(target)
+            cache = self._caches.get(target)
             newest = cache.newest()[0] if cache is not None else 0
             return ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)), stamp or newest
         self._validate("lookupTransform argument target_frame", target)
         self._validate("lookupTransform argument source_frame", source)
-        caches = self._live()
-        stamp = stamp or latest_common_time(caches, target, source)
-        return walk(caches, target, source, stamp)[:2], stamp
+        try:
+            stamp = stamp or latest_common_time(self._caches, target, source)
+            return walk(self._caches, target, source, stamp)[:2], stamp
+        except Loop:
+            raise LookupException(self._loop()) from None
 
-    def _live(self):
-        """The frames of which anything is known."""
-        return {name: cache for name, cache in self._caches.items() if cache.poses}
+    def _loop(self):
+        return "The tf tree is invalid because it contains a loop.\n%s\n" % self.all_frames_as_string()
 
     def get_latest_common_time(self, target_frame, source_frame):
         """The newest time for which a transform is known."""
@@ -175,7 +176,9 @@ class BufferCore:
                 stamp = self._lookup(target_frame, source_frame, 0)[1]
             else:
                 try:
-                    stamp = latest_common_time(self._live(), target_frame, source_frame)
+                    stamp = latest_common_time(self._caches, target_frame, source_frame)
+                except Loop:
+                    raise TransformException(self._loop()) from None
                 except TransformException as error:
                     raise TransformException(str(error)) from None  # tf2 does not tell which kind here
         return _time(stamp)
@@ -260,7 +263,7 @@ class BufferCore:
     def _chain(self, target_frame, target_time, source_frame, source_time, fixed_frame):
         """Frames on the way from the source to the target."""
         with self._lock:
-            caches = self._live()
+            caches = self._caches
             there = walk(caches, fixed_frame, source_frame, nanoseconds(source_time))
             back = walk(caches, target_frame, fixed_frame, nanoseconds(target_time))
         frames = [*there[2], fixed_frame, *there[3][::-1], *back[2], *back[3][::-1], target_frame]

@@ -3,11 +3,16 @@
 Source: tf2 buffer_core.cpp (walkToTopParent, getLatestCommonTime).
 """
 
-from ._errors import ConnectivityException, ExtrapolationException, LookupException
+from ._errors import ConnectivityException, ExtrapolationException
 from ._rotation import add, inverse, multiply, rotate
 
 DEEPEST = 1000
-_LOOP = "The tf tree is invalid because it contains a loop."
+
+
+class Loop(Exception):
+    """The tree has one; whoever knows all frames says so."""
+
+
 _NOWHERE = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
 
 
@@ -27,7 +32,7 @@ def walk(caches, target, source, stamp):
     """(translation, rotation, frames below the meeting point on the source's side, on the target's).
 
     Raises:
-        LookupException, ConnectivityException, ExtrapolationException: There is no way.
+        Loop, ConnectivityException, ExtrapolationException: There is no way.
     """
     up, down = _NOWHERE, _NOWHERE
     up_frames, down_frames = [], []
@@ -44,7 +49,7 @@ def walk(caches, target, source, stamp):
         up = _step(pose, up)
         up_frames.append(frame)
         if len(up_frames) > DEEPEST:
-            raise LookupException(_LOOP)
+            raise Loop
         frame = top = pose.parent
     if frame == target:
         return (*up, up_frames, down_frames)
@@ -58,12 +63,12 @@ def walk(caches, target, source, stamp):
         down = _step(pose, down)
         down_frames.append(frame)
         if len(down_frames) > DEEPEST:
-            raise LookupException(_LOOP)
+            raise Loop
         frame = pose.parent
     if frame == source and frame != top:
         return (*_inverse(down), up_frames, down_frames)
     if frame != top:
-        raise _extrapolation(gap, source, target) if gap else not_connected(source, target)
+        raise not_connected(source, target) if gap is None else _extrapolation(gap, source, target)
     back_translation, back = _inverse(down)
     translation = add(rotate(back, up[0]), back_translation)
     return translation, multiply(back, up[1]), up_frames, down_frames
@@ -73,7 +78,7 @@ def latest_common_time(caches, target, source):
     """The newest time for which the whole way is known; 0 when nothing on it moves.
 
     Raises:
-        ConnectivityException, LookupException: There is no way.
+        ConnectivityException, Loop: There is no way.
     """
     up, newest = _newest_up(caches, source, target)
     if up and up[-1][1] == target:
@@ -84,6 +89,8 @@ def latest_common_time(caches, target, source):
         if frame not in caches:
             break
         stamp, parent = caches[frame].newest()
+        if parent is None:
+            break
         newest = _earlier(newest, stamp)
         if parent in parents:
             meeting = parent
@@ -92,7 +99,7 @@ def latest_common_time(caches, target, source):
         if frame == source:
             return newest or 0
     else:
-        raise LookupException(_LOOP)
+        raise Loop
     if meeting is None:
         raise not_connected(source, target)
     for stamp, parent in up:
@@ -107,12 +114,14 @@ def _newest_up(caches, frame, target):
     found, newest = [], None
     while frame in caches:
         stamp, frame = caches[frame].newest()
+        if frame is None:
+            break
         newest = _earlier(newest, stamp)
         found.append((stamp, frame))
         if frame == target:
             break
         if len(found) > DEEPEST:
-            raise LookupException(_LOOP)
+            raise Loop
     return found, newest
 
 

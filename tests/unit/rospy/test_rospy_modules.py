@@ -1,0 +1,192 @@
+"""Modules beside rospy that programs import, and what a program's last moments still do; each in a process."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import rosproto
+from rosproto.master import Master
+from tests.unit.rospy.test_rospy_layer import output, run
+
+
+def test_a_hook_still_publishes_when_the_program_simply_ends(tmp_path: Path) -> None:
+    """The zero velocity of an on_shutdown hook arrives: the node is closed after the hooks, not before."""
+    code = """
+        import sys
+        import rospy
+        from geometry_msgs.msg import Twist, Vector3
+        rospy.init_node("driver")
+        pub = rospy.Publisher("/cmd", Twist, queue_size=1)
+        def stop():
+            pub.publish(Twist())
+            rospy.sleep(0.2)
+        rospy.on_shutdown(stop)
+        while not pub.get_num_connections():
+            rospy.sleep(0.02)
+        pub.publish(Twist(linear=Vector3(0.5, 0, 0)))
+        sys.exit(3)
+    """
+    with Master() as master, rosproto.Node("/ear", master_uri=master.uri) as node:
+        heard = node.subscriber("/cmd", "geometry_msgs/Twist", queue_size=10)
+        assert run(code, tmp_path, uri=master.uri).returncode == 3
+        assert [heard.next(5).linear.x, heard.next(5).linear.x] == [0.5, 0.0]
+
+
+def test_headers_reach_the_other_side(tmp_path: Path) -> None:
+    """`headers=` of a publisher is in the connection header, from the first subscriber on."""
+    code = """
+        import rospy
+        from std_msgs.msg import String
+        rospy.init_node("talker")
+        pub = rospy.Publisher("/talk", String, headers={"pi": "3.14"}, latch=True, queue_size=1)
+        pub.publish("x")
+        rospy.wait_for_message("/over", String, 20)
+    """
+    with Master() as master, rosproto.Node("/ear", master_uri=master.uri) as node:
+        over = node.publisher("/over", "std_msgs/String", latch=True)
+        with node.subscriber("/talk", "std_msgs/String") as heard:
+            from concurrent.futures import ThreadPoolExecutor
+
+            with ThreadPoolExecutor(1) as pool:
+                ended = pool.submit(run, code, tmp_path, uri=master.uri)
+                message = heard.next(20)
+                over.publish(data="over")
+                assert ended.result().returncode == 0
+    assert message._connection_header["pi"] == "3.14"
+
+
+def test_point_clouds(tmp_path: Path) -> None:
+    """sensor_msgs.point_cloud2 (values as Debian's gave them)."""
+    code = """
+        import sensor_msgs.point_cloud2 as pc2
+        from sensor_msgs.msg import PointField
+        from std_msgs.msg import Header
+        cloud = pc2.create_cloud_xyz32(Header(frame_id="l"), [(1, 2, 3), (4, 5, float("nan")), (7.5, 8, 9)])
+        print(cloud.width, cloud.height, cloud.point_step, cloud.row_step, cloud.is_dense, cloud.data[:8])
+        print(list(pc2.read_points(cloud, skip_nans=True)), list(pc2.read_points(cloud, ("x", "z"), uvs=[(2, 0)])))
+        print(pc2.read_points_list(cloud)[0])
+        fields = [PointField("x", 0, PointField.FLOAT32, 1), PointField("i", 8, PointField.UINT8, 2)]
+        print(pc2.create_cloud(Header(), fields, [(1.0, 3, 4)]).data)
+    """
+    assert output(code, tmp_path).splitlines() == [
+        "3 1 12 36 False b'\\x00\\x00\\x80?\\x00\\x00\\x00@'",
+        "[(1.0, 2.0, 3.0), (7.5, 8.0, 9.0)] [(7.5, 9.0)]",
+        "Point(x=1.0, y=2.0, z=3.0)",
+        "b'\\x00\\x00\\x80?\\x00\\x00\\x00\\x00\\x03\\x04'",
+    ]
+
+
+def test_images_without_opencv(tmp_path: Path) -> None:
+    """cv_bridge: what numpy alone can do, and the words of what makes no sense (as Debian's gave them)."""
+    pytest.importorskip("numpy")
+    code = """
+        import numpy as np
+        from cv_bridge import CvBridge, CvBridgeError
+        bridge = CvBridge()
+        m = bridge.cv2_to_imgmsg(np.arange(12, dtype=np.uint8).reshape(2, 2, 3), "bgr8")
+        print(m.encoding, m.height, m.width, m.step, m.data)
+        print(bridge.imgmsg_to_cv2(m).shape, bridge.imgmsg_to_cv2(m).flags.writeable)
+        print(bridge.imgmsg_to_cv2(m, "rgb8")[0, 0].tolist())
+        deep = bridge.cv2_to_imgmsg(np.array([[9364, 59454]], dtype=np.uint16), "mono16")
+        print(bridge.imgmsg_to_cv2(deep, "mono8").tolist(), bridge.imgmsg_to_cv2(deep, "32FC1").dtype)
+        plain = bridge.cv2_to_imgmsg(np.ones((2, 2)))
+        for message, wanted in ((plain, "bgr8"), (m, "32FC1"), (m, "nonsense")):
+            try:
+                bridge.imgmsg_to_cv2(message, wanted)
+            except CvBridgeError as e:
+                print(e)
+        print(bridge.encoding_to_dtype_with_channels("32FC2"), bridge.encoding_to_cvtype2("bgr8"))
+    """
+    assert output(code, tmp_path).splitlines() == [
+        "bgr8 2 2 6 b'\\x00\\x01\\x02\\x03\\x04\\x05\\x06\\x07\\x08\\t\\n\\x0b'",
+        "(2, 2, 3) False",
+        "[2, 1, 0]",
+        "[[36, 231]] float32",
+        "[64FC1] is not a color format. but [bgr8] is. The conversion does not make sense",
+        "[bgr8] is a color format but [32FC1] is not so they must have the same OpenCV type, CV_8UC3, CV16UC1 ....",
+        "Unrecognized image encoding [nonsense]",
+        "('float32', 2) 16",
+    ]
+
+
+def test_bags(tmp_path: Path) -> None:
+    """rosbag.Bag writes what it reads, raw and not, and appends."""
+    code = """
+        import os, rosbag, rospy
+        from std_msgs.msg import Int32, String
+        path = os.path.join(os.environ["ROS_HOME"], "a.bag")
+        with rosbag.Bag(path, "w", compression="bz2") as bag:
+            for i in range(3):
+                bag.write("/n", Int32(i), rospy.Time(10 + i))
+            bag.write("/s", String("x"), rospy.Time(20))
+            print(bag.get_message_count())
+        with rosbag.Bag(path, "a") as bag:
+            bag.write("/n", Int32(9), rospy.Time(30))
+        with rosbag.Bag(path) as bag:
+            print([(m.topic, m.message.data, m.timestamp.secs) for m in bag.read_messages("/n", rospy.Time(11))])
+            info = bag.get_type_and_topic_info()
+            print(info.topics["/n"].message_count, sorted(info.msg_types), bag.get_compression_info().compression)
+            print([raw[0] for _, raw, _ in bag.read_messages(raw=True)], bag.get_start_time(), bag.get_end_time())
+        try:
+            rosbag.Bag(__file__)
+        except rosbag.ROSBagException as e:
+            print(e)
+    """
+    assert output(code, tmp_path).splitlines() == [
+        "4",
+        "[('/n', 1, 11), ('/n', 2, 12), ('/n', 9, 30)]",
+        "4 ['std_msgs/Int32', 'std_msgs/String'] bz2",
+        "['std_msgs/Int32', 'std_msgs/Int32', 'std_msgs/Int32', 'std_msgs/String', 'std_msgs/Int32'] 10.0 30.0",
+        "This does not appear to be a bag file",
+    ]
+
+
+def test_old_transforms(tmp_path: Path) -> None:
+    """tf: values as Debian's tf printed them, with all their digits."""
+    pytest.importorskip("numpy")
+    code = """
+        import tf
+        from tf.transformations import euler_from_quaternion, quaternion_from_euler
+        q = quaternion_from_euler(0.1, 0.2, 0.3)
+        print(euler_from_quaternion(q), euler_from_quaternion(q, "rxyx"), quaternion_from_euler(0, 0, 3.5).tolist()[3])
+        print(euler_from_quaternion([0, 0, 0, 1]), issubclass(tf.LookupException, tf.Exception))
+    """
+    assert output(code, tmp_path).splitlines() == [
+        "(0.1, 0.20000000000000004, 0.3000000000000001) (0.969566980219808, 0.3588726546765413, -0.899892860972392)"
+        " -0.17824605564949209",
+        "(0.0, -0.0, 0.0) True",
+    ]
+
+
+def test_reconfiguring_this_node(tmp_path: Path) -> None:
+    """dynamic_reconfigure's server and client in one node: limits, levels, conversions."""
+    code = """
+        import types
+        import rospy
+        from dynamic_reconfigure.client import Client
+        from dynamic_reconfigure.server import Server
+        def parameter(name, type_, level, default, low, high):
+            return dict(name=name, type=type_, level=level, description="", default=default, min=low, max=high,
+                        edit_method="")
+        parameters = [parameter("speed", "double", 1, 0.5, 0.0, 2.0), parameter("on", "bool", 2, True, False, True)]
+        kind = types.SimpleNamespace(
+            config_description=dict(name="Default", type="", state=True, id=0, parent=0, groups=[], parameters=parameters),
+            **{part: {one["name"]: one[part] for one in parameters} for part in ("min", "max", "level", "type")},
+            defaults={one["name"]: one["default"] for one in parameters})
+        rospy.init_node("tuned")
+        calls = []
+        def changed(config, level):
+            calls.append((level, config.speed, config["on"]))
+            return config
+        server = Server(kind, changed)
+        client = Client("/tuned", timeout=10)
+        print(client.update_configuration({"speed": 7, "on": "false"}).speed, rospy.get_param("~speed"))
+        print(calls)
+    """
+    with Master() as master:
+        assert output(code, tmp_path, uri=master.uri).splitlines() == [
+            "2.0 2.0",
+            "[(-1, 0.5, True), (3, 2.0, False)]",
+        ]
