@@ -6,7 +6,6 @@ behaviour programs rely on. `Time.now()` needs a clock and lives where one is: i
 
 from __future__ import annotations
 
-from numbers import Integral, Real
 from typing import Any, TypeVar
 
 __all__ = ["Duration", "TVal", "Time"]
@@ -231,6 +230,8 @@ class Duration(TVal):
 
     def __mul__(self, factor: object) -> Any:
         """Duration * number -> Duration; exact for whole numbers."""
+        from numbers import Integral, Real  # late, here and below: abstract classes cost time to import
+
         if isinstance(factor, Integral):
             return type(self)(self.secs * int(factor), self.nsecs * int(factor))
         if isinstance(factor, Real):
@@ -241,6 +242,8 @@ class Duration(TVal):
 
     def __floordiv__(self, divisor: object) -> Any:
         """Duration // Duration -> int; Duration // number -> Duration."""
+        from numbers import Real
+
         if isinstance(divisor, Real):
             return type(self).from_sec(self.to_sec() // float(divisor))
         if isinstance(divisor, Duration):
@@ -249,6 +252,8 @@ class Duration(TVal):
 
     def __truediv__(self, divisor: object) -> Any:
         """Duration / Duration -> float; Duration / number -> Duration."""
+        from numbers import Real
+
         if isinstance(divisor, Real):
             return type(self).from_sec(self.to_sec() / float(divisor))
         if isinstance(divisor, Duration):

@@ -5,7 +5,6 @@ Source: genpy/message.py; tools written for rospy messages rely on these names.
 
 from __future__ import annotations
 
-import copy
 from typing import TYPE_CHECKING, Any, ClassVar
 
 if TYPE_CHECKING:
@@ -199,6 +198,8 @@ class Message(metaclass=MessageMeta):
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Any:
         """A copy that shares nothing; its arrays are writable."""
+        import copy
+
         new = memo[id(self)] = object.__new__(type(self))
         for name in (*self.__slots__, "_connection_header"):
             if hasattr(self, name):
