@@ -1,7 +1,7 @@
-"""The manual of both commands, made from the parsers that make `--help`: docs/commands.md.
+"""The manual of both commands, made from the parsers that make `--help`: docs/commands.md, README's table.
 
-python -m woosh_pure.cli.manual            writes docs/commands.md of this source tree
-python -m woosh_pure.cli.manual --check    exit code 1 when it is not current
+python -m woosh_pure.cli.manual            writes both in this source tree
+python -m woosh_pure.cli.manual --check    exit code 1 when one of them is not current
 """
 
 from __future__ import annotations
@@ -13,10 +13,15 @@ from pathlib import Path
 
 from rosproto.cli.parser import synopsis, value_names
 
-__all__ = ["main", "manual", "page"]
+__all__ = ["main", "manual", "page", "readme", "with_table"]
 
 page = Path(__file__).resolve().parents[2] / "docs" / "commands.md"
 """Where the manual is in a source tree."""
+readme = page.parents[1] / "README.md"
+"""The page whose table of commands is made, too."""
+
+_BEGIN = "<!-- commands: made by `python -m woosh_pure.cli.manual` from what `--help` says -->"
+_END = "<!-- end of commands -->"
 
 _HEAD = """# The commands `woosh` and `rosproto`
 
@@ -51,15 +56,43 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m woosh_pure.cli.manual", description="Write the manual.")
     parser.add_argument("--check", action="store_true", help="write nothing; exit code 1 when it is old")
     check = parser.parse_args(arguments).check
-    text = manual()
-    if check:
-        current = page.exists() and page.read_text(encoding="utf-8") == text
-        print(f"{page}: {'current' if current else 'old; run python -m woosh_pure.cli.manual'}")
-        return 0 if current else 1
-    page.parent.mkdir(exist_ok=True)
-    page.write_text(text, encoding="utf-8", newline="\n")
-    print(f"wrote {page}")
-    return 0
+    old = 0
+    for path, text in ((page, manual()), (readme, with_table(readme.read_text(encoding="utf-8")))):
+        current = path.exists() and path.read_text(encoding="utf-8") == text
+        if check:
+            old += not current
+            print(f"{path}: {'current' if current else 'old; run python -m woosh_pure.cli.manual'}")
+        elif not current:
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(text, encoding="utf-8", newline="\n")
+            print(f"wrote {path}")
+    return 1 if old else 0
+
+
+def with_table(text: str) -> str:
+    """A page with the table between its two marks renewed.
+
+    Raises:
+        ValueError: The page lacks the marks.
+    """
+    before, begin, rest = text.partition(_BEGIN)
+    _, end, after = rest.partition(_END)
+    if not (begin and end):
+        raise ValueError(f"the marks of the table are missing: {_BEGIN} and {_END}")
+    return "\n".join([before + begin, *_readme_table(), end + after])
+
+
+def _readme_table() -> Iterator[str]:
+    from rosproto.cli.commands import COMMANDS as ROSPROTO
+
+    from .registry import COMMANDS, load
+
+    rows = [("woosh", name, load(name).HELP) for name in COMMANDS]
+    rows += [("rosproto", name, command.help) for name, command in ROSPROTO.items()]
+    yield from _table(
+        ("command", "what it does"),
+        [(f"[`{prog} {name}`](docs/commands.md#{prog}-{name})", text) for prog, name, text in rows],
+    )
 
 
 def manual() -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from rosproto.cli.commands import COMMANDS as ROSPROTO
@@ -25,8 +26,21 @@ def test_every_command_has_its_section() -> None:
             assert f"(#{prog}-{name})" in text
 
 
+def test_the_table_of_the_readme_is_current() -> None:
+    """Made from the same help lines; the Chinese page names the same commands in its own words."""
+    text = manual.readme.read_text(encoding="utf-8")
+    assert text == manual.with_table(text), "run: python -m woosh_pure.cli.manual"
+    chinese = (PAGE.parents[1] / "README.zh-CN.md").read_text(encoding="utf-8")
+    missing = [
+        name for name in (*WOOSH, *ROSPROTO) if not re.search(rf"`((woosh|rosproto) )?{name}[` ]", chinese)
+    ]
+    assert missing == []
+
+
 def test_check_tells_an_old_page(tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.setattr(manual, "page", tmp_path / "docs" / "commands.md")
+    (tmp_path / "README.md").write_text(manual.readme.read_text(encoding="utf-8"), encoding="utf-8")
+    monkeypatch.setattr(manual, "readme", tmp_path / "README.md")
     assert manual.main(["--check"]) == 1
     assert manual.main([]) == 0
     assert manual.main(["--check"]) == 0
