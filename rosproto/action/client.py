@@ -37,6 +37,7 @@ _log = get_logger("rosproto.action")
 _counter = itertools.count(1)  # in all clients of the process: two with one node name must not make one id
 
 STATUS_TIMEOUT = 5.0
+RESULT_TIMEOUT = 10.0  # seconds between the status that says a goal has ended, and its result
 MOST_GOALS = 1000
 _POLL = 0.01  # as actionlib; connections are not announced to us
 _QUEUE = 1000  # messages; a server's results go to all of its clients, and none may be lost in a burst
@@ -243,8 +244,23 @@ class ActionClient:
                     path = handle._machine.status_received(status.status, status.text, server)
                 else:
                     path = handle._machine.unmentioned(server)
-                self._report(handle, path)
+                self._report(handle, path + self._missed_result(handle))
             self._changed.notify_all()
+
+    def _missed_result(self, handle: GoalHandle) -> tuple[CommState, ...]:
+        """End a goal whose result was sent into a connection that died: it is sent once, and never again."""
+        if handle.state is not CommState.WAITING_FOR_RESULT:
+            return ()
+        now = self._clock.monotonic()
+        if handle._ended_at is None:
+            handle._ended_at = now
+        if now - handle._ended_at < RESULT_TIMEOUT:
+            return ()
+        ended = handle.status.name
+        return handle._machine.lose(
+            f"the server says it ended ({ended}), but its result did not come within {RESULT_TIMEOUT:g} s;"
+            " it was lost with a connection"
+        )
 
     def _on_result(self, message: Any) -> None:
         status = message.status

@@ -48,6 +48,7 @@ class GoalHandle:
         self._client = client
         self._machine = GoalMachine(goal_id)
         self._sent_at = client._clock.monotonic()
+        self._ended_at: float | None = None  # when a status said so, while the result is still to come
         self._on_feedback = on_feedback
         self._on_transition = on_transition
         self._seen = CommState.WAITING_FOR_GOAL_ACK

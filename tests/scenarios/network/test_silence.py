@@ -56,6 +56,33 @@ def test_short_ones_cost_no_connection(connected: Network) -> None:
     assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
 
 
+@pytest.mark.parametrize("ends", [1.0, 5.0], ids=["forgotten meanwhile", "its result was lost"])
+def test_a_goal_that_ends_in_silence(ends: float, connected: Network) -> None:
+    """Its result went into a dead connection: the wait ends with an error that says so, not with the time-out."""
+    robot, laptop, air = connected
+    robot.python.do(
+        "from rosproto import ActionServer\n"
+        f"server = ActionServer(node, '/act', 'move_base_msgs/MoveBaseAction', lambda g: (time.sleep({ends}), g.succeed()))\n"
+    )
+    laptop.python.do(
+        "from msgdefs.move_base_msgs.msg import MoveBaseGoal\n"
+        "from rosproto import ActionClient\n"
+        "client = ActionClient(node, '/act', 'move_base_msgs/MoveBaseAction')\n"
+        "client.wait_for_server(20)\n"
+        "goal = client.send_goal(MoveBaseGoal())\n",
+        40,
+    )
+    laptop.python.eventually("goal.state.name == 'ACTIVE'")
+    air.silence()
+    wait(SILENT)
+    air.clear()
+    laptop.python.eventually("goal.done or goal.connection_error is None")  # the server is heard again
+    laptop.python.do("try: goal.wait(60)\nexcept Exception as error: said = repr(error)", 80)
+    assert laptop.python.ask("said").startswith("ConnectionLost(")
+    assert "is lost" in laptop.python.ask("said")
+    assert laptop.python.ask("client.send_goal(MoveBaseGoal()).wait(30) is not None", 40) is True
+
+
 @pytest.mark.parametrize("way", ["there", "back"])
 def test_one_way(way: str, connected: Network) -> None:
     """Only the robot's packets are lost, or only ours: heard again within a second all the same."""

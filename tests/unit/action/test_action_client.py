@@ -273,6 +273,23 @@ def test_a_silent_server_ends_the_wait_but_not_the_goal(graph, client, clock):
     assert handle.wait(1)
 
 
+def test_a_result_that_was_sent_into_a_dead_connection_is_not_waited_for(graph, client, clock):
+    """It is sent once; the server says for five seconds more that the goal succeeded, then forgets it."""
+    handle = client.send_goal(Goal())
+    graph.status((handle.goal_id, SUCCEEDED))
+    assert handle.state is CommState.WAITING_FOR_RESULT
+    clock.advance(5.0)
+    graph.status((handle.goal_id, SUCCEEDED))
+    clock.advance(4.5)
+    graph.status()
+    assert not handle.done
+    clock.advance(0.6)
+    graph.status()
+    assert handle.status is GoalStatus.LOST
+    with pytest.raises(ConnectionLost, match=r"says it ended \(SUCCEEDED\), but its result did not come"):
+        handle.wait(timeout=None)
+
+
 def test_a_goal_that_no_server_ever_mentions_is_noticed_too(graph, client):
     handle = client.send_goal(Goal())
     with pytest.raises(ConnectionLost, match="no status from any server"):
