@@ -75,7 +75,8 @@ def _run(name: str, arguments: argparse.Namespace) -> int:
         if arguments.debug:
             raise
         text, code = explain(error)
-        say(f"rosproto {name}: {text}")
+        hint = "; try: rosproto doctor" if code == UNREACHABLE and name != "doctor" else ""
+        say(f"rosproto {name}: {text}{hint}")
         return code
 
 

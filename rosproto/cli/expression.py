@@ -97,7 +97,9 @@ class Expression:
             raise ExpressionError(f"longer than {MAX_TEXT} characters", text[:40] + "…")
         try:
             tree = ast.parse(text.strip(), mode="eval")
-        except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        except SyntaxError as error:
+            raise ExpressionError(f"not a Python expression: {error.msg}", text, error.offset) from None
+        except (ValueError, RecursionError, MemoryError) as error:
             raise ExpressionError(f"not a Python expression: {error}", text) from None
         nodes = list(ast.walk(tree.body))
         if len(nodes) > MAX_NODES:

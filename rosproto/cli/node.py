@@ -237,7 +237,12 @@ def _kill(arguments: argparse.Namespace) -> int:
         killed, failed = [], {}
         for name in names:
             try:
-                with node_client(_uri(master, name)) as node:
+                uri = _uri(master, name)
+            except CommandError as error:
+                failed[name] = str(error)
+                continue
+            try:
+                with node_client(uri) as node:
                     node.shutdown("user request")
                 killed.append(name)
             except RosError as error:
