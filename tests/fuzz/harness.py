@@ -124,6 +124,9 @@ def fuzz_with_atheris(target: Target, name: str, seconds: float) -> None:
     """Coverage-guided fuzzing of one target; ends the process, as libFuzzer does."""
     import atheris  # type: ignore[import-not-found]  # optional
 
+    # What is imported late, or made by generated code, must be there: instrumentation is for what exists now.
+    for data in seeds(name):
+        run_one(name, target, data)
     atheris.instrument_all()
     folder = CORPUS / name
     arguments = [sys.argv[0], f"-max_total_time={int(seconds)}", f"-max_len={MAX_BYTES}", "-timeout=10"]
