@@ -50,6 +50,7 @@ class PublisherLink:
         header: The publisher's connection header; empty while there is none.
         caller_id: The publisher's node name, "" while it is not known.
         address: "host:port" of the connection, or the URI while there is none.
+        named: False when the master does not name the publisher (any more): it is kept while it is connected.
     """
 
     transport = "TCPROS"
@@ -63,6 +64,7 @@ class PublisherLink:
         self.caller_id = ""
         self.address = uri
         self._node = subscription.node
+        self.named = True
         self._state = LinkState.WAITING
         self._condition = threading.Condition()
         self._nudged = False
@@ -143,6 +145,8 @@ class PublisherLink:
                 self._failed(error)
             finally:
                 self._end_session()
+            if not self.named:
+                self.close()
             self._wait((refused if self._state is LinkState.REFUSED else backoff).next())
         self.subscription.link_closed(self)
 

@@ -215,13 +215,18 @@ class Subscription:
         uris = master.register_subscriber(self.name, self.type.name, self.node.uri)
         # An update that overtook the answer is the newer of the two.
         if generation == self._generation:
-            self.update_publishers(uris)
+            self.update_publishers(uris, keep_connected=True)
 
     def unregister(self, master: MasterClient) -> None:
         master.unregister_subscriber(self.name, self.node.uri)
 
-    def update_publishers(self, uris: Sequence[str]) -> None:
-        """The master's present list: connect to the new ones, let go of those that left."""
+    def update_publishers(self, uris: Sequence[str], *, keep_connected: bool = False) -> None:
+        """The master's present list: connect to the new ones, let go of those that left.
+
+        With `keep_connected` those that are connected stay as long as their connection does. So it is when we
+        register again: a restarted master knows nobody, and neither roscpp nor rospy registers again, but
+        their publishers go on sending.
+        """
         wanted = {_canonical(uri): uri for uri in uris}
         with self._condition:
             self._generation += 1
@@ -229,7 +234,14 @@ class Subscription:
                 return
             if len(wanted) > self.node.limits.publishers:
                 wanted = self._as_many_as_allowed(wanted)
-            gone = [link for key, link in self.links.items() if key not in wanted]
+            kept = {
+                key: link
+                for key, link in self.links.items()
+                if key not in wanted and keep_connected and link.connected
+            }
+            for key, link in self.links.items():
+                link.named = key not in kept
+            gone = [link for key, link in self.links.items() if key not in wanted and key not in kept]
             new = {key: uri for key, uri in wanted.items() if key not in self.links}
             for link in self.links.values():
                 link.nudge()
@@ -237,7 +249,7 @@ class Subscription:
                 self._latched.pop(link, None)
             links = {key: link for key, link in self.links.items() if key in wanted}
             made = {key: self.node._make_link(self, uri) for key, uri in new.items()}
-            self.links = {**links, **made}
+            self.links = {**links, **kept, **made}
             self._condition.notify_all()
         for link in gone:
             link.close()
@@ -377,6 +389,10 @@ class Subscription:
     def link_closed(self, link: PublisherLink) -> None:
         """A link's thread ends."""
         self._latched.pop(link, None)
+        if not link.named:  # nobody else will take it off the list
+            with self._condition:
+                self.links = {key: other for key, other in self.links.items() if other is not link}
+                self._condition.notify_all()
 
     def reconnect(self) -> None:
         """Our address changed: connections from the old one are dead, though nobody may ever say so."""

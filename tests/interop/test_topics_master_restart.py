@@ -73,3 +73,43 @@ def test_everything_is_registered_again_within_two_seconds(kind: str, ros_instal
                     assert late.subscriber("/t").connections >= 0
                     assert late.wait_for_service("/s") is None
     assert EventKind.MASTER_BACK in [event.kind for event in events]
+
+
+TALKER = """
+import rospy
+from std_msgs.msg import UInt32
+rospy.init_node("talker", disable_signals=True)
+publisher = rospy.Publisher("/count", UInt32, queue_size=10)
+print("up", flush=True)
+number = 0
+while True:
+    number += 1
+    publisher.publish(number)
+    rospy.sleep(0.02)
+"""
+
+
+def test_a_rospy_publisher_that_never_registers_again_is_heard_on(ros_installed: None) -> None:
+    """rospy and roscpp do not notice the restart; what is connected with them must not be given up for it."""
+    port = ros.free_port()
+    uri = f"http://127.0.0.1:{port}/"
+    events: list[Event] = []
+    with start_master("debian", port) as first:
+        wait_for_master(uri)
+        with ros.start_rospy(TALKER, uri) as talker, Node("/b", master_uri=uri, on_event=events.append) as b:
+            talker.wait_for("^up$")
+            subscriber = b.subscriber("/count", "std_msgs/UInt32")
+            subscriber.next(20)
+            first.kill()
+            with start_master("debian", port):
+                end = time.monotonic() + 30
+                while EventKind.MASTER_BACK not in [event.kind for event in events]:
+                    assert time.monotonic() < end, "not registered again"
+                    subscriber.next(5)
+                with MasterClient(uri, "/test") as master:
+                    assert master.get_system_state().publishers.get("/count") is None
+                last = subscriber.next(5).data
+                for _ in range(50):
+                    assert subscriber.next(5).data == last + 1
+                    last += 1
+                assert subscriber.connections == 1

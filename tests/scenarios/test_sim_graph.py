@@ -153,6 +153,16 @@ def test_a_master_that_restarts_in_the_middle_of_a_task_is_not_noticed(sim, chas
     assert handle.wait(40.0).arrived
 
 
+def test_a_master_that_restarts_does_not_end_a_velocity_block(sim, chassis, until):
+    """What is connected goes on without a master."""
+    with chassis.velocity(bypasses_protection=True) as drive:
+        drive.set(0.1, valid_for=5.0)
+        until(lambda: sim.world.body.velocity.vx > 0.02)
+        sim.restart_master()
+        drive.hold(0.05, seconds=2.0)
+        assert drive.active
+
+
 def test_a_crashed_navigation_ends_the_task_as_failed(sim, chassis, until):
     handle = chassis.go_to_mark("B1")
     until(lambda: not sim.world.body.velocity.is_standing())

@@ -98,6 +98,37 @@ def test_latched_messages_reach_every_later_subscriber(nodes: tuple[Node, Node])
     eventually(lambda: seen == ["x"])
 
 
+def test_a_publisher_that_the_restarted_master_does_not_know_is_heard_while_it_sends(
+    nodes: tuple[Node, Node],
+) -> None:
+    """Neither roscpp nor rospy registers again after a restart of the master; their connections live on."""
+    a, b = nodes
+    publisher = a.publisher("/kept3", String)
+    subscriber = b.subscriber("/kept3", String)
+    publisher.wait_for_connection(5.0)
+    eventually(lambda: subscriber.connections == 1)
+    subscriber._subscription.update_publishers([], keep_connected=True)  # as a new master's answer
+    publisher.publish(data="x")
+    assert subscriber.next(5).data == "x"
+    publisher.close()
+    eventually(lambda: not subscriber._subscription.links)  # it is not looked for for ever
+    again = a.publisher("/kept3", String)
+    again.wait_for_connection(5.0)
+    again.publish(data="y")
+    assert subscriber.next(5).data == "y"
+
+
+def test_a_publisher_that_left_is_let_go_when_the_master_says_so(nodes: tuple[Node, Node]) -> None:
+    a, b = nodes
+    publisher = a.publisher("/kept4", String)
+    subscriber = b.subscriber("/kept4", String)
+    publisher.wait_for_connection(5.0)
+    eventually(lambda: subscriber.connections == 1)
+    subscriber._subscription.update_publishers([])
+    eventually(lambda: publisher.connections == 0)
+    assert subscriber.connections == 0
+
+
 @pytest.mark.parametrize("raw_first", [False, True])
 def test_a_latched_message_reaches_raw_and_decoded_subscribers(
     nodes: tuple[Node, Node], raw_first: bool
