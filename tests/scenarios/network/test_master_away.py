@@ -52,3 +52,29 @@ def test_a_robot_that_was_switched_off_and_on(network: Network) -> None:
     assert registered - back < MASTER_SECONDS + SLACK
     assert heard_again(laptop.python, back) < MASTER_SECONDS + LINK_SECONDS + SLACK
     assert heard_again(robot.python, back) < MASTER_SECONDS + LINK_SECONDS + SLACK
+
+
+def test_laptops_that_are_out_of_reach_delay_nobody_at_the_robot(network: Network) -> None:
+    """Ten nodes are told of a new publisher in vain; one at the robot hears it at once, and the master serves on."""
+    robot, laptop, air = network
+    start_robot(robot.python)
+    laptop.python.do(
+        "from rosproto import Node\n"
+        "nodes = [Node(f'/laptop{n}', master_uri='http://10.77.0.1:11311') for n in range(10)]\n"
+        "subscribers = [node.subscriber('/new', 'std_msgs/String') for node in nodes]\n",
+        40,
+    )
+    robot.python.do(
+        "near = Node('/near', master_uri=master.uri, intraprocess=False)\nheard2 = Heard(near, '/new')"
+    )
+    air.silence()
+    began = wait(0.0)
+    robot.python.do("tick2 = Ticker(node, '/new', 20)")
+    assert robot.python.eventually("heard2.messages") - began < 1.0 + SLACK
+    for number in range(5):  # further changes pile up for those nodes, and for nobody else
+        began = wait(0.0)
+        robot.python.do(f"more{number} = Ticker(node, '/new{number}', 1); near.params['/key'] = {number}")
+        assert wait(0.0) - began < 1.0 + SLACK
+    assert robot.python.ask("master.stats()['threads']") < 30
+    air.clear()
+    laptop.python.eventually("all(s.connections == 1 for s in subscribers)", 20)
