@@ -18,6 +18,8 @@ from .graph import CommandError
 
 __all__ = ["load_documents", "load_text", "to_text", "value_of"]
 
+BLOCK = re.compile(r":(\s|$)|^\s*[-?!&*|>]")
+"""A text that YAML takes for more than itself: `a: 1`, `- 1`, `!degrees 90`."""
 PLAIN = re.compile(r"[A-Za-z_/][\w/. -]*\w|[A-Za-z_/]", re.ASCII)
 
 
@@ -90,15 +92,21 @@ def _string(text: str) -> str:
 
 
 def value_of(word: str) -> Any:
-    """A value on the command line: one line always, YAML over several where PyYAML is.
+    """A value on the command line: scalars and flow collections always, any YAML where PyYAML is.
 
     Raises:
-        ValueError: It is none; says where.
+        ValueError, CommandError: It is none; says where.
     """
     if "\n" in word.strip():
         return load_text(word, "the value")
     try:
-        return parse_value(word)
+        value = parse_value(word)
+        if not isinstance(value, str) or word.strip()[:1] in ("'", '"') or not BLOCK.search(word):
+            return value
+        try:
+            return _load_with_library(word, "the value")
+        except ModuleNotFoundError:
+            return value
     except ValueError as error:
         try:
             return _load_with_library(word, "the value")

@@ -196,6 +196,32 @@ def test_a_word_mistyped_is_answered_by_what_is_near_it(capsys):
         assert hint in capsys.readouterr().err
 
 
+def test_a_failure_explains_its_code_and_speaks_of_commands(woosh):
+    """What the API says to programmers is put in the words of the command line."""
+    code, _, err = woosh("move", "0.1", "--left")  # a base that cannot go sideways
+    assert code == 1
+    assert "status code 120301000032 (step control: command not reachable)" in err
+    assert "see `woosh ready` and `woosh faults`" in err
+    assert "chassis." not in err
+
+
+def test_leaving_the_shell_by_a_text_is_an_error_as_in_python(woosh):
+    code, _, err = woosh("shell", "-c", "raise SystemExit('bye')")
+    assert (code, err) == (1, "bye\n")
+
+
+def test_definitions_of_the_environment_are_used(woosh, monkeypatch, tmp_path):
+    """$ROSPROTO_MSG_PATH, as `rosproto` and `rosproto run` read it."""
+    (tmp_path / "pkg" / "msg").mkdir(parents=True)
+    (tmp_path / "pkg" / "msg" / "Depth.msg").write_text("float64 depth\n")
+    monkeypatch.setenv("ROSPROTO_MSG_PATH", str(tmp_path / "pkg"))
+    assert woosh("battery")[0] == 0
+    monkeypatch.setenv("ROSPROTO_MSG_PATH", str(tmp_path / "nothing"))
+    code, _, err = woosh("battery")
+    assert code == 1
+    assert "is not a folder" in err
+
+
 def test_wrong_use_is_json_too(capsys):
     with pytest.raises(SystemExit):
         main(["battery", "--volume", "--json"])

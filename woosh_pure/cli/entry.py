@@ -84,9 +84,27 @@ def _run(command: Command, args: argparse.Namespace, out: Output) -> int:
         refused = type(error).__name__ == "MotionRefused"
         text, code = (str(error), REFUSED) if refused else explain(error)
         text = f"{args.command}: {text}"
+    text = _for_people(text)
     _fail(out, text.removeprefix(f"{args.command}: "), code)
     say(f"woosh: {text}")
     return code
+
+
+def _for_people(text: str) -> str:
+    """What the API says to programmers, said to those who type commands; codes with their words."""
+    import re
+
+    for said, meant in (
+        ("look at chassis.readiness() and chassis.faults", "see `woosh ready` and `woosh faults`"),
+        ("look at chassis.readiness() for", "see `woosh ready` for"),
+    ):
+        text = text.replace(said, meant)
+    found = re.search(r"status code (\d{6,})(?! \()", text)
+    if found is None:
+        return text
+    from woosh_pure.faults import decode_status_code
+
+    return text.replace(found[0], f"{found[0]} ({decode_status_code(int(found[1])).english})")
 
 
 def _fail(out: Output, text: str, code: int) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -10,6 +11,8 @@ import pytest
 
 from rosproto import Master, Node
 from rosproto.cli import main
+from rosproto.cli.failure import CommandError
+from rosproto.cli.yaml_text import load_text, value_of
 
 
 @pytest.fixture(scope="module")
@@ -145,3 +148,43 @@ def test_no_master_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
     err = capsys.readouterr().err
     assert err.count("\n") == 1
     assert "127.0.0.1:9" in err
+
+
+@pytest.mark.parametrize(
+    ("typed", "value"),
+    [
+        ("5", 5),
+        ("{a: [1, two]}", {"a": [1, "two"]}),
+        ("a: 1", {"a": 1}),
+        ("linear:\n  x: 0.5\nangular: {z: 1}", {"linear": {"x": 0.5}, "angular": {"z": 1}}),
+        ("- 1\n- two", [1, "two"]),
+        ("'a: 1'", "a: 1"),
+        ("http://10.0.0.7:11311", "http://10.0.0.7:11311"),
+        ("12:30 h", "12:30 h"),
+        ("!degrees 180", pytest.approx(3.14159265)),
+        ("[deg(90), rad(pi/2)]", [pytest.approx(1.57079633)] * 2),
+    ],
+)
+def test_values_are_any_yaml_where_the_library_is(typed: str, value: object) -> None:
+    """As rostopic, rosservice and rosparam read them; angles as rosparam does."""
+    pytest.importorskip("yaml", reason="PyYAML is not installed (extra [cli])")
+    assert value_of(typed) == value or typed.startswith("[deg")
+    if typed.startswith("[deg"):  # a flow collection is read without the library: its words stay words
+        assert load_text(typed, "x") == value
+
+
+def test_without_the_library_one_line_values_work_and_others_name_the_extra(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Block YAML says what to install."""
+    monkeypatch.setitem(sys.modules, "yaml", None)
+    assert value_of("{a: [1, two]}") == {"a": [1, "two"]}
+    assert value_of("a: 1") == "a: 1"
+    with pytest.raises(CommandError, match=r"woosh-pure\[cli\]"):
+        value_of("a:\n  b: 1")
+
+
+def test_wrong_yaml_is_one_sentence(rosproto: Call) -> None:
+    code, _, err = rosproto("param set /wrong", "a: [1")
+    assert (code, err.count("\n")) == (1, 1)
+    assert "line 1, column" in err

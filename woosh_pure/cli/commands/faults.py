@@ -43,6 +43,8 @@ def run(args: Namespace, out: Output) -> int:
     if args.find is not None:
         wanted = args.find.lower()
         found = [c for c in all_codes() if wanted in f"{c.identifier} {c.english} {c.chinese}".lower()]
+        if not found:
+            out.line(f"no code has {args.find!r} in its name or words")
         _print(found, args, out)
         return 0 if found else 1
     with connect(args, out) as chassis:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
+from rosproto.cli.parser import near
+
 from ..arguments import enum_words, word_of
 from ..connection import connect
 from ..output import Output
@@ -34,7 +36,8 @@ def run(args: Namespace, out: Output) -> int:
         out.result({word: int(LedState[word_of(word)]) for word in words})
         return 0
     if args.state not in words:
-        raise ValueError(f"state {args.state!r} is not known; one of {', '.join(words)}")
+        hint = near(args.state, words)
+        raise ValueError(f"state {args.state!r} is not known{hint}; one of: {', '.join(words)}")
     color = _color(args.color)
     with connect(args, out) as chassis, out.working("looking for the light strip"):
         chassis.light(
