@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 from rosproto.codec.message import Message
+from rosproto.codec.yaml_text import double_quoted, list_item
 from rosproto.time import TVal
 
 __all__ = ["strify_message"]
@@ -13,7 +15,7 @@ __all__ = ["strify_message"]
 def strify_message(value: Any, indent: str = "", *, width: int | None = None) -> str:
     """A value as text; below the top level it begins on a line of its own where genpy's does.
 
-    Differences to genpy: long strings are not folded, and lists of strings are always double-quoted.
+    The same as genpy's, but a field is called what the definition calls it (`in`, where genpy has `in_`).
 
     Args:
         value: A message, or what a field of one holds.
@@ -26,7 +28,7 @@ def strify_message(value: Any, indent: str = "", *, width: int | None = None) ->
         least = 9 if width is None else width
         return f"\n{indent}secs: {value.secs:{width or ''}d}\n{indent}nsecs: {value.nsecs:{least}d}"
     if isinstance(value, str):
-        return quoted(value)
+        return double_quoted(value)
     if isinstance(value, (bytes, bytearray)):
         value = list(value)
     if hasattr(value, "tolist") and hasattr(value, "dtype"):
@@ -51,6 +53,9 @@ def _items(items: Any, indent: str, width: int | None) -> str:
         if width is None:
             return str(list(items))
         return "[" + ", ".join(_fixed(item, width) for item in items) + "]"
+    if isinstance(items[0], str):
+        lines = [line for item in items for line in f"- {list_item(item)}".split("\n")]
+        return "".join(f"\n{indent}{line}" for line in lines)
     prefix = "\n" + indent + "- "
     return "".join(prefix + strify_message(item, indent + "  ", width=width) for item in items)
 
@@ -63,23 +68,6 @@ def _fixed(value: Any, width: int) -> str:
     return f"{value:{width}d}" if isinstance(value, int) and not isinstance(value, bool) else str(value)
 
 
-_ESCAPES = {"\0": "0", "\a": "a", "\b": "b", "\t": "t", "\n": "n", "\v": "v", "\f": "f", "\r": "r"}
-_ESCAPES.update({"\x1b": "e", '"': '"', "\\": "\\", "\x85": "N", "\xa0": "_", "\u2028": "L", "\u2029": "P"})
-
-
 def quoted(text: str) -> str:
-    """A YAML scalar: '' or double-quoted, escaped as PyYAML does."""
-    if not text:
-        return "''"
-    return '"' + "".join(map(_escaped, text)) + '"'
-
-
-def _escaped(char: str) -> str:
-    if char in _ESCAPES:
-        return "\\" + _ESCAPES[char]
-    code = ord(char)
-    if 0x20 <= code < 0x7F:
-        return char
-    if code <= 0xFF:
-        return f"\\x{code:02X}"
-    return f"\\u{code:04X}" if code <= 0xFFFF else f"\\U{code:08X}"
+    """A string as YAML in one line: double-quoted, or '' when empty."""
+    return double_quoted(text, width=sys.maxsize)
