@@ -158,7 +158,11 @@ class ServiceProxy(_Service):
                 % (request.__class__, self.request_class)
             )
         try:
-            return self._opened().call(self._sent(request), timeout=None)
+            client = self._opened()
+            response = client.call(self._sent(request), timeout=None)
+            if client._address is not None:
+                self.uri = "%s%s:%s" % (core.ROSRPC, *client._address)
+            return response
         except RosError as error:
             raise self._translated(error) from error
         except OSError as error:
