@@ -6,7 +6,6 @@ import sys
 from typing import Any
 
 from rosproto.codec.message import Message
-from rosproto.codec.yaml_text import double_quoted, list_item
 from rosproto.time import TVal
 
 __all__ = ["strify_message"]
@@ -28,6 +27,9 @@ def strify_message(value: Any, indent: str = "", *, width: int | None = None) ->
         least = 9 if width is None else width
         return f"\n{indent}secs: {value.secs:{width or ''}d}\n{indent}nsecs: {value.nsecs:{least}d}"
     if isinstance(value, str):
+        # Late, here and below: its patterns take longer to compile than the codec to import.
+        from rosproto.codec.yaml_text import double_quoted
+
         return double_quoted(value)
     if isinstance(value, (bytes, bytearray)):
         value = list(value)
@@ -54,6 +56,8 @@ def _items(items: Any, indent: str, width: int | None) -> str:
             return str(list(items))
         return "[" + ", ".join(_fixed(item, width) for item in items) + "]"
     if isinstance(items[0], str):
+        from rosproto.codec.yaml_text import list_item
+
         lines = [line for item in items for line in f"- {list_item(item)}".split("\n")]
         return "".join(f"\n{indent}{line}" for line in lines)
     prefix = "\n" + indent + "- "
@@ -70,4 +74,6 @@ def _fixed(value: Any, width: int) -> str:
 
 def quoted(text: str) -> str:
     """A string as YAML in one line: double-quoted, or '' when empty."""
+    from rosproto.codec.yaml_text import double_quoted
+
     return double_quoted(text, width=sys.maxsize)

@@ -34,3 +34,17 @@ def test_numpy_is_imported_with_the_first_array() -> None:
         cwd=ROOT,
     )
     assert done.returncode == 0, done.stderr
+
+
+def test_what_generates_code_and_text_is_imported_when_it_is_needed() -> None:
+    """Patterns and writers of source are no part of the import time."""
+    program = (
+        "import sys, rosproto.codec as c; late = ('decode_source', 'encode_source', 'yaml_text');"
+        "assert not [n for n in late if 'rosproto.codec.' + n in sys.modules];"
+        "str(c.message_class('std_msgs/String')(data='x'));"
+        "assert 'rosproto.codec.yaml_text' in sys.modules"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False, cwd=ROOT
+    )
+    assert done.returncode == 0, done.stderr
