@@ -6,10 +6,12 @@ from collections.abc import Iterable
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
+from rosproto.bag.layout import Layout, dtype_of
 from rosproto.errors import BagError
 from rosproto.time import TVal
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
 
     from rosproto.bag.reader import BagReader
@@ -36,20 +38,55 @@ def to_numpy(bag: BagReader, topic: str, fields: Iterable[str]) -> dict[str, NDA
     import numpy as np
 
     paths = list(fields)
-    for connection in bag._topic(topic).connections:
+    connections = bag._topic(topic).connections
+    for connection in connections:
         for path in paths:
             _check_path(bag.message_class(connection)(), path, topic)
+    columns = _cut_out(bag, topic, paths) if len(connections) == 1 else None
+    times, values = columns or _decoded(bag, topic, paths)
+    arrays: dict[str, NDArray[Any]] = {"receive_time": np.array(times, np.float64)}
+    return arrays | dict(zip(paths, values, strict=True))
+
+
+def _cut_out(
+    bag: BagReader, topic: str, paths: list[str]
+) -> tuple[NDArray[np.float64], list[NDArray[Any]]] | None:
+    """Times and columns without decoding more than one message; None when the messages are not all alike."""
+    import numpy as np
+
+    first = next(bag.read_messages(topic), None)
+    if first is None:  # all of it is damaged, and to be left out
+        return None
+    layout = Layout(first[1])
+    if not layout.has(paths):
+        return None
+    times: list[NDArray[np.float64]] = []
+    pieces: list[list[NDArray[Any]]] = []
+    for batch in bag._batches(bag._wanted(topic, None), None, None):
+        rows = batch.rows
+        if batch.chunk is None:  # chunks that overlap in time
+            return None
+        found = layout.take(batch.chunk.blob, rows.start, rows.end, paths)
+        if found is None:
+            return None
+        times.append(rows.secs + rows.nsecs / 1e9)
+        pieces.append(found)
+    return np.concatenate(times), [np.concatenate(column) for column in zip(*pieces, strict=True)]
+
+
+def _decoded(bag: BagReader, topic: str, paths: list[str]) -> tuple[list[float], list[NDArray[Any]]]:
+    """The same from decoded messages, however they are built."""
     getters = [attrgetter(path) for path in paths]
     columns: list[list[Any]] = [[] for _ in paths]
     times: list[float] = []
+    example: Any = None
     for _, message, stamp in bag.read_messages(topic):
+        example = message
         times.append(stamp.to_sec())
         for column, get in zip(columns, getters, strict=True):
             column.append(get(message))
-    arrays: dict[str, NDArray[Any]] = {"receive_time": np.array(times, np.float64)}
-    for path, column in zip(paths, columns, strict=True):
-        arrays[path] = _as_array(column)
-    return arrays
+    types = [None if example is None else dtype_of(example, path) for path in paths]
+    return times, [_as_array(column, kind) for column, kind in zip(columns, types, strict=True)]
 
 
 def _check_path(message: Any, path: str, topic: str) -> None:
@@ -63,13 +100,13 @@ def _check_path(message: Any, path: str, topic: str) -> None:
         at = getattr(at, name)
 
 
-def _as_array(values: list[Any]) -> NDArray[Any]:
+def _as_array(values: list[Any], dtype: str | None) -> NDArray[Any]:
     import numpy as np
 
     if values and isinstance(values[0], TVal):
         return np.array([value.to_sec() for value in values], np.float64)
     if values and isinstance(values[0], (str, int, float, bool)):
-        return np.array(values)
+        return np.array(values, dtype)
     lengths = {len(value) if hasattr(value, "__len__") else -1 for value in values}
     if len(lengths) == 1 and -1 not in lengths and all(isinstance(value, np.ndarray) for value in values):
         return np.stack(values)
