@@ -22,7 +22,7 @@ from rosproto.time import Time
 from tests.support.options import Case, Result, covered, every_pair, leaves, offers_json, path_of, run
 
 ELSEWHERE = ("rosproto bag", "rosproto run")
-"""Tested by tests/unit/cli/test_bag_*.py and tests/unit/rospy."""
+"""In test_cli_options_bag.py, and in tests/unit/rospy."""
 DEFINITION = "float64 depth\nstring unit\n"
 
 
