@@ -151,7 +151,7 @@ class Subscriber:
 
     @property
     def latching(self) -> bool:
-        """True when a publisher that is connected now latches: its last message comes right after connecting."""
+        """True when a connected publisher latches: its last message comes right after connecting."""
         return any(link.header.get("latching") == "1" for link in list(self._subscription.links.values()))
 
     @property
