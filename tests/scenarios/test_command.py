@@ -147,4 +147,4 @@ def test_every_command_has_its_help(name, capsys):
 
 def test_no_command_prints_the_help(capsys):
     assert main([]) == 2
-    assert "demo" in capsys.readouterr().out
+    assert "demo" in capsys.readouterr().err
