@@ -170,7 +170,10 @@ class BagReader:
     ) -> Iterator[tuple[str, Any, Time]]:
         """Messages in the order they were received.
 
-        Memory holds one chunk, or the few that overlap in time, for a bag of any size.
+        Memory holds one chunk (some more of compressed ones, which helper threads read ahead), or the few
+        that overlap in time, for a bag of any size. Arrays of a message that is a quarter of its chunk or
+        more are views of the chunk and keep it in memory as long as they live; smaller messages have bytes
+        of their own.
 
         Args:
             topics: Only these.

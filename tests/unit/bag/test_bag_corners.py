@@ -195,15 +195,15 @@ def test_a_prefix_of_a_stream_that_goes_on_behind_its_size(name):
 def test_a_prefix_of_a_damaged_stream_is_a_true_one(name, at):
     import random
 
-    plain_bytes = random.Random(3).randbytes(2_000_000)
+    plain_bytes = random.Random(3).randbytes(1_000_000)
     packed = bytearray(compressor(name)(plain_bytes))
     packed[at] ^= 0xFF
     got, complete = decompress_prefix(name, bytes(packed), len(plain_bytes))
     assert not complete
     assert len(got) <= len(plain_bytes)
     if at == -6:  # at the very end: nearly everything comes before
-        assert plain_bytes.startswith(got[:900_000])
-        assert len(got) >= 900_000
+        assert plain_bytes.startswith(got[:890_000])
+        assert len(got) >= 890_000  # the first block of bz2
 
 
 def test_a_sound_stream_in_small_steps_gives_all_of_it():
@@ -487,7 +487,7 @@ def test_walking_tolerates_damage_only_where_asked():
 @pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
 def test_cut_at_every_thousandth_byte_and_mended(tmp_path: Path, compression, step):
     """Reading gives a prefix, reindex makes a sound bag of it, and the same messages are in it."""
-    what = entries(400)
+    what = entries(250)
     data = bag_bytes(what, compression, 3000)
     expected = encoded(what)
     path = tmp_path / "cut.bag"
