@@ -149,7 +149,7 @@ def test_live_option(case: Case, bags: Path, graph: SimpleNamespace) -> None:
 def test_live_option_until_ctrl_c(case: Case, bags: Path, graph: SimpleNamespace) -> None:
     """Ctrl-C is an orderly end."""
     verb, *words = case.words(d=bags)
-    timer = threading.Timer(1.5, _thread.interrupt_main)
+    timer = threading.Timer(3.0, _thread.interrupt_main)
     timer.start()
     result = run("rosproto", ["bag", verb, "--master", graph.uri, *words])
     timer.cancel()

@@ -285,7 +285,17 @@ WITHOUT_MASTER = ("msg", "srv", "action", "completion", "master", "run")
 BY_HAND = [Case("node kill /x"), Case("node kill --all"), Case("node kill /x --json")]
 """What the last tests of this file run: it needs nodes, or processes, of its own."""
 ALL = [*TABLE, *(case for case, _ in PUB), *BY_HAND]
-MASTER = ["--host", "127.0.0.1", "--port", "0", "--advertise", "localhost", "--allow", "127.0.0.1"]
+MASTER = [
+    "--no-rosout",
+    "--host",
+    "127.0.0.1",
+    "--port",
+    "0",
+    "--advertise",
+    "localhost",
+    "--allow",
+    "127.0.0.1",
+]
 
 
 def with_master(words: list[str], uri: str, *more: str) -> list[str]:

@@ -172,11 +172,11 @@ TELLING = [
     *(Case(f"completion {shell}", has("woosh completion _words")) for shell in ("bash", "zsh", "fish", "powershell")),
 ]  # fmt: skip
 RECORDING = [
-    Case("record /battery --duration 0.5 --output-name {folder}/a.bag --force --lz4 --quiet --json", doc(lambda d: d)),
-    Case("record /scan --limit 2 --duration 0.5 --output-prefix {folder}/b --bz2", lambda r, p: list(p.folder.glob("b*.bag"))),
-    Case("record --all --exclude '/rosout|/tf.*' --duration 0.6 -O {folder}/c.bag --uncompressed --buffsize 16 --chunksize 64",
+    Case("record /battery --duration 2 --output-name {folder}/a.bag --force --lz4 --quiet --json", doc(lambda d: d)),
+    Case("record /scan --limit 2 --duration 2 --output-prefix {folder}/b --bz2", lambda r, p: list(p.folder.glob("b*.bag"))),
+    Case("record --all --exclude '/rosout|/tf.*' --duration 2 -O {folder}/c.bag --uncompressed --buffsize 16 --chunksize 64",
          lambda r, p: (p.folder / "c.bag").stat().st_size > 10_000),
-    Case("record --camera --duration 1 --size 50 --publish --repeat-latched --min-space 1 -O {folder}/d.bag", lambda r, p: (p.folder / "d.bag").exists()),
+    Case("record --camera --duration 2 --size 50 --publish --repeat-latched --min-space 1 -O {folder}/d.bag", lambda r, p: (p.folder / "d.bag").exists()),
     Case("record /scan --split --duration 1 --max-splits 2 --no-repeat-latched -O {folder}/e.bag",
          lambda r, p: list(p.folder.glob("e*.bag"))),
 ]  # fmt: skip
@@ -205,7 +205,7 @@ def run_case(case: Case, words: list[str], place: SimpleNamespace) -> None:
         sim.world.localization_running = True
         assert sim.world.initial_pose(Pose2D(0.0, 0.0, 0.0))
     if "--split" in words:  # goes on until somebody ends it
-        timer = threading.Timer(1.5, _thread.interrupt_main)
+        timer = threading.Timer(3.0, _thread.interrupt_main)
         timer.start()
     result = run("woosh", words, case.stdin)
     shown = f"{' '.join(words)}\n{result.out}\n{result.err}"
