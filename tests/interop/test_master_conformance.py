@@ -15,6 +15,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from rosproto import names
 from rosproto.master import Master
 from tests.support import ros
 from tests.support.slaves import RecordingNode
@@ -288,8 +289,10 @@ def test_any_history_gives_the_replies_of_rosmaster(debian: str, ours: str, step
     owner: dict[str, str] = {}
     for call in steps:
         # On purpose different: a node whose only service is taken over is forgotten by ours (see below).
-        if call[0] == "registerService" and owner.setdefault(call[2] + call[1][:3], call[1]) != call[1]:
-            continue
+        if call[0] == "registerService":
+            service = names.resolve(call[2], call[1])
+            if owner.setdefault(service, call[1]) != call[1]:
+                continue
         sent = (call[0], *(moved(v, prefix) for v in call[1:]))
         theirs, mine = (comparable(ask(uri, sent), prefix) for uri in (debian, ours))
         if call[0] == "deleteParam" and theirs[0] == mine[0] == -1:
