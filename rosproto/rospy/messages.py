@@ -63,7 +63,7 @@ class Encoded:
 def carried(cls: Any) -> Any:
     """What a node is given in place of a message class: itself, or for one made by genpy a stand-in.
 
-    A stand-in has genpy's names for the wire, and the two functions that the node calls; what they return
+    A stand-in has genpy's names for the wire, and the three functions that the node calls; what they return
     and take are instances of the foreign class.
     """
     if is_known(cls):
@@ -91,6 +91,7 @@ def carried(cls: Any) -> Any:
             "_binding": None,
             "_encode": staticmethod(encode),
             "_decode": staticmethod(decode),
+            "_whole": staticmethod(lambda data: decode(data, 0, len(data))),
             "__slots__": tuple(cls.__slots__),
         },
     )
