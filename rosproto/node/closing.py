@@ -23,7 +23,7 @@ from rosproto.transport.deadline import Deadline
 if TYPE_CHECKING:
     from rosproto.node.node import Node
 
-__all__ = ["CLOSE_SECONDS", "close", "close_at_exit", "shut_down_later"]
+__all__ = ["CLOSE_SECONDS", "close", "close_at_exit", "give_up", "shut_down_later"]
 
 _log = get_logger("rosproto.node")
 
@@ -87,6 +87,14 @@ def close(node: Node, reason: str) -> None:
     finally:
         _open_nodes.pop(node, None)
         node._closed.set()
+
+
+def give_up(node: Node) -> None:
+    """The node could not even listen: nothing is registered, no other thread runs."""
+    node._master.close()
+    node._monitor.close()
+    node._closing.set()
+    node._closed.set()
 
 
 def shut_down_later(node: Node, reason: str) -> None:

@@ -30,19 +30,12 @@ from typing import TYPE_CHECKING, Any
 from rosproto import names
 from rosproto.errors import LocalProtocolError
 from rosproto.logs import get_logger
-from rosproto.node import closing, intraprocess
+from rosproto.node import closing, intraprocess, options
 from rosproto.node.clock import NodeClock
 from rosproto.node.events import Event, EventKind
 from rosproto.node.joining import join
 from rosproto.node.link_monitor import LinkMonitor
 from rosproto.node.master_client import MasterClient
-from rosproto.node.options import (
-    callback_or_none,
-    from_environment,
-    message_path,
-    node_name,
-    queue_length,
-)
 from rosproto.node.publisher import Publisher
 from rosproto.node.registrations import Registrations
 from rosproto.node.revisions import Revisions
@@ -136,14 +129,14 @@ class Node:
         on_event: Callable[[Event], object] | None = None,
     ) -> None:
         if use_environment:
-            master_uri, host, namespace = from_environment(master_uri, host, namespace)
+            master_uri, host, namespace = options.from_environment(master_uri, host, namespace)
         if not master_uri:
             raise ValueError(
                 'which master? Give master_uri="http://host:11311", or use_environment and ROS_MASTER_URI'
             )
-        self.name = node_name(name, namespace, anonymous)
+        self.name = options.node_name(name, namespace, anonymous)
         self.limits = limits or Limits()
-        self.revisions = Revisions([*msg_path, *(message_path() if use_environment else ())])
+        self.revisions = Revisions([*msg_path, *(options.message_path() if use_environment else ())])
         self._remappings = names.resolve_remappings(remappings or {}, self.name)
         self._host_given = host
         self._intraprocess = intraprocess
@@ -191,7 +184,7 @@ class Node:
         try:
             self._endpoints, self._facts = join(self, Deadline(timeout))
         except BaseException:
-            self._give_up()
+            closing.give_up(self)
             raise
         closing.close_at_exit(self)
         try:
@@ -199,13 +192,6 @@ class Node:
         except BaseException:
             self.close()
             raise
-
-    def _give_up(self) -> None:
-        """The node could not even listen: nothing is registered, no other thread runs."""
-        self._master.close()
-        self._monitor.close()
-        self._closing.set()
-        self._closed.set()
 
     def _start(self, rosout: bool) -> None:
         if self._intraprocess:
@@ -244,7 +230,7 @@ class Node:
             MasterError, ConnectionLost, RosTimeout: It could not be registered.
         """
         self._check_open()
-        callback_or_none(on_connect, f"on_connect of {topic}")
+        options.callback_or_none(on_connect, f"on_connect of {topic}")
         type_ = resolve_type(type, self.revisions)
         if type_.is_wildcard:
             raise LocalProtocolError(
@@ -254,7 +240,7 @@ class Node:
             self.resolve_name(topic),
             type_,
             latch=latch,
-            queue_size=queue_length(queue_size),
+            queue_size=options.queue_length(queue_size),
             on_connect=on_connect,
         )
 
@@ -292,13 +278,13 @@ class Node:
             MasterError, ConnectionLost, RosTimeout: It could not be registered.
         """
         self._check_open()
-        callback_or_none(callback, f"the callback of {topic}")
-        callback_or_none(on_error, f"on_error of {topic}")
+        options.callback_or_none(callback, f"the callback of {topic}")
+        options.callback_or_none(on_error, f"on_error of {topic}")
         return self._topics.open_subscriber(
             self.resolve_name(topic),
             resolve_type(type, self.revisions),
             callback=callback,
-            queue_size=queue_length(queue_size),
+            queue_size=options.queue_length(queue_size),
             raw=raw,
             tcp_nodelay=tcp_nodelay,
             on_error=on_error,
