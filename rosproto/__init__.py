@@ -12,6 +12,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rosproto.version import __version__ as __version__
+
 if TYPE_CHECKING:
     from rosproto.action import ActionClient, ActionServer, GoalStatus
     from rosproto.bag import BagReader, BagWriter

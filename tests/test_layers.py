@@ -14,6 +14,7 @@ LAYERS = [
     "rosproto.errors",
     "rosproto.logs",
     "rosproto.records",
+    "rosproto.version",
     "rosproto.values",
     "rosproto.names",
     "rosproto.time",

@@ -8,6 +8,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from rosproto.version import __version__ as __version__
+
 if TYPE_CHECKING:
     from .chassis import Chassis
     from .errors import ChassisError, FirmwareLimit, GoalFailed, MotionRefused, StaleState

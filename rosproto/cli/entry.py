@@ -6,6 +6,8 @@ import argparse
 import sys
 from collections.abc import Sequence
 
+from rosproto.version import __version__
+
 from .commands import COMMANDS
 from .failure import (
     DONE,
@@ -90,6 +92,7 @@ def _parser(words: Sequence[str]) -> tuple[argparse.ArgumentParser, str | None]:
         + ".",
     )
     _add_general(parser, 0, False)
+    parser.add_argument("--version", action="version", version=f"rosproto {__version__}")
     choices = parser.add_subparsers(title="commands", metavar="COMMAND")
     asked = next((word for word in words if word in COMMANDS), None)
     for name, command in COMMANDS.items():

@@ -24,6 +24,7 @@ from rosproto.cli.failure import (
 from rosproto.cli.option_types import positive
 from rosproto.cli.parser import Parser, WrongUse
 from rosproto.cli.streams import escape_what_cannot_be_printed
+from rosproto.version import __version__
 
 from .console import linger_when_closed
 from .output import Output
@@ -126,6 +127,7 @@ def parser_for(words: Sequence[str]) -> argparse.ArgumentParser:
         + "; ".join(f"{code} {text.partition(';')[0].partition(':')[0]}" for code, text in EXIT_CODES.items())
         + ".",
     )
+    parser.add_argument("--version", action="version", version=f"woosh {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     asked = _asked(words)
     for name in COMMANDS if asked is None else (asked,):

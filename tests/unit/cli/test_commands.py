@@ -188,3 +188,17 @@ def test_wrong_yaml_is_one_sentence(rosproto: Call) -> None:
     code, _, err = rosproto("param set /wrong", "a: [1")
     assert (code, err.count("\n")) == (1, 1)
     assert "line 1, column" in err
+
+
+def test_both_commands_tell_their_version(capsys: pytest.CaptureFixture[str]) -> None:
+    """The version that is installed, on stdout, exit code 0."""
+    import rosproto
+    import woosh_pure
+    from woosh_pure.cli.entry import main as woosh
+
+    for command, name in ((main, "rosproto"), (woosh, "woosh")):
+        with pytest.raises(SystemExit) as end:
+            command(["--version"])
+        assert end.value.code == 0
+        assert capsys.readouterr().out == f"{name} {rosproto.__version__}\n"
+    assert woosh_pure.__version__ == rosproto.__version__
