@@ -64,7 +64,9 @@ for n in [0, 1, 2, 3]:
         gh.get_terminal_state() if gh.get_comm_state() == actionlib.CommState.DONE else None,
     )
 try:
-    print(c.send_goal(TestGoal(1)).get_terminal_state())
+    state = c.send_goal(TestGoal(1)).get_terminal_state()
+    rospy.sleep(0.3)  # the server prints too
+    print(state)
 except Exception as e:
     print(type(e), e)
 rospy.sleep(0.5)
