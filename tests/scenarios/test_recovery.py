@@ -168,7 +168,7 @@ def test_a_peer_that_vanished_is_noticed_by_keep_alive(monkeypatch: pytest.Monke
         _vanish(link.sock)
         publication.detach(link)
         eventually(lambda: subscriber.stats()[0].reconnects == 1 and subscriber.connections == 1, 10)
-        publisher.wait_for_connection(10)  # the subscriber is answered before it is among those that get messages
+        publisher.wait_for_connection(10)  # an answered subscriber is not yet among those that get messages
         publisher.publish(data="again")
         assert subscriber.next(5).data == "again"
 
