@@ -94,8 +94,10 @@ class ActionHandle(GoalHandle[Any]):
             return
         if goal.done:
             self._settle(int(goal.status), goal.text or "", goal.result)
-        elif goal.connection_error is not None:
-            self._finish(OutcomeKind.CONNECTION_LOST, str(goal.connection_error))
+        elif (error := goal.connection_error) is not None:
+            self._finish(OutcomeKind.CONNECTION_LOST, str(error))
+            # Nobody expects that a goal which has not even arrived begins when the network is back.
+            goal.give_up()
 
     def _settle(self, status: int, text: str, result: Any) -> None:
         if status == _SUCCEEDED:

@@ -15,6 +15,7 @@ import threading
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from rosproto.action.arrivals import Arrivals
 from rosproto.action.dispatcher import Dispatcher
 from rosproto.action.goal_handle import GoalHandle
 from rosproto.action.types import action_type, part_from
@@ -37,6 +38,7 @@ _log = get_logger("rosproto.action")
 _counter = itertools.count(1)  # in all clients of the process: two with one node name must not make one id
 
 STATUS_TIMEOUT = 5.0
+ACK_TIMEOUT = 5.0
 RESULT_TIMEOUT = 10.0  # seconds between the status that says a goal has ended, and its result
 MOST_GOALS = 1000
 _POLL = 0.01  # as actionlib; connections are not announced to us
@@ -52,6 +54,9 @@ class ActionClient:
         action_type: A `FooAction` class, "package/FooAction" or "package/Foo".
         status_timeout: A server is taken for gone when its status has not come for so many seconds (it is
             sent 5 times a second, also when nothing happens); None never.
+        ack_timeout: A goal is LOST when a server that is heard has not mentioned it for so many seconds: it
+            was sent into a connection that the server had given up. Should it arrive later, it is cancelled.
+            None never (as actionlib).
 
     Raises:
         DefinitionError: No such action type.
@@ -70,11 +75,14 @@ class ActionClient:
         action_type: type[Message] | str,
         *,
         status_timeout: float | None = STATUS_TIMEOUT,
+        ack_timeout: float | None = ACK_TIMEOUT,
         clock: Clock = SYSTEM,
     ) -> None:
         self._node = node
         self._clock = clock
         self._status_timeout = status_timeout
+        self._ack_timeout = ack_timeout
+        self._arrivals = Arrivals()
         self.type = _resolve(action_type, getattr(node, "revisions", None))
         self.name = node.resolve_name(name)
         self._changed = threading.Condition(threading.RLock())
@@ -187,7 +195,8 @@ class ActionClient:
             )
         stamp = self._node.clock.now()
         goal_id = f"{self._node.name}-{next(_counter)}-{stamp.secs}.{stamp.nsecs:09d}"
-        handle = GoalHandle(self, goal_id, goal, stamp, feedback, transition)
+        carriers = frozenset(self._goal.subscribers)
+        handle = GoalHandle(self, goal_id, goal, stamp, feedback, transition, carriers)
         # Before it is published: the answer may be faster than the return from publish (actionlib #66).
         self._register(handle)
         message: Any = self.type.action_goal(goal_id=self.type.goal_id(stamp=stamp, id=goal_id), goal=goal)
@@ -237,15 +246,51 @@ class ActionClient:
         with self._changed:
             if server not in self._heard and self._heard:
                 _log.info("= %s: status also from %s, before from %s", self.name, server, list(self._heard))
-            self._heard[server] = self._clock.monotonic()
+            now = self._heard[server] = self._clock.monotonic()
+            self._arrivals.heard(server, now)
+            too_late = self._arrivals.too_late(mentioned, now)
             for handle in list(self._handles.values()):
                 status = mentioned.get(handle.goal_id)
                 if status is not None:
                     path = handle._machine.status_received(status.status, status.text, server)
                 else:
-                    path = handle._machine.unmentioned(server)
+                    path = handle._machine.unmentioned(server) or self._not_arrived(handle, server, now)
                 self._report(handle, path + self._missed_result(handle))
             self._changed.notify_all()
+        for goal_id in too_late:
+            self._cancel_late(goal_id, server)
+
+    def _not_arrived(self, handle: GoalHandle, server: str, now: float) -> tuple[CommState, ...]:
+        """End a goal that a server which takes goals and is heard does not know (see `arrivals`)."""
+        timeout = self._ack_timeout
+        if timeout is None or handle.acknowledged or now - handle._sent_at < timeout:
+            return ()
+        speaks = server in handle._carriers or handle._carriers.isdisjoint(self._goal.subscribers)
+        if not speaks or not self._arrivals.is_steady(server, now):
+            return ()
+        self._arrivals.give_up(handle.goal_id, now)
+        return handle._machine.lose(
+            f"{server} has not mentioned it in {now - handle._sent_at:.1f} s, though it sends its status: the"
+            " goal went into a connection that had ended; should it arrive late, it is cancelled"
+        )
+
+    def _give_up(self, handle: GoalHandle) -> bool:
+        with self._changed:
+            if handle.acknowledged:
+                return False
+            self._arrivals.give_up(handle.goal_id, self._clock.monotonic())
+            self._report(handle, handle._machine.lose("it was given up before any server had mentioned it"))
+            self._changed.notify_all()
+        return True
+
+    def _cancel_late(self, goal_id: str, server: str) -> None:
+        _log.warning(
+            "! %s: %s has got goal %s after it was given up; cancelling it", self.name, server, goal_id
+        )
+        try:
+            self._send_cancel(goal_id, Time())
+        except (ConnectionLost, LocalProtocolError) as error:
+            _log.warning("! %s: not cancelled, tried again with the next status: %s", self.name, error)
 
     def _missed_result(self, handle: GoalHandle) -> tuple[CommState, ...]:
         """End a goal whose result was sent into a connection that died: it is sent once, and never again."""

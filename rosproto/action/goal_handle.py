@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["GoalHandle"]
 
 FEEDBACK_KEPT = 100
+_UNHEARD_OF = (CommState.WAITING_FOR_GOAL_ACK, CommState.WAITING_FOR_CANCEL_ACK)
 _LOOK_AGAIN = 0.25  # seconds between looks at how long the server has been silent
 
 
@@ -24,9 +25,9 @@ class GoalHandle:
     """One goal; made by `ActionClient.send_goal`.
 
     Its properties may be read from any thread at any time. A goal ends in one of three ways: the server's
-    result arrives (`done`, see `status`); the server no longer knows it (`done` with status LOST); or the
-    server is not heard any more: then it is not done, but `connection_error` says so and the waiting
-    methods raise it. Should the server come back, it goes on.
+    result arrives (`done`, see `status`); the server no longer knows it, or never got it (`done` with status
+    LOST); or the server is not heard any more: then it is not done, but `connection_error` says so and the
+    waiting methods raise it. Should the server come back, it goes on.
 
     Attributes:
         goal_id: Id on the wire.
@@ -44,10 +45,12 @@ class GoalHandle:
         sent: Time,
         on_feedback: Callable[[GoalHandle, Any], object] | None,
         on_transition: Callable[[GoalHandle], object] | None,
+        carriers: frozenset[str],
     ) -> None:
         self._client = client
         self._machine = GoalMachine(goal_id)
         self._sent_at = client._clock.monotonic()
+        self._carriers = carriers  # caller ids that were connected to the goal topic
         self._ended_at: float | None = None  # when a status said so, while the result is still to come
         self._on_feedback = on_feedback
         self._on_transition = on_transition
@@ -90,6 +93,12 @@ class GoalHandle:
         return self._machine.server
 
     @property
+    def acknowledged(self) -> bool:
+        """True when a server has mentioned the goal, so that it has arrived; or it has ended."""
+        machine = self._machine
+        return bool(machine.server) or machine.state not in _UNHEARD_OF
+
+    @property
     def done(self) -> bool:
         """True when nothing will change any more."""
         return self._machine.done
@@ -119,7 +128,8 @@ class GoalHandle:
             raise RosTimeout(self._still(deadline), what=f"result of {self._client.name}", seconds=timeout)
         if self._machine.result is None:
             raise ConnectionLost(
-                f"{self._client.name}: goal {self.goal_id} is lost: {self.text}", peer=self.server
+                f"{self._client.name}: goal {self.goal_id} is lost: {self.text}",
+                peer=self.server or ", ".join(sorted(self._carriers)),
             )
         return self._machine.result
 
@@ -157,6 +167,16 @@ class GoalHandle:
             ConnectionLost: No server is connected to take the request.
         """
         return self._client._cancel(self)
+
+    def give_up(self) -> bool:
+        """Take a goal that no server has acknowledged for lost, at once.
+
+        It is cancelled should it reach the server later, as long as the client is open.
+
+        Returns:
+            False when it is acknowledged (`cancel` it), or has ended.
+        """
+        return self._client._give_up(self)
 
     def _is_over_here(self) -> bool:
         # In a callback the end is known before the callback for it was called; a closed client calls none.

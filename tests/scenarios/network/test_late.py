@@ -1,0 +1,73 @@
+"""What reaches the robot too late is not carried out: goals that were given up while the network was away."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.support.hosts import ROBOT
+from tests.support.ros import PYTHON, environment, require_ros
+
+from .conftest import MASTER, Network, wait
+
+pytestmark = pytest.mark.slow
+
+CLIENT = """
+from msgdefs.move_base_msgs.msg import MoveBaseGoal
+from rosproto import ActionClient, Node
+client = ActionClient(node, "/act", "move_base_msgs/MoveBaseAction")
+client.wait_for_server(20)
+"""
+SERVER = """
+from rosproto import ActionServer
+ran = []
+server = ActionServer(node, "/act", "move_base_msgs/MoveBaseAction", ran.append)
+"""
+ROSPY_SERVER = """
+import rospy, actionlib, time
+from move_base_msgs.msg import MoveBaseAction
+rospy.init_node("robot")
+def run(goal):
+    print("began", flush=True)
+    while not server.is_preempt_requested():
+        time.sleep(0.01)
+    print("cancelled", flush=True)
+    server.set_preempted()
+server = actionlib.SimpleActionServer("/act", MoveBaseAction, run, auto_start=False)
+server.start()
+rospy.spin()
+"""
+
+
+def test_a_goal_sent_into_a_connection_that_the_server_gave_up(connected: Network) -> None:
+    """It is LOST as soon as the server is heard again and does not know it, and it never runs."""
+    robot, laptop, air = connected
+    robot.python.do(SERVER)
+    laptop.python.do(CLIENT, 40)
+    air.silence()
+    robot.python.eventually("not any(s.connected for s in node.stats().links if s.topic == '/act/goal')", 12)
+    laptop.python.do("goal = client.send_goal(MoveBaseGoal())")
+    air.clear()
+    laptop.python.eventually("goal.done", 15.0)
+    assert laptop.python.ask("(goal.status.name, goal.state.name)") == ["LOST", "DONE"]
+    assert "has not mentioned it" in laptop.python.ask("goal.text")
+    assert robot.python.ask("len(ran)") == 0
+
+
+def test_a_goal_that_arrives_after_it_was_given_up(network: Network) -> None:
+    """The link lives and TCP repeats the goal: rospy's server begins, and is told to cancel at once."""
+    require_ros("rosmaster", "actionlib", "move_base_msgs")
+    robot, laptop, air = network
+    env = environment(MASTER, extra={"ROS_IP": ROBOT})
+    robot.start(PYTHON, "/usr/bin/rosmaster", "--core", "-p", "11311", env=env)
+    robot.python.eventually(f"reachable({ROBOT!r}, 11311)", 20)
+    server = robot.start(PYTHON, "-c", ROSPY_SERVER, env=env)
+    laptop.python.do(f"from rosproto import Node\nnode = Node('/laptop', master_uri={MASTER!r})")
+    laptop.python.do(CLIENT, 40)
+    air.back.open = False
+    laptop.python.do("goal = client.send_goal(MoveBaseGoal())")
+    wait(2.0)
+    assert laptop.python.ask("goal.give_up()") is True
+    air.back.open = True
+    server.wait_for("^cancelled")
+    assert "began" in server.output
+    assert laptop.python.ask("goal.status.name") == "LOST"
