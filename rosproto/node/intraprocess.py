@@ -85,6 +85,9 @@ class _Pipe:
     def start(self) -> None:
         """The subscriber's thread runs already."""
 
+    def set_linger(self, linger: bool) -> None:
+        """Nothing outlives a program in itself."""
+
     def send(self, frame: bytes) -> None:
         with self._condition:
             if self._closed:

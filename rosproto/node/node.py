@@ -215,6 +215,7 @@ class Node:
         latch: bool = False,
         queue_size: int = 10,
         on_connect: Callable[[str], object] | None = None,
+        linger: bool = True,
     ) -> Publisher:
         """Publish a topic; registered at the master when this returns.
 
@@ -224,6 +225,9 @@ class Node:
             latch: A subscriber that comes later gets the last message.
             queue_size: Most messages that wait for one slow subscriber; the oldest is dropped.
             on_connect: Called with the caller id of each new subscriber, in a thread of the library.
+            linger: When the program is killed, the system goes on delivering what it sent, for minutes when
+                the network is away. False has that thrown away: for commands that do harm when they come
+                late. After an orderly end (`close`) it is delivered in both cases.
 
         Raises:
             LocalProtocolError: No definite type, another type than before, or the node is closed.
@@ -242,6 +246,7 @@ class Node:
             latch=latch,
             queue_size=options.queue_length(queue_size),
             on_connect=on_connect,
+            linger=linger,
         )
 
     def subscriber(

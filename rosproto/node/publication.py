@@ -62,6 +62,8 @@ class OutgoingLink(Protocol):
 
     def start(self) -> None: ...
 
+    def set_linger(self, linger: bool) -> None: ...
+
     def send(self, frame: bytes) -> None: ...
 
     def send_soon(self, frame: bytes, now: float) -> bool: ...
@@ -121,9 +123,10 @@ class Publication:
         """One more `Publisher` of this topic; the longest queue asked for holds for every subscriber."""
         with self._lock:
             self._handles.append(handle)
-            size = self.queue_size
+            size, linger = self.queue_size, self.linger
             for link in self.all_links:
                 link.queue_size = size
+                link.set_linger(linger)
 
     def remove_handle(self, handle: Publisher) -> bool:
         """True when that was the last one; its latched message goes with it."""
@@ -137,6 +140,11 @@ class Publication:
     def queue_size(self) -> int:
         """Most messages that wait for one subscriber."""
         return max((handle.queue_size for handle in self._handles), default=1)
+
+    @property
+    def linger(self) -> bool:
+        """False when a publisher wants nothing delivered after the program was killed."""
+        return all(handle.linger for handle in self._handles)
 
     @property
     def handles(self) -> list[Publisher]:
@@ -184,6 +192,8 @@ class Publication:
             on_closed=self._link_closed,
             id=self._node._next_link_id(),
         )
+        if not self.linger:
+            link.set_linger(False)
         self.attach(link, address, output)
 
     def output_for(self, fields: dict[str, str], address: str) -> RevisedOutput | None:

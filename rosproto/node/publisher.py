@@ -25,6 +25,7 @@ class Publisher:
         latch: A subscriber that comes later gets the last message published here.
         queue_size: Most messages that wait for one slow subscriber; the oldest is dropped and counted.
         on_connect: Called with the caller id of each new subscriber, in a thread of the library.
+        linger: Whether the system delivers what is on its way when the program is killed.
     """
 
     def __init__(
@@ -35,12 +36,14 @@ class Publisher:
         latch: bool,
         queue_size: int,
         on_connect: Callable[[str], object] | None,
+        linger: bool = True,
     ) -> None:
         self._node = node
         self._publication = publication
         self.latch = latch
         self.queue_size = queue_size
         self.on_connect = on_connect
+        self.linger = linger
         self._closed = False
 
     @property

@@ -28,6 +28,7 @@ from rosproto.logs import get_logger
 from rosproto.node.frames import LargeFrame, remaining
 from rosproto.node.link_monitor import LinkMonitor
 from rosproto.node.outbox import Outbox
+from rosproto.transport.tcp import set_linger
 
 if TYPE_CHECKING:
     from rosproto.node.stats import LinkStats
@@ -127,6 +128,10 @@ class SubscriberLink:
     def start(self) -> None:
         """Let the monitor watch the socket."""
         self._monitor.add(self)
+
+    def set_linger(self, linger: bool) -> None:
+        """Whether the system delivers what is on its way when this program is killed."""
+        set_linger(self.sock, linger)
 
     # -- sending --------------------------------------------------------------------------------------------
 
@@ -356,8 +361,10 @@ class SubscriberLink:
         with self._lock:
             if self._closed:
                 return
-            if self._batch and error is None:
-                self._send_batch()
+            if error is None:
+                if self._batch:
+                    self._send_batch()
+                set_linger(self.sock, True)  # an orderly end: what was sent is delivered
             self._closed = True
             self._error = str(error) if error is not None else ""
             self._blocked = False

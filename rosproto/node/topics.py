@@ -52,6 +52,7 @@ class TopicTable:
         latch: bool,
         queue_size: int,
         on_connect: Callable[[str], object] | None,
+        linger: bool,
     ) -> Publisher:
         """See `Node.publisher`."""
         with self._opening:
@@ -66,7 +67,12 @@ class TopicTable:
                     " publisher first"
                 )
             publisher = Publisher(
-                self._node, publication, latch=latch, queue_size=queue_size, on_connect=on_connect
+                self._node,
+                publication,
+                latch=latch,
+                queue_size=queue_size,
+                on_connect=on_connect,
+                linger=linger,
             )
             publication.add_handle(publisher)
             self._publications[name] = publication

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+import struct
 import sys
 
 from rosproto.errors import ConnectionLost
@@ -19,6 +20,7 @@ __all__ = [
     "expect_data",
     "interrupt",
     "listen",
+    "set_linger",
     "tune",
 ]
 
@@ -103,6 +105,18 @@ def expect_data(sock: socket.socket) -> None:
     The other side's system gives the signs, also when its program has nothing to say or is stopped.
     """
     _probe(sock, SILENCE_IDLE, SILENCE_INTERVAL, SILENCE_COUNT)
+
+
+def set_linger(sock: socket.socket, linger: bool) -> None:
+    """Whether what was sent is still delivered after the socket is closed, or its program killed.
+
+    False has the system throw it away and reset the connection (SO_LINGER of 0 s).
+    """
+    value = struct.pack("hh" if sys.platform == "win32" else "ii", not linger, 0)
+    try:
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, value)
+    except OSError:
+        pass  # closed by the peer already
 
 
 def _probe(sock: socket.socket, idle: int, interval: int, count: int) -> None:

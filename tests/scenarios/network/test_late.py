@@ -1,4 +1,4 @@
-"""What reaches the robot too late is not carried out: goals that were given up while the network was away."""
+"""What reaches the robot too late is not carried out: goals that were given up, words of a dead program."""
 
 from __future__ import annotations
 
@@ -71,3 +71,24 @@ def test_a_goal_that_arrives_after_it_was_given_up(network: Network) -> None:
     server.wait_for("^cancelled")
     assert "began" in server.output
     assert laptop.python.ask("goal.status.name") == "LOST"
+
+
+def test_what_a_killed_program_had_sent(connected: Network) -> None:
+    """The system would deliver it when the network is back, long after its program: not with `linger=False`."""
+    robot, laptop, air = connected
+    robot.python.do("command, other = Heard(node, '/command'), Heard(node, '/other')")
+    program = laptop.another()
+    program.do(
+        "from rosproto import Node\n"
+        f"node = Node('/program', master_uri={MASTER!r})\n"
+        "command = Ticker(node, '/command', 20, linger=False)\n"
+        "other = Ticker(node, '/other', 20)\n"
+    )
+    robot.python.eventually("command.messages and other.messages")
+    air.silence()
+    gone = wait(0.5)
+    program.kill()
+    air.clear()
+    robot.python.eventually(f"other.since({gone!r})")
+    wait(1.0)
+    assert robot.python.ask(f"command.since({gone!r})") == []
