@@ -52,7 +52,7 @@ class TopicTable:
         latch: bool,
         queue_size: int,
         on_connect: Callable[[str], object] | None,
-        linger: bool,
+        linger: bool = True,
     ) -> Publisher:
         """See `Node.publisher`."""
         with self._opening:
