@@ -327,6 +327,10 @@ class Feed(Generic[T]):
     def _require_open(self) -> None:
         if self._closed:
             raise ConnectionLost(f"{self.topic}: this feed is closed, because its Chassis is; open a new one")
+        subscriber = self._subscriber
+        if subscriber is not None and subscriber.closed:  # by `rosnode kill`, or this is a fork
+            why = self._node().close_reason
+            raise ConnectionLost(f"{self.topic}: the node of this Chassis is closed ({why}); open a new one")
 
     def _pause(self, deadline: float | None, timeout: float | None) -> None:
         """Wait for a change, with the lock held; raises when there is nothing to wait for any more."""

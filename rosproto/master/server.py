@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 
 from rosproto.errors import RosError
@@ -9,6 +10,7 @@ from rosproto.logs import get_logger
 from rosproto.protocol import Fault
 from rosproto.protocol.limits import Limits
 from rosproto.transport import Peer, XmlRpcServer, is_loopback, local_address_towards, make_uri
+from rosproto.transport.forking import left_to_parent
 from rosproto.transport.tcp_server import Allow
 from rosproto.transport.waiting import wait_event
 
@@ -71,6 +73,7 @@ class Master:
         limits = limits or Limits()
         self._allow_shutdown = allow_shutdown
         self._ended = threading.Event()
+        self._process = os.getpid()
         self._closing = threading.Lock()
         registry = Registry()
         self._notifier = Notifier(
@@ -133,7 +136,12 @@ class Master:
         return {**counts, **self._notifier.stats()}
 
     def close(self, timeout: float = 5.0) -> None:
-        """End: no more connections or notifications. Idempotent, returns within about `timeout` seconds."""
+        """End: no more connections or notifications. Idempotent, returns within about `timeout` seconds.
+
+        Without effect in a fork of the process that opened it: the master lives on there.
+        """
+        if left_to_parent(self._process):
+            return
         with self._closing:
             self._server.close(timeout / 2)
             self._notifier.close(timeout / 2)

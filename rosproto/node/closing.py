@@ -16,9 +16,10 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from rosproto.logs import get_logger
-from rosproto.node import intraprocess
+from rosproto.node import forking, intraprocess
 from rosproto.node.master_client import MasterClient
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.forking import on_fork
 
 if TYPE_CHECKING:
     from rosproto.node.node import Node
@@ -45,6 +46,14 @@ def close_at_exit(node: Node) -> None:
     if not _registered:
         _registered = True
         atexit.register(_at_exit)
+        on_fork(_in_child)
+
+
+def _in_child() -> None:
+    """This process is a fork of another: its nodes are the other's."""
+    nodes = dict(_open_nodes)
+    _open_nodes.clear()
+    forking.leave_to_parent(nodes)
 
 
 def _at_exit() -> None:

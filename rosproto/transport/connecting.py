@@ -17,6 +17,7 @@ import time
 from rosproto.errors import ConnectionLost
 from rosproto.transport.address import format_address, resolve
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.forking import leave_to_parent
 from rosproto.transport.os_errors import translate
 from rosproto.transport.tcp import tune
 
@@ -92,6 +93,7 @@ class _Attempts:
         address = left[self._begun % len(left)]
         self._begun += 1
         sock = socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_STREAM)
+        leave_to_parent(sock)
         try:
             tune(sock)  # before the first packet: how often it is repeated is one of the options
             # Most are answered at once: those need no selector.

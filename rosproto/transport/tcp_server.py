@@ -11,6 +11,7 @@ one is refused.
 
 from __future__ import annotations
 
+import os
 import selectors
 import socket
 import threading
@@ -23,6 +24,7 @@ from rosproto.protocol.limits import Limits
 from rosproto.transport.address import format_address
 from rosproto.transport.clock import SYSTEM, Clock
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.forking import leave_to_parent, left_to_parent
 from rosproto.transport.os_errors import connection_is_over
 from rosproto.transport.tcp import interrupt, listen, tune
 
@@ -101,7 +103,9 @@ class TcpServer:
         self._handed_over: set[socket.socket] = set()
         self._accept_failing = False  # so that each spell of trouble is logged once
         self._closing = threading.Event()
+        self._process = os.getpid()
         self._listener = listen(host, port)
+        leave_to_parent(self._listener)
         self.port = int(self._listener.getsockname()[1])
         self._listener.setblocking(False)
         # closing a socket does not wake its accept() everywhere; a byte through this pair does
@@ -170,6 +174,8 @@ class TcpServer:
 
     def close(self, timeout: float = 5.0) -> None:
         """Stop listening, drop all connections, wait for their threads up to `timeout` seconds."""
+        if left_to_parent(self._process):
+            return  # none of its threads is here, and the connections are not ours to end
         deadline = Deadline(timeout, self._clock)
         with self._lock:
             if not self._closing.is_set():
@@ -225,6 +231,7 @@ class TcpServer:
             self.stats.not_allowed += 1
             log.warning("! %s: %s may not connect (allow=)", self._name, peer[0])
             return False
+        leave_to_parent(sock)
         sock.setblocking(True)
         tune(sock)
         thread = threading.Thread(

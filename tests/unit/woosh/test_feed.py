@@ -23,6 +23,8 @@ class StandIn:
         self.options = {}
         self.errors = []
         self.asked = 0
+        self.closed = False
+        self.close_reason = ""
 
     @property
     def connections(self):
@@ -186,3 +188,12 @@ class Unlocked:
 
     def notify_all(self):
         pass
+
+
+def test_a_node_that_was_shut_down_by_others_ends_every_wait():
+    """`rosnode kill` closes our subscriber: nothing will come, and the reason is known."""
+    feed, node = feed_of(links=[(True, "")])
+    feed.open()
+    node.closed, node.close_reason = True, "user request"
+    with pytest.raises(ConnectionLost, match="user request"):
+        feed.wait(None)
