@@ -25,11 +25,18 @@ def revisions_folder(environment: Mapping[str, str] | None = None, platform: str
 
     %LOCALAPPDATA% on Windows, ~/Library/Application Support on macOS, $XDG_DATA_HOME (by default
     ~/.local/share) elsewhere; in there "rosproto/revisions".
+
+    Raises:
+        FileNotFoundError: This user has no home folder: a container with an arbitrary user id, some services.
     """
     from pathlib import Path
 
     environment = os.environ if environment is None else environment
-    home = Path(environment.get("USERPROFILE" if platform == "win32" else "HOME") or Path.home())
+    name = "USERPROFILE" if platform == "win32" else "HOME"
+    try:
+        home = Path(environment.get(name) or Path.home())
+    except RuntimeError as error:
+        raise FileNotFoundError(f"this user has no home folder; set {name} to one") from error
     if platform == "win32":
         base = Path(environment.get("LOCALAPPDATA") or home / "AppData" / "Local")
     elif platform == "darwin":
@@ -50,8 +57,8 @@ def learned_paths(folder: str | os.PathLike[str] | None = None) -> list[Path]:
     """Each learned set, for `msg_path=`; empty when nothing was learned. What is no set is left out."""
     from pathlib import Path  # late: the commands and programs that learn nothing start faster
 
-    root = revisions_folder() if folder is None else Path(folder)
     try:
+        root = revisions_folder() if folder is None else Path(folder)
         entries = sorted(entry for entry in root.iterdir() if entry.is_dir())
     except OSError:
         return []

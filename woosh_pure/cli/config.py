@@ -27,17 +27,27 @@ def directory() -> Path:
     """Where the files are: %APPDATA%\\woosh, ~/Library/Application Support/woosh, $XDG_CONFIG_HOME/woosh.
 
     $WOOSH_CONFIG_DIR overrides it.
+
+    Raises:
+        FileNotFoundError: This user has no home folder.
     """
     given = os.environ.get("WOOSH_CONFIG_DIR")
     if given:
         return Path(given)
     if sys.platform == "win32":
-        base = Path(os.environ.get("APPDATA") or Path.home() / "AppData" / "Roaming")
+        base = Path(os.environ.get("APPDATA") or _home() / "AppData" / "Roaming")
     elif sys.platform == "darwin":
-        base = Path.home() / "Library" / "Application Support"
+        base = _home() / "Library" / "Application Support"
     else:
-        base = Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config")
+        base = Path(os.environ.get("XDG_CONFIG_HOME") or _home() / ".config")
     return base / "woosh"
+
+
+def _home() -> Path:
+    try:
+        return Path.home()
+    except RuntimeError as error:  # a container with an arbitrary user id, some services
+        raise FileNotFoundError("this user has no home folder; set WOOSH_CONFIG_DIR to a folder") from error
 
 
 def profile_file() -> Path:
@@ -56,8 +66,8 @@ def load() -> Profile | None:
     Raises:
         ValueError: The file cannot be understood.
     """
-    path = profile_file()
     try:
+        path = profile_file()
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
         return None

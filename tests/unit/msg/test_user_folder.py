@@ -34,3 +34,18 @@ def test_sets_are_folders_with_definitions(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     (tmp_path / "file").write_text("")
     assert learned_paths(tmp_path) == [tmp_path / "a", tmp_path / "b"]
+
+
+@pytest.mark.parametrize("platform", ["linux", "darwin", "win32"])
+def test_a_user_without_a_home_has_learned_nothing(platform: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A container with an arbitrary user id and no HOME: the library works, and learning says what to set."""
+
+    def no_home() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.setattr(Path, "home", no_home)
+    for name in ("HOME", "USERPROFILE", "LOCALAPPDATA", "XDG_DATA_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    assert learned_paths() == []
+    with pytest.raises(FileNotFoundError, match="USERPROFILE" if platform == "win32" else "HOME"):
+        revisions_folder({}, platform)

@@ -9,6 +9,7 @@ import signal
 import sys
 import threading
 import time
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -124,6 +125,20 @@ def test_files_are_where_each_system_keeps_them(platform, environment, tail, mon
         monkeypatch.setenv(name, value)
     monkeypatch.setattr(config.sys, "platform", platform)
     assert config.directory().parts[-len(tail) :] == tail
+
+
+def test_a_user_without_a_home_has_no_profile(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A container with an arbitrary user id and no HOME; only what has to be written says what to set."""
+
+    def no_home() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.setattr(Path, "home", no_home)
+    for name in ("WOOSH_CONFIG_DIR", "XDG_CONFIG_HOME", "APPDATA"):
+        monkeypatch.delenv(name, raising=False)
+    assert config.load() is None
+    with pytest.raises(FileNotFoundError, match="WOOSH_CONFIG_DIR"):
+        config.save(config.Profile("10.0.0.7"))
 
 
 # -- the closed console --------------------------------------------------------------------------------------
