@@ -96,9 +96,9 @@ def attribute_name(name: str, others: Container[str]) -> str:
 
     A Python keyword (`woosh_msgs/NavMode` has a field `in`) cannot be written after a dot. The class has
     a second name for the same slot, `in_` as genpy calls it; if a field has that name, one with an
-    underscore in front, which no field has.
+    underscore in front, which no field has. genpy calls a field `self` by `self_`, too.
     """
-    if not keyword.iskeyword(name):
+    if not keyword.iskeyword(name) and name != "self":
         return name
     return f"{name}_" if f"{name}_" not in others else f"_kw_{name}"
 

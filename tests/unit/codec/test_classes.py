@@ -60,6 +60,12 @@ def test_a_field_may_be_named_like_a_python_keyword() -> None:
     assert list(cls.__slots__) == ["in", "class", "import", "None", "serialize"]
 
 
+def test_a_field_named_self_has_genpys_name_as_well() -> None:
+    """genpy calls it `self_`, as programs made for rospy do."""
+    cls = define("pkg/Own", "int8 self\n")
+    assert cls(self_=3).self == cls(self=3).self_ == decode(cls, encode(cls(3))).self_ == 3
+
+
 def test_a_class_can_be_made_of_a_parsed_definition() -> None:
     """Also when the library does not hold it; types it uses come from the library."""
     spec = MessageSpec("x/Y", (Field("at", FieldType("geometry_msgs/Point")),), (), "geometry_msgs/Point at")
