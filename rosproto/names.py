@@ -1,7 +1,10 @@
 """Names of nodes, topics, services and parameters: checking, resolving, remapping.
 
 Source: wiki.ros.org/Names and wiki.ros.org/Remapping%20Arguments; rosgraph/names.py where they are silent.
-Unlike rosgraph's expressions, which take Unicode letters and a line feed at the end, names are ASCII.
+Unlike rosgraph's expressions, which take Unicode letters and a line feed at the end, legal names are ASCII.
+
+Legal is not all that is there: rosmaster takes nearly everything, rospy warns (`/camera-1/image`), and only
+roscpp refuses. What others have in their graph must be reachable, so `resolve` takes what a master takes.
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ __all__ = [
     "canonicalize",
     "is_legal_base_name",
     "is_legal_name",
+    "is_usable_name",
     "join",
     "namespace",
     "package_resource",
@@ -46,6 +50,11 @@ def is_legal_name(name: str) -> bool:
         and (not rest or rest.isalnum())
         and "//" not in name
     )
+
+
+def is_usable_name(name: str) -> bool:
+    """True for what a master takes, legal or not: not empty, without space, `:` and control characters."""
+    return bool(name) and name.isprintable() and " " not in name and ":" not in name
 
 
 def canonicalize(name: str) -> str:
@@ -80,9 +89,9 @@ def resolve(name: str, node_name: str, remappings: Mapping[str, str] | None = No
         remappings: Resolved name -> resolved name, from `resolve_remappings`; applied once, to the result.
 
     Raises:
-        ValueError: The name is empty or not legal, or the node's name is not global.
+        ValueError: No master would take the name (`is_usable_name`), or the node's name is not global.
     """
-    if not name or not is_legal_name(canonicalize(name)):
+    if not is_usable_name(name):
         raise ValueError(
             f"{name!r} is not a ROS name; expected an ASCII letter, `/` or `~`, "
             f"then letters, digits, `_` or `/`"

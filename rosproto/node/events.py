@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 import enum
+from collections import deque
+from collections.abc import Callable, Iterator
 
+from rosproto.logs import get_logger
 from rosproto.records import NamedTuple
 
-__all__ = ["Event", "EventKind", "without_frames"]
+__all__ = ["Event", "EventKind", "Events", "without_frames"]
+
+_log = get_logger("rosproto.node")
+
+MOST_KEPT = 64
 
 
 class EventKind(enum.Enum):
@@ -46,6 +53,36 @@ class Event(NamedTuple):
     error: Exception | None = None
     peer: str = ""
     direction: str = ""
+
+
+class Events:
+    """The latest events of one node; safe from any thread.
+
+    Args:
+        callback: Told of each, in the thread where it happens.
+    """
+
+    def __init__(self, node_name: str, callback: Callable[[Event], object] | None) -> None:
+        self._node_name = node_name
+        self._callback = callback
+        self._kept: deque[Event] = deque(maxlen=MOST_KEPT)
+
+    def __iter__(self) -> Iterator[Event]:
+        return iter(list(self._kept))
+
+    def emit(self, event: Event) -> None:
+        """Note an event and tell who asked to be told."""
+        self._kept.append(event)
+        if self._callback is not None:
+            try:
+                self._callback(event)
+            except BaseException:  # as in callbacks.py
+                _log.exception("! %s: on_event raised", self._node_name)
+
+    def last_refusal(self, name: str) -> str:
+        """Text about the subscriber of a topic that was refused last, for an error about missing ones."""
+        refused = [event for event in self if event.kind is EventKind.REFUSED and event.name == name]
+        return f" (refused: {refused[-1].error})" if refused else ""
 
 
 def without_frames(error: Exception) -> Exception:

@@ -23,19 +23,18 @@ from __future__ import annotations
 import itertools
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from rosproto import names
 from rosproto.errors import LocalProtocolError
-from rosproto.logs import get_logger
 from rosproto.node import closing, intraprocess, options
 from rosproto.node.clock import NodeClock
-from rosproto.node.events import Event, EventKind
+from rosproto.node.events import Event, Events
 from rosproto.node.joining import join
 from rosproto.node.link_monitor import LinkMonitor
 from rosproto.node.master_client import MasterClient
+from rosproto.node.naming import Naming
 from rosproto.node.publisher import Publisher
 from rosproto.node.registrations import Registrations
 from rosproto.node.revisions import Revisions
@@ -66,8 +65,6 @@ if TYPE_CHECKING:
     from rosproto.node.tcpros_server import TcprosServer
 
 __all__ = ["Node"]
-
-_log = get_logger("rosproto.node")
 
 MASTER_CALL_SECONDS = 10.0
 
@@ -137,11 +134,11 @@ class Node:
         self.name = options.node_name(name, namespace, anonymous)
         self.limits = limits or Limits()
         self.revisions = Revisions([*msg_path, *(options.message_path() if use_environment else ())])
-        self._remappings = names.resolve_remappings(remappings or {}, self.name)
+        self._naming = Naming(self.name, remappings or {})
         self._host_given = host
         self._intraprocess = intraprocess
-        self._on_event = on_event
-        self._events: deque[Event] = deque(maxlen=64)
+        self._events = Events(self.name, on_event)
+        self._emit = self._events.emit
         self._closing = threading.Event()
         self._closed = threading.Event()
         self._close_lock = threading.Lock()
@@ -387,8 +384,14 @@ class Node:
         return logging.getLogger("ros" + self.name.replace("/", "."))
 
     def resolve_name(self, name: str) -> str:
-        """The global name that `name` means here, remappings applied."""
-        return names.resolve(name, self.name, self._remappings)
+        """The global name that `name` means here, remappings applied.
+
+        A name that is not legal, but in use elsewhere (`/camera-1/image`), is taken with a warning.
+
+        Raises:
+            ValueError: No master takes it: it is empty, or has a space, `:` or control characters.
+        """
+        return self._naming.resolve(name)
 
     def stats(self) -> NodeStats:
         """Bytes, messages, drops and reconnects of every link, services, and the state of the master link."""
@@ -484,17 +487,3 @@ class Node:
         if self._intraprocess and intraprocess.find_node(uri) is not None:
             return intraprocess.LocalLink(subscription, uri, self._next_link_id())
         return TcprosLink(subscription, uri, self._next_link_id())
-
-    def _emit(self, event: Event) -> None:
-        """Note an event and tell who asked to be told."""
-        self._events.append(event)
-        if self._on_event is not None:
-            try:
-                self._on_event(event)
-            except BaseException:  # as in callbacks.py
-                _log.exception("! %s: on_event raised", self.name)
-
-    def _recent_refusals(self, topic: str) -> str:
-        """Text about subscribers that were refused, for an error about missing ones."""
-        refused = [e for e in list(self._events) if e.kind is EventKind.REFUSED and e.name == topic]
-        return f" (refused: {refused[-1].error})" if refused else ""

@@ -20,8 +20,11 @@ def node_name(name: str, namespace: str, anonymous: bool) -> str:
     resolved = names.resolve(
         name, names.join(namespace if namespace.startswith("/") else f"/{namespace}", "x")
     )
-    if name.startswith("~") or resolved == "/":
-        raise ValueError(f"{name!r} is no node name; expected something like '/laptop'")
+    if name.startswith("~") or resolved == "/" or not names.is_legal_name(resolved):
+        raise ValueError(
+            f"{name!r} is no node name; expected something like '/laptop': an ASCII letter or `/`, then"
+            " letters, digits, `_` or `/`"
+        )
     if anonymous:
         space, _, base = resolved.rpartition("/")
         return f"{space}/{names.anonymous_name(base)}"

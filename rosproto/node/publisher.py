@@ -132,8 +132,8 @@ class Publisher:
             raise LocalProtocolError(f"{self.topic}: this publisher was closed while waiting for subscribers")
         raise RosTimeout(
             f"{self.topic}: {self.connections} of {count} subscribers connected after {timeout:g} s"
-            f"{self._node._recent_refusals(self.topic)}; check that somebody subscribes to exactly this topic"
-            f" at the master {self._node.master_uri} and can reach {self._node.uri}",
+            f"{self._node._events.last_refusal(self.topic)}; check that somebody subscribes to exactly this"
+            f" topic at the master {self._node.master_uri} and can reach {self._node.uri}",
             what=f"subscribers of {self.topic}",
             seconds=timeout,
         )

@@ -118,11 +118,27 @@ def test_a_private_name_belongs_to_the_node_that_is_given() -> None:
     assert names.resolve("x", "/one") == "/x"
 
 
-@pytest.mark.parametrize("name", ["", "a b", "1", "/a\n", "/\u00e9"])
-def test_illegal_names_do_not_resolve(name: str) -> None:
+@pytest.mark.parametrize("name", ["", "a b", "/a\n", "/a\x00", "http://a", "/a\t"])
+def test_names_that_no_master_takes_do_not_resolve(name: str) -> None:
     """A wrong name is the caller's error, said at once."""
     with pytest.raises(ValueError, match="expected an ASCII letter"):
         names.resolve(name, "/node")
+
+
+@pytest.mark.parametrize(
+    ("name", "means"),
+    [
+        ("/a-b", "/a-b"),
+        ("1", "/ns/1"),
+        ("~3.x", "/ns/me/3.x"),
+        ("/\u00e9//\u4e2d/", "/\u00e9/\u4e2d"),
+        ("-", "/ns/-"),
+    ],
+)
+def test_names_that_are_only_in_use_resolve_too(name: str, means: str) -> None:
+    """rosmaster and rospy take them, so somebody's robot has them."""
+    assert not names.is_legal_name(name.rstrip("/"))
+    assert names.resolve(name, "/ns/me") == means
 
 
 def test_a_relative_node_name_is_refused() -> None:

@@ -2,9 +2,8 @@
 
 import threading
 
-import rosgraph.names
-
 from rosproto.errors import MasterError, RosError
+from rosproto.names import is_usable_name
 
 from . import core
 from ._publisher_impl import _PublisherImpl
@@ -51,7 +50,7 @@ class _TopicManager:
 
     def _open(self, impl):
         try:
-            if rosgraph.names.is_legal_name(impl.resolved_name):
+            if is_usable_name(impl.resolved_name):
                 impl.attach(self._node)
             else:
                 self._refuse(impl, "ERROR: parameter [topic] contains illegal chars")

@@ -11,6 +11,7 @@ import rosgraph
 import rosgraph.names
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout, ServiceError
+from rosproto.names import is_usable_name
 from rosproto.rospy.messages import Encoded, carried_service, is_known
 
 from .. import core, names
@@ -290,7 +291,7 @@ class Service(_Service):
             manager.map[self.resolved_name] = self
 
     def _open(self, node):
-        if not rosgraph.names.is_legal_name(self.resolved_name):
+        if not is_usable_name(self.resolved_name):
             text = "ERROR: parameter [service] contains illegal chars"
             core.logfatal("unable to register service [%s] with master: %s" % (self.resolved_name, text))
             return
