@@ -184,12 +184,11 @@ def _node_problem(client: rosproto.MasterClient, node: str, timeout: float) -> s
 
 def _competitors(state: rosproto.node.SystemState) -> Iterator[Finding]:
     """Other programs that command it; the chassis's own nodes do so as well, and are none."""
-    own = {node for row in interface.ROWS for node in (*row.providers, *row.listeners)}
     rivals: dict[str, list[str]] = {}
     topics = {f"{row.name}/goal": row.name for row in interface.actions()}
     topics |= {row.name: row.name for row in interface.topics("write") if row.bypasses_protection}
     for topic, name in topics.items():
-        for node in set(state.publishers.get(topic, [])) - own:
+        for node in set(state.publishers.get(topic, [])) - interface.ROBOT_NODES:
             rivals.setdefault(node, []).append(name)
     for node, names in sorted(rivals.items()):
         advice = "end that program, or agree who drives: two clients interrupt each other"

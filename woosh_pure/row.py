@@ -38,6 +38,7 @@ class Row:
         definition_known: False when the type's definition is not published: it is learned from the publisher.
         aliases: Other names of the same row, seen on some chassis or on the page.
         bypasses_protection: True for velocity topics, which pass by the chassis's own safety.
+        moves_base: True for actions that drive the whole robot, as opposed to a module on it.
     """
 
     name: str
@@ -58,3 +59,4 @@ class Row:
     definition_known: bool = True
     aliases: tuple[str, ...] = ()
     bypasses_protection: bool = False
+    moves_base: bool = False
