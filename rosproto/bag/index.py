@@ -48,6 +48,16 @@ __all__ = ["BagIndex", "open_index", "scan"]
 
 _U32 = Struct("<I")
 _WINDOW = 1 << 20
+_NO_BAGS = {
+    b"\x89MCAP0": "this is MCAP",
+    b"SQLite format 3": "this is a bag of ROS 2",
+    b"version https://git-lfs": "this stands in for the file until `git lfs pull`",
+    b"PK\x03\x04": "this is a ZIP archive, unpack it first",
+    b"\x1f\x8b": "this is packed with gzip, unpack it first",
+    b"BZh": "this is packed with bzip2, unpack it first",
+    b"\x28\xb5\x2f\xfd": "this is packed with zstd, unpack it first",
+}
+"""What people take for a bag, by its first bytes."""
 
 
 @dataclass(slots=True)
@@ -145,10 +155,12 @@ def _check_version(source: Source) -> None:
     if version is None:
         if MAGIC.startswith(line):
             raise source.error(f"the file ends after {len(line)} bytes, inside the version line")
-        raise source.error(f"not a bag: it starts with {line[:16]!r}, expected {MAGIC[:-1]!r}")
+        other = next((f"; {what}" for start, what in _NO_BAGS.items() if line.startswith(start)), "")
+        raise source.error(f"not a bag: it starts with {line[:16]!r}, expected {MAGIC[:-1]!r}{other}")
+    number = version.group(2).decode()
     raise source.error(
-        f"bag version {version.group(2).decode()} ({line.splitlines()[0].decode('latin-1')!r}); "
-        "only 2.0 is read. Convert it where ROS is installed: rosbag fix"
+        f"bag version {number} ({line.splitlines()[0].decode('latin-1')!r}); only 2.0 is read"
+        + (". Convert it where ROS is installed: rosbag fix" if number < "2.0" else "")
     )
 
 

@@ -235,10 +235,13 @@ def test_a_file_is_opened_and_closed(tmp_path):
     [
         (b"", "empty"),
         (b"#ROSB", "inside the version line"),
-        (b"PK\x03\x04 not a bag at all", "not a bag"),
-        (b"#ROSBAG V1.2\n", "version 1.2.*only 2.0"),
+        (b"not a bag at all", "not a bag.*expected b'#ROSBAG V2.0'$"),
+        (b"PK\x03\x04...", "not a bag.*ZIP.*unpack"),
+        (b"\x89MCAP0\r\n...", "not a bag.*MCAP"),
+        (b"version https://git-lfs.github.com/spec/v1\n", "not a bag.*git lfs pull"),
+        (b"#ROSBAG V1.2\n", "version 1.2.*only 2.0.*rosbag fix"),
         (b"#ROSRECORD V1.1\n", "version 1.1.*only 2.0"),
-        (b"#ROSBAG V3.0\n", "version 3.0.*only 2.0"),
+        (b"#ROSBAG V3.0\n", "version 3.0.*only 2.0 is read$"),
     ],
 )
 def test_what_is_no_bag_of_version_2_is_refused_by_name(data, words):
