@@ -69,6 +69,7 @@ class BagError(RosError):
     Attributes:
         path: The file, None when the bag is a stream.
         offset: Byte offset in the file; None when the whole file is meant.
+        reason: What is wrong, without these two.
     """
 
     def __init__(self, message: str, *, path: str | None = None, offset: int | None = None) -> None:
@@ -76,6 +77,7 @@ class BagError(RosError):
         super().__init__(f"{path}: {message}{at}" if path else f"{message}{at}")
         self.path = path
         self.offset = offset
+        self.reason = message
 
 
 class ProtocolError(RosError):

@@ -331,7 +331,16 @@ class Recorder:
                 self._series.close()
             except RosError as problem:
                 self._error = self._error or problem
+            else:
+                self._name_what_is_left()
             self._finished.set()
+
+    def _name_what_is_left(self) -> None:
+        """A bag that could take no more but could be finished has its own name now: the error tells that."""
+        error = self._error
+        if isinstance(error, BagError) and error.path == self._series.active_path:
+            self._error = BagError(error.reason, path=self._series.path, offset=error.offset)
+            self._error.__cause__ = error.__cause__
 
     def _put(self, entries: list[Entry]) -> None:
         write = self._series.write

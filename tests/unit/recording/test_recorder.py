@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
@@ -191,6 +191,30 @@ def test_writing_that_fails_is_raised_once(
         recorder.wait(10)
     recorder.close()
     assert isinstance(recorder.error, BagError)
+
+
+def test_the_error_names_the_bag_that_is_left(
+    nodes: tuple[Node, Node, Node], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """There was no room for a chunk, but for the table of contents: the bag is finished and has its name."""
+    one, _, node = nodes
+    publisher = one.publisher("/a", String)
+    recorder = Recorder(node, tmp_path / "a.bag", ["/a"], chunk_bytes=1)
+    publisher.wait_for_connection(5)
+    put = Output.put
+
+    def full(self: Output, pieces: Sequence[bytes], at: int) -> int:
+        monkeypatch.setattr(Output, "put", put)
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Output, "put", full)
+    publisher.publish(data="x")
+    with pytest.raises(BagError, match=r"a\.bag: cannot write: No space left") as caught:
+        recorder.wait(10)
+    recorder.close()
+    assert caught.value.path is not None
+    with BagReader(caught.value.path) as bag:
+        assert (bag.damage, bag.message_count) == ([], 0)
 
 
 def test_the_name_of_each_bag_is_told(nodes: tuple[Node, Node, Node], tmp_path: Path) -> None:
