@@ -38,7 +38,11 @@ class _LateLogger:
 
             self._logger = logging.getLogger(self._name)
             return self._logger
-        return getattr(self._logger, attribute)
+        try:
+            logger = self._logger
+        except OSError:
+            return _say_nothing  # no file can be opened any more: nor is there a place for the record
+        return getattr(logger, attribute)
 
     def __repr__(self) -> str:
         return f"<logger {self._name}>"

@@ -12,7 +12,7 @@ import itertools
 import os
 import subprocess
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import pytest
@@ -29,7 +29,9 @@ NAMES = {
     "os": "fork forkpty wait waitpid wait3 wait4 kill killpg getuid geteuid getgid getegid setsid setpgid getpgid"
     " setuid setgid chown lchown chroot mkfifo mknod nice uname sysconf statvfs getloadavg sched_getaffinity"
     " sched_setaffinity pread pwrite preadv pwritev writev readv sendfile posix_spawn memfd_create eventfd"
-    " pidfd_open splice copy_file_range posix_fadvise fdatasync O_NONBLOCK O_CLOEXEC O_DIRECTORY startfile",
+    " pidfd_open splice copy_file_range posix_fadvise fdatasync O_NONBLOCK O_CLOEXEC O_DIRECTORY startfile"
+    " fpathconf pathconf getrandom pipe2 openpty ttyname tcgetpgrp register_at_fork getgroups initgroups fchmod fchown"
+    " posix_fallocate sync ctermid getresuid O_DIRECT O_NOFOLLOW O_ASYNC set_blocking",
     "socket": "AF_UNIX AF_PACKET AF_NETLINK AF_BLUETOOTH SO_REUSEPORT SO_BINDTODEVICE SO_PEERCRED MSG_DONTWAIT MSG_WAITALL"
     " MSG_NOSIGNAL MSG_MORE MSG_ERRQUEUE TCP_CORK TCP_QUICKACK TCP_USER_TIMEOUT TCP_KEEPIDLE TCP_KEEPINTVL"
     " TCP_KEEPCNT TCP_INFO TCP_DEFER_ACCEPT TCP_FASTOPEN SCM_RIGHTS SO_EXCLUSIVEADDRUSE SIO_KEEPALIVE_VALS"
@@ -94,14 +96,20 @@ def walk(node: ast.AST, above: tuple[ast.AST, ...] = ()) -> Iterator[list[ast.AS
 def uses(source: str) -> list[tuple[int, str]]:
     """(line, what) of every unguarded use."""
     found = []
-    for path in walk(ast.parse(source)):
-        what = used_by(path[-1])
+    tree = ast.parse(source)
+    other_names = {
+        alias.asname: alias.name
+        for node in ast.walk(tree) if isinstance(node, ast.Import)
+        for alias in node.names if alias.asname
+    }  # fmt: skip
+    for path in walk(tree):
+        what = used_by(path[-1], other_names)
         if what and not guarded(path):
             found.append((path[-1].lineno, what))  # type: ignore[attr-defined]
     return found
 
 
-def used_by(node: ast.AST) -> str:
+def used_by(node: ast.AST, other_names: Mapping[str, str]) -> str:
     if isinstance(node, ast.Import):
         return next((a.name for a in node.names if a.name.split(".")[0] in MODULES), "")
     if isinstance(node, ast.ImportFrom) and node.module and not node.level:
@@ -110,8 +118,9 @@ def used_by(node: ast.AST) -> str:
         names = NAMES.get(node.module, "").split()
         return next((f"{node.module}.{a.name}" for a in node.names if a.name in names), "")
     if isinstance(node, ast.Attribute):
-        if isinstance(node.value, ast.Name) and node.attr in NAMES.get(node.value.id, "").split():
-            return f"{node.value.id}.{node.attr}"
+        module = other_names.get(node.value.id, node.value.id) if isinstance(node.value, ast.Name) else ""
+        if node.attr in NAMES.get(module, "").split():
+            return f"{module}.{node.attr}"
         return f".{node.attr}" if node.attr in METHODS else ""
     if isinstance(node, ast.Call) and ast.unparse(node.func).endswith("import_module"):
         name = node.args[0].value if node.args and isinstance(node.args[0], ast.Constant) else ""
@@ -141,6 +150,8 @@ def test_the_reasons_are_needed() -> None:
         ("import fcntl", ["fcntl"]),
         ("from signal import SIGKILL", ["signal.SIGKILL"]),
         ("import os\nos.fork()", ["os.fork"]),
+        ("import os as system\nsystem.fork()", ["os.fork"]),
+        ("open(f'/proc/{pid}/stat')", ["'/proc/'"]),
         ("sock.sendmsg([b''])", [".sendmsg"]),
         ("import importlib\nimportlib.import_module('termios')", ["termios"]),
         ("open('/tmp/x')", ["'/tmp/x'"]),

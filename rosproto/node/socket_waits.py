@@ -1,11 +1,13 @@
 """How long a send or receive may wait, kept by the kernel.
 
 `socket.settimeout` makes Python poll before every call, which is two system calls more per service call on
-each side. SO_RCVTIMEO and SO_SNDTIMEO do the same without; Windows keeps `settimeout`.
+each side. SO_RCVTIMEO and SO_SNDTIMEO do the same without; Windows keeps `settimeout`, and so do the sockets
+that gevent puts in the place of Python's, which never wait in the kernel.
 """
 
 from __future__ import annotations
 
+import _socket
 import socket
 import struct
 import sys
@@ -21,7 +23,7 @@ def limit_waits(sock: socket.socket, seconds: float | None) -> None:
 
     It fails with BlockingIOError or TimeoutError. Do not mix with `settimeout` on the same socket.
     """
-    if not _KERNEL:
+    if not (_KERNEL and isinstance(sock, _socket.socket)):
         sock.settimeout(seconds)
         return
     whole = 0.0 if seconds is None else max(seconds, 1e-5)  # zero means for ever there

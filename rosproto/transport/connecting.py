@@ -164,7 +164,11 @@ class _Attempts:
 
     @staticmethod
     def _checked(sock: socket.socket) -> socket.socket:
-        if sock.getsockname() == sock.getpeername():
+        try:
+            itself = sock.getsockname() == sock.getpeername()
+        except OSError as error:  # macOS: EINVAL when the other side has closed at once
+            raise OSError(errno.ECONNRESET, os.strerror(errno.ECONNRESET)) from error
+        if itself:
             # A connect to a free port of the ephemeral range can meet itself ("simultaneous open"): a node
             # retrying a dead peer on its own machine would then talk to itself and block the port.
             raise OSError(errno.ECONNREFUSED, "connected to itself")

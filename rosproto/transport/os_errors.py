@@ -11,10 +11,16 @@ __all__ = ["closed_by_peer", "connection_is_over", "no_route", "translate"]
 
 _REFUSED = {errno.ECONNREFUSED, 10061}  # 100xx: Windows' own numbers
 _UNREACHABLE = {errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENETDOWN, 10051, 10065, 10050}
+_UNREACHABLE |= {
+    getattr(errno, "EHOSTDOWN", 10064),
+    10064,
+}  # macOS: nobody has that address
 _RESET = {errno.ECONNRESET, errno.EPIPE, errno.ECONNABORTED, errno.ENOTCONN, errno.EBADF, 10053, 10054, 10057}
+_RESET |= {getattr(errno, name) for name in ("EPROTOTYPE", "ESHUTDOWN") if hasattr(errno, name)}  # macOS
 _CLOSED_HERE = {10038, 10022, 10004}  # a read on Windows whose socket `tcp.interrupt` closed
 _IN_USE = {errno.EADDRINUSE, errno.EACCES, 10048, 10013}
 _NOT_OURS = {errno.EADDRNOTAVAIL, 10049}
+_NO_FILE_LEFT = {errno.EMFILE, errno.ENFILE, 10024}
 
 
 def translate(error: OSError, doing: str, peer: str, deadline: Deadline | None = None) -> RosError:
@@ -68,6 +74,8 @@ def _reason(error: OSError) -> str:
         return "the port is taken (or not allowed); another master or node holds it, use another port or 0"
     if code in _NOT_OURS:
         return "this computer has no such address; check ROS_HOSTNAME, ROS_IP or host="
+    if code in _NO_FILE_LEFT:
+        return "too many open files in this program (or computer); `ulimit -n 4096` allows more"
     if isinstance(error, TimeoutError):
         return "the other side does not answer any more; check its power, the cable or Wi-Fi, and firewalls"
     return error.strerror or str(error) or type(error).__name__

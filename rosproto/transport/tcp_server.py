@@ -217,6 +217,9 @@ class TcpServer:
             return
         self._accept_failing = False
         self.stats.accepted += 1
+        if not address:  # macOS: who it was has reset the connection meanwhile, and has no address any more
+            sock.close()
+            return
         peer = (str(address[0]).removeprefix("::ffff:"), int(address[1]))
         try:
             if not self._admit(sock, peer):

@@ -65,3 +65,18 @@ def test_importing_the_node_loads_neither_logging_nor_dataclasses() -> None:
         "import sys, rosproto.node; print({'logging', 'dataclasses', 'inspect', 'random'} & set(sys.modules))"
     )
     assert run(code)[0] == "set()\n"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="counts open files the POSIX way")
+def test_a_record_that_cannot_be_written_harms_nobody() -> None:
+    """With every file in use `logging` itself cannot be read; who reports just that must live on."""
+    code = (
+        "import os, sys; from rosproto.logs import get_logger; log = get_logger('rosproto.x')\n"
+        "import resource; hard = resource.getrlimit(resource.RLIMIT_NOFILE)[1]\n"
+        "resource.setrlimit(resource.RLIMIT_NOFILE, (3, hard))\n"
+        "log.warning('! lost')\n"
+        "assert 'logging' not in sys.modules\n"
+        "resource.setrlimit(resource.RLIMIT_NOFILE, (64, hard))\n"
+        "log.warning('! seen')\n"
+    )
+    assert run(code) == ("", "! seen\n")

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import rosproto
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
+from rosproto.transport.open_files import allow_open_files
 
 from ..enums import RobotMode
 from ..firmware import CURRENT
@@ -44,12 +45,16 @@ if TYPE_CHECKING:
 __all__ = ["SimulatedChassis"]
 
 logger = get_logger("woosh_pure.sim")
+MOST_FILES = 1024
+"""Forty nodes and a few clients have 600 open, sockets included; beyond 1024 others' `select` would fail."""
 _TICK = 0.02
 _STEP = 0.02
 
 
 class SimulatedChassis:
     """A chassis without a robot. Use it in a `with` block, or call `start` and `close`.
+
+    Where the system lets this process open fewer than 1024 files (macOS: 256), it is asked for as many.
 
     Args:
         master_uri: Join this master; None starts one of its own.
@@ -117,6 +122,7 @@ class SimulatedChassis:
         """Bring master, nodes and world up; returns this object."""
         if self._thread is not None:
             return self
+        allow_open_files(MOST_FILES)
         if self._given_uri is None:
             self._master = rosproto.Master(host=self._host, port=self._port)
             self._port = int(self._master.uri.rstrip("/").rpartition(":")[2])

@@ -164,7 +164,13 @@ def test_system_errors_say_what_to_check() -> None:
         (errno.ECONNRESET, "closed by the other side"),
         (errno.EADDRINUSE, "another"),
         (errno.EADDRNOTAVAIL, "ROS_HOSTNAME"),
-        (errno.EMFILE, "open files"),
+        (errno.EMFILE, "ulimit"),
+        (getattr(errno, "EHOSTDOWN", 10064), "cable"),
+        (
+            getattr(errno, "EPROTOTYPE", 10054),
+            "closed by the other side",
+        ),  # macOS: a send during the other's close
+        (errno.EDOM, "Too many open files"),  # the system's own words
     ):
         error = translate(OSError(number, "Too many open files"), "doing", "peer")
         assert isinstance(error, ConnectionLost)

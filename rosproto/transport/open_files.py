@@ -1,0 +1,30 @@
+"""How many files a process may have open, sockets included.
+
+Terminals of macOS start programs with 256, Linux usually with 1024; Windows has no such number for sockets.
+"""
+
+from __future__ import annotations
+
+import sys
+
+__all__ = ["allow_open_files"]
+
+
+def allow_open_files(count: int) -> None:
+    """Have the system allow this process `count` open files, when it allows fewer and lets itself be asked.
+
+    This is for commands, which own their process, and for simulated robots, which are many nodes in one.
+    """
+    if sys.platform == "win32":
+        return
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    unlimited = resource.RLIM_INFINITY
+    if soft == unlimited or soft >= count:
+        return
+    wanted = count if hard == unlimited else min(count, hard)
+    try:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
+    except (OSError, ValueError):
+        pass  # it stays as it is; who opens one too many is told so
