@@ -16,7 +16,7 @@ from .errors import MotionRefused
 from .firmware_limits import require_goal
 from .geometry import Pose2D
 from .goal import GoalHandle
-from .messages import stamped_pose
+from .messages import require_finite, stamped_pose
 from .outcome import OutcomeKind
 from .rostypes import message_type
 from .steps import Step, check_steps, locate_step
@@ -25,8 +25,16 @@ if TYPE_CHECKING:
     import rosproto
 
     from .core import Core
+    from .row import Row
 
-__all__ = ["ActionHandle", "NavigationHandle", "NavigationProgress", "StepHandle", "StepProgress"]
+__all__ = [
+    "ActionHandle",
+    "NavigationHandle",
+    "NavigationProgress",
+    "StepHandle",
+    "StepProgress",
+    "start_action",
+]
 
 logger = get_logger("woosh_pure.goal")
 
@@ -37,28 +45,52 @@ _SUCCEEDED, _PREEMPTED, _ABORTED, _REJECTED, _RECALLED = 3, 2, 4, 5, 8
 class ActionHandle(GoalHandle[Any]):
     """A goal of any action server; progress is the feedback message."""
 
-    def __init__(self, core: Core, name: str, goal_text: str, timeout: float | None) -> None:
+    def __init__(
+        self, core: Core, name: str, goal_text: str, timeout: float | None, *, drives: bool = False
+    ) -> None:
         super().__init__(core, goal_text, timeout)
         self._name = name
+        self._drives = drives
         self._goal: Any = None
+        self._given_up: float | None = None  # when, by the monotonic clock
 
-    def send(self, message: Any) -> None:
+    @property
+    def drives(self) -> bool:
+        """True while it may move the base."""
+        return self._drives
+
+    def send(self, message: Any, since: int | None = None, *, check: bool = True) -> None:
         """Send the goal. The handle is remembered before, so that `stop` in another thread sees it.
+
+        Args:
+            message: The goal message.
+            since: `Running.stops` when the verb began; None: now.
+            check: False sends it beside an open velocity block, too.
 
         Raises:
             FirmwareLimit: The chassis's definition has no way to say this; nothing was sent.
+            MotionRefused: `stop` was called meanwhile, or a velocity block is open.
         """
+        running = self._core.running
+        since = running.stops if since is None else since
         client = self._core.action(self._name)
         require_goal(client, message)
-        self._core.remember(self)
+        running.add_goal(self, since, check=check)
         try:
             self._send_shielded(lambda: self._send_to(client, message))
-        except Exception:
-            self._core.forget(self)
+        except Exception as error:
+            self._finish(OutcomeKind.CANCELLED, f"not sent: {error}")
+            raise
+        except BaseException:  # Ctrl-C: nobody gets this handle, so nobody else could end the goal
+            self._abandon()
             raise
 
     def _send_to(self, client: rosproto.ActionClient, message: Any) -> None:
+        if self._cancelled_by_us:
+            raise MotionRefused(f"{self.goal}: it was stopped before it was sent; nothing was sent")
         self._goal = client.send_goal(message, feedback=self._on_feedback, transition=self._on_transition)
+        if self._cancelled_by_us:  # meanwhile, by a thread that could not see this goal yet
+            self._goal.cancel()
 
     @property
     def result(self) -> Any:
@@ -82,11 +114,16 @@ class ActionHandle(GoalHandle[Any]):
     def _cancel_confirmed(self, timeout: float) -> bool:
         # A cancel is a message: that it was sent says nothing.
         end = time.monotonic() + timeout
-        while self._goal is not None and not self._goal.done:
+        while self._goal is not None and not (self._goal.done and self._cannot_arrive()):
             if time.monotonic() > end:
                 return False
             time.sleep(0.02)
         return True
+
+    def _cannot_arrive(self) -> bool:
+        """Whether no goal is on its way that was given up: not known until the chassis is heard again."""
+        beat = self._core.feed("velocity").known
+        return self._given_up is None or (beat is not None and beat.received > self._given_up)
 
     def _check(self) -> None:
         goal = self._goal
@@ -97,7 +134,8 @@ class ActionHandle(GoalHandle[Any]):
         elif (error := goal.connection_error) is not None:
             self._finish(OutcomeKind.CONNECTION_LOST, str(error))
             # Nobody expects that a goal which has not even arrived begins when the network is back.
-            goal.give_up()
+            if goal.give_up():
+                self._given_up = time.monotonic()
 
     def _settle(self, status: int, text: str, result: Any) -> None:
         if status == _SUCCEEDED:
@@ -138,8 +176,6 @@ class NavigationProgress:
 class NavigationHandle(ActionHandle):
     """A goal of /move_base under way."""
 
-    drives = True
-
     def _progress_of(self, feedback: Any) -> NavigationProgress:
         stamped = feedback.base_position
         return NavigationProgress(
@@ -156,14 +192,28 @@ def start_navigation(
     """Send a goal to /move_base: the last pose is the target, the ones before it are the way."""
     for pose in path:
         pose.require_sensible()
+    since = core.running.stops
     core.require_ready("navigation", check)
-    core.require_free_base("navigation", check)
     goal = message_type("woosh_msgs/MoveBaseGoal")()
     goal.target_pose = stamped_pose(path[-1])
     goal.poses = [stamped_pose(pose) for pose in path] if len(path) > 1 else []
     goal.execution_mode = int(mode)
-    handle = NavigationHandle(core, "/move_base", f"navigation to {path[-1]}", timeout)
-    handle.send(goal)
+    handle = NavigationHandle(core, "/move_base", f"navigation to {path[-1]}", timeout, drives=True)
+    handle.send(goal, since, check=check)
+    return handle
+
+
+def start_action(core: Core, row: Row, goal: Any, *, timeout: float | None, check: bool) -> ActionHandle:
+    """Send a goal of any kind; one that moves the base is checked like those of the verbs for it."""
+    since = core.running.stops
+    require_finite(goal, f"goal of {row.name}")
+    steps = getattr(goal, "stepControl", ())
+    if steps:
+        check_steps(Step(StepMode(s.executeMode), s.data, s.speed, getattr(s, "angle", 0.0)) for s in steps)
+    if row.moves_base:
+        core.require_ready(f"goal of {row.name}", check)
+    handle = ActionHandle(core, row.name, f"goal of {row.name}", timeout, drives=row.moves_base)
+    handle.send(goal, since, check=check)
     return handle
 
 
@@ -301,9 +351,9 @@ def start_steps(
 ) -> StepHandle:
     """Send steps to /cmd_vel_control as one goal."""
     checked = check_steps(steps)
+    since = core.running.stops
     core.require_ready("step move", check)
-    core.require_free_base("step move", check)
     expected = 15.0 + 2.0 * sum(step.expected_seconds for step in checked)
     handle = StepHandle(core, checked, avoid, expected if timeout is None else timeout)
-    handle.send(step_goal(StepControlMode.EXECUTE, checked, avoid))
+    handle.send(step_goal(StepControlMode.EXECUTE, checked, avoid), since, check=check)
     return handle

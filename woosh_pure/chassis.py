@@ -13,19 +13,23 @@ from rosproto.logs import get_logger
 from rosproto.msg.user_folder import learned_paths
 
 from . import interface
-from .action_goal import ActionHandle
+from .action_goal import ActionHandle, start_action
 from .address import master_uri_of
-from .core import VELOCITY_TOPICS, Core
+from .core import Core
 from .errors import MotionRefused
 from .localisation import Localisation
+from .messages import require_finite
 from .moving import Moving
 from .peripherals import Peripherals
 from .readiness import Readiness
 from .readings import Readings
+from .shaper import DEFAULT_ANGULAR, DEFAULT_LINEAR, DriveLimits
+from .steps import MAX_SPEED, MAX_TURN_RATE
 from .stop import StopReport, cancel_goals
 from .stop import stop as _stop
 from .timeouts import require_timeout
-from .velocity import DEFAULT_ANGULAR, DEFAULT_LINEAR, Drive, DriveLimits
+from .velocity import Drive
+from .velocity_topics import VELOCITY_TOPICS
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -106,11 +110,13 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         Raises:
             ConnectionLost: A goal could not be cancelled: the robot may still be driving. All else is closed.
         """
-        for drive in self._core.drives:
+        running = self._core.running
+        running.note_stop()  # what another thread prepares now must not begin
+        for drive in running.drives:
             drive.halt("the chassis was closed")
             drive.finish()
         report = StopReport()
-        if not self._core.leave_running:
+        if not running.leave:
             cancel_goals(self._core, report, 3.0)
         self._core.close()
         if report.problems:
@@ -120,12 +126,12 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             )
 
     def __repr__(self) -> str:
-        return f"<Chassis {self.master_uri}, {len(self._core.goals)} goals under way>"
+        return f"<Chassis {self.master_uri}, {len(self._core.running.goals)} goals under way>"
 
     @property
     def moved(self) -> bool:
         """True when a verb of this object has started a motion, whether it is over or not."""
-        return self._core.moved
+        return self._core.running.moved
 
     @property
     def node(self) -> rosproto.Node:
@@ -185,12 +191,16 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         max_angular: float | None = None,
         feedback_timeout: float | None = 1.0,
         check: bool = True,
+        share: bool = False,
     ) -> Drive:
         """A block in which the robot is driven by velocity, in base_link (x forward, y left, yaw
         counter-clockwise).
 
         A velocity passes by the chassis's obstacle avoidance, collision detection, speed and state limits.
         The area must be clear, and a person must watch all the time and be able to stop the robot.
+
+        There is one driver: the block is refused while another program can send velocities, too. The robot's
+        own nodes do not count. `drive.others` names who comes later; that is logged as a warning.
 
             with chassis.velocity(bypasses_protection=True) as drive:
                 drive.hold(0.2, seconds=2.0)
@@ -202,12 +212,16 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             max_angular: A lower limit than the chassis's own, rad/s.
             feedback_timeout: The drive ends when `/odom_twist` is silent for so long, s; None drives blind.
             check: False opens and keeps it also when the known state speaks against moving (emergency stop,
-                manual mode, a severe fault).
+                manual mode, a severe fault), and while the robot stands although it is told to move.
+            share: True opens it also beside another program that publishes a velocity topic: you know that
+                it is silent while you drive.
 
         Raises:
-            MotionRefused: Not acknowledged, or the known state speaks against moving.
+            MotionRefused: Not acknowledged, the known state speaks against moving, or (on entering the block)
+                another program can send velocities.
             ValueError: A limit higher than the chassis's own.
-            StaleState: The chassis sends no measured velocity.
+            StaleState: The chassis sends no measured velocity (on entering).
+            RosTimeout, ConnectionLost: Nobody listens to the velocity topic, or the master is gone.
         """
         if bypasses_protection is not True:
             raise MotionRefused(
@@ -217,7 +231,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         self._core.require_ready("velocity", check)
         limits = self._drive_limits(max_linear, max_angular)
         topic = VELOCITY_TOPICS["direct" if direct else "smooth"]
-        return Drive(self._core, topic, limits, feedback_timeout, check=check)
+        return Drive(self._core, topic, limits, feedback_timeout, check=check, share=share)
 
     def _drive_limits(self, max_linear: float | None, max_angular: float | None) -> DriveLimits:
         try:
@@ -225,9 +239,12 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             linear, angular = known.max_linear, known.max_angular
         except RosTimeout:
             linear = angular = 0.0
+        # A limit beyond what such a base can do is in another unit, or no limit: then the careful ones hold.
         return DriveLimits(
-            _lower("max_linear", linear if 0.0 < linear < math.inf else DEFAULT_LINEAR, max_linear),
-            _lower("max_angular", angular if 0.0 < angular < math.inf else DEFAULT_ANGULAR, max_angular),
+            _lower("max_linear", linear if 0.0 < linear <= MAX_SPEED else DEFAULT_LINEAR, max_linear),
+            _lower(
+                "max_angular", angular if 0.0 < angular <= MAX_TURN_RATE else DEFAULT_ANGULAR, max_angular
+            ),
         )
 
     def stop(self, *, everything: bool = False, timeout: float = 5.0) -> StopReport:
@@ -252,7 +269,9 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
 
     # -- everything else -------------------------------------------------------------------------------------
 
-    def action(self, name: str, goal: Any, *, timeout: float | None = 60.0) -> ActionHandle:
+    def action(
+        self, name: str, goal: Any, *, timeout: float | None = 60.0, check: bool = True
+    ) -> ActionHandle:
         """Send a goal to any action server of the chassis: lift, roller, tractor, docking ... Returns at
         once.
 
@@ -260,19 +279,21 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             name: As in the interface table, for example "/lift_control".
             goal: The goal message; units and frames as its definition says.
             timeout: Default of the handle's `wait()`, s; None for ever.
+            check: False sends a goal that moves the whole robot (docking, navigation ...) even when the known
+                state speaks against moving, or a velocity block is open.
 
         Raises:
             KeyError: It is not in the table; the text lists near names.
-            ValueError: It is no action, the goal is another's, or `timeout` is no time.
+            ValueError: It is no action, the goal is another's, a number is not finite or out of the
+                interface's limits, or `timeout` is no time.
+            MotionRefused: It moves the robot, and that is not ready or driven by a velocity block.
             FirmwareLimit: The chassis's definition has no field for a value given; nothing was sent.
             RosTimeout: The action server is not there.
         """
         found = interface.row(name)
         if found.kind != "action":
             raise ValueError(f"{found.name} is a {found.kind}, not an action")
-        handle = ActionHandle(self._core, found.name, f"goal of {found.name}", timeout)
-        handle.send(goal)
-        return handle
+        return start_action(self._core, found, goal, timeout=timeout, check=check)
 
     def send(self, topic: str, message: Any, *, timeout: float | None = None) -> None:
         """Send a message to any topic the chassis listens to, once it is connected; velocities apart.
@@ -284,7 +305,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
 
         Raises:
             KeyError: It is not in the table; the text lists near names.
-            ValueError: It is no topic to write, or the message has another type.
+            ValueError: It is no topic to write, the message has another type, or a number is not finite.
             MotionRefused: A velocity topic: those are written inside `with chassis.velocity(...)` only.
             FirmwareLimit: The chassis's definition has no field for a value given; nothing was sent.
             RosTimeout: Nobody of the chassis listens.
@@ -299,6 +320,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         given = getattr(message, "_type", type(message).__name__)
         if given != found.type:
             raise ValueError(f"{found.name} takes {found.type}, got {given}")
+        require_finite(message, found.type)
         self._core.send(found.name, message, timeout)
 
 

@@ -1,16 +1,15 @@
-"""What the verbs of `Chassis` share: the node, feeds, publishers, clients, and the list of what is running.
+"""What the verbs of `Chassis` share: the node, feeds, publishers, clients, and what is known of the robot.
 
 Everything is made on first use and closed by `close`. Safe from any thread.
 """
 
 from __future__ import annotations
 
-import atexit
 import os
 import threading
 import time
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import rosproto
 from rosproto.codec.conversion import ValuesLost
@@ -24,17 +23,13 @@ from .feed import Feed
 from .firmware_limits import limit_error, require_message
 from .geometry import Velocity
 from .interface import find, row
-from .messages import twist
 from .readiness import Readiness, assess
 from .rivals import Rivals
+from .running import Running
+from .velocity_topics import VelocityTopics
 
-if TYPE_CHECKING:
-    from .goal import GoalHandle
-    from .velocity import Drive
+__all__ = ["Core"]
 
-__all__ = ["VELOCITY_TOPICS", "Core"]
-
-VELOCITY_TOPICS = {"smooth": "/smooth_cmd_vel", "direct": "/base_cmd_vel"}
 logger = get_logger("woosh_pure.core")
 
 # A link counts as lost when its publisher has been away for this long: a restart of one node of the chassis
@@ -48,9 +43,9 @@ class Core:
     Attributes:
         master_uri: Where its master is.
         node: Our node, made on first use.
-        moved: Whether a motion was ever started.
+        running: What was started and still runs.
         rivals: Goals of other clients, as far as heard.
-        leave_running: Whether goals go on when this ends.
+        velocity: The velocity topics.
     """
 
     def __init__(
@@ -64,7 +59,6 @@ class Core:
         msg_path: Sequence[str | os.PathLike[str]] = (),
     ) -> None:
         self.master_uri = master_uri
-        self.leave_running = leave_running
         self.timeout = timeout
         self._name, self._host = name, host
         self._msg_path = msg_path
@@ -77,22 +71,23 @@ class Core:
         self._publishers: dict[str, rosproto.Publisher] = {}
         self._services: dict[str, Any] = {}
         self._actions: dict[str, rosproto.ActionClient] = {}
-        self._goals: list[GoalHandle[Any]] = []
-        self._drives: list[Drive] = []
-        self._zero_due: set[str] = set()
+        self.running = Running(leave=leave_running)
+        self.velocity = VelocityTopics(self)
         self._faults = ActiveFaults()
         self.rivals = Rivals()
         self._fault_lock = threading.Lock()
         self._missing_since: dict[str, float] = {}
         self._closed = False
         self._watching = False
-        self.moved = False
 
     # -- the graph -------------------------------------------------------------------------------------------
 
     @property
     def node(self) -> rosproto.Node:
         """Our node; its name is unique, so no two programs throw each other out."""
+        made = self._node
+        if made is not None and not self._closed:
+            return made  # without the lock: `stop` must not wait for a verb that is connecting
         with self._making:
             self.require_open()
             if self._node is None:
@@ -266,7 +261,7 @@ class Core:
         charging = None if battery is None else battery.charging
         with self._fault_lock:
             faults = self._faults.active
-        ours = {goal.task_id for goal in self.goals if goal.task_id}
+        ours = {goal.task_id for goal in self.running.goals if goal.task_id}
         return assess(status, faults, charging, ours, self.rivals.active())
 
     def _listen(self, *names: str) -> None:
@@ -292,15 +287,6 @@ class Core:
         readiness = self.known_readiness()
         if check and not readiness:
             raise MotionRefused(f"{what} refused, nothing was sent", readiness=readiness)
-
-    def require_free_base(self, what: str, check: bool) -> None:
-        """Refuse a goal while a velocity block of this Chassis is open: both would command the base.
-
-        Raises:
-            MotionRefused: One is.
-        """
-        if check and self.drives:
-            raise MotionRefused(f"{what} refused, nothing was sent: a velocity block is open; leave it first")
 
     def require_publisher(self, feed: Feed[Any]) -> None:
         """Wait until the topic that tells the end of a goal is connected.
@@ -377,122 +363,6 @@ class Core:
                 return None
         return None if fresh() is None else False
 
-    # -- velocity --------------------------------------------------------------------------------------------
-
-    def velocity_publisher(self, topic: str) -> rosproto.Publisher:
-        """The publisher of a velocity topic: a queue of one, never latched, so that no old velocity can be
-        sent."""
-        made = self._publishers.get(topic)
-        if made is not None:
-            return made  # without the lock: `stop` must not wait for another verb that is connecting
-        with self._making:
-            if topic not in self._publishers:
-                self._publishers[topic] = self.node.publisher(
-                    topic,
-                    row(topic).type,
-                    queue_size=1,
-                    latch=False,
-                    on_connect=lambda _: self._reconnected(topic),
-                )
-            return self._publishers[topic]
-
-    def _reconnected(self, topic: str) -> None:
-        if topic in self._zero_due:
-            self._zero_due.discard(topic)
-            self.zero(topic)
-
-    def zero_is_due(self, topic: str) -> None:
-        """Make zero the first thing that a subscriber gets who connects again."""
-        self._zero_due.add(topic)
-
-    def publish_velocity(self, topic: str, velocity: Velocity) -> None:
-        """Send one velocity to whoever is connected."""
-        publisher = self._publishers.get(topic)
-        if publisher is not None and not publisher.closed:
-            publisher.publish(twist(velocity))
-
-    def zero(self, topic: str) -> None:
-        """Send zero; never raises, because it is what remains to be done when something failed."""
-        try:
-            self.publish_velocity(topic, Velocity())
-        except Exception as error:  # a closed node, an interpreter that is shutting down
-            logger.debug("! %s: zero not sent: %s", topic, error)
-
-    def flush(self, topic: str) -> None:
-        """Give what was sent on a velocity topic to the operating system; never raises, as `zero`."""
-        publisher = self._publishers.get(topic)
-        try:
-            if publisher is not None and not publisher.closed:
-                publisher.flush(0.5)
-        except RosError as error:
-            logger.debug("! %s: not flushed: %s", topic, error)
-
-    # -- what is running -------------------------------------------------------------------------------------
-
-    def remember(self, goal: GoalHandle[Any]) -> None:
-        """Add a goal to what `stop` and `close` cancel, and an orderly exit of the program too."""
-        with self._lock:
-            if not self.moved:
-                atexit.register(self._at_exit)
-            self.moved = True
-            self._goals.append(goal)
-
-    def _at_exit(self) -> None:
-        # A program that did not use `with`. No thread can be started any more here (CPython 3.12), so: one
-        # by one.
-        for drive in self.drives:
-            drive.halt("the program ends")
-            drive.finish()
-        for goal in [] if self.leave_running else self.goals:
-            try:
-                goal._request_cancel(2.0)
-            except Exception as error:  # nothing can be done about it any more
-                logger.debug("! %s: not cancelled at exit: %s", goal.goal, error)
-
-    def forget(self, goal: GoalHandle[Any]) -> None:
-        """Take off an ended goal."""
-        with self._lock:
-            if goal in self._goals:
-                self._goals.remove(goal)
-
-    def remember_drive(self, drive: Drive, check: bool = True) -> None:
-        """Add an open drive; there is one at a time.
-
-        Raises:
-            MotionRefused: Another one is open, or a goal of ours moves the base.
-        """
-        driving = [goal.goal for goal in self.goals if check and goal.drives and not goal.done]
-        if driving:
-            raise MotionRefused(
-                f"velocity refused: {', '.join(driving)} is under way and would be disturbed; wait for it, "
-                "pause or cancel it first"
-            )
-        with self._lock:
-            if self._drives:
-                raise MotionRefused("another velocity block is open on this Chassis; leave it first")
-            self._drives.append(drive)
-            if not self.moved:
-                atexit.register(self._at_exit)
-            self.moved = True
-
-    def forget_drive(self, drive: Drive) -> None:
-        """Take off an ended drive."""
-        with self._lock:
-            if drive in self._drives:
-                self._drives.remove(drive)
-
-    @property
-    def goals(self) -> list[GoalHandle[Any]]:
-        """Goals under way."""
-        with self._lock:
-            return list(self._goals)
-
-    @property
-    def drives(self) -> list[Drive]:
-        """Open velocity blocks."""
-        with self._lock:
-            return list(self._drives)
-
     @property
     def opened_feeds(self) -> set[str]:
         """Names of the feeds used so far."""
@@ -505,9 +375,8 @@ class Core:
             if self._closed:
                 return
             self._closed = True
-            self._goals.clear()
             feeds, node = list(self._feeds.values()), self._node
-        atexit.unregister(self._at_exit)
+        self.running.close()
         for feed in feeds:
             feed.close()
         if node is not None:

@@ -63,6 +63,7 @@ class GoalHandle(Generic[P]):
         self._callbacks: list[Callable[[P], object]] = []
         self._calling: set[int] = set()
         self._cancelled_by_us = False
+        self._may_go_on = False  # ended here, but the robot has not confirmed that it has ended there
         self._sending: threading.Thread | None = None
 
     @property
@@ -114,25 +115,45 @@ class GoalHandle(Generic[P]):
         if sending is not None and sending is not threading.current_thread():
             sending.join(timeout)
 
+    def _abandon(self) -> None:
+        """Cancel a goal whose sending was interrupted, without waiting for it."""
+        self._cancelled_by_us = True  # the sending itself looks at this before and after
+
+        def end() -> None:
+            try:
+                self._request_cancel(3.0)
+            except RosError as error:
+                logger.warning("! %s: interrupted, and not cancelled: %s", self.goal, error)
+
+        threading.Thread(target=end, name="woosh:cancel", daemon=True).start()
+
     def _cancel_confirmed(self, timeout: float) -> bool:
-        """Whether the chassis has confirmed the cancel of a goal whose link was lost; a reply does."""
+        """Whether the chassis has confirmed a cancel that was sent, although the end was not told; a reply
+        does.
+        """
         return True
 
     def _check(self) -> None:
         """Look for an ending that comes without an event (a lost link)."""
 
     def _finish(
-        self, kind: OutcomeKind, text: str = "", code: int | None = None, stopped: bool | None = None
+        self,
+        kind: OutcomeKind,
+        text: str = "",
+        code: int | None = None,
+        stopped: bool | None = None,
+        *,
+        may_go_on: bool = False,
     ) -> None:
         with self._condition:
             if self._outcome is not None:
                 return
+            self._may_go_on = may_go_on or kind is OutcomeKind.CONNECTION_LOST
             seconds = time.monotonic() - self._started
             self._outcome = Outcome(kind, self.goal, text, code, stopped, seconds)
             self._condition.notify_all()
-        if kind is not OutcomeKind.CONNECTION_LOST:
-            # A goal whose link was lost may still run on the robot: `stop` and `close` must still cancel it.
-            self._core.forget(self)
+        if not self._may_go_on:  # otherwise `stop` and `close` must still cancel it
+            self._core.running.remove_goal(self)
 
     def _advance(self, progress: P) -> None:
         with self._condition:
@@ -253,19 +274,22 @@ class GoalHandle(Generic[P]):
         return True
 
     def _time_out(self, seconds: float) -> None:
-        text = f"not finished within {seconds:.1f} s"
+        text, sent = f"not finished within {seconds:.1f} s", True
         try:
             self._cancelled_by_us = True
             self._request_cancel(3.0)
         except RosError as error:
-            text += f"; cancelling failed: {error}"
+            text, sent = f"{text}; cancelling failed: {error}", False
         standing = self._core.wait_standing(5.0)
+        confirmed = sent and (self._outcome is not None or self._cancel_confirmed(0.0))
+        if sent and not confirmed:
+            text = f"{text}; {NOT_CONFIRMED}"
         with self._condition:
             if self._outcome is not None and self._outcome.kind is OutcomeKind.ARRIVED:
                 return  # it got there while we were cancelling
             # The cancel ended it as "cancelled"; what the caller must know is that its time was up.
             self._outcome = None
-        self._finish(OutcomeKind.TIMED_OUT, text, None, standing)
+        self._finish(OutcomeKind.TIMED_OUT, text, None, standing, may_go_on=not confirmed)
 
     def cancel(self, timeout: float = 5.0) -> Outcome:
         """End it now and wait until the chassis confirms; in a callback of its own news, only ask for it.
@@ -292,11 +316,13 @@ class GoalHandle(Generic[P]):
                     NOT_CONFIRMED,
                     None,
                     self._core.wait_standing(2.0),
+                    may_go_on=not self._cancel_confirmed(0.0),
                 )
-        elif self._outcome is not None and self._outcome.kind is OutcomeKind.CONNECTION_LOST:
+        elif self._may_go_on:
             self._request_cancel(timeout)
             if not self._cancel_confirmed(timeout):
                 raise ConnectionLost(f"{self.goal}: cancelled, but the chassis cannot be heard; it may go on")
-            self._core.forget(self)
+            self._may_go_on = False
+            self._core.running.remove_goal(self)
         assert self._outcome is not None, "a cancelled goal has ended"
         return self._outcome

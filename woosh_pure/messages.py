@@ -9,7 +9,7 @@ from typing import Any
 from .geometry import Footprint, Pose2D, Velocity, quaternion_from_yaw
 from .rostypes import message_type
 
-__all__ = ["polygon", "pose_message", "pose_with_covariance", "stamped_pose", "twist"]
+__all__ = ["polygon", "pose_message", "pose_with_covariance", "require_finite", "stamped_pose", "twist"]
 
 
 def _new(name: str) -> Any:
@@ -22,6 +22,24 @@ def set_now(header: Any, frame: str) -> None:
     seconds = time.time()
     header.stamp.secs = int(seconds)
     header.stamp.nsecs = int((seconds % 1.0) * 1e9)
+
+
+def require_finite(value: Any, what: str) -> Any:
+    """A message (or list) of any type, checked: every floating-point number in it is finite.
+
+    Raises:
+        ValueError: One is NaN or infinite; the text says where.
+    """
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise ValueError(f"{what}: {value} is not finite; nothing was sent")
+    elif hasattr(value, "__slots__") and hasattr(value, "_type"):
+        for name in value.__slots__:
+            require_finite(getattr(value, name), f"{what}.{name}")
+    elif isinstance(value, (list, tuple)) or getattr(getattr(value, "dtype", None), "kind", "") == "f":
+        for index, each in enumerate(value.tolist() if hasattr(value, "tolist") else value):
+            require_finite(each, f"{what}[{index}]")
+    return value
 
 
 def pose_message(pose: Pose2D) -> Any:

@@ -14,13 +14,16 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
 
-from .core import VELOCITY_TOPICS
+from .drivers import other_drivers
 from .enums import TaskCommand, TaskState
 from .goal import NOT_CONFIRMED
-from .interface import ROWS
+from .interface import actions
 from .outcome import OutcomeKind
+from .velocity_topics import VELOCITY_TOPICS
 
 if TYPE_CHECKING:
+    import rosproto
+
     from .core import Core
     from .goal import GoalHandle
 
@@ -28,7 +31,6 @@ __all__ = ["StopReport", "cancel_goals", "stop"]
 
 _REPEATS = 6
 _TASK_FIRST = 0.5
-_STOPPABLE = ("/move_base", "/cmd_vel_control")
 
 
 @dataclass(slots=True)
@@ -64,7 +66,8 @@ def stop(core: Core, *, everything: bool, timeout: float) -> StopReport:
         timeout = 5.0  # whatever was given: a stop is not refused for its arguments
     report = StopReport()
     deadline = time.monotonic() + timeout
-    for drive in core.drives:
+    core.running.note_stop()
+    for drive in core.running.drives:
         drive.halt("stop() was called")
         report.cancelled.append("the velocity block")
     # Zero and cancelling at the same time: neither waits for the other.
@@ -83,18 +86,27 @@ def stop(core: Core, *, everything: bool, timeout: float) -> StopReport:
 
 def _zeros(core: Core, report: StopReport) -> None:
     """Zeros on both topics, on each as soon as somebody listens there."""
-    waiting = {}
+    waiting: dict[str, rosproto.Publisher] = {}
     for topic in VELOCITY_TOPICS.values():
         try:
-            waiting[topic] = core.velocity_publisher(topic)
+            waiting[topic] = core.velocity.acquire(topic)
         except RosError as error:
             report.problems.append(f"zero velocity on {topic} ({error})")
+    acquired = list(waiting)
+    try:
+        _send_zeros(core, waiting, report)
+    finally:
+        for topic in acquired:
+            core.velocity.release(topic)
+
+
+def _send_zeros(core: Core, waiting: dict[str, rosproto.Publisher], report: StopReport) -> None:
     end = time.monotonic() + 1.0
     sent: dict[str, int] = {}
     while waiting and any(sent.get(topic, 0) < _REPEATS for topic in waiting):
         for topic, publisher in list(waiting.items()):
             if publisher.connections and sent.get(topic, 0) < _REPEATS:
-                core.zero(topic)
+                core.velocity.zero(topic)
                 sent[topic] = sent.get(topic, 0) + 1
             elif not sent.get(topic) and time.monotonic() > end:
                 report.problems.append(f"zero velocity on {topic} (nobody listens there)")
@@ -107,7 +119,7 @@ def _zeros(core: Core, report: StopReport) -> None:
 def cancel_goals(core: Core, report: StopReport, timeout: float) -> None:
     """Ask for the end of every goal this client started; all at once, not one after the other."""
     workers = []
-    for goal in core.goals:
+    for goal in core.running.goals:
         worker = threading.Thread(
             target=_cancel, args=(goal, report, timeout), name="woosh:cancel", daemon=True
         )
@@ -136,28 +148,45 @@ def _cancel_foreign(core: Core, report: StopReport) -> None:
     task = threading.Thread(target=_cancel_task, args=(core, report), name="woosh:cancel", daemon=True)
     task.start()
     task.join(_TASK_FIRST)
-    for name in _STOPPABLE:
-        try:
-            core.action(name).cancel_all()
-            report.cancelled.append(f"all goals of {name}")
-        except RosError as error:
-            report.problems.append(f"cancelling {name} ({error})")
-    task.join(3.0)
+    workers = [
+        threading.Thread(target=_cancel_action, args=(core, name, report), name="woosh:cancel", daemon=True)
+        for name in _servers_that_move(core)
+    ]
+    for worker in workers:
+        worker.start()
+    for worker in [*workers, task]:
+        worker.join(3.0)
     _tell_of_drivers(core, report)
+
+
+def _servers_that_move(core: Core) -> list[str]:
+    """Action servers that drive the robot: those every chassis has, and the others where they are there."""
+    rows = [row for row in actions() if row.moves_base]
+    try:
+        there = core.node.master.get_system_state(timeout=2.0).publishers
+    except RosError:
+        there = {}
+    return [row.name for row in rows if row.source == "page" or f"{row.name}/status" in there]
+
+
+def _cancel_action(core: Core, name: str, report: StopReport) -> None:
+    try:
+        core.action(name).cancel_all()
+        report.cancelled.append(f"all goals of {name}")
+    except RosError as error:
+        report.problems.append(f"cancelling {name} ({error})")
 
 
 def _tell_of_drivers(core: Core, report: StopReport) -> None:
     """Velocities of another program cannot be cancelled: after our zeros it goes on."""
-    own = {node for row in ROWS for node in (*row.providers, *row.listeners, *row.written_by)}
     try:
-        publishers = core.node.master.get_system_state(timeout=2.0).publishers
-        own.add(core.node.name)
+        drivers = other_drivers(core.node)
     except RosError as error:
         report.problems.append(f"looking for other programs that drive by velocity ({error})")
         return
-    for topic in VELOCITY_TOPICS.values():
-        for node in sorted(set(publishers.get(topic, [])) - own):
-            report.problems.append(f"{node} can send velocities on {topic}, which only its end stops: end it")
+    for driver in drivers:
+        if not driver.on_robot:
+            report.problems.append(f"{driver.sentence()}, which only its end stops: end it")
 
 
 def _cancel_task(core: Core, report: StopReport) -> None:

@@ -145,14 +145,20 @@ def start_task(
     """Listen first, then call the service: whatever comes in whatever order is seen."""
     task_type, direction = TaskType(task_type), Direction(direction)
     _check_task(task_type, mark, poses, direction, type_number, custom)
+    since = core.running.stops
     core.require_ready("task", check)
-    core.require_free_base("task", check)
+    if check:
+        core.running.require_free_base("task")
     status = core.feed("status")
     core.require_publisher(status)
     where = f" to {mark}" if mark else f" to {poses[-1]}"
     tracker = TaskTracker(new_task_id())
     handle = TaskHandle(core, tracker, f"{task_type} task {tracker.task_id}{where}", timeout)
-    core.remember(handle)
+    try:
+        core.running.add_goal(handle, since, check=check)
+    except Exception:
+        handle._off()
+        raise
     _send(core, handle, task_type, mark, poses, direction, type_number, custom)
     return handle
 
@@ -192,6 +198,8 @@ def _send(
     custom: int,
 ) -> None:
     def execute() -> Any:
+        if handle._cancelled_by_us:
+            raise MotionRefused(f"{handle.goal}: it was stopped before it was sent; nothing was sent")
         reply = core.exec_task(
             TaskCommand.EXECUTE,
             handle.task_id,
@@ -222,7 +230,10 @@ def _send(
         raise
     except Exception:  # whatever it was: nothing was started, and nobody has to cancel it
         handle._off()
-        core.forget(handle)
+        handle._finish(OutcomeKind.CANCELLED, "not sent")
+        raise
+    except BaseException:  # Ctrl-C: nobody gets this handle, so nobody else could end the task
+        handle._abandon()
         raise
     handle._reply(reply.success, reply.message, int(reply.statusCode))
     if not reply.success:

@@ -1,8 +1,8 @@
 """Driving by velocity: a block that always ends in zero.
 
 A velocity topic passes by the chassis's obstacle avoidance, collision detection and limits. So a velocity
-exists only inside `with chassis.velocity(bypasses_protection=True) as drive:`. The shaping of commands
-(`Shaper`) is pure; the thread that sends at a steady rate is in `Drive`.
+exists only inside `with chassis.velocity(bypasses_protection=True) as drive:`. What is sent is shaped by
+`shaper`; why a drive ends by itself is in `drive_watch`; the thread that sends at a steady rate is here.
 
 What happens when this process is killed: nothing here can run then. The chassis's own behaviour remains,
 which is not documented; assume that it drives on with the last velocity until something stops it. The
@@ -11,108 +11,32 @@ simulated chassis does that (`Settings.on_silence`).
 
 from __future__ import annotations
 
-import atexit
 import math
 import threading
 import time
-from dataclasses import dataclass
+from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from rosproto.errors import ConnectionLost
+from rosproto.errors import ConnectionLost, RosError
+from rosproto.logs import get_logger
 
+from .drive_watch import DriveWatch
+from .drivers import OtherDriver, other_drivers
 from .errors import MotionRefused
 from .geometry import Velocity
+from .shaper import DriveLimits, Shaper
 
 if TYPE_CHECKING:
     from types import TracebackType
 
     from .core import Core
-    from .feed import Feed
 
-__all__ = ["DEFAULT_ANGULAR", "DEFAULT_LINEAR", "Drive", "DriveLimits", "Shaper"]
+__all__ = ["Drive"]
 
-DEFAULT_LINEAR = 0.3
-"""m/s, where /driver_base/parameter is silent."""
-DEFAULT_ANGULAR = 0.5
-"""rad/s, where /driver_base/parameter is silent."""
+logger = get_logger("woosh_pure.velocity")
 _RATE = 20.0
 _ZEROS = 5
-
-
-@dataclass(frozen=True, slots=True)
-class DriveLimits:
-    """What a drive accepts: m/s, rad/s, and the ramp in m/s² and rad/s²."""
-
-    linear: float = DEFAULT_LINEAR
-    angular: float = DEFAULT_ANGULAR
-    acceleration: float = 0.5
-    angular_acceleration: float = 1.5
-
-    def check(self, velocity: Velocity) -> None:
-        """Refuse what is not finite or too fast.
-
-        Raises:
-            ValueError: Which value, and what is allowed. Nothing is clamped.
-        """
-        if not all(map(math.isfinite, (velocity.vx, velocity.vy, velocity.wz))):
-            raise ValueError(f"{velocity}: every value must be a finite number (m/s, rad/s)")
-        speed = math.hypot(velocity.vx, velocity.vy)
-        if speed > self.linear * (1.0 + 1e-9):
-            raise ValueError(f"{speed:.3f} m/s is more than the limit of {self.linear} m/s of this drive")
-        if abs(velocity.wz) > self.angular * (1.0 + 1e-9):
-            raise ValueError(
-                f"{velocity.wz:.3f} rad/s is more than the limit of {self.angular} rad/s of this drive"
-            )
-
-
-class Shaper:
-    """What to send now: the last command, ramped, and zero when it was not refreshed. Pure; times are
-    given."""
-
-    def __init__(self, limits: DriveLimits) -> None:
-        self.limits = limits
-        self.sent = Velocity()
-        self._wanted = Velocity()
-        self._until = -math.inf
-        self._last: float | None = None
-
-    def command(self, velocity: Velocity, now: float, valid_for: float) -> None:
-        """A new command, valid for `valid_for` s.
-
-        Raises:
-            ValueError: Not finite, or out of the limits.
-        """
-        self.limits.check(velocity)
-        if not (math.isfinite(valid_for) and 0.0 < valid_for <= 5.0):
-            raise ValueError(f"valid_for={valid_for}: must be between 0 and 5 s; call again to go on longer")
-        self._wanted, self._until = velocity, now + valid_for
-
-    @property
-    def wanted(self) -> Velocity:
-        """The last command."""
-        return self._wanted
-
-    def lapsed(self, now: float) -> bool:
-        """True when the last command is no longer valid."""
-        return now > self._until
-
-    def next(self, now: float) -> Velocity:
-        """The velocity to send at `now`. A lapsed command is zero at once, without a ramp."""
-        if self.lapsed(now):
-            self.sent, self._last = Velocity(), now
-            return self.sent
-        dt = 0.05 if self._last is None else min(max(now - self._last, 0.0), 0.2)
-        self._last = now
-        step, turn = self.limits.acceleration * dt, self.limits.angular_acceleration * dt
-        v, w = self.sent, self._wanted
-        self.sent = Velocity(_ramp(v.vx, w.vx, step), _ramp(v.vy, w.vy, step), _ramp(v.wz, w.wz, turn))
-        return self.sent
-
-
-def _ramp(now: float, wanted: float, most: float) -> float:
-    if wanted == 0.0:
-        return 0.0  # a stop is never delayed; the smooth topic brakes gently by itself
-    return now + min(max(wanted - now, -most), most)
+_LOOK_AROUND = 2.0  # seconds between two looks at who else can drive
 
 
 class Drive:
@@ -131,21 +55,22 @@ class Drive:
         feedback_timeout: float | None,
         *,
         check: bool = True,
+        share: bool = False,
     ) -> None:
-        self._core = core
-        self._check = check
-        self.topic = topic
-        self.limits = limits
         if feedback_timeout is not None and not (math.isfinite(feedback_timeout) and feedback_timeout > 0.0):
             raise ValueError(
                 f"feedback_timeout={feedback_timeout}: expected more than 0 s, or None for no feedback"
             )
+        self._core = core
+        self._check, self._share = check, share
+        self.topic = topic
+        self.limits = limits
         self._feedback_timeout = feedback_timeout
-        self._beat: Feed[Velocity] = core.feed("velocity")
         self._shaper = Shaper(limits)
         self._lock = threading.Lock()
         self._over = threading.Event()
-        self._entered = False
+        self._entered = self._held = False
+        self._others: tuple[OtherDriver, ...] = ()
         self._error: Exception | None = None
         self._told = False  # whether the caller has seen it
         self._thread = threading.Thread(target=self._run, name="woosh:drive", daemon=True)
@@ -154,30 +79,32 @@ class Drive:
         if self._entered:
             raise MotionRefused("this drive was used before; open a new one with chassis.velocity(...)")
         self._entered = True
-        try:
-            self._publisher = self._core.velocity_publisher(self.topic)
-            self._core.require_connection(self._publisher, self.topic)
-            self._require_feedback()
+        core, since = self._core, self._core.running.stops
+        with ExitStack() as undo:  # also for Ctrl-C: a drive that was not opened takes no velocity
+            undo.callback(self._over.set)
+            publisher = core.velocity.acquire(self.topic)
+            self._held = True
+            undo.callback(self._release)
+            self._require_alone()
+            core.require_connection(publisher, self.topic)
+            if self._feedback_timeout is not None:
+                core.require_heard("velocity", 3.0)
             # What has become known since `chassis.velocity(...)` was called counts, too.
-            self._core.require_ready("velocity", self._check)
-            self._core.remember_drive(self, self._check)
-        except BaseException:
-            self._over.set()  # a drive that was not opened takes no velocity
-            raise
-        atexit.register(self._at_exit)
-        self._thread.start()
+            core.require_ready("velocity", self._check)
+            core.running.add_drive(self, since, check=self._check)
+            undo.callback(core.running.remove_drive, self)
+            threading.Thread(target=self._look_around, name="woosh:drivers", daemon=True).start()
+            self._watch = DriveWatch(core, publisher, self._feedback_timeout, check=self._check)
+            self._thread.start()
+            undo.pop_all()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._over.set()
-        try:
-            self._thread.join(2.0)
-            self._core.zero(self.topic)
-        finally:
-            atexit.unregister(self._at_exit)
-            self._core.forget_drive(self)
+        # A second Ctrl-C may interrupt this: closing the Chassis, or the end of the program, finishes it.
+        self.finish(2.0)
         if kind is None and self._error is not None and not self._told:
             raise self._error
 
@@ -243,6 +170,22 @@ class Drive:
         """Wait, with a bound, until the zeros of a drive that is over have been sent."""
         if self._thread.is_alive() and self._thread is not threading.current_thread():
             self._thread.join(timeout)
+        if self._thread.is_alive():
+            self._core.velocity.zero(self.topic)
+        else:
+            self._core.running.remove_drive(self)
+
+    @property
+    def finished(self) -> bool:
+        """True when it is over and its zeros have been sent."""
+        return self._over.is_set() and not self._thread.is_alive()
+
+    @property
+    def others(self) -> tuple[str, ...]:
+        """Nodes that can send velocities, too, as last seen: looked for every 2 s, each newcomer is logged
+        as a warning. The robot's own nodes are left out.
+        """
+        return tuple(driver.node for driver in self._others)
 
     def _raise_if_over(self) -> None:
         if self._error is not None:
@@ -251,9 +194,26 @@ class Drive:
         if not self._entered or self._over.is_set():
             raise MotionRefused("a velocity exists only inside `with chassis.velocity(...) as drive:`")
 
-    def _require_feedback(self) -> None:
-        if self._feedback_timeout is not None:
-            self._core.require_heard("velocity", 3.0)
+    def _require_alone(self) -> None:
+        self._others = other_drivers(self._core.node)
+        for driver in self._others:
+            if not (driver.on_robot or self._share):
+                raise MotionRefused(
+                    f"velocity refused, nothing was sent: {driver.sentence()}; the robot would obey both in "
+                    "turn. End that program, or pass share=True if it is silent while you drive"
+                )
+            logger.warning("%s: %s", self.topic, driver.sentence())
+
+    def _look_around(self) -> None:
+        while not self._over.wait(_LOOK_AROUND):
+            try:
+                found = other_drivers(self._core.node)
+            except RosError:
+                continue  # without its master the drive goes on: its links need none
+            known, self._others = set(self.others), found
+            for driver in found:
+                if driver.node not in known:
+                    logger.warning("! %s: %s; end one of the two programs", self.topic, driver.sentence())
 
     def _end(self, error: Exception) -> None:
         with self._lock:
@@ -261,45 +221,18 @@ class Drive:
                 self._error = error
             self._over.set()
 
-    def _lost(self) -> str | None:
-        if self._publisher.connections == 0:
-            return f"{self.topic}: nobody subscribes any more"
-        beat = self._beat.known
-        age = None if beat is None else beat.age
-        if self._feedback_timeout is not None and (age is None or age > self._feedback_timeout):
-            return f"/odom_twist has been silent for more than {self._feedback_timeout} s"
-        return None
-
-    def _blocked(self) -> bool:
-        """End the drive when the robot is stopped by other means: releasing its button must not resume it."""
-        readiness = self._core.known_readiness()
-        if readiness.ready or not self._check:
-            return False
-        self._end(
-            MotionRefused(
-                "the drive is over and does not resume by itself; open a new one when the robot is ready",
-                readiness=readiness,
-            )
-        )
-        return True
-
     def _run(self) -> None:
         try:
             while not self._over.wait(1.0 / _RATE):
-                if self._blocked():
-                    break
-                lost = self._lost()
-                if lost is not None:
-                    self._core.zero_is_due(self.topic)
-                    self._end(
-                        ConnectionLost(
-                            f"the drive is over: {lost}; nothing resumes by itself, check the network"
-                        )
-                    )
+                problem = self._watch.problem(self.sending)
+                if problem is not None:
+                    if isinstance(problem, ConnectionLost):
+                        self._core.velocity.zero_is_due(self.topic)
+                    self._end(problem)
                     break
                 with self._lock:
                     velocity = self._shaper.next(time.monotonic())
-                self._core.publish_velocity(self.topic, velocity)
+                self._core.velocity.publish(self.topic, velocity)
         except Exception as error:  # whatever it is, the drive must not end without a zero
             self._end(ConnectionLost(f"the drive is over: sending failed: {error}"))
         finally:
@@ -307,12 +240,14 @@ class Drive:
 
     def _send_zeros(self) -> None:
         for _ in range(_ZEROS):
-            self._core.zero(self.topic)
+            self._core.velocity.zero(self.topic)
             time.sleep(0.02)
-        self._core.flush(self.topic)
+        self._core.velocity.flush(self.topic)
+        self._release()
 
-    def _at_exit(self) -> None:
-        # Orderly exit with the block still open in some thread: zero goes out before the interpreter ends.
-        self._over.set()
-        self._thread.join(1.0)
-        self._core.zero(self.topic)
+    def _release(self) -> None:
+        """Give the publisher back, once."""
+        with self._lock:
+            held, self._held = self._held, False
+        if held:
+            self._core.velocity.release(self.topic)

@@ -17,10 +17,10 @@ from rosproto.errors import ConnectionLost
 from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, Pose2D, SimulatedChassis, StaleState
 from woosh_pure.enums import RobotMode
 from woosh_pure.geometry import Velocity
+from woosh_pure.shaper import DriveLimits, Shaper
 from woosh_pure.sim import Settings
 from woosh_pure.sim.body import BodyLimits
 from woosh_pure.steps import Step
-from woosh_pure.velocity import DriveLimits, Shaper
 
 
 def test_go_to_a_pose(sim, chassis):
@@ -306,7 +306,7 @@ def test_what_remains_of_a_killed_process_is_the_chassis_own_behaviour(sim, unti
     drive.set(0.2, valid_for=5.0)
     until(lambda: sim.world.body.velocity.vx > 0.1)
     # A killed process sends nothing any more: take its sockets away without any of our own clean-up.
-    publisher_side._core.zero = lambda topic: None  # type: ignore[method-assign]
+    publisher_side._core.velocity.zero = lambda topic: None  # type: ignore[method-assign]
     publisher_side.node.close()
     time.sleep(0.5)
     assert sim.world.body.velocity.vx > 0.1

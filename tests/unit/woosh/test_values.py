@@ -22,9 +22,9 @@ from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.marks import MarkFile
 from woosh_pure.outcome import Outcome, OutcomeKind
 from woosh_pure.readiness import assess
+from woosh_pure.shaper import DriveLimits, Shaper
 from woosh_pure.steps import Step, check_steps
 from woosh_pure.values import RobotStatus
-from woosh_pure.velocity import DriveLimits, Shaper
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,149 @@
+"""What this client has started and still runs: goals and velocity blocks, for `stop`, `close` and the end of
+the program.
+
+Everything that moves is added here before it is sent, so that nothing moves which nobody could stop.
+"""
+
+from __future__ import annotations
+
+import atexit
+import threading
+from typing import TYPE_CHECKING, Any
+
+from rosproto.logs import get_logger
+
+from .errors import MotionRefused
+
+if TYPE_CHECKING:
+    from .goal import GoalHandle
+    from .velocity import Drive
+
+__all__ = ["Running"]
+
+logger = get_logger("woosh_pure.core")
+
+
+class Running:
+    """Goals and drives of one `Chassis`. Safe from any thread.
+
+    Attributes:
+        leave: Whether goals go on when the program ends.
+        moved: Whether a motion was ever started.
+        stops: How often `stop` was called: what was being prepared then must not begin afterwards.
+    """
+
+    def __init__(self, *, leave: bool) -> None:
+        self.leave = leave
+        self.moved = False
+        self.stops = 0
+        self._lock = threading.RLock()
+        self._goals: list[GoalHandle[Any]] = []
+        self._drives: list[Drive] = []
+
+    @property
+    def goals(self) -> list[GoalHandle[Any]]:
+        """Goals under way."""
+        with self._lock:
+            return list(self._goals)
+
+    @property
+    def drives(self) -> list[Drive]:
+        """Open velocity blocks."""
+        with self._lock:
+            return list(self._drives)
+
+    def note_stop(self) -> None:
+        """From now on nothing begins that was being prepared before."""
+        with self._lock:
+            self.stops += 1
+
+    def require_free_base(self, what: str) -> None:
+        """Refuse a goal while a velocity block of this Chassis is open: both would command the base.
+
+        Raises:
+            MotionRefused: One is.
+        """
+        if any(not drive.finished for drive in self.drives):
+            raise MotionRefused(f"{what} refused, nothing was sent: a velocity block is open; leave it first")
+
+    def add_goal(self, goal: GoalHandle[Any], since: int, *, check: bool = True) -> None:
+        """Add a goal that is about to be sent.
+
+        Args:
+            goal: The goal.
+            since: `stops` when its verb began.
+            check: False adds it beside a velocity block, too.
+
+        Raises:
+            MotionRefused: `stop` was called since then, or a velocity block is open.
+        """
+        with self._lock:
+            self._require_no_stop(goal.goal, since)
+            if check and goal.drives:
+                self.require_free_base(goal.goal)
+            self._will_move()
+            self._goals.append(goal)
+
+    def remove_goal(self, goal: GoalHandle[Any]) -> None:
+        """Take off an ended goal."""
+        with self._lock:
+            if goal in self._goals:
+                self._goals.remove(goal)
+
+    def add_drive(self, drive: Drive, since: int, *, check: bool = True) -> None:
+        """Add a drive that is about to be opened; there is one at a time.
+
+        Args:
+            drive: The drive.
+            since: `stops` when its opening began.
+            check: False opens it beside a goal of ours, too.
+
+        Raises:
+            MotionRefused: Another one is open, a goal of ours moves the base, or `stop` was called meanwhile.
+        """
+        under_way = [goal for goal in self.goals if not goal.done]  # `done` may look at the network
+        with self._lock:
+            self._require_no_stop("velocity", since)
+            driving = [goal.goal for goal in self._goals if goal in under_way and goal.drives]
+            if check and driving:
+                raise MotionRefused(
+                    f"velocity refused: {', '.join(driving)} is under way and would be disturbed; wait for "
+                    "it, pause or cancel it first"
+                )
+            if any(not other.finished for other in self._drives):
+                raise MotionRefused("another velocity block is open on this Chassis; leave it first")
+            self._will_move()
+            self._drives = [drive]
+
+    def remove_drive(self, drive: Drive) -> None:
+        """Take off an ended drive."""
+        with self._lock:
+            if drive in self._drives:
+                self._drives.remove(drive)
+
+    def close(self) -> None:
+        """Forget everything; it must have ended before."""
+        atexit.unregister(self._at_exit)
+        with self._lock:
+            self._goals.clear()
+
+    def _require_no_stop(self, what: str, since: int) -> None:
+        if self.stops != since:
+            raise MotionRefused(f"{what}: stop() was called while it was being prepared; nothing was sent")
+
+    def _will_move(self) -> None:
+        if not self.moved:
+            atexit.register(self._at_exit)
+        self.moved = True
+
+    def _at_exit(self) -> None:
+        # A program that did not use `with`, or was interrupted again while it left the block. No thread can
+        # be started any more here (CPython 3.12), so: one by one.
+        for drive in self.drives:
+            drive.halt("the program ends")
+            drive.finish()
+        for goal in [] if self.leave else self.goals:
+            try:
+                goal._request_cancel(2.0)
+            except Exception as error:  # nothing can be done about it any more
+                logger.debug("! %s: not cancelled at exit: %s", goal.goal, error)
