@@ -188,7 +188,7 @@ def add_decompress_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _in_place_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("bags", nargs="+", metavar="BAG")
-    parser.add_argument("--output-dir", metavar="DIR", help="write there; the bags are not touched")
+    parser.add_argument("--output-dir", metavar="DIR", help="write there, made if need be; leaves the bags")
     parser.add_argument("-f", "--force", action="store_true", help="replace an older NAME.orig.bag")
     parser.add_argument("-q", "--quiet", action="store_true", help="print errors only")
 
@@ -209,6 +209,7 @@ def _rewrite(path: str, arguments: argparse.Namespace) -> None:
     base, extension = os.path.splitext(path)
     backup = f"{base}.orig{extension}"
     if arguments.output_dir:
+        os.makedirs(arguments.output_dir, exist_ok=True)
         output = os.path.join(arguments.output_dir, os.path.basename(path))
         _check_new(output, path)
     else:

@@ -44,7 +44,7 @@ def info(arguments: argparse.Namespace) -> int:
     from rosproto.bag import BagReader
 
     for number, path in enumerate(arguments.bags):
-        if number:
+        if number and not arguments.json:
             print("---")
         with BagReader(path) as bag:
             found = facts(bag, freq=arguments.freq)

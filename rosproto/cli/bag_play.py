@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shutil
 import sys
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
@@ -105,7 +106,7 @@ def _split_remappings(words: list[str]) -> tuple[list[str], dict[str, str]]:
     paths = [word for word in words if ":=" not in word]
     pairs = [word.partition(":=") for word in words if ":=" in word]
     if not paths:
-        raise CommandError("no bag to play")
+        raise ValueError("no bag to play; name one")
     for old, _, new in pairs:
         if not old or not new:
             raise CommandError(f"{old}:={new} is no remapping: write /old:=/new")
@@ -152,6 +153,7 @@ class _Console:
             f"{state} bag time {player.position_ns / 1e9:.3f}  {player.position:.2f} / "
             f"{player.timeline.duration:.2f} s  {player.published} messages"
         )
+        text = text[: shutil.get_terminal_size().columns - 1]  # a longer line could not be written over
         sys.stderr.write("\r" + text.ljust(self._shown))
         sys.stderr.flush()
         self._shown = len(text)

@@ -172,6 +172,8 @@ def follow(recorder: Recorder, *, quiet: bool = False) -> int:
                 f"{stats.messages} messages, {human_bytes(stats.bytes)}, {stats.seconds:.1f} s, "
                 f"{stats.dropped} dropped"
             )
+            if not stats.messages:
+                line.note("nothing came: did anybody publish these topics? see: rosproto topic list")
     return 1 if recorder.dropped else 0
 
 

@@ -55,12 +55,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     if name is None:
         parser.print_help(sys.stderr)
         return WRONG_USE
-    return _run(name, arguments)
+    return _run(name, arguments, until_exit=argv is None)
 
 
-def _run(name: str, arguments: argparse.Namespace) -> int:
+def _run(name: str, arguments: argparse.Namespace, *, until_exit: bool) -> int:
     try:
-        with signals_unwind():
+        with signals_unwind(until_exit=until_exit):
             _log_to_stderr(arguments.verbose)
             code = COMMANDS[name].load()[1](arguments)
             if sys.stdout is not None:

@@ -5,10 +5,13 @@
 
 from __future__ import annotations
 
+import math
 import os
+import re
 import signal
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import Any, NoReturn
@@ -24,6 +27,7 @@ __all__ = [
     "WRONG_USE",
     "CommandError",
     "Terminated",
+    "cannot_listen",
     "explain",
     "output_is_gone",
     "raise_terminated",
@@ -33,6 +37,7 @@ __all__ = [
 
 DONE, FAILED, WRONG_USE, UNREACHABLE = 0, 1, 2, 4
 INTERRUPTED, TERMINATED = 130, 143
+ONE_SIGNAL = 0.5
 
 
 class CommandError(RosError):
@@ -49,7 +54,7 @@ def explain(error: Exception) -> tuple[str, int]:
     """One sentence and the exit code."""
     text = " ".join(str(error.args[0] if isinstance(error, KeyError) and error.args else error).split())
     if isinstance(error, ConnectionLost):
-        return text, UNREACHABLE
+        return _without_internals(text), UNREACHABLE
     if isinstance(error, ValueError) and not isinstance(error, RosError):
         return text, WRONG_USE
     if isinstance(error, OSError) and not isinstance(error, RosError) and error.strerror:
@@ -58,6 +63,25 @@ def explain(error: Exception) -> tuple[str, int]:
     if isinstance(error, (RosError, ValueError, OSError, KeyError)):
         return text, FAILED
     return f"{type(error).__name__}: {text}; this is a mistake of ours, please report it with --debug", FAILED
+
+
+def _without_internals(text: str) -> str:
+    """Where, and what happened there: who types commands has no use for our node's name and the method."""
+    return re.sub(
+        r"^(node /\S+ cannot join the master \S+: )?(\S+ at (http://\S+): )(connect to \S+( \(\S+\))?: )?",
+        r"\3: ",
+        text,
+    )
+
+
+def cannot_listen(error: ConnectionLost, option: str) -> str:
+    """Why this computer does not let a command listen there, with the option to change; see `os_errors`."""
+    text, semicolon, advice = str(error).partition(";")
+    if "port" in text:
+        return f"{text}; end what runs there, or choose another --port (0: a free one)"
+    if "no such address" in text:
+        return f"{text}; give one of its own with {option}, 0.0.0.0 for all of them"
+    return text + semicolon + advice
 
 
 def say(text: str) -> None:
@@ -78,25 +102,49 @@ def output_is_gone() -> None:
 
 
 @contextmanager
-def signals_unwind() -> Iterator[None]:
+def signals_unwind(*, until_exit: bool = False) -> Iterator[None]:
     """Within the block SIGTERM, SIGHUP and SIGBREAK raise `Terminated` in the main thread.
 
     SIGBREAK is Ctrl-Break, and what a closed Windows console sends; SIGHUP a closed terminal elsewhere.
+
+    Signals sometimes come in pairs: `timeout` sends its one to the command and then to the whole group.
+    What follows within `ONE_SIGNAL` seconds is the same one: raised again, it would end the orderly end
+    halfway, and leave a node registered. Later ones count: who presses Ctrl-C again means it.
+
+    Args:
+        until_exit: The process ends with the block: the handlers stay, for the end of the interpreter.
     """
     before: dict[int, Any] = {}
-    for name in ("SIGTERM", "SIGHUP", "SIGBREAK"):
+    handlers = {name: _once(raise_terminated) for name in ("SIGTERM", "SIGHUP", "SIGBREAK")}
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        handlers["SIGINT"] = _once(signal.default_int_handler)
+    for name, handler in handlers.items():
         number = getattr(signal, name, None)
         # What is ignored stays so: nohup means it.
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
             try:
-                before[number] = signal.signal(number, raise_terminated)
+                before[number] = signal.signal(number, handler)
             except ValueError:
                 break  # not in the main thread: the program that called us owns the signals
     try:
         yield
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        if not until_exit:
+            for number, old in before.items():
+                signal.signal(number, old)
+
+
+def _once(handler: Callable[[int, FrameType | None], Any]) -> Callable[[int, FrameType | None], None]:
+    """The handler, called for the first signal of several that come at once."""
+    last = -math.inf
+
+    def handle(number: int, frame: FrameType | None) -> None:
+        nonlocal last
+        before, last = last, time.monotonic()
+        if last - before > ONE_SIGNAL:
+            handler(number, frame)
+
+    return handle
 
 
 def raise_terminated(number: int, frame: FrameType | None) -> NoReturn:

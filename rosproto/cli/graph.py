@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from rosproto.errors import ConnectionLost, RosTimeout
+from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout
 
 from .failure import CommandError
 from .parser import near
@@ -74,14 +74,14 @@ def master_client(arguments: argparse.Namespace) -> Iterator[MasterClient]:
     """Typed calls to the master, without being a node: nothing is registered.
 
     Raises:
-        ConnectionLost: It is not there, or keeps silent, which is the same to a script.
+        ConnectionLost: It is not there, keeps silent, or is no master: the same to a script.
     """
     from rosproto.node.master_client import MasterClient
 
     with MasterClient(master_uri(arguments), CALLER_ID, timeout=TIMEOUT) as master:
         try:
             yield master
-        except RosTimeout as error:
+        except (RosTimeout, RemoteProtocolError) as error:
             raise ConnectionLost(str(error)) from error
 
 

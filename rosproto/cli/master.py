@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.transport.address import make_uri, parse_uri
 
-from .failure import CommandError
+from .failure import CommandError, cannot_listen
 from .option_types import port
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def _listening(kind: type[Master], arguments: argparse.Namespace) -> Master:
         return kind(arguments.host, arguments.port, advertise=arguments.advertise, allow=arguments.allow)
     except ConnectionLost as error:
         # Nobody is out of reach: this computer does not let us listen there.
-        raise CommandError(f"{error}; --port 0 takes a free one") from error
+        raise CommandError(cannot_listen(error, "--host")) from error
 
 
 def _rosout(master: Master, arguments: argparse.Namespace) -> RosoutAggregator | nullcontext[None]:

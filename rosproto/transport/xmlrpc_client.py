@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 import threading
 
-from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError, RosError, RosTimeout
+from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError, RosError, RosTimeout, TooLarge
 from rosproto.protocol import xmlrpc
 from rosproto.protocol.http import HttpClientConnection, Response
 from rosproto.protocol.limits import Limits
@@ -86,14 +86,15 @@ class XmlRpcClient:
         """
         deadline = Deadline(self.timeout if timeout is None else timeout, self._clock)
         body = xmlrpc.encode_call(method, params)
-        response = self._exchange(method, body, deadline, retry)
-        if response.status != 200:
-            raise RemoteProtocolError(
-                f"{method} at {self.uri}: HTTP {response.status} {response.reason}, expected 200 OK; "
-                "is this a ROS master or node?"
-            )
         try:
+            response = self._exchange(method, body, deadline, retry)
+            if response.status != 200:
+                raise RemoteProtocolError(f"HTTP {response.status} {response.reason}, expected 200 OK")
             return xmlrpc.decode_response(response.body, self._limits)
+        except RemoteProtocolError as error:
+            hint = "" if isinstance(error, TooLarge) else "; is this a ROS master or node?"
+            error.args = (f"{method} at {self.uri}: {error}{hint}", *error.args[1:])
+            raise
         except xmlrpc.Fault as fault:
             raise MasterError(method, fault.code, fault.text, uri=self.uri) from fault
 
@@ -222,10 +223,6 @@ class _Link:
             self._sock.settimeout(_time_left(deadline))
             self._sock.sendall(request)
             response = self._read(deadline)
-        except RemoteProtocolError as error:
-            if self.answered:
-                raise RemoteProtocolError(f"{doing}: {error}") from error
-            raise
         except OSError as error:
             if isinstance(error, ConnectionLost):
                 raise

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import http.server
 import os
 import re
 import shutil
@@ -111,6 +112,32 @@ def test_a_master_that_keeps_silent_cannot_be_reached(
     assert "no answer within" in capsys.readouterr().err
 
 
+def test_a_web_server_is_no_master(capsys: pytest.CaptureFixture[str]) -> None:
+    """It answers, even with 200: the sentence says where, and what it should have been. Code 4."""
+    from rosproto.cli import main
+    from woosh_pure.cli.entry import main as woosh
+
+    class Page(http.server.BaseHTTPRequestHandler):
+        def do_POST(self) -> None:
+            self.send_response(200)
+            self.end_headers()
+            self.wfile.write(b"<html>It works!</html>")
+
+        def log_message(self, *_: object) -> None:
+            pass
+
+    with http.server.HTTPServer(("127.0.0.1", 0), Page) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        uri = f"http://127.0.0.1:{server.server_port}/"
+        try:
+            for run, words in ((main, ["topic", "list"]), (woosh, ["battery"])):
+                assert run([*words, "--master", uri]) == 4
+                said = capsys.readouterr().err
+                assert f": {uri}: XML-RPC: <html> inside <document>; is this a ROS master or node?" in said
+        finally:
+            server.shutdown()
+
+
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
 def test_a_signal_unregisters_the_node_of_a_command(graph: SimpleNamespace, number: int) -> None:
     """Nothing is left behind at the master."""
@@ -121,6 +148,21 @@ def test_a_signal_unregisters_the_node_of_a_command(graph: SimpleNamespace, numb
         code, err = ended(process, number)
         assert (code, err) == (130 if number == signal.SIGINT else 143, "")
         assert "/left" not in graph.node.master.get_system_state().publishers
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_that_comes_twice_at_once_is_one(graph: SimpleNamespace, number: int) -> None:
+    """`timeout` sends its signal to the command and to its group: the second must not cut the end short."""
+    for _ in range(4):  # without care it is cut short every other time
+        with start("rosproto", "topic", "hz", "/twice", "--master", graph.uri) as process:
+            assert process.stdout is not None
+            process.stdout.readline()
+            process.send_signal(number)
+            time.sleep(0.001)  # or the system makes one of them
+            code, err = ended(process, number)
+        assert "Traceback" not in err
+        assert code in (130 if number == signal.SIGINT else 143, -number)  # the same to a shell
+        assert "/twice" not in graph.node.master.get_system_state().subscribers
 
 
 def test_nohup_is_respected(graph: SimpleNamespace) -> None:

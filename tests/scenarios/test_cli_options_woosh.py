@@ -164,7 +164,7 @@ TELLING = [
     Case("marks remove X9 --json", doc(lambda d: d["ok"] is False), code=1),
     Case("led idle --strip base --module 2 --urgency", has("base strip: idle")),
     Case("led warning --color ff8000 --strip shelf --abnormal --json", doc(lambda d: d["color"] == 0xFF8000)),
-    Case("led --strip both", has("both strip: none")),
+    Case("led none --strip both", has("both strip: none")),
     Case("led --list --json", doc(lambda d: len(d) > 15)),
     Case("say mind your feet", has("said: mind your feet")),
     Case("say hello --json", doc(lambda d: d["said"] == "hello")),

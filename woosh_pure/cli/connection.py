@@ -11,7 +11,7 @@ from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, RosTimeout
-from woosh_pure.errors import ChassisError
+from woosh_pure.errors import ChassisError, MotionRefused
 
 from . import config
 from .output import Output
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from woosh_pure.goal import GoalHandle
     from woosh_pure.outcome import Outcome
 
-__all__ = ["chosen", "connect", "follow", "report"]
+__all__ = ["chosen", "connect", "follow", "reaching", "report"]
 
 
 def chosen(args: Namespace) -> tuple[str | None, str | None]:
@@ -31,6 +31,12 @@ def chosen(args: Namespace) -> tuple[str | None, str | None]:
     """
     if args.master and args.chassis:
         raise ValueError("--master and --chassis contradict each other; give one of them")
+    for option, given in (("--master", args.master), ("--chassis", args.chassis), ("--host", args.host)):
+        if given is not None and not given.strip():
+            # As from an unset variable of a script: never another chassis instead.
+            raise ValueError(
+                f"{option} is empty; give an address such as 169.254.128.2, or leave {option} out"
+            )
     address = args.master or args.chassis
     if address or os.environ.get("ROS_MASTER_URI", "").strip():
         return address, args.host
@@ -55,22 +61,24 @@ def connect(args: Namespace, out: Output, *, sim_speed: float = 1.0) -> Iterator
         with out.working("connecting"):
             paths = [*(args.msg_path or ()), *environment_paths()]
             learned = not args.no_learned
-            chassis = _open(stack, Chassis(address, host=host, msg_path=paths, learned=learned))
+            with reaching():
+                chassis = stack.enter_context(Chassis(address, host=host, msg_path=paths, learned=learned))
         try:
             yield chassis
         except BaseException as error:
-            _stop(chassis, out)
+            _stop(chassis, out, refused=isinstance(error, MotionRefused))
             if isinstance(error, BrokenPipeError) and chassis.moved:
                 # A motion is not followed by a command that nobody listens to.
                 raise ChassisError("nobody reads the output any more: the motion was stopped") from error
             raise
 
 
-def _open(stack: ExitStack, chassis: Chassis) -> Chassis:
+@contextmanager
+def reaching() -> Iterator[None]:
+    """For scripts a master that keeps silent is the same as one that is not there: ConnectionLost."""
     try:
-        return stack.enter_context(chassis)
+        yield
     except RosTimeout as error:
-        # For scripts a master that keeps silent is the same as one that is not there.
         raise ConnectionLost(f"{error}; try `woosh doctor`") from error
 
 
@@ -85,13 +93,17 @@ def simulated(args: Namespace, out: Output, stack: ExitStack, speed: float = 1.0
     return sim.master_uri
 
 
-def _stop(chassis: Chassis, out: Output) -> None:
+def _stop(chassis: Chassis, out: Output, *, refused: bool) -> None:
     # A second Ctrl-C must not interrupt the stopping; it is bounded to a few seconds.
     with _signals_ignored():
-        if chassis.moved:
+        if not chassis.moved:
+            return
+        if not refused:
             _try_line(out, "stopping ...")
-            sentence = chassis.stop(timeout=4.0).sentence()
-            _try_line(out, sentence)
+        report = chassis.stop(timeout=4.0)
+        # Refused: nothing began, and it is said why; unless it moves after all.
+        if not refused or not report.standing or report.cancelled or report.problems:
+            _try_line(out, report.sentence())
 
 
 def _try_line(out: Output, text: str) -> None:

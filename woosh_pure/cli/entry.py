@@ -43,6 +43,7 @@ EXIT_CODES = {
     TERMINATED: "ended by SIGTERM, a hang-up or a closed console; a motion of this command was stopped",
 }
 """What the exit codes mean."""
+_NOT_THERE = "a node of the chassis is down, or this chassis does not have it; try `woosh doctor`"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -61,7 +62,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         parser.print_help(sys.stderr)
         return WRONG_USE
     out = Output(as_json=args.json)
-    with signals_unwind(), linger_when_closed(raise_terminated):
+    with signals_unwind(until_exit=argv is None), linger_when_closed(raise_terminated):
         return _run(load(args.command), args, out)
 
 
@@ -98,8 +99,15 @@ def _for_people(text: str) -> str:
     for said, meant in (
         ("look at chassis.readiness() and chassis.faults", "see `woosh ready` and `woosh faults`"),
         ("look at chassis.readiness() for", "see `woosh ready` for"),
+        ("use go_to for longer ways", "for longer ways: woosh goto --pose X Y DEGREES"),
+        ("give start=", "give --start X Y DEGREES"),
     ):
         text = text.replace(said, meant)
+    for pattern in (
+        r"no node provides it \(.*\bwait\(\)",
+        r"nobody publishes \S+; is the server running, and .*\?",
+    ):
+        text = re.sub(pattern, _NOT_THERE, text)
     found = re.search(r"status code (\d{6,})(?! \()", text)
     if found is None:
         return text

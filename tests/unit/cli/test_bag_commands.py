@@ -93,6 +93,21 @@ def test_curves_of_a_bag_with_many_chunks_need_no_index_records(
     assert fast["/said"][11] == 0
 
 
+def test_info_of_several_bags_as_json_is_a_line_for_each(run: Run, bag: str) -> None:
+    """JSON Lines, as jq and others read them; YAML has its own sign between documents."""
+    code, out = run("info", "--json", bag, bag)
+    assert code == 0
+    assert [json.loads(line)["path"] for line in out.splitlines()] == [bag, bag]
+    assert run("info", "--yaml", bag, bag)[1].count("\n---\n") == 1
+
+
+def test_play_wants_a_bag(run: Run) -> None:
+    """A missing argument is wrong use, as with the other verbs."""
+    code, out = run("play")
+    assert code == 2
+    assert "name one" in out
+
+
 def test_info_as_json_and_yaml(run: Run, bag: str) -> None:
     """Facts for programs, one value with --key."""
     found = json.loads(run("info", "--json", "--freq", bag)[1])
@@ -208,8 +223,7 @@ def test_compress_and_decompress_keep_the_original(run: Run, bag: str, option: s
 
 
 def test_compress_into_a_directory_leaves_the_bag_alone(run: Run, bag: str, tmp_path: Path) -> None:
-    """--output-dir, and a failure leaves nothing behind."""
-    (tmp_path / "out").mkdir()
+    """--output-dir, which is made, and a failure leaves nothing behind."""
     before = Path(bag).read_bytes()
     assert run("compress", "--output-dir", tmp_path / "out", bag)[0] == 0
     assert Path(bag).read_bytes() == before

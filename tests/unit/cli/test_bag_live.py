@@ -216,7 +216,7 @@ def test_words_may_stand_between_options(words: str) -> None:
 def test_remappings_and_bags_in_one_row() -> None:
     """Words with := are remappings, global or not; the rest are bags."""
     assert _split_remappings(["a.bag", "/x:=/y", "z:=w"]) == (["a.bag"], {"/x": "/y", "/z": "/w"})
-    with pytest.raises(CommandError, match="no bag"):
+    with pytest.raises(ValueError, match="no bag"):
         _split_remappings(["/x:=/y"])
     with pytest.raises(CommandError, match="no remapping"):
         _split_remappings(["a.bag", "/x:="])

@@ -240,7 +240,10 @@ def test_an_answer_that_breaks_off_is_not_retried(scripted: Callable[..., str]) 
     [
         (b"SSH-2.0-OpenSSH_9.2\r\n\r\n", "status line"),
         (b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n", "HTTP 404 Not Found.*is this a ROS master"),
-        (b"HTTP/1.1 200 OK\r\nContent-Length: 5\r\n\r\n<html", "XML-RPC"),
+        (
+            b"HTTP/1.1 200 OK\r\nContent-Length: 5\r\n\r\n<html",
+            "getPid at http.*XML-RPC.*is this a ROS master",
+        ),
         (b"HTTP/1.1 200 OK\r\nContent-Length: 999999999\r\n\r\n", "xml_body_bytes"),
         (b"HTTP/1.1 200 OK\r\nX: " + b"x" * 20_000, "http_head_bytes"),
     ],

@@ -17,16 +17,18 @@ HELP = "let obstacles enter the costmaps or not, or forget those seen so far"
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
-    parser.add_argument("what", choices=("on", "off", "clear"), help="off: obstacles are no longer noticed")
+    parser.add_argument(
+        "setting", choices=("on", "off", "clear"), help="off: obstacles are no longer noticed"
+    )
 
 
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
     with connect(args, out) as chassis, out.working("asking the navigation"):
-        if args.what == "clear":
+        if args.setting == "clear":
             chassis.clear_costmaps()
         else:
-            chassis.enable_costmaps(args.what == "on")
-    out.line(_SAID[args.what])
-    out.result({"done": args.what})
+            chassis.enable_costmaps(args.setting == "on")
+    out.line(_SAID[args.setting])
+    out.result({"done": args.setting})
     return 0

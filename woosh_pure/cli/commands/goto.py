@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import SUPPRESS, ArgumentParser, Namespace
 
 from ..arguments import POSE, add_timeout, number, pose
 from ..connection import connect, follow, report
@@ -14,12 +14,15 @@ HELP = "drive to a mark, or to a pose in the map"
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
     parser.add_argument("mark", nargs="?", help="name of the mark, as on the chassis's map")
+    parser.add_argument("more", nargs="*", help=SUPPRESS)  # to say what was meant by it
     parser.add_argument("--pose", nargs=3, type=number, metavar=POSE, help="m, m and degrees")
     add_timeout(parser)
 
 
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
+    if args.more:
+        raise ValueError(_several([args.mark, *args.more]))
     if (args.mark is None) == (args.pose is None):
         raise ValueError("give a mark or --pose X Y DEGREES, and not both")
     with connect(args, out) as chassis:
@@ -33,3 +36,13 @@ def run(args: Namespace, out: Output) -> int:
         here = chassis.pose.latest
         out.line(f"now at {here or 'a pose that was not heard'}")
         return report(outcome, out, pose=here)
+
+
+def _several(words: list[str]) -> str:
+    """What several words were probably meant to be: numbers a pose, others a name that wants quotes."""
+    try:
+        numbers = [float(word) for word in words]
+    except ValueError:
+        return f"a mark is one word; quote it: woosh goto '{' '.join(words)}'"
+    missing = " DEGREES" if len(numbers) == 2 else ""
+    return f"for a pose write: woosh goto --pose {' '.join(words[:3])}{missing}"

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..arguments import count, positive
-from ..connection import chosen, simulated
+from ..connection import chosen, reaching, simulated
 from ..output import Output
 
 if TYPE_CHECKING:
@@ -50,9 +50,10 @@ def run(args: Namespace, out: Output) -> int:
     with ExitStack() as stack:
         address, host = (simulated(args, out, stack), args.host) if args.sim else chosen(args)
         uri = master_uri_of(address)
-        node = stack.enter_context(
-            Node("woosh_learn", master_uri=uri, host=host, anonymous=True, rosout=False)
-        )
+        with reaching():
+            node = stack.enter_context(
+                Node("woosh_learn", master_uri=uri, host=host, anonymous=True, rosout=False)
+            )
         answers = survey(node, timeout=args.timeout, parallel=args.parallel)
         learned = () if args.no_learned else learned_paths(folder)
         knowledge = Knowledge([*learned, *map(Path, args.msg_path or ()), *map(Path, environment_paths())])

@@ -15,7 +15,7 @@ HELP = "set the light strips: a named state, or a colour"
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
-    parser.add_argument("state", nargs="?", default="none", help="a state of the strip, see --list")
+    parser.add_argument("state", nargs="?", help="a state of the strip, see --list; none: nothing of its own")
     parser.add_argument("--color", metavar="RRGGBB", help="colour as three hexadecimal bytes, e.g. ff8000")
     parser.add_argument(
         "--strip", choices=("base", "shelf", "both"), default="base", help="which strip (base)"
@@ -35,6 +35,12 @@ def run(args: Namespace, out: Output) -> int:
         out.line("\n".join(words))
         out.result({word: int(LedState[word_of(word)]) for word in words})
         return 0
+    if args.state is None:
+        if not (args.color or args.urgency or args.abnormal):
+            raise ValueError(
+                "give a state (see --list) or --color RRGGBB; what the strip shows now is not told"
+            )
+        args.state = "none"
     if args.state not in words:
         hint = near(args.state, words)
         raise ValueError(f"state {args.state!r} is not known{hint}; one of: {', '.join(words)}")

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import time
 from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
 
 from rosproto.errors import RosTimeout
 
 from ..arguments import seconds
 from ..connection import connect
+from ..judging import is_there, readiness_of
 from ..output import Output
+
+if TYPE_CHECKING:
+    from woosh_pure.chassis import Chassis
 
 HELP = "say whether it would move now, and why not (exit code 3: not ready)"
 
@@ -31,12 +36,19 @@ def run(args: Namespace, out: Output) -> int:
             while time.monotonic() < end and not (chassis.status.heard and chassis.battery.heard):
                 time.sleep(0.02)
             if args.wait is not None:
-                try:
-                    chassis.wait_until_ready(args.wait)
-                except RosTimeout:
-                    pass  # what blocks is said below
-        readiness = chassis.readiness()
+                _wait(chassis, args.wait)
+        readiness = readiness_of(chassis)
     word = out.colour("ready", "green") if readiness else out.colour("NOT READY", "red")
     out.line(f"{word}: {readiness.sentence()}")
     out.result({"ready": readiness.ready, "reasons": list(readiness.reasons)})
     return 0 if readiness else 3
+
+
+def _wait(chassis: Chassis, longest: float) -> None:
+    end = time.monotonic() + longest
+    while not is_there(chassis) and time.monotonic() < end:
+        time.sleep(0.1)
+    try:
+        chassis.wait_until_ready(max(0.0, end - time.monotonic()))
+    except RosTimeout:
+        pass  # what blocks is said by the caller

@@ -9,6 +9,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rosproto.cli.failure import cannot_listen
 from rosproto.errors import ConnectionLost
 from woosh_pure.errors import ChassisError
 
@@ -133,7 +134,7 @@ def _listening(sim: SimulatedChassis) -> Iterator[None]:
             stack.enter_context(sim)
         except ConnectionLost as error:
             # Nobody is out of reach: this computer does not let us listen there.
-            raise ChassisError(f"{error}; --port 0 takes a free one") from error
+            raise ChassisError(cannot_listen(error, "--bind")) from error
         yield
 
 

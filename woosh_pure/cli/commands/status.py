@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..arguments import seconds
 from ..connection import connect
+from ..judging import readiness_of
 from ..output import Output
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ def run(args: Namespace, out: Output) -> int:
         faults = chassis.faults
         with out.working("listening"):
             readings = chassis.snapshot(args.wait)
-        faults, readiness = chassis.faults, chassis.readiness()
+        faults, readiness = chassis.faults, readiness_of(chassis)
         heard = {name: r for name, r in readings.items() if r is not None}
         for name in ("status", "battery", "pose", "velocity", "odometer", "information"):
             out.line(f"{name:12s} {_line(name, heard.get(name))}")

@@ -1,0 +1,92 @@
+"""What people type wrongly, and what `woosh` then says: one sentence with the next step, and nothing moves."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+
+import pytest
+
+from rosproto import Master
+from woosh_pure import SimulatedChassis
+from woosh_pure.cli.entry import main
+
+Captured = pytest.CaptureFixture[str]
+
+
+def exit_code(line: str) -> object:
+    """Of `woosh LINE`; the parser leaves in its own way."""
+    try:
+        return main(line.split())
+    except SystemExit as left:
+        return left.code
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "text"),
+    [
+        ("goto", 2, "give a mark or --pose"),
+        ("goto 1 2", 2, "for a pose write: woosh goto --pose 1 2 DEGREES"),
+        ("goto 1 2 90", 2, "for a pose write: woosh goto --pose 1 2 90"),
+        ("goto 会议 室", 2, "a mark is one word; quote it: woosh goto '会议 室'"),
+        ("led", 2, "give a state (see --list) or --color"),
+        ("led --color 12", 2, "expected six hexadecimal digits"),
+        ("costmap maybe", 2, "'maybe' is no setting; one of: on, off, clear"),
+        ("--sim --chassis 127.0.0.1 stop", 2, "contradict each other"),
+        ("--chassis= status", 2, "--chassis is empty"),
+        ("--master= stop", 2, "--master is empty"),
+        ("--chassis 127.0.0.1 --host= status", 2, "--host is empty"),
+        ("sim --port 0 --bind 203.0.113.7", 1, "no such address; give one of its own with --bind"),
+    ],
+)
+def test_a_mistake_is_told_in_one_sentence(line: str, code: int, text: str, capsys: Captured) -> None:
+    """Without asking any chassis: also with $ROS_MASTER_URI set, an empty address never means another one."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ROS_MASTER_URI", "http://127.0.0.1:1")
+        assert exit_code(line) == code
+    assert text in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def empty() -> Iterator[str]:
+    """URI of a master without a chassis."""
+    with Master() as master:
+        yield master.uri
+
+
+def test_a_master_without_a_chassis_is_not_ready(empty: str, capsys: Captured) -> None:
+    """`woosh ready && woosh goto A1` must not go on: that nothing speaks against it is no yes there."""
+    assert main(["--master", empty, "--json", "ready", "--listen", "0.1", "--wait", "0.2"]) == 3
+    said = json.loads(capsys.readouterr().out)
+    assert not said["ready"]
+    assert [reason["key"] for reason in said["reasons"]] == ["no_chassis"]
+    assert main(["--master", empty, "status", "--wait", "0.1"]) == 1
+    assert f"NO: nobody publishes /robot_status at {empty}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("line", "text"),
+    [
+        ("map save /tmp/x", "service /aic_map_server/get_map: a node of the chassis is down"),
+        ("costmap clear", "service /move_base/clear_costmaps: a node of the chassis is down"),
+    ],
+)
+def test_what_a_chassis_lacks_is_said_without_our_api(
+    empty: str, line: str, text: str, capsys: Captured
+) -> None:
+    """Who types commands cannot call `wait()`."""
+    assert main(["--master", empty, *line.split()]) == 1
+    said = capsys.readouterr().err
+    assert text in said
+    assert "wait()" not in said
+
+
+def test_a_refusal_does_not_talk_of_stopping(capsys: Captured) -> None:
+    """Nothing began; too long a step and an unknown mark say what to do instead."""
+    with SimulatedChassis(speed=8) as sim:
+        assert main(["--master", sim.master_uri, "goto", "标记一"]) == 3
+        said = capsys.readouterr()
+        assert "mark '标记一' is not known" in said.err
+        assert said.out == ""
+        assert main(["--master", sim.master_uri, "move", "500"]) == 2
+        assert "for longer ways: woosh goto --pose X Y DEGREES" in capsys.readouterr().err

@@ -1,0 +1,31 @@
+"""What the commands say about readiness: the chassis's own reasons, and whether there is a chassis at all."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from woosh_pure.chassis import Chassis
+    from woosh_pure.readiness import Readiness
+
+__all__ = ["is_there", "readiness_of"]
+
+
+def is_there(chassis: Chassis) -> bool:
+    """Whether somebody publishes its status; any master answers, also one without a chassis."""
+    return chassis.status.heard or chassis.status.publishers > 0
+
+
+def readiness_of(chassis: Chassis) -> Readiness:
+    """`Chassis.readiness()`, but no without a chassis: scripts take "nothing known against it" for a yes."""
+    from woosh_pure.readiness import Readiness, Reason
+
+    found = chassis.readiness()
+    if is_there(chassis):
+        return found
+    text = (
+        f"nobody publishes {chassis.status.topic} at {chassis.master_uri}: no chassis runs there, or not all "
+        "of it; try `woosh doctor`"
+    )
+    known = [reason for reason in found.reasons if reason.key != "unknown"]
+    return Readiness((Reason("no_chassis", text), *known))
