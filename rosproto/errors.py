@@ -28,6 +28,13 @@ __all__ = [
 class RosError(Exception):
     """Base of every error raised by rosproto and woosh_pure."""
 
+    def __reduce__(self) -> tuple[object, ...]:
+        """Copies and pickles of the finished error; without this they would be made of its text alone.
+
+        (A worker whose error cannot be unpickled makes multiprocessing.Pool wait for ever.)
+        """
+        return _restored, (type(self), self.args), self.__dict__
+
 
 class DefinitionError(RosError, ValueError):
     """A .msg, .srv or .action text is missing or wrong.
@@ -202,3 +209,9 @@ class RosTimeout(RosError, TimeoutError):
         super().__init__(message)
         self.what = what
         self.seconds = seconds
+
+
+def _restored(cls: type[RosError], args: tuple[object, ...]) -> RosError:
+    error = cls.__new__(cls, *args)
+    error.args = args
+    return error
