@@ -126,8 +126,12 @@ class TcprosLink(PublisherLink):
         reader, subscription, header, revised = self._reader, self.subscription, self.header, self._revised
         assert reader is not None
         latching = header.get("latching") == "1"  # then `deliver` remembers the message
+        plain = revised is None and not latching
         while True:
             present = subscription.sink
+            if plain and present.offer_one is not None:
+                reader.receive_singles(present.decode, present.owns, present.offer_one, header, subscription)
+                present = subscription.sink  # what came is for whoever is there now
             sink = present if revised is None else subscription.sink_for(revised)
             batch = reader.receive(sink.decode, sink.owns, sink.newest)
             if subscription.sink is not present:
