@@ -29,7 +29,7 @@ MODULES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modules")
 KINDS = ("msg", "srv")
 INSIDE = "_inside"
 """In `modules/`: what message packages have besides messages."""
-SPARE = frozenset({"rospkg"})
+SPARE = frozenset({"PyKDL", "rospkg"})
 """Served only when they are not installed: the real ones know more and need no ROS."""
 
 

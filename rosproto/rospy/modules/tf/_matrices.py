@@ -137,6 +137,70 @@ def shear_matrix(angle, direction, point, normal):
     return matrix
 
 
+def shear_from_matrix(matrix):
+    """(angle, direction, point, normal) of a shear."""
+    m = numpy.array(matrix, dtype=numpy.float64)
+    values, vectors = numpy.linalg.eig(m[:3, :3])
+    kept = numpy.real(vectors[:, abs(numpy.real(values) - 1.0) < 1e-4]).T
+    if len(kept) < 2:
+        raise ValueError("No two linear independent eigenvectors found %s" % (values,))
+    normals = [numpy.cross(kept[i], kept[j]) for i in range(len(kept)) for j in range(i + 1, len(kept))]
+    normal = max(normals, key=vector_norm)
+    normal = normal / vector_norm(normal)
+    direction = numpy.dot(m[:3, :3] - numpy.identity(3), normal)
+    slope = vector_norm(direction)
+    point = _fixed_direction(m)
+    return math.atan(slope), direction / slope, point / point[3], normal
+
+
+def projection_from_matrix(matrix, pseudo=False):
+    """(point, normal, direction, perspective, pseudo) of a projection."""
+    m = numpy.array(matrix, dtype=numpy.float64)
+    values, vectors = numpy.linalg.eig(m)
+    kept = numpy.where(abs(numpy.real(values) - 1.0) < 1e-8)[0]
+    if not pseudo and len(kept):
+        point = numpy.real(vectors[:, kept[-1]])
+        direction, normal = (_lost_direction(part) for part in (m[:3, :3], m[:3, :3].T))
+        if direction is None:
+            raise ValueError("no eigenvector corresponding to eigenvalue 0")
+        if normal is None:
+            return point / point[3], direction, None, None, False
+        return point / point[3], normal, direction, None, False
+    kept = numpy.where(abs(numpy.real(values)) > 1e-8)[0]
+    if not len(kept):
+        raise ValueError("no eigenvector not corresponding to eigenvalue 0")
+    point = numpy.real(vectors[:, kept[-1]])
+    point, normal = point / point[3], -m[3, :3]
+    eye = m[:3, 3] / numpy.dot(point[:3], normal)
+    return point, normal, None, eye - normal if pseudo else eye, pseudo
+
+
+def _lost_direction(matrix):
+    """The direction that a (3, 3) matrix makes nothing of, None when there is none."""
+    values, vectors = numpy.linalg.eig(matrix)
+    lost = numpy.where(abs(numpy.real(values)) < 1e-8)[0]
+    return unit_vector(numpy.real(vectors[:, lost[0]])) if len(lost) else None
+
+
+def clip_matrix(left, right, bottom, top, near, far, perspective=False):
+    """What brings a box, or a truncated pyramid with its eye at the origin, to -1 to 1 in all directions."""
+    if left >= right or bottom >= top or near >= far:
+        raise ValueError("invalid frustrum")
+    if perspective and near <= _EPS:
+        raise ValueError("invalid frustrum: near <= 0")
+    low, high = numpy.array((left, bottom, near), dtype=float), numpy.array((right, top, far), dtype=float)
+    size, middle = high - low, (high + low) / (high - low)
+    if not perspective:
+        matrix = numpy.diag((*(2.0 / size), 1.0))
+        matrix[:3, 3] = -middle
+        return matrix
+    twice = 2.0 * near
+    matrix = numpy.diag((-twice / size[0], -twice / size[1], -middle[2], 0.0))
+    matrix[0, 2], matrix[1, 2] = middle[0], middle[1]
+    matrix[2, 3], matrix[3, 2] = twice * far / size[2], -1.0
+    return matrix
+
+
 def orthogonalization_matrix(lengths, angles):
     """From the coordinates of a crystal's cell (lengths, angles in degrees) to right-angled ones."""
     a, b, c = lengths

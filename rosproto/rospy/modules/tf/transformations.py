@@ -285,10 +285,18 @@ def random_vector(size):
     return numpy.random.random(size)
 
 
-from ._matrices import (  # noqa: E402  (they need what is above)
+from ._arcball import (  # noqa: E402  (they need what is above)
+    Arcball,
+    arcball_constrain_to_axis,
+    arcball_map_to_sphere,
+    arcball_nearest_axis,
+)
+from ._matrices import (  # noqa: E402
+    clip_matrix,
     compose_matrix,
     decompose_matrix,
     orthogonalization_matrix,
+    projection_from_matrix,
     projection_matrix,
     reflection_from_matrix,
     reflection_matrix,
@@ -296,6 +304,7 @@ from ._matrices import (  # noqa: E402  (they need what is above)
     rotation_matrix,
     scale_from_matrix,
     scale_matrix,
+    shear_from_matrix,
     shear_matrix,
     superimposition_matrix,
 )

@@ -22,6 +22,10 @@ class Transformer:
         self._buffer = tf2_ros.Buffer(cache_time, debug=False)
         self._using_dedicated_thread = False
 
+    def allFramesAsDot(self, current_time=None):
+        """The frames as a graph for graphviz; with their ages when the time is given."""
+        return self._buffer._allFramesAsDot(*([current_time] if current_time else []))
+
     def allFramesAsString(self):
         """Every frame and its parent."""
         return self._buffer.all_frames_as_string()

@@ -249,6 +249,16 @@ class BufferCore:
                 for name, cache in self._in_order()
             )
 
+    def _allFramesAsDot(self, current_time=None):
+        """The same as a graph for graphviz."""
+        from ._dot import all_frames_as_dot
+
+        if current_time is not None and not hasattr(current_time, "to_sec"):
+            raise TypeError("time must have a to_sec method, e.g. rospy.Time or rospy.Duration")
+        now = current_time.to_sec() if current_time is not None else 0.0
+        with self._lock:
+            return all_frames_as_dot(list(self._names), self._caches, self._authorities, now)
+
     def _children(self):
         """Names of the frames whose pose in another is known."""
         with self._lock:

@@ -1,0 +1,46 @@
+"""tf_conversions.posemath: PyKDL frames from poses, lookups and matrices, and back."""
+
+import numpy
+import PyKDL
+from geometry_msgs.msg import Point, Pose, Quaternion
+from PyKDL import *  # noqa: F403  (as programs expect)
+from PyKDL import Frame, Rotation, Vector
+
+__all__ = ["fromMatrix", "fromMsg", "fromTf", "toMatrix", "toMsg", "toTf"]
+__all__ += PyKDL.__dict__.get("__all__", ())
+
+
+def fromTf(tf):
+    """Of what `lookupTransform` gives: (position, quaternion)."""
+    position, turn = tf
+    return Frame(Rotation.Quaternion(*turn), Vector(*position))
+
+
+def toTf(f):
+    """(position, quaternion)."""
+    return (f.p[0], f.p[1], f.p[2]), f.M.GetQuaternion()
+
+
+def fromMsg(p):
+    """Of a Pose."""
+    position, turn = p.position, p.orientation
+    return Frame(
+        Rotation.Quaternion(turn.x, turn.y, turn.z, turn.w), Vector(position.x, position.y, position.z)
+    )
+
+
+def toMsg(f):
+    """A Pose."""
+    return Pose(Point(f.p[0], f.p[1], f.p[2]), Quaternion(*f.M.GetQuaternion()))
+
+
+def fromMatrix(m):
+    """Of a (4, 4) matrix."""
+    return Frame(
+        Rotation(*[m[row, i] for row in range(3) for i in range(3)]), Vector(*[m[i, 3] for i in range(3)])
+    )
+
+
+def toMatrix(f):
+    """(4, 4) matrix."""
+    return numpy.array([[f[row, i] for i in range(4)] for row in range(3)] + [[0, 0, 0, 1]], dtype=float)

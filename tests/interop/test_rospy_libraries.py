@@ -1,0 +1,46 @@
+"""What programs import beside rospy: libraries that Debian may lack, so their outputs are kept.
+
+Each program in `programs/` was run by the real libraries; what it printed lies in `programs/expected/`. Here
+our layer runs it, and, where Debian's package is installed, so do rospy and that package once more.
+"""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.support import ros
+from tests.support.rospy_pair import PROGRAMS, run_program
+
+NEEDS = {
+    "cameras.py": "image_geometry",
+    "diagnostics.py": "diagnostic_updater",
+    "kdl.py": "PyKDL",
+    "tf_rare.py": "tf.transformations",
+}
+
+
+def expected(program: str) -> list[str]:
+    """What the real one printed, on both streams."""
+    return (PROGRAMS / "expected" / program).with_suffix(".txt").read_text("utf-8").splitlines()
+
+
+@pytest.mark.parametrize("program", NEEDS)
+def test_a_library_does_what_the_real_one_did(program: str) -> None:
+    """Both streams, stdout first; exit code 0."""
+    ours = run_program(program, real=False)
+    assert [*ours.out, *ours.err] == expected(program)
+    assert ours.code == 0
+
+
+@pytest.mark.parametrize("program", NEEDS)
+def test_what_is_kept_is_what_the_real_one_does(program: str, genpy_packages: Path) -> None:
+    """Where Debian's package is there."""
+    module = NEEDS[program]
+    done = subprocess.run([ros.PYTHON, "-c", f"import {module}"], capture_output=True, timeout=60)
+    if done.returncode:
+        pytest.skip(f"Debian's Python has no {module}")
+    theirs = run_program(program, real=True, packages=["/usr/lib/python3/dist-packages", genpy_packages])
+    assert [*theirs.out, *theirs.err] == expected(program)
