@@ -92,7 +92,9 @@ class CallbackRunner:
         except BaseException:
             self._log_error()
         if perf_counter() - began < SLOW_CALL:
-            self._done()
+            self._running = False  # as `_done`, without the call
+            if self._thread is not None:
+                self._done()
         else:
             self._too_slow((), 0.0)
 
