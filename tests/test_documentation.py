@@ -104,15 +104,6 @@ def _anchors(text: str) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-") for heading in headings}
 
 
-@pytest.mark.parametrize("name", ["README", "docs/tutorial"])
-def test_the_chinese_twin_has_the_same_parts(name: str) -> None:
-    """As many headings, code blocks, commands and table rows: whoever changes one page changes the other."""
-    pages = [(ROOT / f"{name}{language}.md").read_text("utf-8") for language in ("", ".zh-CN")]
-    for part in (r"^#+ ", r"^```python", r"^    \S", r"^\|", r"^- ", r"^\*\*"):
-        english, chinese = (len(re.findall(part, page, re.MULTILINE)) for page in pages)
-        assert english == chinese, f"{name}: {english} and {chinese} of {part}"
-
-
 def test_the_readme_has_its_two_commands_and_ci_calls_the_second() -> None:
     """One line sets up and shows it, one line sets up and tests it; CI runs the same words."""
     readme = (ROOT / "README.md").read_text("utf-8")
