@@ -36,11 +36,12 @@ def test_a_library_does_what_the_real_one_did(program: str) -> None:
 
 
 @pytest.mark.parametrize("program", NEEDS)
-def test_what_is_kept_is_what_the_real_one_does(program: str, genpy_packages: Path) -> None:
+def test_what_is_kept_is_what_the_real_one_does(program: str, request: pytest.FixtureRequest) -> None:
     """Where Debian's package is there."""
     module = NEEDS[program]
     done = subprocess.run([ros.PYTHON, "-c", f"import {module}"], capture_output=True, timeout=60)
     if done.returncode:
         pytest.skip(f"Debian's Python has no {module}")
-    theirs = run_program(program, real=True, packages=["/usr/lib/python3/dist-packages", genpy_packages])
+    folders: list[Path | str] = ["/usr/lib/python3/dist-packages", request.getfixturevalue("genpy_packages")]
+    theirs = run_program(program, real=True, packages=folders)
     assert [*theirs.out, *theirs.err] == expected(program)

@@ -102,9 +102,11 @@ class Cache(SimpleFilter):
         older = [m for t, m in zip(self.cache_times, self.cache_msgs) if t <= stamp]
         return older[-1] if older else None
 
-    def getLastestTime(self):
+    def getLatestTime(self):
         """Time of the newest; None when there is none."""
         return self.cache_times[-1] if self.cache_times else None
+
+    getLastestTime = getLatestTime  # the name it had first
 
     def getOldestTime(self):
         """Time of the oldest; None when there is none."""

@@ -1,5 +1,6 @@
-"""rosnode as far as programs import it: names of nodes, ping, kill."""
+"""rosnode as far as programs import it: names of nodes, where they run, ping, kill, cleaning up."""
 
+import re
 import sys
 import time
 
@@ -8,10 +9,19 @@ import rosgraph
 __all__ = [
     "ROSNodeException",
     "ROSNodeIOException",
+    "cleanup_master_blacklist",
+    "cleanup_master_whitelist",
     "get_api_uri",
+    "get_machines_by_nodes",
+    "get_node_connection_info_description",
+    "get_node_info_description",
     "get_node_names",
+    "get_nodes_by_machine",
     "kill_nodes",
+    "rosnode_info",
+    "rosnode_listnodes",
     "rosnode_ping",
+    "rosnode_ping_all",
 ]
 
 
@@ -36,6 +46,111 @@ def get_node_names(namespace=None):
     return sorted(found)
 
 
+def rosnode_listnodes(namespace=None, list_uri=False, list_all=False):
+    """Print names of nodes, their URIs, or both."""
+    master = rosgraph.Master("/rosnode")
+    rows = names = get_node_names(namespace)
+    if list_uri or list_all:
+        rows = [get_api_uri(master, name) or "unknown address" for name in names]
+    if list_all:
+        rows = ["%s \t%s" % row for row in zip(rows, names)]
+    print("\n".join(rows))
+
+
+def _hosts():
+    """(node, host of its URI)."""
+    from urllib.parse import urlsplit
+
+    master = rosgraph.Master("/rosnode")
+    for name in get_node_names():
+        uri = get_api_uri(master, name)
+        if uri:  # it may have gone meanwhile
+            yield name, urlsplit(uri).hostname
+
+
+def get_machines_by_nodes():
+    """The hosts on which nodes run, each once."""
+    return list(dict.fromkeys(host for _, host in _hosts()))
+
+
+def _addresses(host):
+    import socket
+
+    return {entry[4][0] for entry in socket.getaddrinfo(host, 0, 0, 0, socket.IPPROTO_TCP)}
+
+
+def get_nodes_by_machine(machine):
+    """Names of the nodes on a host.
+
+    Raises:
+        ROSNodeException: The host's name is unknown.
+    """
+    try:
+        wanted = _addresses(machine)
+    except OSError:
+        raise ROSNodeException("cannot resolve machine name [%s] to address" % machine) from None
+    return [name for name, host in _hosts() if host == machine or wanted & _addresses(host)]
+
+
+def get_node_info_description(node_name):
+    """What the master knows of a node, as `rosnode info` prints it."""
+    master = rosgraph.Master("/rosnode")
+    try:
+        state = master.getSystemState()
+        types = dict(master.getPublishedTopics("/"))
+    except OSError:
+        raise ROSNodeIOException("Unable to communicate with master!") from None
+    text = "Node [%s]" % node_name
+    for title, table in zip(("Publications", "Subscriptions", "Services"), state):
+        names = sorted(name for name, nodes in table if node_name in nodes)
+        rows = [" * %s" % name for name in names]
+        if title != "Services":
+            rows = ["%s [%s]" % (row, types.get(name, "unknown type")) for row, name in zip(rows, names)]
+        text += "\n%s: %s\n" % (title, "\n" + "\n".join(rows) if rows else "None")
+    return text
+
+
+_LINK = re.compile(r"\w+ connection on port (\d+) to \[(.*) on socket (\d+)\]")
+_DIRECTIONS = {"i": "inbound", "o": "outbound"}
+
+
+def get_node_connection_info_description(node_api, master):
+    """What a node itself says of its connections."""
+    from rosproto.rospy.master import call
+
+    state = master.getSystemState()
+    try:
+        _, _, pid = call(node_api, "getPid", "/rosnode")
+        _, _, links = call(node_api, "getBusInfo", "/rosnode")
+    except OSError:
+        raise ROSNodeIOException("Communication with node[%s] failed!" % node_api) from None
+    text = "Pid: %s\n" % pid + ("Connections:\n" if links else "")
+    for _, to, direction, transport, topic, *more in links:
+        if more and not more[0]:
+            continue
+        names = [node for table in state[:2] for name, nodes in table if name == topic for node in nodes]
+        name = next((node for node in names if get_api_uri(master, node) == to), None)
+        text += " * topic: %s\n    * to: %s\n" % (topic, "%s (%s)" % (name, to) if name else to)
+        text += "    * direction: %s" % _DIRECTIONS.get(direction, "unknown")
+        found = _LINK.match(more[1]) if len(more) > 1 else None
+        text += (" (%s - %s) [%s]" % found.groups() if found else "") + "\n    * transport: %s\n" % transport
+    return text
+
+
+def rosnode_info(node_name, quiet=False):
+    """Print both; `quiet`: what the master knows only."""
+    name = rosgraph.names.script_resolve_name("rosnode", node_name)
+    print("-" * 80)
+    print(get_node_info_description(name))
+    master = rosgraph.Master("/rosnode")
+    uri = get_api_uri(master, name)
+    if not uri:
+        print("cannot contact [%s]: unknown node" % name, file=sys.stderr)
+    elif not quiet:
+        print("\ncontacting node %s ..." % uri)
+        print(get_node_connection_info_description(uri, master))
+
+
 def get_api_uri(master, caller_id, skip_cache=False):
     """URI of a node; None when there is none of that name."""
     try:
@@ -50,29 +165,70 @@ def _api(name):
     return rosgraph.Master("/rosnode").lookupNode(rosgraph.names.script_resolve_name("/rosnode", name))
 
 
-def rosnode_ping(node_name, max_count=None, verbose=False):
+def rosnode_ping(node_name, max_count=None, verbose=False, skip_cache=False):
     """True when the node answers; `max_count` tries, without it for ever while it does."""
     from rosproto.rospy.master import call
 
-    try:
-        uri = _api(node_name)
-    except rosgraph.MasterException:
-        if verbose:
-            print("cannot ping [%s]: unknown node" % node_name, file=sys.stderr)
+    uri = get_api_uri(rosgraph.Master("/rosnode"), node_name)
+    if not uri:
+        print("cannot ping [%s]: unknown node" % node_name, file=sys.stderr)
         return False
-    count = 0
-    while max_count is None or count < max_count:
+    if verbose:
+        print("pinging %s with a timeout of 3.0s" % node_name)
+    times = []
+    while True:
         began = time.time()
         try:
             call(uri, "getPid", "/rosnode")
-        except OSError:
+        except OSError as error:
+            refused = isinstance(error, ConnectionRefusedError)
+            texts = "connection to [%s] failed" % node_name, "ERROR: connection refused to [%s]" % uri
+            print(texts[refused], file=sys.stderr)
             return False
+        times.append((time.time() - began) * 1000.0)
         if verbose:
-            print("xmlrpc reply from %s\ttime=%fms" % (uri, (time.time() - began) * 1000.0))
-        count += 1
-        if max_count is None or count < max_count:
+            print("xmlrpc reply from %s\ttime=%fms" % (uri, times[-1]))
+        if max_count and len(times) >= max_count:
+            break
+        try:
             time.sleep(1.0)
+        except KeyboardInterrupt:
+            break
+    if verbose and len(times) > 1:
+        print("ping average: %fms" % (sum(times) / len(times)))
     return True
+
+
+def rosnode_ping_all(verbose=False, skip_cache=False):
+    """(nodes that answer, nodes that do not)."""
+    names = get_node_names()
+    if verbose:
+        print("Will ping the following nodes: \n" + "".join(" * %s\n" % name for name in names))
+    answers = {name: rosnode_ping(name, max_count=1, verbose=verbose) for name in names}
+    return [name for name in names if answers[name]], [name for name in names if not answers[name]]
+
+
+def _unregister(master, unwanted):
+    publishers, subscribers, services = master.getSystemState()
+    for table, what in ((publishers, "unregisterPublisher"), (subscribers, "unregisterSubscriber")):
+        for name, nodes in table:
+            for node in filter(unwanted, nodes):
+                getattr(rosgraph.Master(node), what)(name, get_api_uri(master, node))
+    for name, nodes in services:
+        for node in filter(unwanted, nodes):
+            rosgraph.Master(node).unregisterService(name, master.lookupService(name))
+
+
+def cleanup_master_blacklist(master, blacklist):
+    """Take what these nodes registered off the master: they are dead."""
+    for name in blacklist:
+        print("Unregistering", name)
+        _unregister(master, name.__eq__)
+
+
+def cleanup_master_whitelist(master, whitelist):
+    """The same for all nodes but these."""
+    _unregister(master, lambda name: name not in whitelist)
 
 
 def kill_nodes(node_names):

@@ -21,3 +21,8 @@ def find_reconfigure_services():
 
     suffix = "/set_parameters"
     return sorted(name[: -len(suffix)] for name in rosservice.get_service_list() if name.endswith(suffix))
+
+
+def get_parameter_names(descr):
+    """Names of a description's parameters."""
+    return descr.defaults.keys()

@@ -49,6 +49,11 @@ class Time(genpy.Time):
         """The present time of this node's clock."""
         return get_rostime()
 
+    @classmethod
+    def from_seconds(cls, float_secs):
+        """The old name of `from_sec`."""
+        return cls.from_sec(float_secs)
+
 
 Duration.__slots__ = Time.__slots__ = []  # what they add to genpy's
 

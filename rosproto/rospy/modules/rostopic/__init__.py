@@ -1,11 +1,19 @@
-"""rostopic as far as programs import it: the types of topics."""
+"""rostopic as far as programs import it: types of topics, who is at them, how often and how much comes."""
 
 import rosgraph
 
+from .measure import ROSTopicBandwidth, ROSTopicDelay, ROSTopicHz
+
 __all__ = [
+    "ROSTopicBandwidth",
+    "ROSTopicDelay",
     "ROSTopicException",
+    "ROSTopicHz",
     "ROSTopicIOException",
+    "create_publisher",
     "find_by_type",
+    "get_api",
+    "get_info_text",
     "get_topic_class",
     "get_topic_list",
     "get_topic_type",
@@ -71,6 +79,49 @@ def get_topic_list(master=None):
         [(topic, types.get(topic, "unknown type"), nodes) for topic, nodes in table]
         for table in (publishers, subscribers)
     )
+
+
+def get_api(master, caller_id):
+    """URI of a node, or a text that says it is unknown."""
+    try:
+        return master.lookupNode(caller_id)
+    except rosgraph.MasterError:
+        return "unknown address %s" % caller_id
+    except OSError:
+        raise ROSTopicIOException("Unable to communicate with master!") from None
+
+
+def get_info_text(topic):
+    """What `rostopic info` prints: the type, and who publishes and subscribes."""
+    master = rosgraph.Master("/rostopic")
+    tables = [[row for row in table if row[0] == topic] for table in get_topic_list(master)]
+    if not any(tables):
+        raise ROSTopicException("Unknown topic %s" % topic)
+    text = "Type: %s\n\n" % next(row[1] for table in tables for row in table)
+    for title, table in zip(("Publishers", "Subscribers"), tables):
+        nodes = [node for row in table for node in row[2]]
+        text += "%s: %s\n" % (title, "" if nodes else "None")
+        text += "".join(" * %s (%s)\n" % (node, get_api(master, node)) for node in nodes) + "\n"
+    return text
+
+
+def create_publisher(topic_name, topic_type, latch, disable_rostime=True):
+    """(publisher, class) of a type's name; makes this process the node /rostopic_... when it is none."""
+    import rospy
+    from genpy.message import get_message_class
+
+    try:
+        found = get_message_class(topic_type)
+    except ValueError:
+        raise ROSTopicException("invalid topic type: %s" % topic_type) from None
+    if found is None:
+        raise ROSTopicException(
+            "invalid message type: %s.\nIf this is a valid message type, give its folder by --msg-path"
+            % topic_type
+        )
+    rospy.init_node("rostopic", anonymous=True, disable_rosout=True, disable_rostime=disable_rostime)
+    name = rosgraph.names.script_resolve_name("rostopic", topic_name)
+    return rospy.Publisher(name, found, latch=latch, queue_size=100), found
 
 
 def msgevalgen(pattern):
