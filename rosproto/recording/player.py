@@ -10,7 +10,8 @@ start, the clock that goes on while paused.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import chain, islice
 from types import TracebackType
 from typing import TYPE_CHECKING
 
@@ -213,10 +214,11 @@ class Player:
         self._stop.clear()
         before = self.published
         self._on_message = on_message
+        entries = self._begun()
         self._rest(self._delay)
-        self._play_once()
+        self._play_once(entries)
         while self._loop and self.published > before and not self._stop.is_set():
-            self._play_once()
+            self._play_once(self._begun())
         self._flush(2.0)
         while self._keep_alive and not self._stop.is_set():
             self._rest(TICK)
@@ -259,16 +261,25 @@ class Player:
 
     # -- playing --------------------------------------------------------------------------------------------
 
-    def _play_once(self) -> None:
+    def _begun(self) -> Iterator[TimelineEntry]:
+        """What is to be played, the first chunk read (with the imports that takes) before time begins to run.
+
+        Else the first messages would all be late by that, some tenths of a second, and come at once.
+        """
+        entries = iter(self.timeline)
+        return chain(list(islice(entries, 1)), entries)
+
+    def _play_once(self, entries: Iterator[TimelineEntry]) -> None:
+        latched = self.timeline.latched_before()
         self._anchor, self._anchor_ns = self._pacer.now(), self.timeline.start_ns
         self.position_ns = self.timeline.start_ns
         if self._control is not None:
             self._control.restart()
         if self._clock is not None:
             self._clock.publish(self.position_ns)
-        for entry in self.timeline.latched_before():
+        for entry in latched:
             self._publish(entry)
-        for entry in self.timeline:
+        for entry in entries:
             if self.pause_on_topics and entry.message.connection.topic in self._pause_topics:
                 self._paused = True
             if not self._wait_for(entry.time_ns):

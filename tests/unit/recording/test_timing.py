@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,8 @@ from rosproto.bag import BagReader, BagWriter
 from rosproto.codec import message_class
 from rosproto.errors import BagError
 from rosproto.recording import Pacer, Player, Timeline
+from rosproto.recording.timeline import TimelineEntry
+from rosproto.time import Time
 
 String = message_class("std_msgs/String")
 
@@ -131,3 +134,36 @@ def test_the_clock_never_goes_back_on_a_busy_computer(tmp_path: Path) -> None:
         count = len(published)
         player.play()
         assert published[count] == 100 * 10**9
+
+
+def test_reading_the_first_chunk_makes_no_message_late(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It takes a while (numpy is imported with it); the bag's time begins to run afterwards, in a loop too."""
+    with BagWriter(tmp_path / "x.bag") as writer:
+        for i in range(4):
+            writer.write("/x", String(data=str(i)), 100.0 + i * 0.02)
+    fake = FakeTime(late=0.0)
+    read = Timeline.__iter__
+
+    def slowly(timeline: Timeline) -> Iterator[TimelineEntry]:
+        fake.now += 0.3
+        yield from read(timeline)
+
+    monkeypatch.setattr(Timeline, "__iter__", slowly)
+    moments: list[float] = []
+    with (
+        Master() as master,
+        Node("/player", master_uri=master.uri) as node,
+        BagReader(tmp_path / "x.bag") as bag,
+        Player(node, bag, pacer=Pacer(fake.read, fake.sleep), loop=True) as player,
+    ):
+
+        def published(topic: str, stamp: Time) -> None:
+            moments.append(fake.now)
+            if len(moments) == 8:
+                player.stop()
+
+        player.play(published)
+    for round_ in (moments[:4], moments[4:]):
+        assert [moment - round_[0] for moment in round_] == pytest.approx([0.0, 0.02, 0.04, 0.06], abs=0.002)
