@@ -13,36 +13,34 @@ import threading
 import time
 from pathlib import Path
 
+sys.path.append(str(Path(__file__).resolve().parents[2]))
+from tests.support import process_state
+
+FRAMEWORKS = ("QT_", "PYSIDE", "FLASK")
+# What loading a framework changes by itself (Qt the locale, Flask the warnings); that we do not when imported has a
+# test of its own. Threads and files are looked at in the end.
+NOT_OURS = "locale builtins warnings collector codec_errors random_numbers import threads open_files at_exit"
+
 
 def state() -> dict[str, object]:
-    """What belongs to the application: signals, logging, hooks, working directory, time-outs."""
-    numbers = [n for n in (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", None)) if n is not None]
-    levels = {name: getattr(logging.getLogger(name), "level", 0) for name in ("", "rosproto", "woosh_pure")}
-    return {
-        "signals": [signal.getsignal(n) for n in numbers],
-        "wakeup": signal_wakeup(),
-        "log handlers": list(logging.root.handlers),
-        "log levels": levels,
-        "log disabled": logging.root.manager.disable,
-        "hooks": (sys.excepthook, threading.excepthook, sys.displayhook, sys.unraisablehook),
-        "directory": os.getcwd(),
-        "environment": {k: v for k, v in os.environ.items() if not k.startswith(("QT_", "PYSIDE", "FLASK"))},
-        "socket timeout": __import__("socket").getdefaulttimeout(),
-        "recursion": sys.getrecursionlimit(),
-        "switch interval": sys.getswitchinterval(),
+    """What belongs to the application, but for what its frameworks change."""
+    found = {
+        name: value
+        for name, value in process_state.state().items()
+        if name.replace(" ", "_") not in NOT_OURS.split()
     }
-
-
-def signal_wakeup() -> int:
-    number = signal.set_wakeup_fd(-1)
-    signal.set_wakeup_fd(number)
-    return number
+    found["environment"] = {k: v for k, v in os.environ.items() if not k.startswith(FRAMEWORKS)}
+    found["loggers"] = {
+        k: v for k, v in found["loggers"].items() if k.startswith(("rosproto", "woosh_pure", "ros."))
+    }
+    found["path"] = (list(sys.meta_path), list(sys.path))
+    return found
 
 
 def main() -> None:
     logging.basicConfig(level=logging.WARNING)  # the application's own
+    asyncio.get_event_loop_policy()  # made when it is first asked for
     before = state()
-    asyncio.get_event_loop_policy()
     runpy.run_path(sys.argv[1], run_name="__main__")
     after = state()
     assert after == before, {k: (before[k], after[k]) for k in before if before[k] != after[k]}

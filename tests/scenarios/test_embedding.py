@@ -61,6 +61,45 @@ def test_a_flask_route() -> None:
     assert "{'percent': 87} {'arrived': True} 200 OK" in shown
 
 
+def test_a_fastapi_lifespan() -> None:
+    """The chassis is opened in the server's loop and used in the threads of its routes."""
+    pytest.importorskip("fastapi")
+    pytest.importorskip("httpx", reason="FastAPI's test client needs it")
+    assert "{'percent': 87.0} {'arrived': True}" in run("fastapi_lifespan.py")
+
+
+@pytest.mark.parametrize(
+    ("module", "begin"),
+    [
+        ("uvloop", "import uvloop; uvloop.install()"),
+        ("gevent", "from gevent import monkey; monkey.patch_all()"),
+    ],
+)
+def test_another_event_loop(module: str, begin: str) -> None:
+    """uvloop under `rosproto.aio`; gevent in the place of threads, sockets and locks, time limits included."""
+    pytest.importorskip(module)
+    example = str(EXAMPLES / "asyncio_service.py")
+    late = (
+        "from threading import Event\n"
+        "with rosproto.Master() as master, rosproto.Node('/n', master_uri=master.uri) as node:\n"
+        "    with node.service_server('/late', 'std_srvs/SetBool', lambda request: Event().wait(3)):\n"
+        "        try:\n"
+        "            node.service_client('/late', 'std_srvs/SetBool').call(data=True, timeout=0.2)\n"
+        "        except rosproto.RosTimeout:\n"
+        "            print('in time')\n"
+    )
+    program = f"{begin}\nimport rosproto, runpy\nrunpy.run_path({example!r}, run_name='__main__')\n{late}"
+    env = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", program],
+        capture_output=True, text=True, timeout=60, check=False, env=env,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "success: True" in done.stdout
+    assert "battery 87 %" in done.stdout
+    assert done.stdout.endswith("in time\n")
+
+
 def test_an_asyncio_service() -> None:
     """Subscriptions and services awaited in the application's own loop."""
     shown = run("asyncio_service.py")
@@ -143,34 +182,100 @@ def test_ctrl_c_ends_an_application_at_once() -> None:
     assert (out, process.returncode) == ("mine\n", 0), err
 
 
+IMPORT_ALL = """
+import importlib, pkgutil, sys
+import numpy, lz4.frame, pytest  # what others load has effects of its own: numpy sets a variable, pytest a hook
+from tests.support import process_state
+opened = []
+watched = ("socket.", "subprocess.", "signal.", "os.putenv", "os.fork", "os.remove", "os.rename", "os.mkdir")
+
+def note(event, arguments):
+    writes = event == "open" and isinstance(arguments[1], str) and set(arguments[1]) & set("wax+")
+    if event.startswith(watched) or writes:
+        opened.append((event, arguments))
+
+before = process_state.state()
+sys.addaudithook(note)
+import rosproto, woosh_pure, msgdefs
+modules = 0
+for package in (rosproto, woosh_pure, msgdefs):
+    for found in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
+        own_process = found.name.startswith(("rosproto.rospy", "rosproto._pyinstaller"))
+        if not own_process and not found.name.endswith("__main__"):
+            importlib.import_module(found.name)
+            modules += 1
+from rosproto import *
+from woosh_pure import *
+from msgdefs.sensor_msgs.msg import LaserScan; LaserScan()
+changed = process_state.changes(before, process_state.state())
+assert not changed, changed
+# The class of a socket is made ready by `socket` itself; nothing is connected.
+opened = [(event, arguments) for event, arguments in opened if event != "socket.__new__"]
+assert not opened, opened
+print(modules, "modules")
+"""
+
+
 def test_importing_changes_nothing() -> None:
-    """Threads, sockets, signals, environment, handlers, loaded event loops: the same before and after."""
-    program = (
-        "import logging, os, signal, socket, sys, threading\n"
-        "import numpy  # sets a variable of its own\n"
-        "def state():\n"
-        "    return (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM), threading.active_count(),\n"
-        "        dict(os.environ), list(logging.root.handlers), logging.root.level, socket.getdefaulttimeout(),\n"
-        "        sys.excepthook, threading.excepthook, os.getcwd(), list(sys.path), list(sys.meta_path),\n"
-        "        sorted(os.listdir('/proc/self/fd')) if os.path.isdir('/proc/self/fd') else 0)\n"
-        "opened = []\n"
-        "sys.addaudithook(lambda event, args: opened.append((event, args)) if event.startswith(('socket.', 'subprocess.',\n"
-        "    'signal.', 'os.putenv', 'os.fork')) or event == 'open' and isinstance(args[1], str) and set(args[1]) & set('wax+')\n"
-        "    else None)\n"
-        "before = state()\n"
-        "import rosproto, woosh_pure, msgdefs\n"
-        "from rosproto import *\n"
-        "from woosh_pure import Chassis, SimulatedChassis\n"
-        "from msgdefs.std_msgs.msg import String\n"
-        "from msgdefs.sensor_msgs.msg import LaserScan; LaserScan()\n"
-        "import rosproto.aio, rosproto.cli, woosh_pure.cli\n"
-        "assert state() == before, (before, state())\n"
-        "opened = [o for o in opened if o[0] != 'socket.__new__' and not (o[0] == 'open' and str(o[1][0]).endswith('.pyc'))\n"
-        "    and '__pycache__' not in str(o[1][0])]\n"
-        "assert not opened, opened\n"
-    )
+    """Every module, imported: threads, files, signals, environment, logging, hooks and what else a program has."""
     env = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"}
     done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False, env=env
+        [sys.executable, "-c", IMPORT_ALL], capture_output=True, text=True, timeout=60, check=False, env=env
     )
     assert done.returncode == 0, done.stderr
+    assert int(done.stdout.split()[0]) > 250
+
+
+def test_the_watch_over_a_process_sees_each_change() -> None:
+    """A check that cannot fail checks nothing."""
+    env = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.support.process_state"],
+        capture_output=True, text=True, timeout=60, check=False, env=env,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout) == (0, "all seen\n"), done.stderr
+
+
+SESSION = """
+import sys, threading
+from msgdefs.std_msgs.msg import String
+import rosproto
+from woosh_pure import Chassis, SimulatedChassis
+
+def trace(*_):
+    return trace
+
+if "trace" in sys.argv:  # a debugger, coverage: seen by every thread of ours
+    threading.settrace(trace); threading.setprofile(lambda *_: None)
+with SimulatedChassis(speed=8, full_graph=False) as sim, Chassis(sim.master_uri) as chassis:
+    assert chassis.battery.wait(timeout=20).percent == 87
+    chassis.move(0.1).wait(timeout=30)
+    assert chassis.stop().standing
+    with rosproto.Node("/other", master_uri=sim.master_uri) as node:
+        node.params["/p"] = 1
+        with node.publisher("/words", String, latch=True) as words, node.subscriber("/words") as heard:
+            words.publish(data="x")
+            assert heard.next(10).data == "x"
+print("done")
+"""
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        # Every warning an error, every unclosed socket or file a warning.
+        ["-X", "dev", "-W", "error"],
+        ["-OO", "-bb", "-I", "-X", "utf8=0"],  # no docstrings, no assertions, nothing of the environment
+        ["trace"],
+    ],
+    ids=" ".join,
+)
+def test_a_session_under_options_of_the_interpreter(options: list[str]) -> None:
+    """Silent on stderr, and a clean end."""
+    flags = [o for o in options if o != "trace"]
+    begin = f"import sys; sys.path.insert(0, {str(ROOT)!r})\n"
+    done = subprocess.run(
+        [sys.executable, *flags, "-c", begin + SESSION, *(["trace"] if not flags else [])],
+        capture_output=True, text=True, timeout=90, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout, done.stderr) == (0, "done\n", "")
