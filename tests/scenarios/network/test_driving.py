@@ -26,6 +26,7 @@ __import__("threading").Thread(target=drive, daemon=True).start()
 """
 ROBOT_SIDE = """
 from woosh_pure import SimulatedChassis
+from woosh_pure.sim import Settings
 sim = SimulatedChassis(host="10.77.0.1", port=11311, full_graph=False).start()
 speeds = []
 def watch():
@@ -35,15 +36,23 @@ def watch():
 """
 
 
-@pytest.mark.parametrize("seconds", [2.0, 7.0], ids=["links live", "links are given up"])
-def test_silence_in_a_velocity_block(seconds: float, network: Network) -> None:
-    """The program is told within a second; the robot stands soon after the network is back, and stays where it is."""
+@pytest.mark.parametrize(
+    ("ways", "seconds"),
+    [(("there", "back"), 2.0), (("there", "back"), 7.0), (("there",), 3.0), (("back",), 3.0)],
+    ids=["links live", "links are given up", "only the robot's packets are lost", "only ours are lost"],
+)
+def test_silence_in_a_velocity_block(ways: tuple[str, ...], seconds: float, network: Network) -> None:
+    """The program is told within a second; the robot stands soon after the network is back, and stays where it is.
+
+    Where only one direction is lost, TCP has kept the drive's last velocities: they come together with its zero.
+    """
     robot, laptop, air = network
     robot.python.do(ROBOT_SIDE, 60)
     robot.python.do("__import__('threading').Thread(target=watch, daemon=True).start()")
     laptop.python.do(DRIVE, 60)
     laptop.python.eventually("driving.is_set()", 20)
-    air.silence()
+    for way in ways:
+        getattr(air, way).open = False
     gone = wait(0.0)
     told = laptop.python.eventually("ended", 5.0)
     assert told - gone < 2.0
@@ -53,5 +62,23 @@ def test_silence_in_a_velocity_block(seconds: float, network: Network) -> None:
     standing = robot.python.eventually("abs(sim.world.body.velocity.vx) < 0.001", 10.0)
     assert standing - back < 3.0
     wait(1.5)
+    fastest = robot.python.ask(f"max(abs(vx) for at, vx in speeds if at > {standing!r} + 0.1)")
+    assert fastest < 0.001
+
+
+def test_a_program_killed_in_silence(network: Network) -> None:
+    """Its last velocities are not zero: delivered late, they would set a robot off that has stopped meanwhile."""
+    robot, laptop, air = network
+    robot.python.do(ROBOT_SIDE.replace("full_graph", "settings=Settings(on_silence='stop'), full_graph"), 60)
+    robot.python.do("__import__('threading').Thread(target=watch, daemon=True).start()")
+    program = laptop.another()
+    program.do(DRIVE, 60)
+    program.eventually("driving.is_set()", 20)
+    air.silence()
+    wait(0.25)  # the drive has not noticed yet
+    program.kill()
+    standing = robot.python.eventually("abs(sim.world.body.velocity.vx) < 0.001", 10.0)
+    air.clear()
+    wait(2.5)
     fastest = robot.python.ask(f"max(abs(vx) for at, vx in speeds if at > {standing!r} + 0.1)")
     assert fastest < 0.001
