@@ -370,10 +370,11 @@ class Core:
             return set(self._feeds)
 
     def close(self) -> None:
-        """Close feeds and node; goals and drives must have ended before."""
+        """Close feeds and node; goals and drives must have ended before.
+
+        May be called again: one that was interrupted by Ctrl-C is finished then.
+        """
         with self._making, self._lock:
-            if self._closed:
-                return
             self._closed = True
             feeds, node = list(self._feeds.values()), self._node
         self.running.close()

@@ -238,6 +238,13 @@ class Feed(Generic[T]):
         return 0 if subscriber is None else subscriber.connections
 
     @property
+    def sources(self) -> frozenset[str]:
+        """Addresses ("host:port") of the publishers connected now: another one is another process."""
+        subscriber = self._subscriber
+        links = () if subscriber is None else subscriber.stats()
+        return frozenset(link.address for link in links if link.connected)
+
+    @property
     def errors(self) -> list[Exception]:
         """What went wrong on its links, the last few: refused by a publisher, lost ..."""
         subscriber = self._subscriber

@@ -77,9 +77,8 @@ class GoalHandle(Generic[P]):
         return False
 
     def __repr__(self) -> str:
-        return (
-            f"<{type(self).__name__} {self.goal}: {self._outcome.kind.value if self._outcome else 'running'}>"
-        )
+        outcome = self._outcome  # which is False unless it is an arrival
+        return f"<{type(self).__name__} {self.goal}: {'running' if outcome is None else outcome.kind.value}>"
 
     # -- for subclasses --------------------------------------------------------------------------------------
 
@@ -323,6 +322,8 @@ class GoalHandle(Generic[P]):
             if not self._cancel_confirmed(timeout):
                 raise ConnectionLost(f"{self.goal}: cancelled, but the chassis cannot be heard; it may go on")
             self._may_go_on = False
+            if self._outcome is not None and self._outcome.text == NOT_CONFIRMED:
+                self._outcome = replace(self._outcome, text="", stopped=self._core.wait_standing(2.0))
             self._core.running.remove_goal(self)
         assert self._outcome is not None, "a cancelled goal has ended"
         return self._outcome

@@ -38,6 +38,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
     def __init__(self, core: Core, tracker: TaskTracker, goal: str, timeout: float | None) -> None:
         super().__init__(core, goal, timeout)
         self._tracker = tracker
+        self._sources = core.feed("status").sources
         self._off = core.feed("status").on(self._on_status)
 
     @property
@@ -124,10 +125,18 @@ class TaskHandle(GoalHandle[RobotStatus]):
             logger.warning("! %s: not cancelled after the fault, it may go on: %s", self.goal, error)
 
     def _check(self) -> None:
-        lost = self._core.lost("status")
-        if lost:
+        lost = self._core.lost("status") or self._restarted()
+        if lost and self._outcome is None:
             self._off()
             self._finish(OutcomeKind.CONNECTION_LOST, lost)
+
+    def _restarted(self) -> str:
+        """Whether another process tells the state now: it knows nothing of the task of the one before."""
+        feed = self._core.feed("status")
+        now = feed.sources
+        if not now or not self._sources or now & self._sources:
+            return ""
+        return f"{feed.topic} comes from another process now: the chassis was restarted, and its task is gone"
 
 
 def start_task(

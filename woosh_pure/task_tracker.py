@@ -8,6 +8,8 @@ and a
   final state is final whichever comes first.
 * 8, 9, negative states and faults are waited for for ever: all of them end the task, as failures; a task
   that a fault has only held is cancelled, so that it does not go on unseen.
+* A chassis that was restarted knows nothing of the task: a status without any task ends ours, once it was
+  seen.
 * Another client's task takes the robot over: once ours was seen, a running task with another id ends ours.
 """
 
@@ -85,6 +87,8 @@ class TaskTracker:
         elif self.seen and status.task_state in _UNDER_WAY:
             text = f"task {status.task_id} took over"
             self.ending = Ending(OutcomeKind.REPLACED, int(status.task_state), text)
+        elif self.seen and status.task_id == 0 and status.task_state is TaskState.UNDEFINED:
+            self.ending = Ending(OutcomeKind.FAILED, 0, "the chassis has no task any more; was it restarted?")
 
     def _own(self, status: RobotStatus) -> None:
         self.seen = True

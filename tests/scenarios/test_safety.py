@@ -1,0 +1,447 @@
+"""What must stop the robot, or keep it from starting, when a program, its user, its computer or the chassis goes away."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import math
+import os
+import signal
+import sys
+import threading
+import time
+from types import FrameType
+from typing import Any
+
+import pytest
+
+import rosproto
+from rosproto.errors import ConnectionLost
+from tests.scenarios.test_ends_of_programs import program, start
+from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, SimulatedChassis, awake
+from woosh_pure.rostypes import message_type
+
+# -- a stop meets what is just beginning -----------------------------------------------------------------------
+
+
+@contextlib.contextmanager
+def held(patch: pytest.MonkeyPatch, owner: Any, name: str):
+    """Let the next call of a method wait in front of its door; gives (it has come, it may go on)."""
+    came, go_on = threading.Event(), threading.Event()
+    original = getattr(owner, name)
+
+    def wait_first(*arguments: Any, **options: Any) -> Any:
+        came.set()
+        assert go_on.wait(20.0)
+        return original(*arguments, **options)
+
+    patch.setattr(owner, name, wait_first)
+    try:
+        yield came, go_on
+    finally:
+        go_on.set()
+
+
+def in_thread(call: Any) -> tuple[threading.Thread, list[BaseException]]:
+    errors: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            call()
+        except BaseException as error:
+            errors.append(error)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    return thread, errors
+
+
+@pytest.mark.parametrize("door", ["wait_for_server", "send_goal"], ids=["being prepared", "being sent"])
+def test_a_stop_also_stops_the_goal_that_another_thread_is_just_about_to_send(
+    sim, chassis, monkeypatch, door
+):
+    chassis.readiness()
+    with held(monkeypatch, rosproto.ActionClient, door) as (came, go_on):
+        thread, errors = in_thread(lambda: chassis.go_to(2.5, 0.0))
+        assert came.wait(10.0)
+        stopping, _ = in_thread(lambda: chassis.stop(timeout=2.0))
+        until_noted(chassis)
+        if door == "send_goal":
+            assert wait_for(lambda: all(goal._cancelled_by_us for goal in chassis._core.running.goals))
+        go_on.set()
+        thread.join(10.0)
+        stopping.join(10.0)
+    assert door == "send_goal" or isinstance(errors[0], MotionRefused)
+    assert wait_for(lambda: not chassis._core.running.goals)
+    assert wait_for(lambda: sim.world.motion is None)
+    assert abs(sim.pose.x) < 0.3
+
+
+def until_noted(chassis: Chassis) -> None:
+    assert wait_for(lambda: chassis._core.running.stops == 1)
+
+
+def wait_for(condition: Any, timeout: float = 10.0) -> bool:
+    end = time.monotonic() + timeout
+    while not condition():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.005)
+    return True
+
+
+def test_a_stop_keeps_a_velocity_block_from_opening_that_is_just_being_opened(sim, chassis, monkeypatch):
+    block = chassis.velocity(bypasses_protection=True)
+    with held(monkeypatch, rosproto.Publisher, "wait_for_connection") as (came, go_on):
+        thread, errors = in_thread(block.__enter__)
+        assert came.wait(10.0)
+        assert chassis.stop(timeout=2.0).problems == []
+        go_on.set()
+        thread.join(10.0)
+    assert isinstance(errors[0], MotionRefused)
+    assert "stop() was called" in str(errors[0])
+    with pytest.raises(MotionRefused):
+        block.set(0.1)
+
+
+def test_a_resume_that_a_stop_overtakes_does_not_move(sim, chassis, until, monkeypatch):
+    handle = chassis.move(2.0)
+    until(lambda: handle.latest_progress and handle.latest_progress.percent > 5)
+    handle.pause()
+    until(lambda: sim.world.body.velocity.is_standing())
+    with held(monkeypatch, rosproto.ActionClient, "send_goal") as (came, go_on):
+        thread, _ = in_thread(handle.resume)
+        assert came.wait(10.0)
+        stopping, _ = in_thread(lambda: chassis.stop(timeout=2.0))
+        assert wait_for(lambda: handle._cancelled_by_us)
+        go_on.set()
+        thread.join(10.0)
+        stopping.join(10.0)
+    assert wait_for(lambda: sim.world.motion is None and sim.world.body.velocity.is_standing())
+    assert handle.outcome.kind is OutcomeKind.CANCELLED
+
+
+# -- the user goes away ----------------------------------------------------------------------------------------
+
+
+def test_ctrl_c_while_a_goal_is_being_sent_cancels_it_without_leaving_a_block(
+    sim, chassis, until, monkeypatch
+):
+    """In a notebook nobody leaves a block, and nobody has the handle of a call that was interrupted."""
+    real_join = threading.Thread.join
+
+    def interrupted(thread: threading.Thread, timeout: float | None = None) -> None:
+        real_join(thread, timeout)
+        if thread.name == "woosh:send" and threading.current_thread() is threading.main_thread():
+            monkeypatch.undo()
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(threading.Thread, "join", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        chassis.go_to(2.5, 0.0)
+    until(lambda: not chassis._core.running.goals)
+    until(lambda: sim.world.motion is None and sim.world.body.velocity.is_standing())
+    assert sim.pose.x < 2.0
+
+
+class Interrupter:
+    """Raises KeyboardInterrupt at one line of the library, as a second Ctrl-C does while blocks are being left."""
+
+    def __init__(self, line: int) -> None:
+        self.left = line
+
+    def __call__(self, frame: FrameType, event: str, argument: object) -> Any:
+        name = frame.f_code.co_filename
+        if "woosh_pure" not in name or f"{os.sep}sim{os.sep}" in name:
+            return None
+        if event == "line":
+            self.left -= 1
+            if self.left == 0:
+                sys.settrace(None)
+                raise KeyboardInterrupt("the second one")
+        return self
+
+
+class AtExit:
+    """Stands for the module: what the interpreter would call at its end."""
+
+    def __init__(self) -> None:
+        self.calls: list[Any] = []
+
+    def register(self, call: Any) -> None:
+        self.calls.append(call)
+
+    def unregister(self, call: Any) -> None:
+        self.calls = [other for other in self.calls if other != call]
+
+
+@pytest.mark.skipif(sys.gettrace() is not None, reason="a debugger or coverage has the trace function")
+@pytest.mark.parametrize("what", ["velocity", "goal"])
+@pytest.mark.parametrize("line", [1, 4, 9, 16, 25, 40, 60, 85])
+def test_a_second_ctrl_c_while_the_blocks_are_left_stops_the_robot_all_the_same(
+    sim, until, monkeypatch, what, line
+):
+    """At whatever line it comes: the end of the program does what was left undone. (Every line was tried by hand.)"""
+    at_exit = AtExit()
+    monkeypatch.setattr("woosh_pure.running.atexit", at_exit)
+    chassis = Chassis(sim.master_uri)
+    before = sys.gettrace()
+    try:
+        with pytest.raises(KeyboardInterrupt), chassis:  # noqa: PT012
+            chassis.measured_velocity.wait(5.0)
+            with contextlib.ExitStack() as stack:
+                if what == "velocity":
+                    drive = stack.enter_context(chassis.velocity(bypasses_protection=True))
+                    drive.set(0.05, valid_for=5.0)
+                else:
+                    chassis.go_to(2.5, 0.0)
+                until(lambda: not sim.world.body.velocity.is_standing())
+                sys.settrace(Interrupter(line))
+                raise KeyboardInterrupt("the first one")
+    finally:
+        sys.settrace(before)
+        for call in reversed(at_exit.calls):
+            call()
+    until(lambda: sim.world.motion is None and sim.world.body.velocity.is_standing(0.0, 0.0))
+    with contextlib.suppress(ConnectionLost):
+        chassis.close()
+
+
+# -- the computer stops, sleeps, sets its clock ----------------------------------------------------------------
+
+
+@pytest.mark.skipif(os.name == "nt", reason="sends POSIX signals to a process")
+def test_a_drive_does_not_go_on_after_its_program_was_stopped(sim, until):
+    """SIGSTOP, Ctrl-Z, a debugger that holds every thread: who drove does not know where the robot is now."""
+    body = (
+        "try:\n        with chassis.velocity(bypasses_protection=True, feedback_timeout=None) as drive:\n"
+        "            drive.set(0.05, valid_for=5.0)\n            print('waiting', flush=True)\n"
+        "            drive.hold(0.05, seconds=999)\n"
+        "    except MotionRefused as error:\n        print(error, flush=True)"
+    )
+    process = start(program(body), sim.master_uri)
+    try:
+        assert process.stdout.readline() == "waiting\n"
+        until(lambda: not sim.world.body.velocity.is_standing())
+        process.send_signal(signal.SIGSTOP)
+        time.sleep(1.5)  # the pause itself
+        assert not sim.world.body.velocity.is_standing()  # as after a kill: nothing of ours runs
+        process.send_signal(signal.SIGCONT)
+        assert "did not run for" in process.stdout.readline()
+        until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0))
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def test_a_laptop_that_slept_ends_its_drive(sim, chassis, until, monkeypatch):
+    """time.monotonic() stands still in sleep, so that the last command would be fresh; the watch's clock does not."""
+    slept = [0.0]
+    seconds = awake.seconds
+    monkeypatch.setattr(awake, "seconds", lambda: seconds() + slept[0])
+    with (  # noqa: PT012
+        chassis.velocity(bypasses_protection=True) as drive,
+        pytest.raises(MotionRefused, match="not run for"),
+    ):
+        drive.set(0.05, valid_for=5.0)
+        slept[0] = 3600.0
+        drive.hold(0.05, seconds=20.0)
+    until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0))
+
+
+@pytest.mark.parametrize("jump", [-86400.0, 86400.0])
+def test_a_clock_that_is_set_changes_nothing(sim, chassis, monkeypatch, jump):
+    """No wait and no lapse looks at the wall: an hour that NTP takes back must not let a velocity live longer."""
+    real = time.time
+    with chassis.velocity(bypasses_protection=True) as drive:
+        drive.set(0.05, valid_for=0.3)
+        monkeypatch.setattr(time, "time", lambda: real() + jump)
+        assert wait_for(lambda: not sim.world.body.velocity.is_standing(0.0, 0.0))
+        assert wait_for(lambda: drive.sending.is_standing(0.0, 0.0))
+        assert drive.active
+    assert chassis.go_to(0.3, 0.0).wait(20.0)
+
+
+def test_the_watch_uses_a_clock_that_counts_sleep_where_the_system_has_one():
+    assert awake.seconds() == pytest.approx(awake.seconds(), abs=1.0)
+    if sys.platform == "linux":
+        assert awake._SOURCE == time.CLOCK_BOOTTIME
+
+
+# -- the emergency stop ----------------------------------------------------------------------------------------
+
+
+def test_a_robot_that_stands_although_it_is_told_to_move_ends_the_drive(sim, until, monkeypatch):
+    """An emergency stop that was pressed before we came is told to nobody: releasing it must not let the robot start."""
+    monkeypatch.setattr("woosh_pure.drive_watch.DISOBEYED", 0.5)
+    sim.press_emergency_stop()
+    until(lambda: not sim.world._reports)
+    with Chassis(sim.master_uri) as chassis:
+        assert chassis.readiness().ready  # nobody has told
+        with chassis.velocity(bypasses_protection=True) as drive:
+            with pytest.raises(MotionRefused, match=r"stood still.*emergency stop"):
+                drive.hold(0.1, seconds=20.0)
+            sim.release_emergency_stop()
+            chassis.measured_velocity.wait(5.0)
+            assert sim.world.body.velocity.is_standing(0.0, 0.0)
+            assert not drive.active
+
+
+def test_a_drive_that_asks_for_nothing_may_stand(sim, chassis, monkeypatch):
+    monkeypatch.setattr("woosh_pure.drive_watch.DISOBEYED", 0.1)
+    with chassis.velocity(bypasses_protection=True) as drive:
+        for _ in range(5):
+            drive.set(0.0)
+            chassis.measured_velocity.wait(5.0)
+        assert drive.active
+
+
+# -- wrong numbers ---------------------------------------------------------------------------------------------
+
+
+def test_limits_of_the_chassis_that_cannot_be_meant_leave_the_careful_ones(sim, chassis):
+    """A firmware that says mm/s, or the largest number it knows, must not let 100 m/s pass."""
+    publisher = sim.graph.first("/driver_base/parameter")
+    parameters = publisher.message_class(maxLinear=1500.0, maxAngular=1e30)
+    chassis.parameters.wait(5.0)
+    publisher.publish(parameters)
+    chassis.parameters.wait_for(lambda p: p.max_linear == 1500.0)
+    feed = chassis._core.feed("parameters")
+    feed._receive(parameters)
+    limits = chassis.velocity(bypasses_protection=True).limits
+    assert (limits.linear, limits.angular) == (0.3, 0.5)
+
+
+def goal(kind: str, **fields: Any) -> Any:
+    return message_type(f"woosh_msgs/{kind}Goal")(**fields)
+
+
+def test_numbers_are_checked_in_messages_of_ones_own_too(sim, chassis):
+    step = message_type("woosh_msgs/StepControl")
+    target = message_type("geometry_msgs/PoseStamped")()
+    target.pose.position.x = math.nan
+    polygon = message_type("geometry_msgs/Polygon")(
+        points=[message_type("geometry_msgs/Point32")(x=math.inf)]
+    )
+    for call, words in (
+        (lambda: chassis.action("/move_base", goal("MoveBase", target_pose=target)), r"target_pose.*position\.x"),
+        (lambda: chassis.action("/cmd_vel_control", goal("StepControl", mode=1, stepControl=[step(executeMode=1, data=500.0)])), "10.0 m"),
+        (lambda: chassis.send("/move_base/local_costmap/set_footprint", polygon), r"points\[0\]\.x"),
+    ):  # fmt: skip
+        with pytest.raises(ValueError, match=words):
+            call()
+    assert not chassis.moved
+
+
+def test_a_goal_of_ones_own_that_drives_the_robot_is_one_like_the_others(sim, chassis, until):
+    with chassis.velocity(bypasses_protection=True), pytest.raises(MotionRefused, match="velocity block"):
+        chassis.action("/woosh_auto_dock", goal("AutoDock2"))
+    handle = chassis.action("/woosh_auto_dock", goal("AutoDock2"))
+    with pytest.raises(MotionRefused, match="under way"), chassis.velocity(bypasses_protection=True):
+        pass
+    handle.cancel()
+    sim.press_emergency_stop()
+    until(lambda: not chassis.readiness())
+    with pytest.raises(MotionRefused, match="emergency stop"):
+        chassis.action("/woosh_auto_dock", goal("AutoDock2"))
+
+
+# -- the chassis goes away -------------------------------------------------------------------------------------
+
+
+ROBOT = """
+import sys, time
+from woosh_pure import SimulatedChassis
+SimulatedChassis(master_uri=sys.argv[1], full_graph=False).start()
+print("up", flush=True)
+time.sleep(600)
+"""
+
+
+@pytest.mark.parametrize("what", ["goal", "task", "velocity"])
+def test_a_chassis_that_dies_is_an_error_within_seconds(until, monkeypatch, what):
+    """Killed: no result, no goodbye; its master lives on, and still names its nodes."""
+    monkeypatch.setattr("woosh_pure.core._LOST_AFTER", 0.5)
+    with rosproto.Master() as master:
+        robot = start(ROBOT, master.uri)
+        try:
+            assert robot.stdout.readline() == "up\n"
+            chassis = Chassis(master.uri, timeout=10.0)
+            with contextlib.ExitStack() as stack:
+                if what == "velocity":
+                    drive = stack.enter_context(chassis.velocity(bypasses_protection=True))
+                    drive.set(0.1, valid_for=5.0)
+                else:
+                    handle = chassis.go_to(2.5, 0.0) if what == "goal" else chassis.go_to_mark("B1")
+                    chassis._core.action("/move_base")._status_timeout = 0.5
+                chassis.measured_velocity.wait_for(lambda v: not v.is_standing(), 10.0)
+                robot.kill()
+                if what == "velocity":
+                    with pytest.raises(ConnectionLost, match="nothing resumes"):
+                        drive.hold(0.1, seconds=20.0)
+                else:
+                    assert handle.wait(20.0, raises=False).kind is OutcomeKind.CONNECTION_LOST
+            monkeypatch.setattr(chassis._core, "timeout", 0.2)
+            with contextlib.suppress(ConnectionLost):
+                chassis.close()
+        finally:
+            robot.kill()
+            robot.communicate()
+
+
+def test_a_chassis_that_restarts_in_the_middle_of_a_task_ends_it(until):
+    """It comes back within a second and is idle; nobody there knows the task that we wait for."""
+    with contextlib.ExitStack() as stack:
+        master = stack.enter_context(rosproto.Master())
+        first = SimulatedChassis(master_uri=master.uri, full_graph=False).start()
+        chassis = Chassis(master.uri)
+        handle = chassis.go_to_mark("B1")
+        until(lambda: not first.world.body.velocity.is_standing())
+        first.close()
+        second = stack.enter_context(SimulatedChassis(master_uri=master.uri, full_graph=False))
+        stack.enter_context(chassis)
+        with pytest.raises(GoalFailed, match=r"restarted|no longer|no task") as caught:
+            handle.wait(20.0)
+        assert not caught.value.outcome.arrived
+        assert not second.world.tasks.busy
+
+
+def test_a_cancel_that_is_not_answered_is_repeated_by_stop_and_by_close(until):
+    with SimulatedChassis(full_graph=False) as sim, Chassis(sim.master_uri) as chassis:
+        handle = chassis.go_to(2.8, 0.0)
+        assert "running" in repr(handle)
+        until(lambda: not sim.world.body.velocity.is_standing())
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(type(handle._goal), "cancel", lambda _: True)  # the message is lost on its way
+            patch.setattr(chassis._core, "wait_standing", lambda timeout: False)
+            outcome = handle.cancel(0.2)
+        assert outcome.kind is OutcomeKind.CANCELLED
+        assert "not confirmed" in outcome.text
+        assert "STILL MOVES" in outcome.sentence()
+        assert "cancelled" in repr(handle)
+        assert sim.world.motion is not None
+        assert chassis.stop(timeout=2.0).problems == []
+        assert chassis._core.running.goals == []
+        until(lambda: sim.world.motion is None)
+
+
+# -- asyncio ---------------------------------------------------------------------------------------------------
+
+
+def test_a_cancelled_task_of_asyncio_stops_what_it_drives(sim, chassis, until):
+    async def patrol() -> None:
+        with chassis.velocity(bypasses_protection=True) as drive:
+            while True:
+                drive.set(0.1)
+                await asyncio.sleep(0.05)
+
+    async def main() -> None:
+        task = asyncio.create_task(patrol())
+        while sim.world.body.velocity.is_standing():
+            await asyncio.sleep(0.01)
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+
+    asyncio.run(main())
+    until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0))
