@@ -55,9 +55,14 @@ class StopReport:
             False: "THE ROBOT STILL MOVES: use its emergency stop button",
             None: "whether the robot stands still is not known: watch it",
         }[self.standing]
-        done = f"cancelled {', '.join(self.cancelled)}" if self.cancelled else "nothing of ours was running"
-        bad = f"; not done: {'; '.join(self.problems)}" if self.problems else ""
-        return f"{state}; {done}{bad}"
+        parts = [state]
+        if self.cancelled:
+            parts.append(f"cancelled {', '.join(self.cancelled)}")
+        elif not self.problems:
+            parts.append("nothing of ours was running")
+        if self.problems:
+            parts.append(f"not done: {'; '.join(self.problems)}")
+        return "; ".join(parts)
 
 
 def stop(core: Core, *, everything: bool, timeout: float) -> StopReport:

@@ -289,13 +289,17 @@ class Recorder:
 
     def _find(self) -> None:
         """Thread: subscribe topics that appear. The master may be away for a while."""
+        away = False
         while not self._stopping.wait(self._poll):
             try:
                 self._look()
+                away = False
             except LocalProtocolError:
                 return  # the node is closed
             except (RosError, OSError) as problem:
-                _log.warning("! cannot ask for new topics, trying again: %s", problem)
+                if not away:
+                    _log.warning("! cannot ask for new topics, trying again: %s", problem)
+                away = True
 
     def _look(self) -> None:
         state = self._node.master.get_system_state()

@@ -62,6 +62,8 @@ def test_a_master_without_a_chassis_is_not_ready(empty: str, capsys: Captured) -
     assert [reason["key"] for reason in said["reasons"]] == ["no_chassis"]
     assert main(["--master", empty, "status", "--wait", "0.1"]) == 1
     assert f"NO: nobody publishes /robot_status at {empty}" in capsys.readouterr().out
+    assert main(["--master", empty, "faults", "--listen", "0.1"]) == 1
+    assert f"faults: nobody publishes /robot_status at {empty}" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

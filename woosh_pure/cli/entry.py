@@ -82,14 +82,21 @@ def _run(command: Command, args: argparse.Namespace, out: Output) -> int:
     except Exception as error:
         if args.debug:
             raise
-        # By name: importing it would load the chassis for --help.
-        refused = type(error).__name__ == "MotionRefused"
-        text, code = (str(error), REFUSED) if refused else explain(error)
+        text, code = explain(error)
+        code = _code_of_a_motion(error) or code
         text = f"{args.command}: {text}"
     text = _for_people(text)
     _fail(out, text.removeprefix(f"{args.command}: "), code)
     say(f"woosh: {text}")
     return code
+
+
+def _code_of_a_motion(error: Exception) -> int | None:
+    """Of a refusal, and of a goal that ended with the link; by name: --help must not load the chassis."""
+    if type(error).__name__ == "MotionRefused":
+        return REFUSED
+    kind = getattr(getattr(error, "outcome", None), "kind", None)
+    return UNREACHABLE if getattr(kind, "name", None) == "CONNECTION_LOST" else None
 
 
 def _for_people(text: str) -> str:

@@ -8,12 +8,20 @@ if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
     from woosh_pure.readiness import Readiness
 
-__all__ = ["is_there", "readiness_of"]
+__all__ = ["is_there", "nobody_there", "readiness_of"]
 
 
 def is_there(chassis: Chassis) -> bool:
     """Whether somebody publishes its status; any master answers, also one without a chassis."""
     return chassis.status.heard or chassis.status.publishers > 0
+
+
+def nobody_there(chassis: Chassis) -> str:
+    """What to say when there is none."""
+    return (
+        f"nobody publishes {chassis.status.topic} at {chassis.master_uri}: no chassis runs there, or not all "
+        "of it; try `woosh doctor`"
+    )
 
 
 def readiness_of(chassis: Chassis) -> Readiness:
@@ -23,9 +31,5 @@ def readiness_of(chassis: Chassis) -> Readiness:
     found = chassis.readiness()
     if is_there(chassis):
         return found
-    text = (
-        f"nobody publishes {chassis.status.topic} at {chassis.master_uri}: no chassis runs there, or not all "
-        "of it; try `woosh doctor`"
-    )
     known = [reason for reason in found.reasons if reason.key != "unknown"]
-    return Readiness((Reason("no_chassis", text), *known))
+    return Readiness((Reason("no_chassis", nobody_there(chassis)), *known))

@@ -26,6 +26,9 @@ __all__ = ["Observer", "Scene", "known_path", "scan_in_base", "scan_in_map"]
 FEEDS = ("pose", "velocity", "scan", "battery", "status", "plan", "localization", "odometer")
 
 
+_SILENT = 2.0
+
+
 @dataclass(slots=True)
 class Scene:
     """One moment; None and empty where nothing was heard.
@@ -50,6 +53,12 @@ class Scene:
     grid: GridMap | None = None
     rates: dict[str, float] = field(default_factory=dict)
     ages: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def silence(self) -> float | None:
+        """Seconds for which nothing at all was heard, when it is longer than a living chassis is silent."""
+        least = min(self.ages.values(), default=0.0)
+        return least if least > _SILENT else None
 
 
 class Observer:

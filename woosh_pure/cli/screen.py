@@ -117,9 +117,11 @@ class Screen:
             yield [(f"  {name:13s} {rate:5.1f}", "")]
 
     def _readiness(self, scene: Scene) -> Iterable[list[Piece]]:
-        if scene.ages and min(scene.ages.values()) > 2.0:
-            yield [(f"SILENT for {min(scene.ages.values()):.0f} s", "red")]
-        elif not scene.ages:
+        if scene.silence is not None:
+            yield [(f"SILENT for {scene.silence:.0f} s", "red")]
+            yield [("whether it is ready is not known", "yellow")]
+            return
+        if not scene.ages:
             yield [("nothing heard yet", "yellow")]
         readiness = scene.readiness
         if readiness is None:

@@ -15,17 +15,21 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from rosproto.errors import ConnectionLost
 from tests.support.png import read_png
-from woosh_pure.cli import config, console
+from woosh_pure.cli import config, console, entry
+from woosh_pure.cli.commands import watch
 from woosh_pure.cli.output import Output, plain
 from woosh_pure.cli.picture import ROBOT, SCAN, blank_around, picture_of
 from woosh_pure.cli.png import encode_png, image_png
 from woosh_pure.cli.scene import Scene, scan_in_base, scan_in_map
 from woosh_pure.cli.screen import Screen
 from woosh_pure.enums import RobotState
+from woosh_pure.errors import GoalFailed, MotionRefused
 from woosh_pure.faults import decode_status_code
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.gridmap import GridMap
+from woosh_pure.outcome import Outcome, OutcomeKind
 from woosh_pure.readiness import Readiness, Reason
 from woosh_pure.values import Image, LaserScan
 
@@ -324,3 +328,26 @@ def test_a_silent_chassis_is_told() -> None:
     scene = full_scene()
     scene.ages = {"pose": 9.0}
     assert "SILENT for 9 s" in "\n".join(Screen(coloured=False).render(scene, 100, 30))
+    assert "not known" in "\n".join(Screen(coloured=False).render(scene, 100, 30))  # and not `ready`
+    assert "SILENT for 9 s, before that:  x " in watch._line(scene)
+    assert "SILENT" not in watch._line(full_scene())
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (MotionRefused("no"), 3),
+        (GoalFailed(Outcome(OutcomeKind.CONNECTION_LOST, "to A1")), 4),
+        (GoalFailed(Outcome(OutcomeKind.FAILED, "to A1")), 1),
+        (ConnectionLost("gone"), 4),
+        (ValueError("nan"), 2),
+    ],
+)
+def test_how_a_motion_ends_is_the_exit_code(error: Exception, code: int) -> None:
+    """A chassis that vanishes on the way is as one that is not there to begin with."""
+
+    def run(*_: object) -> int:
+        raise error
+
+    args = SimpleNamespace(command="goto", debug=False)
+    assert entry._run(SimpleNamespace(run=run), args, Output(stream=io.StringIO())) == code

@@ -46,6 +46,11 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="end the drive when the measured velocity is silent for so long (0.4)",
     )
     parser.add_argument(
+        "--share",
+        action="store_true",
+        help="also beside another program that can send velocities: it is silent while you drive",
+    )
+    parser.add_argument(
         "--acknowledged", action="store_true", help="do not ask: you know that this bypasses the protection"
     )
 
@@ -96,6 +101,7 @@ def _drive(chassis: Chassis, args: Namespace, out: Output) -> None:
                     max_linear=args.linear,
                     max_angular=angular,
                     feedback_timeout=args.feedback_timeout,
+                    share=args.share,
                 )
             )
         keys.read(0.0)  # what was pressed before nobody meant for a robot that can move now

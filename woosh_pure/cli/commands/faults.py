@@ -7,8 +7,11 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from woosh_pure.errors import ChassisError
+
 from ..arguments import seconds
 from ..connection import connect
+from ..judging import is_there, nobody_there
 from ..output import Output
 
 if TYPE_CHECKING:
@@ -52,6 +55,8 @@ def run(args: Namespace, out: Output) -> int:
         with out.working("listening"):
             time.sleep(args.listen)
         faults = chassis.faults
+        if not faults and not is_there(chassis):
+            raise ChassisError(nobody_there(chassis))
     if not faults:
         out.line("no fault was heard (codes are sent on change only: older ones may be active)")
     _print(faults, args, out)

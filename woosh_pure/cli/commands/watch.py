@@ -99,6 +99,8 @@ def _line(scene: Scene) -> str:
         "state not heard" if s is None else f"{s.robot_state}, task {s.task_id} {s.task_state}",
     ]
     parts += [f"nearest {scene.nearest:.2f} m"] if scene.nearest is not None else []
+    if scene.silence is not None:
+        parts.insert(1, f"SILENT for {scene.silence:.0f} s, before that:")
     return "  ".join(parts + [str(fault) for fault in scene.faults])
 
 
