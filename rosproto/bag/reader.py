@@ -14,6 +14,7 @@ from rosproto.bag.index import open_index
 from rosproto.bag.merge import Batch, merge
 from rosproto.bag.records import NS, ChunkInfo, Connection, total_counts
 from rosproto.bag.source import Source
+from rosproto.bag.stamps import Stamp, to_ns
 from rosproto.errors import BagError
 from rosproto.time import Time
 
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 
 __all__ = ["BagReader", "Compression", "RawMessage", "TopicInfo"]
 
-Stamp = Time | float
 Give = Callable[[bytes, int, int], Any]
 
 
@@ -190,7 +190,9 @@ class BagReader:
             CodecError: A message does not fit its stored definition.
         """
         wanted = self._wanted(topics, connections)
-        for batch in self._batches(wanted, _to_ns(start_time), _to_ns(end_time)):
+        low = None if start_time is None else to_ns(start_time)
+        high = None if end_time is None else to_ns(end_time)
+        for batch in self._batches(wanted, low, high):
             if raw:
                 yield from self._raw_messages(batch)
             elif batch.chunk is not None:
@@ -203,8 +205,7 @@ class BagReader:
 
         Reads one chunk where chunks do not overlap.
         """
-        limit = _to_ns(time)
-        assert limit is not None
+        limit = to_ns(time)
         wanted = self._wanted(topic, None)
         best: tuple[int, ChunkData, Rows] | None = None
         chunks = [c for c in self.chunks if c.start <= limit and not wanted.isdisjoint(c.counts)]
@@ -327,6 +328,7 @@ class BagReader:
     def _load(
         self, info: ChunkInfo, ahead: ReadAhead | None = None, following: Following | None = None
     ) -> ChunkData | None:
+        self._source.check_open()
         try:
             if ahead is not None:
                 return ahead.take(info, following)
@@ -419,14 +421,6 @@ class BagReader:
 
 def _as_time(nanoseconds: int) -> Time:
     return Time._raw(nanoseconds // NS, nanoseconds % NS)
-
-
-def _to_ns(stamp: Stamp | None) -> int | None:
-    if stamp is None:
-        return None
-    if isinstance(stamp, (int, float)):
-        return round(stamp * NS)
-    return int(stamp.secs) * NS + int(stamp.nsecs)
 
 
 def _one(index: int) -> NDArray[np.intp]:

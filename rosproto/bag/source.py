@@ -42,19 +42,30 @@ class Source:
             self._owned = False
         try:
             self.size = self._file.seek(0, os.SEEK_END)
+            if not isinstance(self._file.read(0), bytes):
+                raise BagError('the file is opened as text; open it with "rb"', path=self.path)
         except (OSError, ValueError) as problem:
             raise BagError(
-                "a bag is read by position, but this file cannot seek", path=self.path
+                "a bag is read by position, but this file cannot seek or cannot be read", path=self.path
             ) from problem
 
     def read_at(self, position: int, count: int) -> bytes:
         """`count` bytes from `position`; fewer where the file ends (or has become shorter).
 
         Any thread may call it.
+
+        Raises:
+            BagError: The disk or the network behind it fails.
         """
         count = min(count, self.size - position)
         if count <= 0:
             return b""
+        try:
+            return self._read(position, count)
+        except OSError as problem:
+            raise self.error(f"{count} bytes cannot be read: {problem.strerror}", position) from problem
+
+    def _read(self, position: int, count: int) -> bytes:
         with self._lock:  # or another thread could move the position, or close the file, in between
             self._file.seek(position)
             data = self._file.read(count)
@@ -67,6 +78,15 @@ class Source:
                 parts.append(data)
                 left -= len(data)
         return b"".join(parts)
+
+    def check_open(self) -> None:
+        """Refuse to go on with a file that was closed here.
+
+        Raises:
+            BagError: It was.
+        """
+        if self._owned and self._file.closed:
+            raise self.error("the bag is closed")
 
     def error(self, message: str, offset: int | None = None) -> BagError:
         """A BagError about this file."""

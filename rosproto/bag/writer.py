@@ -20,6 +20,7 @@ from typing import Any, BinaryIO, Literal
 
 from rosproto.bag.chunk import MESSAGE_HEAD
 from rosproto.bag.compression import compressor
+from rosproto.bag.given import as_raw, check_header, check_message, data_of, identity, own_text
 from rosproto.bag.index import BagIndex, open_index
 from rosproto.bag.output import LARGE, ChunkOutput, Output
 from rosproto.bag.reader import RawMessage
@@ -34,6 +35,7 @@ from rosproto.bag.records import (
     encode_index,
 )
 from rosproto.bag.source import Source
+from rosproto.bag.stamps import out_of_range, seconds_and_rest
 from rosproto.codec import Message, encode_parts, encoder
 from rosproto.errors import BagError
 from rosproto.time import Time
@@ -42,7 +44,6 @@ __all__ = ["BagWriter"]
 
 _pack_tail = Struct("<III").pack  # secs, nsecs, size of the data: the end of a message record's head
 _FEW = 64  # messages of one connection in a chunk, up to which numpy takes longer to begin than to do it
-_OWN_FIELDS = ("topic", "type", "md5sum", "message_definition")
 
 
 class _Out:
@@ -157,14 +158,18 @@ class BagWriter:
         Raises:
             BagError: The file cannot be written; it stays readable up to its last whole chunk.
             CodecError: A value does not fit its field; nothing was added.
-            ValueError: The time is out of range.
+            ValueError: The time is out of range, or no time; the topic or the header is none.
+            TypeError: `message` is none.
         """
         if t is None:
             t = time.time()
-        if isinstance(t, (int, float)):
-            secs, nsecs = divmod(round(t * NS), NS)
-        else:
-            secs, nsecs = t.secs, t.nsecs
+        try:
+            if isinstance(t, (int, float)):
+                secs, nsecs = divmod(round(t * NS), NS)
+            else:
+                secs, nsecs = t.secs, t.nsecs
+        except (AttributeError, ValueError, OverflowError):
+            secs, nsecs = seconds_and_rest(t)
         if message.__class__ is RawMessage:
             out = self._raw_outs.get((topic, id(message.connection)))
         else:
@@ -179,7 +184,7 @@ class BagWriter:
         try:
             tail = _pack_tail(secs, nsecs, size)
         except error:
-            raise _time_error(t) from None
+            raise out_of_range(t) from None
         if not out.head:
             self._announce(out)
         offset = self._size
@@ -243,7 +248,7 @@ class BagWriter:
         try:
             tail = _pack_tail(secs, nsecs, size)
         except error:
-            raise _time_error(Time._raw(secs, nsecs)) from None
+            raise out_of_range(Time._raw(secs, nsecs)) from None
         if not out.head:
             self._announce(out)
         full = self._size + MESSAGE_HEAD + size >= self._limit
@@ -264,19 +269,22 @@ class BagWriter:
         self._check_open()
         if not isinstance(topic, str) or not topic:
             raise ValueError(f"topic {topic!r}: a name such as /odom is needed")
+        if header is not None:
+            check_header(header)
         if isinstance(message, RawMessage):
             given = message.connection
             out = self._out(
-                replace(given, topic=topic, header=given.header if header is None else header), _data
+                replace(given, topic=topic, header=given.header if header is None else header), data_of
             )
             if header is None:
                 self._raw_outs[topic, id(given)] = out
                 self._kept.append(given)  # or its id could come back on another object
             return out, message
+        check_message(topic, message)
         cls = message.__class__
         if cls._type == "*":
-            return self._find_out(topic, _as_raw(topic, message), header)
-        definition = _own_text(cls, header) or cls._full_text
+            return self._find_out(topic, as_raw(topic, message), header)
+        definition = own_text(cls, header) or cls._full_text
         out = self._out(Connection(-1, topic, cls._type, cls._md5sum, definition, header or {}), encoder(cls))
         if header is None:
             self._outs[topic, cls] = out
@@ -284,7 +292,7 @@ class BagWriter:
 
     def _out(self, connection: Connection, encode: Callable[[Any], bytes]) -> _Out:
         """The `_Out` for these facts, a new one when there is none in this bag yet."""
-        key = _identity(connection)
+        key = identity(connection)
         out = self._by_identity.get(key)
         if out is None or out.encode is not encode:
             out = _Out(connection, encode)
@@ -295,18 +303,18 @@ class BagWriter:
 
     def _announce(self, out: _Out) -> None:
         """Give a connection its id and write its record in front of its first message."""
-        identity = _identity(out.connection)
-        known = self._by_identity.setdefault(identity, out)
+        key = identity(out.connection)
+        known = self._by_identity.setdefault(key, out)
         if known.head:  # the same connection, reached through another class
             out.connection, out.head, out.index = known.connection, known.head, known.index
             return
-        self._by_identity[identity] = out
+        self._by_identity[key] = out
         number = max(self._index.connections, default=-1) + 1
         out.connection = replace(out.connection, id=number)
+        record = out.connection.encode()
         self._index.connections[number] = out.connection
         out.head = _message_head(number)
         self._written.append(out)
-        record = out.connection.encode()
         self._parts.append(record)
         self._size += len(record)
 
@@ -328,10 +336,10 @@ class BagWriter:
             )
         self._index = found
         for connection in found.connections.values():
-            out = _Out(connection, _data)
+            out = _Out(connection, data_of)
             out.head = _message_head(connection.id)
             self._written.append(out)
-            self._by_identity[_identity(connection)] = out
+            self._by_identity[identity(connection)] = out
         self._put([FileHeader().encode()], at=len(MAGIC))  # from here on it is an unclosed bag
         self._output.truncate(found.end)
 
@@ -425,45 +433,3 @@ def _index_entries(flat: list[int]) -> tuple[bytes, int, int]:
     if (stamps[1:] < stamps[:-1]).any():  # rosbag searches it by halving
         table = table[np.argsort(stamps, kind="stable")]
     return table.tobytes(), int(stamps.min()), int(stamps.max())
-
-
-def _own_text(cls: type[Message], header: Mapping[str, str] | None) -> str:
-    """The publisher's text of this definition, comments and all: `rosbag check` compares it; "" for none."""
-    if not header or header.get("md5sum") != cls._md5sum or header.get("type") != cls._type:
-        return ""
-    return header.get("message_definition", "")
-
-
-def _identity(connection: Connection) -> tuple[object, ...]:
-    """What makes two connections the same one."""
-    facts = {k: v for k, v in connection.header.items() if k not in _OWN_FIELDS}
-    topic = connection.header.get("topic", connection.topic)
-    return (
-        connection.topic, topic, connection.type, connection.md5sum, connection.definition,
-        frozenset(facts.items()),
-    )  # fmt: skip
-
-
-def _as_raw(topic: str, message: Message) -> RawMessage:
-    """A message that was received undecoded, with what its connection header says of it."""
-    header = message._connection_header
-    if not header or "type" not in header or "md5sum" not in header:
-        raise ValueError(
-            f"{topic}: an AnyMsg without connection header has no type; write a message of a known type, "
-            "or use write_raw"
-        )
-    definition = header.get("message_definition", "")
-    connection = Connection(-1, topic, header["type"], header["md5sum"], definition, header)
-    return RawMessage(connection.type, _buff(message), connection.md5sum, (0, 0), connection)
-
-
-def _data(message: RawMessage) -> bytes:
-    return message.data
-
-
-def _buff(message: Any) -> bytes:
-    return bytes(message._buff)
-
-
-def _time_error(t: Time | float) -> ValueError:
-    return ValueError(f"time {t!r}: a bag stores unsigned 32-bit seconds and nanoseconds since 1970")

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import math
+from datetime import datetime
 from struct import pack
 
 import numpy as np
@@ -226,8 +228,39 @@ def test_a_file_is_opened_and_closed(tmp_path):
     with BagReader(path) as bag:
         assert bag.path == str(path)
         assert len(list(bag)) == 10
-    with pytest.raises(ValueError):
-        list(bag)
+    for closed in (bag, BagReader(path, skip_damaged=True)):
+        closed.close()
+        with pytest.raises(BagError, match="the bag is closed"):
+            list(closed)
+    with path.open() as text, pytest.raises(BagError, match='"rb"'):
+        BagReader(text)
+
+
+@pytest.mark.parametrize("start", ["now", math.nan, datetime(2026, 1, 1)])
+def test_what_is_no_time_is_refused_with_what_is_expected(start):
+    with pytest.raises(ValueError, match=r"time .*since 1970"):
+        list(read(bag_bytes(entries(1))).read_messages(start_time=start))
+
+
+def test_a_disk_that_fails_in_the_middle_costs_the_messages_there():
+    """EIO, as dying memory cards give it: an error with the place, or the chunk is left out and told."""
+
+    class Card(io.BytesIO):
+        broken = range(0)
+
+        def read(self, size: int | None = -1) -> bytes:
+            if self.tell() in self.broken:
+                raise OSError(5, "Input/output error")
+            return super().read(size)
+
+    card = Card(bag_bytes(entries(100), chunk_bytes=200))
+    with BagReader(card, skip_damaged=True) as bag:
+        chunks = bag.chunks
+        card.broken = range(chunks[3].pos, chunks[4].pos)
+        assert len(list(bag)) == 100 - sum(chunks[3].counts.values())
+        assert "Input/output error" in bag.damage[0]
+    with pytest.raises(BagError, match=r"cannot be read: Input/output error.*skip_damaged"):
+        list(BagReader(card))
 
 
 @pytest.mark.parametrize(

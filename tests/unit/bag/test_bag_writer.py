@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import errno
 import io
+import math
+from datetime import datetime
 
 import numpy as np
 import pytest
@@ -142,6 +144,45 @@ def test_a_time_that_does_not_fit_is_refused(t):
     with BagWriter(file) as writer, pytest.raises(ValueError, match="unsigned 32-bit"):
         writer.write("/c", String(data="x"), t)
     assert read(file.getvalue()).message_count == 0
+
+
+@pytest.mark.parametrize("t", [np.float64(5.0), np.int64(5), np.float32(5.0), 5])
+def test_any_number_is_a_time_in_seconds(t):
+    assert [stamp.to_nsec() for _, _, stamp in read(bag_bytes([("/a", String(), t)]))] == [5 * 10**9]
+
+
+@pytest.mark.parametrize(
+    ("t", "words"),
+    [
+        (math.nan, "time nan"),
+        (math.inf, "time inf"),
+        (datetime(2026, 1, 1), "not datetime"),
+        ("now", "not str"),
+        (1_700_000_000_123_456_789, "not nanoseconds"),
+    ],
+)
+def test_what_is_no_time_is_refused_and_adds_nothing(t, words):
+    file = io.BytesIO()
+    with BagWriter(file) as bag, pytest.raises(ValueError, match=words):
+        bag.write("/a", String(), t)
+    assert read(file.getvalue()).message_count == 0
+
+
+@pytest.mark.parametrize("message", [None, {"data": "x"}, String, b"123", object()])
+def test_what_is_no_message_is_refused_with_what_is_expected(message):
+    with BagWriter(io.BytesIO()) as bag, pytest.raises(TypeError, match=r"/a: a message .* is expected, not"):
+        bag.write("/a", message, 1)
+
+
+@pytest.mark.parametrize("header", [{"callerid": 5}, {"callerid": b"/x"}, {"a=b": "c"}, {1: "x"}])
+def test_a_header_that_cannot_be_stored_leaves_the_bag_sound(header):
+    """Once it was found with the first message only, and then at the end: the table of contents was lost."""
+    file = io.BytesIO()
+    with BagWriter(file) as bag:
+        bag.write("/a", String(data="x"), 1)
+        with pytest.raises(ValueError, match=r"header .*texts are expected"):
+            bag.write("/b", String(data="y"), 2, header=header)
+    assert [(topic, m.data) for topic, m, _ in read(file.getvalue())] == [("/a", "x")]
 
 
 def test_seconds_are_stored_to_the_nanosecond():

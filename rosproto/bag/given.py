@@ -1,0 +1,81 @@
+"""What a program gives a writer, as the connection and the bytes that a bag stores."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rosproto.bag.reader import RawMessage
+from rosproto.bag.records import Connection
+from rosproto.codec import Message
+
+__all__ = ["as_raw", "check_header", "check_message", "data_of", "identity", "own_text"]
+
+_OWN_FIELDS = ("topic", "type", "md5sum", "message_definition")
+
+
+def check_header(header: Mapping[str, str]) -> None:
+    """Refuse a connection header that cannot be stored.
+
+    Raises:
+        ValueError: A name or value is no text, or a name holds `=`.
+    """
+    for key, value in header.items():
+        if not isinstance(key, str) or not isinstance(value, str) or "=" in key:
+            raise ValueError(f"header {key!r}={value!r}: texts are expected, the name without `=`")
+
+
+def check_message(topic: str, message: object) -> None:
+    """Refuse what is no message.
+
+    Raises:
+        TypeError: It is none.
+    """
+    if not isinstance(message, Message):
+        raise TypeError(
+            f"{topic}: a message of message_class(), msgdefs or a raw one is expected, "
+            f"not {type(message).__name__}; encoded bytes go in with write_raw"
+        )
+
+
+def own_text(cls: type[Message], header: Mapping[str, str] | None) -> str:
+    """The publisher's text of this definition, comments and all: `rosbag check` compares it; "" for none."""
+    if not header or header.get("md5sum") != cls._md5sum or header.get("type") != cls._type:
+        return ""
+    return header.get("message_definition", "")
+
+
+def identity(connection: Connection) -> tuple[object, ...]:
+    """What makes two connections the same one."""
+    facts = {k: v for k, v in connection.header.items() if k not in _OWN_FIELDS}
+    topic = connection.header.get("topic", connection.topic)
+    return (
+        connection.topic, topic, connection.type, connection.md5sum, connection.definition,
+        frozenset(facts.items()),
+    )  # fmt: skip
+
+
+def as_raw(topic: str, message: Message) -> RawMessage:
+    """A message that was received undecoded, with what its connection header says of it.
+
+    Raises:
+        ValueError: It has no connection header, so its type is unknown.
+    """
+    header = message._connection_header
+    if not header or "type" not in header or "md5sum" not in header:
+        raise ValueError(
+            f"{topic}: an AnyMsg without connection header has no type; write a message of a known type, "
+            "or use write_raw"
+        )
+    definition = header.get("message_definition", "")
+    connection = Connection(-1, topic, header["type"], header["md5sum"], definition, header)
+    return RawMessage(connection.type, _buff(message), connection.md5sum, (0, 0), connection)
+
+
+def data_of(message: RawMessage) -> bytes:
+    """The bytes of a raw message."""
+    return message.data
+
+
+def _buff(message: Any) -> bytes:
+    return bytes(message._buff)
