@@ -7,7 +7,6 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from types import FrameType
 from typing import Any, TextIO
 
 from rosproto.cli.console import enable_escapes, is_terminal, shows_unicode, size
@@ -33,7 +32,7 @@ def full_screen(stream: TextIO) -> Iterator[None]:
 
 
 @contextmanager
-def linger_when_closed(terminate: Callable[[int, FrameType | None], object]) -> Iterator[None]:
+def linger_when_closed() -> Iterator[None]:
     """On Windows: when the console is closed, keep the process alive until the block has ended.
 
     Windows ends a process as soon as its handlers of a closed console have returned. Python's own handler
@@ -44,23 +43,25 @@ def linger_when_closed(terminate: Callable[[int, FrameType | None], object]) -> 
         yield
         return
     done = threading.Event()
-    _install(close_handler(done, terminate))
+    _install(close_handler(done))
     try:
         yield
     finally:
         done.set()
 
 
-def close_handler(
-    done: threading.Event, terminate: Callable[[int, FrameType | None], object]
-) -> Callable[[int], bool]:
-    """What Windows calls in a thread of its own: True says that the event was dealt with."""
+def close_handler(done: threading.Event) -> Callable[[int], bool]:
+    """What Windows calls in a thread of its own: True says that the event was dealt with.
+
+    The command's own handler of SIGBREAK (`signals_unwind`) ends it. While a motion is being stopped that
+    signal is ignored: then it is only waited for.
+    """
 
     def handle(event: int) -> bool:
         if event not in _CLOSE_EVENTS:
             return False  # Ctrl-C and Ctrl-Break are Python's
         number = getattr(signal, "SIGBREAK", signal.SIGTERM)
-        if signal.getsignal(number) is terminate:
+        if callable(signal.getsignal(number)):
             signal.raise_signal(number)  # noted here, handled by the main thread
         done.wait(_WINDOWS_PATIENCE)
         return True

@@ -17,7 +17,6 @@ from rosproto.cli.failure import (
     Terminated,
     explain,
     output_is_gone,
-    raise_terminated,
     say,
     signals_unwind,
 )
@@ -62,7 +61,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         parser.print_help(sys.stderr)
         return WRONG_USE
     out = Output(as_json=args.json)
-    with signals_unwind(until_exit=argv is None), linger_when_closed(raise_terminated):
+    with signals_unwind(until_exit=argv is None), linger_when_closed():
         return _run(load(args.command), args, out)
 
 

@@ -1,13 +1,11 @@
-"""Printing, places of files, the closed console, PNG, pictures and the screen of `woosh watch`."""
+"""Printing, places of files, PNG, pictures and the screen of `woosh watch`."""
 
 from __future__ import annotations
 
 import io
 import json
 import math
-import signal
 import sys
-import threading
 import time
 from pathlib import Path
 from types import SimpleNamespace
@@ -17,7 +15,7 @@ import pytest
 
 from rosproto.errors import ConnectionLost
 from tests.support.png import read_png
-from woosh_pure.cli import config, console, entry
+from woosh_pure.cli import config, entry
 from woosh_pure.cli.commands import watch
 from woosh_pure.cli.output import Output, plain
 from woosh_pure.cli.picture import ROBOT, SCAN, blank_around, picture_of
@@ -144,33 +142,6 @@ def test_a_user_without_a_home_has_no_profile(monkeypatch: pytest.MonkeyPatch) -
     assert config.load() is None
     with pytest.raises(FileNotFoundError, match="WOOSH_CONFIG_DIR"):
         config.save(config.Profile("10.0.0.7"))
-
-
-# -- the closed console --------------------------------------------------------------------------------------
-
-
-def test_a_closed_windows_console_terminates_and_waits_for_the_motion_to_stop(monkeypatch) -> None:
-    """The handler returns only when the work is done: Windows ends the process right after."""
-    raised: list[int] = []
-    number = getattr(signal, "SIGBREAK", signal.SIGTERM)
-
-    def terminate(*_: object) -> None: ...
-
-    monkeypatch.setattr(console.signal, "getsignal", lambda _: terminate)
-    monkeypatch.setattr(console.signal, "raise_signal", raised.append)
-    done = threading.Event()
-    handle = console.close_handler(done, terminate)
-    assert handle(0) is False  # Ctrl-C
-    assert handle(1) is False  # Ctrl-Break
-    answers: list[bool] = []
-    thread = threading.Thread(target=lambda: answers.append(handle(2)))
-    thread.start()
-    thread.join(0.05)
-    assert thread.is_alive()
-    assert raised == [number]
-    done.set()
-    thread.join(5.0)
-    assert answers == [True]
 
 
 # -- pictures ------------------------------------------------------------------------------------------------
