@@ -115,13 +115,24 @@ class _Watched:
 
 
 class SpareFinder:
-    """Behind all others: what programs import that is not installed."""
+    """Behind all others: what programs import that is not installed; for what cannot be served, why."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> importlib.machinery.ModuleSpec | None:
-        """The spec of a spare module, None for any other."""
-        return _file_spec(fullname) if fullname in SPARE else None
+        """The spec of a spare module, None for any other.
+
+        Raises:
+            ModuleNotFoundError: An import asks for what cannot be served; it says what to use instead.
+        """
+        if fullname in SPARE:
+            return _file_spec(fullname)
+        from rosproto.rospy.absent import absence, is_imported
+
+        text = absence(fullname)
+        if text is not None and is_imported():
+            raise ModuleNotFoundError(text, name=fullname)
+        return None
 
 
 def _file_spec(name: str) -> importlib.machinery.ModuleSpec | None:

@@ -84,6 +84,7 @@ CASES: dict[str, dict[str, Any]] = {
     "logger_levels.py": {},
     "action_callbacks.py": {},
     "action_states.py": {},
+    "definitions.py": {},
     "graph_tools.py": {},
     "unit_tests.py": {},
 }

@@ -1,5 +1,6 @@
 """diagnostic_updater: a driver that tells how it is; what is published is printed, without the times."""
 
+import itertools
 import sys
 
 import diagnostic_updater
@@ -148,7 +149,7 @@ while len(seen) < 4:
 stamps = [message.header.stamp for message in seen[1:]]
 print(
     "paced:",
-    all(b - a > rospy.Duration(0.28) for a, b in zip(stamps, stamps[1:])),
+    all(b - a > rospy.Duration(0.28) for a, b in itertools.pairwise(stamps)),
     seen[3].status[0].message == "",
 )
 vector = diagnostic_updater.DiagnosticTaskVector()

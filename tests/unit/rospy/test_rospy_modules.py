@@ -195,3 +195,39 @@ def test_reconfiguring_this_node(tmp_path: Path) -> None:
             "2.0 2.0",
             "[(-1, 0.5, True), (3, 2.0, False)]",
         ]
+
+
+def test_what_cannot_be_served_says_why(tmp_path: Path) -> None:
+    """The error names the module, the reason and another way; looking for it without importing finds nothing."""
+    code = """
+        import importlib, importlib.util
+        import PyKDL
+        for name in ("roslaunch", "smach_ros", "moveit_commander", "rviz", "rclpy", "foo_msgs", "turtlesim"):
+            assert importlib.util.find_spec(name) is None, name
+            for attempt in (lambda: __import__(name + ".msg"), lambda: importlib.import_module(name)):
+                try:
+                    attempt()
+                except ModuleNotFoundError as error:
+                    assert error.name == name and str(error).startswith("No module named %r: " % name), error
+                    text = str(error)
+            print(text.partition(": ")[2][:34])
+        for code in ("from foo_msgs.msg import Thing", "import no_such", "from PyKDL import Chain"):
+            try:
+                exec(code)
+            except ImportError as error:
+                print(str(error)[:66])
+        print(hasattr(PyKDL, "__wrapped__"), PyKDL.Vector(1, 2, 3).Norm() ** 2)
+    """
+    assert output(code, tmp_path).splitlines() == [
+        "launch files and the processes the",
+        "it is pure Python; put its folder ",
+        "it is a door to C++ code of a ROS ",
+        "it belongs to ROS's windows; show ",
+        "that is ROS 2; this layer speaks R",
+        "it is no package of this computer,",
+        "it is no package of this computer,",
+        "No module named 'foo_msgs': it is no package of this computer, and",
+        "No module named 'no_such'",
+        "PyKDL.Chain: without the real PyKDL there are only Vector, Rotatio",
+        "False 14.0",
+    ]

@@ -1,4 +1,4 @@
-"""The points that a scan saw, in the scanner's frame."""
+"""laser_geometry: LaserScan messages as clouds, in the scanner's frame (wiki.ros.org/laser_geometry)."""
 
 import numpy
 from sensor_msgs import point_cloud2

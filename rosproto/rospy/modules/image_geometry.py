@@ -1,4 +1,7 @@
-"""Cameras as their CameraInfo tells; only undoing a lens's distortion needs OpenCV."""
+"""image_geometry: pixels and rays of cameras, as their CameraInfo tells (wiki.ros.org/image_geometry).
+
+Only undoing a lens's distortion needs OpenCV.
+"""
 
 import copy
 import math

@@ -1,0 +1,78 @@
+"""The stand-ins for ROS's modules as an installed package has them: all in one file."""
+
+from __future__ import annotations
+
+import inspect
+import subprocess
+import sys
+from importlib.util import module_from_spec
+from pathlib import Path
+
+import pytest
+
+from rosproto.msg.packed import make_pack
+from rosproto.rospy.stock import MODULES, FileStock, PackedStock
+
+PROGRAM = """
+import sys
+from rosproto.rospy import finder, stock
+from rosproto.msg.packed import make_pack
+packed = stock.PackedStock(make_pack(stock.MODULES, (".py",)))
+finder.stock = lambda: packed
+finder.serve()
+import rospy, rospy.impl.init, actionlib.action_client, rosbag, tf.transformations as tf, PyKDL
+from sensor_msgs import point_cloud2
+from rospy.msg import AnyMsg
+assert [type(m.__loader__).__name__ for m in (rospy, rospy.impl, tf, PyKDL, point_cloud2)] == ["PackedLoader"] * 5
+try:
+    import rospy.nothing
+except ImportError as error:
+    print(error)
+tf.euler_from_quaternion("no quaternion at all")
+"""
+
+
+def packed() -> PackedStock:
+    return PackedStock(make_pack(MODULES, (".py",)))
+
+
+def test_the_pack_serves_what_the_files_do() -> None:
+    """Every file, under the same path and as the same kind of module; and nothing else."""
+    files, one = FileStock(), packed()
+    assert files.names() == one.names()
+    for path in Path(MODULES).rglob("*.py"):
+        inner = path.relative_to(MODULES)
+        parts = inner.parent.parts if path.stem == "__init__" else inner.with_suffix("").parts
+        ours, theirs = one.spec("name", *parts), files.spec("name", *parts)
+        assert ours is not None, parts
+        assert theirs is not None, parts
+        assert (ours.origin, ours.submodule_search_locations) == (
+            theirs.origin,
+            theirs.submodule_search_locations,
+        )
+        assert ours.loader.get_source("name") == path.read_text("utf-8")  # type: ignore[union-attr]
+        assert ours.loader.is_package("name") is (path.stem == "__init__")  # type: ignore[union-attr]
+    for absent in (("nothing",), ("rospy", "nothing"), ("angles", "inside")):
+        assert one.spec("name", *absent) is None
+        assert files.spec("name", *absent) is None
+
+
+def test_source_lines_are_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`inspect.getsource` and tracebacks ask the loader: the file is not there."""
+    spec = packed().spec("angles_from_a_pack", "angles")
+    assert spec is not None
+    spec.origin = spec.loader.path = "/nowhere/angles.py"  # type: ignore[union-attr]
+    module = module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    module.__loader__.exec_module(module)  # type: ignore[union-attr]
+    assert inspect.getsource(module.normalize_angle).startswith("def normalize_angle(")
+
+
+def test_a_program_runs_from_the_pack() -> None:
+    """Modules, packages, modules inside packages, what lies in message packages; errors name their place."""
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 1
+    assert done.stdout == "No module named 'rospy.nothing'\n"
+    assert "modules/tf/transformations.py" in done.stderr.replace("\\", "/")
