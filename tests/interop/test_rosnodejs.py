@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 
 import pytest
@@ -163,13 +164,18 @@ def test_parameters_both_ways(our_master: Master, installed: Path, tree: Path) -
             assert "/js/gone" not in node.params
 
 
+# Its waitForServer(time-out) gives up after 100 ms (ActionClientInterface.js, _waitForActionServerToStart: the comparison
+# of times is the wrong way round), and it ignores feedback that its loop takes up after the result: so this waits by
+# itself, and tells when it has seen the last feedback.
 CLIENT = """
+  const saw = nh.advertise('/saw', 'std_msgs/Empty');
   const ac = new rosnodejs.SimpleActionClient({nh, type: 'actionlib/Test', actionServer: '/our_action'});
-  await ac.waitForServer(20000);
+  while (!ac.isServerConnected() || saw.getNumSubscribers() < 1) await new Promise(done => setTimeout(done, 20));
   const goal = n => ({goal: n});
   for (const n of [3, -1]) {
     await new Promise(resolve => ac.sendGoal(goal(n), (state, result) => { say({n, state, result}); resolve(); },
-      () => say({n, active: true}), feedback => say({n, feedback: feedback.feedback})));
+      () => say({n, active: true}),
+      feedback => { say({n, feedback: feedback.feedback}); if (feedback.feedback == 2) saw.publish({}); }));
   }
   await new Promise(resolve => {
     ac.sendGoal(goal(1000), (state, result) => { say({n: 1000, state, result}); resolve(); }, () => ac.cancelGoal());
@@ -181,6 +187,7 @@ CLIENT = """
 def test_its_action_client_with_our_server(our_master: Master, installed: Path, tree: Path) -> None:
     """A goal that succeeds with feedback, one that is aborted, one that is cancelled."""
     result, feedback = message_class("actionlib/TestResult"), message_class("actionlib/TestFeedback")
+    saw = threading.Event()
 
     def count(goal) -> None:  # type: ignore[no-untyped-def]
         if goal.goal.goal < 0:
@@ -191,10 +198,12 @@ def test_its_action_client_with_our_server(our_master: Master, installed: Path, 
             if goal.wait_for_cancel(0.05):
                 goal.preempted(result(result=number))
                 return
+        assert saw.wait(20)
         goal.succeed(result(result=goal.goal.goal))
 
     with (
         Node("/ours", master_uri=our_master.uri) as node,
+        node.subscriber("/saw", "std_msgs/Empty", lambda message: saw.set()),
         ActionServer(node, "/our_action", "actionlib/Test", count),
         rosnodejs.start(CLIENT, our_master.uri, installed, tree) as js,
     ):
@@ -217,7 +226,7 @@ SERVER = """
     const n = handle.getGoal().goal;
     handle.publishFeedback(new feedback({feedback: n}));
     if (n < 0) handle.setAborted(new result({result: n}), 'negative');
-    else if (n < 100) setTimeout(() => handle.setSucceeded(new result({result: n * 2}), 'fine'), 100);
+    else if (n < 100) setTimeout(() => handle.setSucceeded(new result({result: n * 2}), 'fine'), 500);
   });
   as.on('cancel', handle => handle.setCanceled(new result({result: 0}), 'cancelled'));
   as.start();
