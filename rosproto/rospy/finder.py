@@ -14,18 +14,17 @@ ROS installation, known by the rospy beside them; they are served from our defin
 from __future__ import annotations
 
 import importlib.machinery
-import importlib.util
 import os
 import sys
 from collections.abc import Sequence
 from types import ModuleType
 
 from rosproto.rospy.definitions import library
+from rosproto.rospy.stock import stock
 
 # No base class from importlib.abc: importing that takes 20 ms, and Python asks only for the methods.
-__all__ = ["MODULES", "serve"]
+__all__ = ["serve"]
 
-MODULES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modules")
 KINDS = ("msg", "srv")
 INSIDE = "_inside"
 """In `modules/`: what message packages have besides messages."""
@@ -46,11 +45,7 @@ class RosFinder:
     """Finds what is served; everything else is left to the finders behind."""
 
     def __init__(self) -> None:
-        self._modules = frozenset(
-            entry.name if entry.is_dir() else entry.name.removesuffix(".py")
-            for entry in os.scandir(MODULES)
-            if not entry.name.startswith("_") and (entry.is_dir() or entry.name.endswith(".py"))
-        ).difference(SPARE)
+        self._modules = stock().names() - SPARE
         # Asked for now: every import of the process comes by here, those of the library itself too.
         self._packages = frozenset(library().packages())
         self._ours: dict[str, bool] = {}
@@ -64,13 +59,17 @@ class RosFinder:
         package, _, rest = fullname.partition(".")
         if not rest:
             if package in self._modules:
-                return _file_spec(package)
+                return stock().spec(package, package)
             return self._door_spec(fullname) if self._is_ours(package) else None
         kind, _, base = rest.partition(".")
-        if kind not in KINDS or "." in base:
-            return _inner_spec(package, rest) if package not in self._modules else None
-        served = package in self._packages if package in self._modules else self._is_ours(package)
-        return self._door_spec(fullname) if served else None
+        of_rospy = package in self._modules
+        if (
+            kind in KINDS
+            and "." not in base
+            and (package in self._packages if of_rospy else self._is_ours(package))
+        ):
+            return self._door_spec(fullname)
+        return stock().spec(fullname, *([] if of_rospy else [INSIDE]), *fullname.split("."))
 
     @staticmethod
     def _door_spec(name: str) -> importlib.machinery.ModuleSpec:
@@ -126,28 +125,13 @@ class SpareFinder:
             ModuleNotFoundError: An import asks for what cannot be served; it says what to use instead.
         """
         if fullname in SPARE:
-            return _file_spec(fullname)
+            return stock().spec(fullname, fullname)
         from rosproto.rospy.absent import absence, is_imported
 
         text = absence(fullname)
         if text is not None and is_imported():
             raise ModuleNotFoundError(text, name=fullname)
         return None
-
-
-def _file_spec(name: str) -> importlib.machinery.ModuleSpec | None:
-    folder = os.path.join(MODULES, name)
-    if os.path.isdir(folder):
-        return importlib.util.spec_from_file_location(
-            name, os.path.join(folder, "__init__.py"), submodule_search_locations=[folder]
-        )
-    return importlib.util.spec_from_file_location(name, folder + ".py")
-
-
-def _inner_spec(package: str, name: str) -> importlib.machinery.ModuleSpec | None:
-    """A module that lies beside msg and srv in a message package: sensor_msgs.point_cloud2."""
-    path = os.path.join(MODULES, INSIDE, package, name + ".py")
-    return importlib.util.spec_from_file_location(f"{package}.{name}", path) if os.path.isfile(path) else None
 
 
 def _is_brought(package: str) -> bool:
