@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, Literal
 
 from rosproto.errors import BagError
 
 __all__ = ["COMPRESSIONS", "compressor", "decompress", "decompress_prefix", "keep_freed_memory"]
 
-COMPRESSIONS = ("none", "bz2", "lz4")
+COMPRESSIONS: tuple[Literal["none", "bz2", "lz4"], ...] = ("none", "bz2", "lz4")
 
 
 def compressor(name: str) -> Callable[[bytes], bytes]:

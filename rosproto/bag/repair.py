@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Literal
 
+from rosproto.bag.compression import COMPRESSIONS
 from rosproto.bag.index import BagIndex, open_index
 from rosproto.bag.reader import BagReader, RawMessage
 from rosproto.bag.records import MAGIC, ChunkInfo, FileHeader, encode_contents
@@ -37,10 +39,11 @@ def reindex(path: Path) -> Report:
     """Give a bag that was never closed, or lost its end, a table of contents, in place.
 
     Nothing that is whole is lost: messages of a cut-off last chunk are written again as a chunk of their
-    own. A sound bag is left as it is.
+    own. A sound bag is left as it is, and so is one that cannot be mended (a disk that is still full).
 
     Raises:
-        BagError: It is no bag, or it is damaged before its end: use `recover`, which writes a new one.
+        BagError: It is no bag, or it is damaged before its end: use `recover`, which writes a new one; or
+            there is no room for the index.
     """
     source = Source(path)
     try:
@@ -50,14 +53,15 @@ def reindex(path: Path) -> Report:
     if found.closed and not found.damage:
         return Report(sum(sum(c.counts.values()) for c in found.chunks), ())
     whole = _whole_chunks(found, path)
-    rest = _messages_after(path, len(whole))
+    rest, compression = _messages_after(path, len(whole))
     end = found.chunks[len(whole)].pos if len(whole) < len(found.chunks) else found.end
     used = {number for chunk in whole for number in chunk.counts}
     connections = {number: found.connections[number] for number in sorted(used)}
-    _write_contents(path, BagIndex(connections, whole, end))
-    with BagWriter(path, append=True) as writer:
-        for topic, message, time in rest:
-            writer.write(topic, message, time)
+    with _kept_on_failure(path, end):
+        _write_contents(path, BagIndex(connections, whole, end))
+        with BagWriter(path, compression, append=True) as writer:
+            for topic, message, time in rest:
+                writer.write(topic, message, time)
     with BagReader(path) as bag:
         return Report(bag.message_count, tuple(found.damage))
 
@@ -74,11 +78,38 @@ def _whole_chunks(found: BagIndex, path: Path) -> list[ChunkInfo]:
     return whole
 
 
-def _messages_after(path: Path, count: int) -> list[tuple[str, RawMessage, Time]]:
-    """What can be read of the chunks after the first `count`: the one that was being written."""
+def _messages_after(
+    path: Path, count: int
+) -> tuple[list[tuple[str, RawMessage, Time]], Literal["none", "bz2", "lz4"]]:
+    """What can be read behind the first `count` chunks, of the one that was being written; its compression."""
     with BagReader(path, skip_damaged=True) as bag:
         bag.chunks = bag.chunks[count:]
-        return list(bag.read_messages(raw=True)) if bag.chunks else []
+        if not bag.chunks:
+            return [], "none"
+        found = bag.compression()
+        return list(bag.read_messages(raw=True)), next(kind for kind in COMPRESSIONS if kind in found)
+
+
+@contextmanager
+def _kept_on_failure(path: Path, end: int) -> Iterator[None]:
+    """Put the file header and what stands from `end` on back when mending fails: they were all there was."""
+    begin = len(MAGIC)
+    with open(path, "rb") as file:
+        file.seek(begin)
+        header = file.read(len(FileHeader().encode()))
+        file.seek(end)
+        rest = file.read()
+    try:
+        yield
+    except BaseException:
+        # It fits, it was there a moment ago. Where nothing can be written, nothing was changed either.
+        with suppress(OSError), open(path, "r+b") as file:
+            file.truncate(end)
+            file.seek(end)
+            file.write(rest)
+            file.seek(begin)
+            file.write(header)
+        raise
 
 
 def _write_contents(path: Path, index: BagIndex) -> None:

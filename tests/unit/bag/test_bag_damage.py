@@ -7,6 +7,7 @@ import io
 import pytest
 
 from rosproto.bag import BagReader, BagWriter, recover, reindex
+from rosproto.bag.output import Output
 from rosproto.errors import BagError, RosError
 from rosproto.time import Time
 from tests.unit.bag.bagmaker import COMPRESSIONS, String, bag_bytes, encoded, entries, plain, read
@@ -154,6 +155,31 @@ def test_reindex_in_place_keeps_everything_that_is_whole(tmp_path, compression):
             assert plain(bag.read_messages(raw=True)) == before
         assert report.messages == len(before)
         assert report.damage
+
+
+@pytest.mark.parametrize("compression", COMPRESSIONS)
+@pytest.mark.parametrize("puts", [0, 1, 2])
+def test_reindex_on_a_disk_that_is_still_full_changes_nothing(tmp_path, monkeypatch, compression, puts):
+    """The messages of the cut-off chunk are nowhere else while they are written again."""
+    data = bag_bytes(entries(120), compression, close=False)
+    data = data[: read(data).chunks[-1].pos + 400]
+    path = tmp_path / "died.bag"
+    path.write_bytes(data)
+    put, left = Output.put, iter(range(puts))
+
+    def full(self, pieces, at):
+        if next(left, None) is None:
+            raise OSError(28, "No space left on device")
+        return put(self, pieces, at)
+
+    with monkeypatch.context() as context:
+        context.setattr(Output, "put", full)
+        with pytest.raises(BagError, match="No space left"):
+            reindex(path)
+    assert path.read_bytes() == data
+    reindex(path)
+    with BagReader(path) as bag:
+        assert set(bag.compression()) == {compression}
 
 
 def test_reindex_leaves_a_sound_bag_as_it_is(tmp_path):
