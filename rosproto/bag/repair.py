@@ -81,7 +81,7 @@ def _whole_chunks(found: BagIndex, path: Path) -> list[ChunkInfo]:
 def _messages_after(
     path: Path, count: int
 ) -> tuple[list[tuple[str, RawMessage, Time]], Literal["none", "bz2", "lz4"]]:
-    """What can be read behind the first `count` chunks, of the one that was being written; its compression."""
+    """What can be read behind the first `count` chunks, of the one being written, and its compression."""
     with BagReader(path, skip_damaged=True) as bag:
         bag.chunks = bag.chunks[count:]
         if not bag.chunks:
