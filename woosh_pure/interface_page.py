@@ -149,6 +149,8 @@ def _row_lines(flow: str) -> Iterator[list[str]]:
         if found.flow == flow:
             mark = " ⚠" if found.bypasses_protection else ""
             change = "; on change only" if found.on_change else ""
+            if found.name_assumed:
+                change += "; **the name is our assumption**: it is found by its type"
             name = ", ".join(f"`{n}`" for n in (found.name, *found.aliases)) + mark
             yield [name, f"`{found.type}`", how(found), found.meaning + change, found.unit, found.source]
 

@@ -113,7 +113,11 @@ class Bms:
 
 @dataclass(frozen=True, slots=True)
 class Parameters:
-    """/driver_base/parameter. Units: m, m/s, rad/s, 1/min; 0 means the controller has no such limit."""
+    """/driver_base/parameter, passed on as it comes: the vendor gives no units.
+
+    Assumed: wheels in m, `max_linear` and the joystick's in m/s, `max_angular` in rad/s. `max_rpm` is in
+    1/min; `min_speed` and `max_speed` are speeds of rotation by the vendor's words. 0: there is no such limit.
+    """
 
     wheel_perimeter: float
     wheel_distance: float

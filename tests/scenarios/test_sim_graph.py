@@ -188,6 +188,18 @@ def test_the_position_is_given_through_the_service_that_is_found_by_its_type(sim
     chassis.initialise()
 
 
+def test_who_knows_the_name_of_an_initialisation_service_says_it(sim, chassis):
+    """The names are assumed; and where two services have the type, only the user knows which is meant."""
+    called = []
+    served = sim.firmware.service_class("woosh_msgs/WooshInit")
+    with rosproto.Node("/other", master_uri=sim.master_uri) as node:
+        node.service_server("/real_name", served, lambda request: called.append(1) or {"success": True})
+        with pytest.raises(ChassisError, match=r"several.*/real_name.*/woosh_init.*service="):
+            chassis.initialise()
+        chassis.initialise(service="/real_name")
+    assert called == [1]
+
+
 def test_without_initialisation_services_the_error_says_what_else_to_do(sim, chassis):
     for server in [s for s in sim.graph._keep if getattr(s, "name", "") in ("/init_pose", "/woosh_init")]:
         server.close()

@@ -9,17 +9,111 @@ import sys
 import pytest
 
 from woosh_pure import interface
-from woosh_pure.enums import RobotState, TaskState
+from woosh_pure.enums import (
+    ActionState,
+    ActionType,
+    ChargeMode,
+    ChargeStatus,
+    Direction,
+    ExecutionMode,
+    LedState,
+    NavDirection,
+    NavigationMode,
+    RobotMode,
+    RobotState,
+    StepControlMode,
+    StepMode,
+    TaskCommand,
+    TaskState,
+    TaskType,
+    WorkMode,
+)
 from woosh_pure.faults import ActiveFaults, FaultLevel, all_codes, decode_status_code
 from woosh_pure.geometry import Footprint, Pose2D, normalize_angle, quaternion_from_yaw, yaw_from_quaternion
 from woosh_pure.gridmap import GridMap
 from woosh_pure.sim.site import built_in_site
 
+# Transcribed from the vendor's interface page, types as in its message package, in the page's order.
+PAGE = """
+read /robot_status woosh_msgs/RobotStatus
+read /movebase_pose2d geometry_msgs/Pose2D
+read /odometer std_msgs/Float64
+read /battery woosh_msgs/Battery
+read /amcl_pose geometry_msgs/PoseWithCovarianceStamped
+read /information woosh_msgs/Information
+read /driver_base/bms woosh_msgs/BMS
+read /driver_base/parameter woosh_msgs/Parameter
+read /odom_twist geometry_msgs/Twist
+read /status_code std_msgs/UInt64
+read /scan sensor_msgs/LaserScan
+read /imu/data_raw sensor_msgs/Imu
+read /odom_raw nav_msgs/Odometry
+read /odom nav_msgs/Odometry
+read /camera_1/color/image_raw sensor_msgs/Image
+read /camera_1/depth/image_raw sensor_msgs/Image
+read /camera_1/depth/points sensor_msgs/PointCloud2
+read /camera_1/depth/cloud_without_planes sensor_msgs/PointCloud2
+write /base_cmd_vel geometry_msgs/Twist
+write /smooth_cmd_vel geometry_msgs/Twist
+write /rgbled woosh_msgs/LED
+write /rgbled_shelf woosh_msgs/LED
+write /move_base/local_costmap/set_footprint geometry_msgs/Polygon
+write /move_base/global_costmap/set_footprint geometry_msgs/Polygon
+call /exec_task woosh_msgs/ExecTask
+call /start_localization std_srvs/SetBool
+call /move_base/enable_costmaps std_srvs/SetBool
+call /aic_map_server/get_map nav_msgs/GetMap
+call /set_map nav_msgs/SetMap
+call /move_base/make_plan nav_msgs/GetPlan
+call /move_base/clear_costmaps std_srvs/Empty
+act /move_base woosh_msgs/MoveBase
+act /cmd_vel_control woosh_msgs/StepControl
+act /navigation_mode woosh_msgs/NavigationMode
+"""
 
-def test_the_page_has_18_topics_to_read_6_to_write_7_services_and_3_actions():
-    page = [r for r in interface.ROWS if r.source == "page"]
-    counts = {flow: sum(r.flow == flow for r in page) for flow in ("read", "write", "call", "act")}
-    assert counts == {"read": 18, "write": 6, "call": 7, "act": 3}
+# The page's numbers, and what is printed for them.
+NUMBERS = {
+    TaskType: "0 undefined, 1 pick, 2 park, 3 charge, 4 carry",
+    # 1, 2, 6, and 7 of the robot's state are in the vendor's other manual only.
+    TaskState: "0 undefined, 1 initialising, 2 prepared, 3 running, 4 paused, 5 waiting for action, "
+    "6 waiting for task, 7 completed, 8 cancelled, 9 failed",
+    ActionType: "0 undefined, 1 navigation, 2 step control, 3 secondary positioning enter, "
+    "4 secondary positioning leave, 5 carry action, 6 wait, 7 charge",
+    ActionState: "0 undefined, 1 running, 2 warning, 3 cancelled, 4 done, 5 failed, 10 paused, 11 traffic controlled",
+    RobotState: "0 undefined, 1 uninitialised, 2 idle, 3 parking, 4 in task, 5 warning, 6 fault, "
+    "7 following, 8 charging, 9 mapping",
+    RobotMode: "0 undefined, 1 automatic, 2 manual, 3 maintenance",
+    WorkMode: "0 undefined, 1 deployment, 2 task, 3 dispatch",
+    ChargeMode: "0 manual, 1 automatic",
+    ChargeStatus: "0 not charging, 1 charging",
+    TaskCommand: "1 execute, 2 pause, 3 resume, 4 cancel, 6 interrupt wait",
+    Direction: "0 undefined, 1 load, 2 unload",
+    StepMode: "1 straight, 2 rotate, 3 lateral, 4 diagonal",
+    StepControlMode: "0 cancel, 1 execute, 2 pause, 3 resume",
+    ExecutionMode: "0 free, 1 point by point",
+    NavigationMode: "0 fuzzy avoidance, 1 precise avoidance, 2 stop and wait, 3 wait then avoid",
+    NavDirection: "0 chassis decides, 1 forward, 2 backward, 3 along path",
+}
+LED = {
+    "NONE": 0x00, "LOW_BATTERY": 0x42, "FOLLOWING": 0x60, "FORWARD": 0x80, "RIGHT_TURN": 0x81, "LEFT_TURN": 0x82,
+    "STARTING": 0x83, "STOPPED_WAITING": 0x84, "TRAFFIC_PAUSED": 0x85, "WARNING": 0xA0, "TASK_RUNNING": 0xA1,
+    "TASK_PAUSED": 0xA2, "IDLE": 0xA3, "INITIALISING": 0xA4, "OFFLINE": 0xA5, "PICKING": 0xF0, "PICKING_DONE": 0xF1,
+    "NORMAL": 0xFF,
+}  # fmt: skip
+
+
+def test_the_rows_of_the_page_are_those_of_the_page():
+    rows = [f"{r.flow} {r.name} {r.type}" for r in interface.ROWS if r.source == "page"]
+    assert rows == PAGE.split("\n")[1:-1]
+
+
+@pytest.mark.parametrize("kind", NUMBERS, ids=lambda kind: kind.__name__)
+def test_the_numbers_of_the_page_have_its_words(kind):
+    assert ", ".join(f"{int(member)} {member}" for member in kind) == NUMBERS[kind]
+
+
+def test_the_light_states_are_those_of_the_page():
+    assert {member.name: int(member) for member in LedState} == LED
 
 
 def test_names_and_feeds_are_unique():
