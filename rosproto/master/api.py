@@ -286,7 +286,7 @@ def _arity_problem(params: Sequence[object], expected: int) -> str:
         return "missing required caller_id parameter"
     if len(params) != expected:
         return "Error: bad call arity"
-    if not isinstance(params[0], str):
+    if not v.is_text(params[0]):
         return "caller_id must be a string"
     return "" if len(params[0]) <= v.MAX_LENGTH else f"caller_id is longer than {v.MAX_LENGTH} characters"
 

@@ -8,8 +8,14 @@ itself `/rosparam-1234`, roslaunch writes keys with dots), so only what breaks t
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-__all__ = ["Check", "Invalid", "resolve"]
+from rosproto.protocol.xmlrpc import DateTime
+
+if TYPE_CHECKING:
+    from typing import TypeGuard
+
+__all__ = ["Check", "Invalid", "is_text", "resolve"]
 
 MAX_LENGTH = 4096  # of names, types and URIs, which a master keeps
 
@@ -18,6 +24,11 @@ Check = Callable[[object, str], object]
 
 class Invalid(ValueError):
     """An argument is not acceptable; the text goes back to the caller with status -1."""
+
+
+def is_text(value: object) -> TypeGuard[str]:
+    """A string; not a point in time, which XML-RPC has as a type of its own and we keep as its text."""
+    return isinstance(value, str) and not isinstance(value, DateTime)
 
 
 def resolve(name: str, node_name: str) -> str:
@@ -45,7 +56,7 @@ def key(value: object, caller_id: str) -> str:
     """A parameter key as it is: not empty, a string."""
     if not value:
         raise Invalid("ERROR: parameter [key] must be specified and non-empty")
-    if not isinstance(value, str):
+    if not is_text(value):
         raise Invalid("ERROR: parameter [key] must be a string")
     return value
 
@@ -66,7 +77,7 @@ def graph_name(what: str) -> Check:
     """Name of a topic, service or node, resolved; `what` is the parameter's name in the error."""
 
     def check(value: object, caller_id: str) -> str:
-        if not value or not isinstance(value, str):
+        if not value or not is_text(value):
             raise Invalid(f"ERROR: parameter [{what}] must be a non-empty string")
         if ":" in value or " " in value:  # typically a URI in the wrong place
             raise Invalid(f"ERROR: parameter [{what}] contains illegal chars")
@@ -91,7 +102,7 @@ def resource(what: str) -> Check:
 
 def subgraph(value: object, caller_id: str) -> str:
     """A namespace, resolved; or "" for everything."""
-    if not isinstance(value, str):
+    if not is_text(value):
         raise Invalid("ERROR: parameter [subgraph] must be a string")
     return resolve(value, caller_id) if value else ""
 
@@ -100,7 +111,7 @@ def type_name(value: object, caller_id: str) -> str:
     """A message type "package/Type", or "*"."""
     if value == "*":
         return "*"
-    if not value or not isinstance(value, str):
+    if not value or not is_text(value):
         raise Invalid("ERROR: parameter [topic_type] must be a non-empty string")
     if value.count("/") != 1:
         raise Invalid("ERROR: parameter [topic_type] is not a valid package resource name")
@@ -111,7 +122,7 @@ def api_uri(what: str) -> Check:
     """URI of a node's slave API or of a service: http:// or rosrpc://."""
 
     def check(value: object, caller_id: str) -> str:
-        if not value or not isinstance(value, str):
+        if not value or not is_text(value):
             raise Invalid(f"ERROR: parameter [{what}] is not an XMLRPC URI")
         if not value.startswith(("http://", "rosrpc://")):
             raise Invalid(f"ERROR: parameter [{what}] is not an RPC URI")
