@@ -116,7 +116,7 @@ class Parameters:
     """/driver_base/parameter, passed on as it comes: the vendor gives no units.
 
     Assumed: wheels in m, `max_linear` and the joystick's in m/s, `max_angular` in rad/s. `max_rpm` is in
-    1/min; `min_speed` and `max_speed` are speeds of rotation by the vendor's words. 0: there is no such limit.
+    1/min; `min_speed` and `max_speed` are speeds of rotation by the vendor's words. 0: no such limit.
     """
 
     wheel_perimeter: float
