@@ -101,7 +101,7 @@ def _kept_on_failure(path: Path, end: int) -> Iterator[None]:
         rest = file.read()
     try:
         yield
-    except BaseException:
+    except BaseException as problem:
         # It fits, it was there a moment ago. Where nothing can be written, nothing was changed either.
         with suppress(OSError), open(path, "r+b") as file:
             file.truncate(end)
@@ -109,21 +109,24 @@ def _kept_on_failure(path: Path, end: int) -> Iterator[None]:
             file.write(rest)
             file.seek(begin)
             file.write(header)
+        why = problem if isinstance(problem, OSError) else problem.__cause__
+        if isinstance(why, OSError):
+            raise BagError(
+                f"cannot mend the bag: {why.strerror}; it is left as it was; make room, or mend a copy",
+                path=os.fspath(path),
+            ) from problem
         raise
 
 
 def _write_contents(path: Path, index: BagIndex) -> None:
     """Cut the file where the chunks end and write the table of contents there."""
     header = FileHeader(index.end, len(index.connections), len(index.chunks))
-    try:
-        with open(path, "r+b") as file:
-            file.truncate(index.end)
-            file.seek(index.end)
-            file.write(encode_contents(index.connections.values(), index.chunks))
-            file.seek(len(MAGIC))
-            file.write(header.encode())
-    except OSError as problem:
-        raise BagError(f"cannot mend the bag: {problem.strerror}", path=os.fspath(path)) from problem
+    with open(path, "r+b") as file:
+        file.truncate(index.end)
+        file.seek(index.end)
+        file.write(encode_contents(index.connections.values(), index.chunks))
+        file.seek(len(MAGIC))
+        file.write(header.encode())
 
 
 def recover(
