@@ -182,6 +182,20 @@ def test_reindex_on_a_disk_that_is_still_full_changes_nothing(tmp_path, monkeypa
         assert set(bag.compression()) == {compression}
 
 
+def test_ctrl_c_while_mending_changes_nothing(tmp_path, monkeypatch):
+    data = bag_bytes(entries(120), close=False)
+    path = tmp_path / "died.bag"
+    path.write_bytes(data[:-100])
+
+    def interrupted(self, pieces, at):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Output, "put", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        reindex(path)
+    assert path.read_bytes() == data[:-100]
+
+
 def test_reindex_leaves_a_sound_bag_as_it_is(tmp_path):
     path = tmp_path / "sound.bag"
     path.write_bytes(bag_bytes(entries(20)))
