@@ -1,8 +1,11 @@
-"""What building a wheel adds: the definition texts of msgdefs in one file (see rosproto/msg/packed.py)."""
+"""What building a wheel adds: texts of many small files in one.
+
+They are the definitions of msgdefs (see rosproto/msg/packed.py) and the stand-ins for ROS's modules (see
+rosproto/rospy/stock.py).
+"""
 
 from __future__ import annotations
 
-import os
 import runpy
 import tempfile
 from pathlib import Path
@@ -10,25 +13,32 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
+MODULES = ("rosproto", "rospy", "modules")
 
-class PackDefinitions(BuildHookInterface):
+
+class PackTexts(BuildHookInterface):
     """Hatch finds it by `[tool.hatch.build.targets.wheel.hooks.custom]`."""
 
     PLUGIN_NAME = "custom"
-    _made = ""
+    _made: tempfile.TemporaryDirectory[str] | None = None
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Put the pack in; an editable wheel points to the source tree, which has the files."""
+        """Put the packs in; an editable wheel points to the source tree, which has the files."""
         if version == "editable":
             return
         # By its path: what is built need not be importable where it is built.
         packed = runpy.run_path(str(Path(self.root, "rosproto", "msg", "packed.py")))
-        handle, self._made = tempfile.mkstemp(suffix=".txt")
-        with open(handle, "w", encoding="utf-8", newline="\n") as file:
-            file.write(packed["make_pack"](Path(self.root, "msgdefs")))
-        build_data["force_include"][self._made] = f"msgdefs/{packed['PACK']}"
+        packs = {
+            f"msgdefs/{packed['PACK']}": packed["make_pack"](Path(self.root, "msgdefs")),
+            "rosproto/rospy/modules.txt": packed["make_pack"](Path(self.root, *MODULES), (".py",)),
+        }
+        self._made = tempfile.TemporaryDirectory()
+        for number, (place, text) in enumerate(packs.items()):
+            file = Path(self._made.name, f"{number}.txt")
+            file.write_bytes(text.encode())
+            build_data["force_include"][str(file)] = place
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
-        """The temporary file has been read."""
-        if self._made:
-            os.unlink(self._made)
+        """The temporary files have been read."""
+        if self._made is not None:
+            self._made.cleanup()

@@ -1,7 +1,6 @@
-"""The stand-ins for rospy, actionlib and their kin are found at run time: they go along as files.
+"""The stand-ins for rospy, actionlib and their kin are found at run time: they go along as they are, as data.
 
-What a file imports, PyInstaller does not see: the modules of Python's own library that they use are named
-here.
+What they import, PyInstaller does not see: the modules of Python's own library that they use are named here.
 """
 
 import ast
@@ -10,12 +9,14 @@ from pathlib import Path
 
 from PyInstaller.utils.hooks import collect_data_files, get_package_paths
 
+from rosproto.msg.packed import MARK, make_pack
 
-def imported(folder: Path) -> set[str]:
-    """Names of all modules that files below a folder import, however deep in a function."""
+
+def imported(packed: str) -> set[str]:
+    """Names of all modules that the files of a pack import, however deep in a function."""
     found: set[str] = set()
-    for file in folder.rglob("*.py"):
-        for node in ast.walk(ast.parse(file.read_bytes())):
+    for file in packed.split(MARK)[1:]:
+        for node in ast.walk(ast.parse(file.partition("\n")[2])):
             if isinstance(node, ast.Import):
                 found.update(alias.name for alias in node.names)
             elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
@@ -24,7 +25,7 @@ def imported(folder: Path) -> set[str]:
 
 
 datas = collect_data_files("rosproto.rospy", include_py_files=True, excludes=["**/__pycache__/**"])
-_modules = Path(get_package_paths("rosproto.rospy")[1], "modules")
-hiddenimports = sorted(
-    name for name in imported(_modules) if name.partition(".")[0] in sys.stdlib_module_names
-)
+_place = Path(get_package_paths("rosproto.rospy")[1])
+_pack = _place / "modules.txt"
+_text = _pack.read_text("utf-8") if _pack.exists() else make_pack(_place / "modules", (".py",))
+hiddenimports = sorted(name for name in imported(_text) if name.partition(".")[0] in sys.stdlib_module_names)

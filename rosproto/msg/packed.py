@@ -9,15 +9,15 @@ from __future__ import annotations
 
 import os
 
-__all__ = ["PACK", "PackedTree", "make_pack"]
+__all__ = ["MARK", "PACK", "PackedTree", "make_pack"]
 
 PACK = "definitions.txt"
 MARK = "\f"
 ENDINGS = (".msg", ".srv", ".action", ".txt")
 
 
-def make_pack(folder: str | os.PathLike[str]) -> str:
-    """All definitions below a folder, with the aliases and tables of revisions, as one text.
+def make_pack(folder: str | os.PathLike[str], endings: tuple[str, ...] = ENDINGS) -> str:
+    """All files below a folder that end so, as one text: definitions, aliases, tables of revisions.
 
     Raises:
         ValueError: A text has a form feed in it.
@@ -25,7 +25,7 @@ def make_pack(folder: str | os.PathLike[str]) -> str:
     found = {}
     for place, _, files in os.walk(folder):
         for name in files:
-            if name.endswith(ENDINGS):
+            if name.endswith(endings):
                 path = os.path.join(place, name)
                 with open(path, encoding="utf-8") as file:
                     found[os.path.relpath(path, folder).replace(os.sep, "/")] = file.read()

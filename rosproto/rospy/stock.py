@@ -12,6 +12,7 @@ import importlib.util
 import os
 from importlib.machinery import ModuleSpec
 from types import CodeType, ModuleType
+from typing import Any
 
 from rosproto.msg.packed import PackedTree
 
@@ -57,20 +58,15 @@ class PackedStock:
 
     def spec(self, name: str, *parts: str) -> ModuleSpec | None:
         """How to load the module or package that lies at these parts of a path; None when there is none."""
-        place = os.path.join(MODULES, *parts)
-        if "__init__.py" in self._tree.names(*parts):
-            loader = PackedLoader(self._tree.read(*parts, "__init__.py"), os.path.join(place, "__init__.py"))
-            return importlib.util.spec_from_file_location(
-                name,
-                loader.path,
-                loader=loader,
-                submodule_search_locations=[place],  # type: ignore[arg-type]
-            )
-        file = parts[-1] + ".py"
-        if file not in self._tree.names(*parts[:-1]):
+        package = "__init__.py" in self._tree.names(*parts)
+        file = (*parts, "__init__.py") if package else (*parts[:-1], f"{parts[-1]}.py")
+        if file[-1] not in self._tree.names(*file[:-1]):
             return None
-        loader = PackedLoader(self._tree.read(*parts[:-1], file), place + ".py")
-        return importlib.util.spec_from_file_location(name, loader.path, loader=loader)  # type: ignore[arg-type]
+        loader: Any = PackedLoader(self._tree.read(*file), os.path.join(MODULES, *file))
+        inside = [os.path.join(MODULES, *parts)] if package else None
+        return importlib.util.spec_from_file_location(
+            name, loader.path, loader=loader, submodule_search_locations=inside
+        )
 
 
 class PackedLoader:

@@ -25,8 +25,13 @@ HERE = Path(__file__).resolve().parent
 MOST_BYTES = 1_000_000
 APPLICATIONS = {"application.py": "moved 0.2 m", "rospy_application.py": "action: 7"}
 """What is frozen, and what it says when it has worked."""
-PACKED = {".msg", ".srv", ".action", ".txt"}
-"""Definitions: all of them are in one file of the wheel."""
+PACKS = {
+    "msgdefs/definitions.txt": ("msgdefs/", (".msg", ".srv", ".action", ".txt")),
+    "rosproto/rospy/modules.txt": ("rosproto/rospy/modules/", (".py",)),
+}
+"""Files of the wheel that hold all files of a folder that end so."""
+MAKERS = {"rosproto/msg/stubs.py", "woosh_pure/cli/manual.py", "woosh_pure/interface_page.py"}
+"""Not in the wheel: what makes files of this source tree."""
 PASSED_ON = ("PIP_", "UV_", "SSL_CERT_", "REQUESTS_", "CURL_")  # ways to a registry
 EXTRAS = {"cli", "mcap", "test", "dev"}
 NOBODY = 65534
@@ -39,6 +44,13 @@ message = Twist(); message.linear.x = 0.5
 assert rosproto.decode(Twist, rosproto.encode(message)).linear.x == 0.5
 assert rosproto.service_class("woosh_msgs/ExecTask")._md5sum
 assert len(rosproto.message_class("sensor_msgs/LaserScan")(ranges=[1, 2]).ranges) == 2
+"""
+USE_ROSPY = """
+import rosproto.rospy.install, rospy, actionlib, tf.transformations, sensor_msgs.point_cloud2
+from woosh_msgs.msg import Battery
+import inspect
+assert Battery.__module__ == "woosh_msgs.msg._Battery" and rospy.Time(1).to_sec() == 1
+assert inspect.getsource(rospy.Rate).startswith("class Rate")
 """
 
 
@@ -60,11 +72,21 @@ def run(*command: object, timeout: float = 300, **options: object) -> str:
 
 
 def build(target: Path) -> tuple[Path, Path]:
-    """The wheel (made from the sdist, as `python -m build` does) and the sdist."""
-    run(sys.executable, "-m", "build", "--no-isolation", "--outdir", target, ROOT, timeout=300)
+    """The wheel (made from the sdist, as `python -m build` does) and the sdist; from the tree it is the same."""
+    builder = [sys.executable, "-m", "build", "--no-isolation", "--outdir"]
+    run(*builder, target, ROOT)
+    run(*builder, target / "direct", "--wheel", ROOT)
     (wheel,) = target.glob("*.whl")
     (sdist,) = target.glob("*.tar.gz")
+    (direct,) = (target / "direct").glob("*.whl")
+    assert parts(direct) == parts(wheel), "the wheel from the sdist and the wheel from the tree differ"
     return wheel, sdist
+
+
+def parts(wheel: Path) -> dict[str, bytes]:
+    """The files of a wheel."""
+    with zipfile.ZipFile(wheel) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
 
 
 def check_wheel(wheel: Path) -> None:
@@ -74,23 +96,21 @@ def check_wheel(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
         info = next(n for n in names if n.endswith(".dist-info/METADATA"))
-        definitions = archive.read("msgdefs/definitions.txt").decode()
+        packs = {name: archive.read(name).decode() for name in PACKS}
         metadata = email.message_from_bytes(archive.read(info))
         entry_points = archive.read(info.replace("METADATA", "entry_points.txt")).decode()
     tops = {n.split("/")[0] for n in names if ".dist-info/" not in n}
     assert tops == {"rosproto", "woosh_pure", "msgdefs"}, tops
     for package in tops:
-        missing = {
-            path.relative_to(ROOT).as_posix()
-            for path in tracked(package)
-            if path.relative_to(ROOT).as_posix() not in names and path.suffix not in PACKED
-        }
+        missing = {path.relative_to(ROOT).as_posix() for path in tracked(package)} - names - MAKERS
+        for pack, (folder, endings) in PACKS.items():
+            for place in [name for name in missing if name.startswith(folder) and name.endswith(endings)]:
+                text = (ROOT / place).read_text("utf-8")
+                assert f"\f{place.removeprefix(folder)}\n{text}" in packs[pack], f"{place} is not in {pack}"
+                missing.remove(place)
         assert not missing, f"not in the wheel: {sorted(missing)[:10]}"
         assert f"{package}/py.typed" in names
     assert any(n.startswith("msgdefs/") and n.endswith(".pyi") for n in names)
-    for path in (path for path in tracked("msgdefs") if path.suffix in PACKED):
-        place = path.relative_to(ROOT / "msgdefs").as_posix()
-        assert f"\f{place}\n{path.read_text('utf-8')}" in definitions, f"{place} is not among the definitions"
     strays = [n for n in names if "/tests/" in n or n.startswith("tests") or n.endswith((".pyc", ".so"))]
     assert not strays, strays
     required = [r for r in metadata.get_all("Requires-Dist", []) if "extra ==" not in r]
@@ -146,6 +166,7 @@ def check_installed(wheel: Path, work: Path) -> Path:
     assert "woosh" in run(bin_ / "woosh", "--help", **options)
     assert "done in" in run(bin_ / "woosh", "demo", **options)
     run(python, "-c", USE, **options)
+    run(python, "-c", USE_ROSPY, **options)
     assert contents(home) == before, "the installation was written to"
     return python
 
@@ -155,6 +176,7 @@ def check_zipped(wheel: Path, python: Path, work: Path) -> None:
     code = USE + "assert 'zipimporter' in type(rosproto.__loader__).__name__, rosproto.__loader__\n"
     code += "from woosh_pure import SimulatedChassis\nwith SimulatedChassis(full_graph=False): pass\n"
     run(python, "-c", code, cwd=work, extra={"PYTHONPATH": str(wheel)})
+    run(python, "-c", USE_ROSPY, cwd=work, extra={"PYTHONPATH": str(wheel)})
 
 
 def check_runners(wheel: Path, work: Path) -> None:
