@@ -444,7 +444,7 @@ def test_a_definition_is_asked_of_another_publisher(told: bool, mute_subscribers
         if not told:
             # It comes to know our definition from us, and converts; but its md5sum is asked for first.
             publisher = here.publisher("/goal", ours)
-            goals.wait_for_connection(timeout=5)
+            publisher.wait_for_connection(timeout=5)
             assert publisher.revisions == {"/server": ours}
             return
         goals.wait_for_connection(timeout=5)
