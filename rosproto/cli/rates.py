@@ -33,6 +33,11 @@ class Window:
         self._last: float | None = None
         self.fresh = False
 
+    @property
+    def empty(self) -> bool:
+        """Whether there is no value yet."""
+        return not self._values
+
     def add(self, value: float) -> None:
         """One value: a delay in seconds, a size in bytes."""
         self._values.append(value)

@@ -47,7 +47,8 @@ def _common(parser: argparse.ArgumentParser, window: int) -> None:
 def run_hz(arguments: argparse.Namespace) -> int:
     """Intervals between arrivals, a report a second."""
     wanted = Expression(arguments.filter) if arguments.filter else None
-    windows = {topic: Window(arguments.window) for topic in _topics(arguments)}
+    # N messages have N - 1 intervals between them.
+    windows = {topic: Window(arguments.window - 1) for topic in _topics(arguments)}
 
     def arrived(topic: str, message: Any, now: float) -> None:
         if wanted is None or wanted(m=message):
@@ -91,14 +92,18 @@ def _figures(window: Window, what: str) -> dict[str, float] | None:
 def run_delay(arguments: argparse.Namespace) -> int:
     """Arrival minus header stamp; both clocks must agree for it to mean anything."""
     wanted = Expression(arguments.filter) if arguments.filter else None
-    windows = {topic: Window(arguments.window) for topic in _topics(arguments)}
+    windows = {topic: Window(arguments.window - 1) for topic in _topics(arguments)}
     headless: list[str] = []
+    seen: set[str] = set()
 
     def arrived(topic: str, message: Any, now: float) -> None:
         if not message._has_header:
             headless.append(f"{topic} ({message._type})")
         elif wanted is None or wanted(m=message):
-            windows[topic].add(time.time() - message.header.stamp.to_sec())
+            # The first does not count, as with rostopic: a latched message is as old as it is.
+            if topic in seen:
+                windows[topic].add(time.time() - message.header.stamp.to_sec())
+            seen.add(topic)
 
     def report() -> None:
         if headless:
@@ -107,6 +112,8 @@ def run_delay(arguments: argparse.Namespace) -> int:
             print_json({t: _figures(w, "delay") for t, w in windows.items()})
             return
         for topic, window in windows.items():
+            if window.empty:
+                continue
             text = delay_text(window.statistics() if window.fresh else None)
             print(text if len(windows) == 1 else f"{topic}: {text}", flush=True)
 
