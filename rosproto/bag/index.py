@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from struct import Struct
 from typing import TYPE_CHECKING
 
-from rosproto.bag.chunk import ChunkData, RecordHead, Rows, read_chunk, read_head
+from rosproto.bag.chunk import ChunkData, RecordHead, read_chunk, read_head
 from rosproto.bag.compression import COMPRESSIONS
 from rosproto.bag.records import (
     MAGIC,
@@ -37,6 +37,7 @@ from rosproto.bag.records import (
     index_header,
     op_of,
 )
+from rosproto.bag.rows import Rows
 from rosproto.bag.source import Source
 from rosproto.errors import BagError
 

@@ -15,8 +15,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rosproto.bag.ahead import Following
-from rosproto.bag.chunk import ChunkData, Rows
+from rosproto.bag.chunk import ChunkData
 from rosproto.bag.records import ChunkInfo
+from rosproto.bag.rows import Rows
 from rosproto.errors import BagError
 
 if TYPE_CHECKING:

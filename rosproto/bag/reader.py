@@ -9,10 +9,11 @@ from types import MappingProxyType, TracebackType
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 from rosproto.bag.ahead import Following, ReadAhead
-from rosproto.bag.chunk import MESSAGE_HEAD, ChunkData, Rows, chunk_header, read_chunk, read_index_times
+from rosproto.bag.chunk import ChunkData, chunk_header, read_chunk, read_index_times
 from rosproto.bag.index import open_index
 from rosproto.bag.merge import Batch, merge
 from rosproto.bag.records import NS, ChunkInfo, Connection, total_counts
+from rosproto.bag.rows import MESSAGE_HEAD, Rows
 from rosproto.bag.source import Source
 from rosproto.bag.stamps import Stamp, to_ns
 from rosproto.errors import BagError

@@ -18,7 +18,6 @@ from struct import Struct, error
 from types import TracebackType
 from typing import Any, BinaryIO, Literal
 
-from rosproto.bag.chunk import MESSAGE_HEAD
 from rosproto.bag.compression import compressor
 from rosproto.bag.given import as_raw, check_header, check_message, data_of, identity, own_text
 from rosproto.bag.index import BagIndex, open_index
@@ -34,6 +33,7 @@ from rosproto.bag.records import (
     encode_contents,
     encode_index,
 )
+from rosproto.bag.rows import MESSAGE_HEAD
 from rosproto.bag.source import Source
 from rosproto.bag.stamps import out_of_range, seconds_and_rest
 from rosproto.codec import Message, encode_parts, encoder

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from rosproto.bag import BagReader, BagWriter, recover, reindex
-from rosproto.bag.chunk import ChunkData, walk
+from rosproto.bag.chunk import ChunkData
 from rosproto.bag.compression import _up_to_damage, compressor, decompress_prefix
 from rosproto.bag.records import (
     MAGIC,
@@ -23,6 +23,7 @@ from rosproto.bag.records import (
     encode_index,
     encode_record,
 )
+from rosproto.bag.rows import walk
 from rosproto.bag.types import message_class_of
 from rosproto.codec import encode
 from rosproto.errors import BagError

@@ -1,0 +1,222 @@
+"""Where each message lies in the plain bytes of a chunk.
+
+A chunk of 768 KiB holds thousands of small messages, so finding them is done for all at once with numpy:
+the index records after the chunk give the offsets, and the message headers there (46 bytes, always the same
+fields in the same order from one writer) are compared with the first one and read column by column.
+Whatever does not fit that picture, an index that lies, another field order within a chunk, a chunk without
+index, goes the slow way, record by record, and gives the same rows.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from struct import Struct
+from typing import TYPE_CHECKING, NamedTuple
+
+from rosproto.bag.records import (
+    NS,
+    OP_CONNECTION,
+    OP_MESSAGE,
+    Connection,
+    connection_from_fields,
+    decode_fields,
+    decode_text_fields,
+    message_header,
+    op_of,
+)
+from rosproto.errors import BagError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+__all__ = ["MESSAGE_HEAD", "Rows", "rows_at", "rows_slowly", "walk"]
+
+_MESSAGE_HEADER = 38  # fields conn, op and time with their lengths
+MESSAGE_HEAD = 4 + _MESSAGE_HEADER + 4  # with the header's and the data's length
+
+_HEAD_TYPE = f"V{MESSAGE_HEAD}"  # numpy's name for that many bytes
+
+_U32 = Struct("<I")
+_HEADER_AND_DATA = Struct("<I38xI")
+
+
+class Rows(NamedTuple):
+    """Messages of a chunk, one element each, in file order or in time order.
+
+    Attributes:
+        conn: Connection id, (N,) uint32.
+        secs, nsecs: Receive time as recorded, (N,) uint32.
+        start, end: Bytes of the serialized message in the chunk's blob, (N,) int64.
+    """
+
+    conn: NDArray[np.uint32]
+    secs: NDArray[np.uint32]
+    nsecs: NDArray[np.uint32]
+    start: NDArray[np.int64]
+    end: NDArray[np.int64]
+
+    @property
+    def time(self) -> NDArray[np.int64]:
+        """Receive time, ns, (N,) int64."""
+        import numpy as np
+
+        return self.secs.astype(np.int64) * NS + self.nsecs
+
+    def take(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> Rows:
+        """The rows at these places, or where the mask is true."""
+        conn, secs, nsecs, start, end = self
+        return Rows(conn[which], secs[which], nsecs[which], start[which], end[which])
+
+
+def walk(blob: bytes, base: int, end: int, tolerant: bool = False) -> tuple[list[int], list[Connection]]:
+    """Go through a chunk's records one by one.
+
+    Args:
+        blob: Bytes that contain the data.
+        base: Where it starts.
+        end: Where it ends.
+        tolerant: Stop at damage, and keep what came before, instead of raising.
+
+    Returns:
+        Offsets (from `base`) of the whole message records, and the connections.
+
+    Raises:
+        BagError: A record is damaged.
+    """
+    offsets: list[int] = []
+    connections: list[Connection] = []
+    at = base
+    op_at = -1
+    try:
+        while at < end:
+            if op_at > 0 and at + MESSAGE_HEAD <= end:
+                header_size, size = _HEADER_AND_DATA.unpack_from(blob, at)
+                if header_size == _MESSAGE_HEADER and blob[at + op_at] == OP_MESSAGE:
+                    after = at + MESSAGE_HEAD + size
+                    if after > end:
+                        raise BagError(f"a message of {size} bytes is cut off", offset=at - base)
+                    offsets.append(at - base)
+                    at = after
+                    continue
+            fields, data, after = _record_in(blob, base, at, end)
+            op = op_of(fields)
+            if op == OP_MESSAGE:
+                offsets.append(at - base)
+                if data - at == MESSAGE_HEAD:
+                    op_at = blob.index(b"op=\x02", at) + 3 - at
+            elif op == OP_CONNECTION:
+                connections.append(connection_from_fields(fields, decode_text_fields(blob, data, after)))
+            at = after
+    except BagError:
+        if not tolerant:
+            raise
+    return offsets, connections
+
+
+def _record_in(blob: bytes, base: int, at: int, end: int) -> tuple[dict[str, bytes], int, int]:
+    """Fields, data position and end of the record at `at`; BagError when it is not all there."""
+    if at + 4 > end:
+        raise BagError("a chunk ends inside a record", offset=at - base)
+    data = at + 4 + _U32.unpack_from(blob, at)[0] + 4
+    if data > end:
+        raise BagError("a chunk ends inside a record header", offset=at - base)
+    fields = decode_fields(blob, at + 4, data - 4)
+    after = data + _U32.unpack_from(blob, data - 4)[0]
+    if after > end:
+        raise BagError("a chunk ends inside a record's data", offset=at - base)
+    return fields, data, after
+
+
+def rows_at(blob: bytes, base: int, end: int, offsets: NDArray[np.integer]) -> Rows | None:
+    """All rows at once; None when the headers at these offsets are not all alike."""
+    import numpy as np
+
+    if not len(offsets):
+        return _no_rows()
+    where = offsets.astype(np.int64)
+    places = end - base - MESSAGE_HEAD + 1
+    if places <= 0 or int(where.max()) >= places or int(where.min()) < 0:
+        return None
+    windows = np.ndarray((places,), _HEAD_TYPE, blob, base, (1,))
+    heads = windows[where]
+    layout = _layout(heads[0].tobytes())
+    if layout is None:
+        return None
+    dtype, constant = layout
+    plain = heads.view(np.uint8).reshape(-1, MESSAGE_HEAD)
+    if ((plain ^ plain[0]) & constant).any():
+        return None
+    fields = heads.view(dtype)
+    start = where + (base + MESSAGE_HEAD)
+    stop = start + fields["size"]
+    if int(stop.max()) > end:
+        return None
+    return Rows(fields["conn"].copy(), fields["secs"].copy(), fields["nsecs"].copy(), start, stop)
+
+
+def _layout(head: bytes) -> tuple[np.dtype[np.void], NDArray[np.uint8]] | None:
+    """Where a message header of 38 bytes has its values, and a mask of the bytes that never change."""
+    try:
+        fields = decode_fields(head, 4, 4 + _MESSAGE_HEADER)
+    except BagError:
+        return None
+    if sorted(fields) != ["conn", "op", "time"] or op_of(fields) != OP_MESSAGE:
+        return None
+    if len(fields["conn"]) != 4 or len(fields["time"]) != 8 or _U32.unpack_from(head)[0] != _MESSAGE_HEADER:
+        return None
+    return _layout_of(tuple(fields))
+
+
+@lru_cache(maxsize=8)
+def _layout_of(names: tuple[str, ...]) -> tuple[np.dtype[np.void], NDArray[np.uint8]]:
+    """The same for an order of the three fields."""
+    import numpy as np
+
+    at = 4
+    places = {}
+    for name in names:
+        at += 4 + len(name) + 1
+        places[name] = at
+        at += {"conn": 4, "op": 1, "time": 8}[name]
+    conn, time, size = places["conn"], places["time"], MESSAGE_HEAD - 4
+    constant = np.full(MESSAGE_HEAD, 255, np.uint8)
+    constant[conn : conn + 4] = constant[time : time + 8] = constant[size:] = 0
+    dtype = np.dtype(
+        {
+            "names": ["conn", "secs", "nsecs", "size"],
+            "formats": ["<u4"] * 4,
+            "offsets": [conn, time, time + 4, size],
+            "itemsize": MESSAGE_HEAD,
+        }
+    )
+    return dtype, constant
+
+
+def rows_slowly(blob: bytes, base: int, end: int, offsets: list[int]) -> Rows | None:
+    """The rows record by record, at least one; None when an offset leads to no message."""
+    import numpy as np
+
+    found: list[tuple[int, int, int, int, int]] = []
+    try:
+        for offset in offsets:
+            at = base + offset
+            fields, data, after = _record_in(blob, base, at, end)
+            while op_of(fields) == OP_CONNECTION:  # some writers index the connection record before it
+                fields, data, after = _record_in(blob, base, after, end)
+            if op_of(fields) != OP_MESSAGE:
+                return None
+            found.append((*message_header(fields), data, after))
+    except BagError:
+        return None
+    conn, secs, nsecs, start, stop = np.array(found, np.int64).T
+    return Rows(
+        conn.astype(np.uint32), secs.astype(np.uint32), nsecs.astype(np.uint32), start.copy(), stop.copy()
+    )
+
+
+def _no_rows() -> Rows:
+    import numpy as np
+
+    none = np.zeros(0, np.uint32)
+    return Rows(none, none, none, np.zeros(0, np.int64), np.zeros(0, np.int64))
