@@ -54,10 +54,18 @@ _POWERSHELL = """\
 # {prog} completion for PowerShell: {prog} completion powershell | Out-String | Invoke-Expression
 Register-ArgumentCompleter -Native -CommandName {prog} -ScriptBlock {{
     param($current, $line, $position)
-    $typed = @($line.CommandElements | Select-Object -Skip 1 | ForEach-Object {{ "=$_" }})
+    # What stands before the cursor: the last word up to it, and without the quotes that it is typed in.
+    $typed = @($line.CommandElements | Select-Object -Skip 1 | ForEach-Object {{
+        $at = $_.Extent.StartOffset
+        if ($at -lt $position) {{
+            $text = $_.Extent.Text
+            "=" + $text.Substring(0, [Math]::Min($text.Length, $position - $at)).Trim("'", '"')
+        }}
+    }})
     if ($current -eq "") {{ $typed += "=" }}
     {prog} completion _words @typed 2>$null | ForEach-Object {{
-        [System.Management.Automation.CompletionResult]::new($_, $_, "ParameterValue", $_)
+        $word = if ($_ -match '[^\\w/.:~+=-]') {{ "'" + $_.Replace("'", "''") + "'" }} else {{ $_ }}
+        [System.Management.Automation.CompletionResult]::new($word, $_, "ParameterValue", $_)
     }}
 }}
 """

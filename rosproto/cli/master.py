@@ -10,7 +10,9 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, RosError
+from rosproto.protocol.limits import Limits
 from rosproto.transport.address import make_uri, parse_uri
+from rosproto.transport.open_files import allow_open_files
 
 from .failure import CommandError, cannot_listen
 from .option_types import port
@@ -42,12 +44,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--no-rosout", action="store_true", help="do not run the node /rosout, which publishes /rosout_agg"
     )
+    parser.add_argument(
+        "--rosout-log",
+        metavar="FILE",
+        help="append what all nodes log to FILE, as roscore's rosout.log",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Serve; the master's URI is the only thing on stdout."""
     from rosproto.master import Master
 
+    if arguments.no_rosout and arguments.rosout_log:
+        raise CommandError("--rosout-log is written by the node /rosout, which --no-rosout leaves out")
+    allow_open_files(Limits().connections)
     signal.signal(signal.SIGINT, _interrupt)  # a shell starts background jobs with SIGINT ignored
     signal.signal(signal.SIGTERM, _interrupt)
     if hasattr(signal, "SIGBREAK"):  # Windows: Ctrl-Break, the one that can be sent to a process group
@@ -80,11 +90,16 @@ def _rosout(master: Master, arguments: argparse.Namespace) -> RosoutAggregator |
     here = {"0.0.0.0": "127.0.0.1", "": "127.0.0.1", "::": "::1"}.get(arguments.host, arguments.host)
     try:
         return RosoutAggregator(
-            make_uri(here, master.port), host=parse_uri(master.uri)[0], allow=arguments.allow
+            make_uri(here, master.port),
+            host=parse_uri(master.uri)[0],
+            allow=arguments.allow,
+            log_file=arguments.rosout_log,
         )
     except RosError as error:
         print(f"rosproto master: there is no /rosout_agg: {error}", file=sys.stderr)
         return nullcontext()
+    except OSError as error:
+        raise CommandError(f"--rosout-log {arguments.rosout_log}: {error.strerror or error}") from error
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:

@@ -212,11 +212,23 @@ class _Zsh:
 
 
 @pytest.mark.skipif(shutil.which("pwsh") is None, reason="PowerShell is not installed")
-def test_powershell_completes(installed) -> None:
+@pytest.mark.parametrize(
+    ("line", "cursor", "found"),
+    [
+        ("woosh map s", 11, ["save", "set", "show"]),
+        ("woosh map ", 10, ["save", "set", "show"]),
+        ("woosh map s --json", 11, ["save", "set", "show"]),  # in the middle of the line
+        ("woosh 'map' s", 13, ["save", "set", "show"]),
+        ("cd .; woosh map s", 17, ["save", "set", "show"]),
+        ("woosh map set --jso", 19, ["--json"]),
+    ],
+)
+def test_powershell_completes(installed, line: str, cursor: int, found: list[str]) -> None:
     """By PowerShell's own engine."""
+    typed = line.replace("'", "''")
     code = (
         "woosh completion powershell | Out-String | Invoke-Expression; "
-        "(TabExpansion2 'woosh map s' 11).CompletionMatches.CompletionText"
+        f"(TabExpansion2 '{typed}' {cursor}).CompletionMatches.CompletionText"
     )
     done = subprocess.run(
         ["pwsh", "-NoProfile", "-Command", code],
@@ -226,4 +238,4 @@ def test_powershell_completes(installed) -> None:
         timeout=60,
         check=False,
     )
-    assert done.stdout.split() == ["save", "set", "show"]
+    assert done.stdout.split() == found

@@ -7,6 +7,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,6 +16,7 @@ import pytest
 
 from rosproto.cli import main
 from rosproto.cli.commands import COMMANDS
+from rosproto.node import Node
 from rosproto.node.master_client import MasterClient
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -55,6 +57,26 @@ def test_it_serves_until_a_signal_and_ends_with_zero(number: signal.Signals) -> 
         process.send_signal(number)
         out, err = process.communicate(timeout=TIMEOUT)
         assert (process.returncode, out, err) == (0, "", "")
+
+
+def test_what_the_nodes_say_goes_into_a_file(tmp_path: Path) -> None:
+    """--rosout-log, as roscore's rosout.log; a folder that is not there is one sentence."""
+    file = tmp_path / "rosout.log"
+    with command("master", "--port", "0", "--rosout-log", str(file)) as process:
+        with Node("/speaker", master_uri=first_line(process)) as node:
+            assert node._rosout is not None
+            node.logger.warning("the floor is wet")
+            node._rosout._publisher.wait_for_connection(TIMEOUT)
+            end = time.monotonic() + TIMEOUT
+            while " [topics: /rosout] the floor is wet\n" not in file.read_text("utf-8"):
+                assert time.monotonic() < end, file.read_text("utf-8")
+                node.logger.warning("the floor is wet")
+                time.sleep(0.02)
+        assert " WARN /speaker [test_master.py:" in file.read_text("utf-8")
+    with command("master", "--port", "0", "--rosout-log", str(tmp_path / "no" / "folder")) as process:
+        out, err = process.communicate(timeout=TIMEOUT)
+        assert (process.returncode, out, err.count("\n")) == (1, "", 1)
+        assert "No such file" in err
 
 
 def test_a_shutdown_call_from_this_computer_ends_it() -> None:
