@@ -43,6 +43,7 @@ class ApiClient:
         client: XmlRpcClient | None = None,
     ) -> None:
         self._client = client or XmlRpcClient(uri, limits=limits or Limits(), timeout=timeout)
+        self._timeout: float | None = None
         self.uri = self._client.uri
         self.caller_id = caller_id
 
@@ -63,8 +64,16 @@ class ApiClient:
         """Make new connections from now on, because this computer's address changed."""
         self._client.reconnect()
 
+    def within(self: Client, seconds: float) -> Client:
+        """The same peer and connections, where a call without a timeout of its own takes `seconds`."""
+        other = type(self)(self.uri, self.caller_id, client=self._client)
+        other._timeout = seconds
+        return other
+
     def call(self, method: str, *params: object, timeout: float | None = None) -> object:
         """Any method of the peer with our caller id first; returns the value of its reply."""
+        if timeout is None:
+            timeout = self._timeout
         reply = self._client.call(method, self.caller_id, *params, timeout=timeout)
         return unpack(method, reply, self.uri)
 

@@ -67,6 +67,7 @@ if TYPE_CHECKING:
 __all__ = ["Node"]
 
 MASTER_CALL_SECONDS = 10.0
+FAREWELL_SECONDS = 2.0  # what is not taken back by then is taken back by the watchdog
 
 
 class Node:
@@ -163,7 +164,9 @@ class Node:
             "on_topic": self._accept,
         }
         self._monitor = LinkMonitor(self.name)
-        self._registrations = Registrations(self._master)
+        self._registrations = Registrations(
+            self._master, self._master.within(FAREWELL_SECONDS), lambda: self._watchdog.master_lost
+        )
         self._topics = TopicTable(self)
         self._watchdog = Watchdog(self)
         self._slave = SlaveApi(
@@ -297,10 +300,17 @@ class Node:
         """Subscribe, take one message, unsubscribe.
 
         Raises:
-            RosTimeout: None came; the text tells how things stand with each publisher.
+            RosTimeout: None came, or the master did not answer; the text tells how things stand with each
+                publisher.
+            ConnectionLost, MasterError: It could not be registered.
         """
-        with self.subscriber(topic, type, queue_size=1) as subscriber:
-            return subscriber.next(timeout)
+        deadline = Deadline(timeout)
+        self._check_open()
+        with self._topics.open_subscriber(
+            self.resolve_name(topic), resolve_type(type, self.revisions), queue_size=1, deadline=deadline
+        ) as subscriber:
+            left = deadline.remaining()
+            return subscriber.next(left if left is None else round(left, 2))
 
     # -- services and parameters ----------------------------------------------------------------------------
 

@@ -10,6 +10,7 @@ Source: wiki.ros.org/ROS/Master_API.
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
@@ -52,42 +53,70 @@ class Registrations:
     """The table of one node, safe from any thread.
 
     `add` registers at once in the calling thread and raises what the master answered. What was added stays in
-    the table until `remove`, whatever happens to the master meanwhile.
+    the table until `remove`, whatever happens to the master meanwhile. What a master that does not answer
+    could not be told to take back is told later: it may be the network that is away, and a publisher that is
+    gone would stay in the graph.
+
+    Args:
+        master: To register at.
+        farewell: The same for taking back, which nobody should wait for long.
+        is_away: True while the master is known not to answer: then nobody waits for it at all.
     """
 
-    def __init__(self, master: MasterClient) -> None:
+    def __init__(
+        self,
+        master: MasterClient,
+        farewell: MasterClient | None = None,
+        is_away: Callable[[], bool] = lambda: False,
+    ) -> None:
         self._master = master
+        self._farewell = farewell or master
+        self._is_away = is_away
         self._table: dict[tuple[str, str], Registration] = {}
+        self._unwanted: dict[tuple[str, str], Registration] = {}
         self._lock = threading.Lock()
         self._pending: set[tuple[str, str]] = set()
 
-    def add(self, registration: Registration) -> None:
+    def add(self, registration: Registration, timeout: float | None = None) -> None:
         """Register now and remember.
+
+        Args:
+            registration: What to register.
+            timeout: Seconds for the master's answer; None takes its client's.
 
         Raises:
             MasterError: The master refused; nothing is remembered.
-            ConnectionLost, RosTimeout: The master is away; nothing is remembered.
+            ConnectionLost, RosTimeout: The master is away; should it have heard of it, it is taken back.
         """
         key = (registration.kind, registration.name)
         with self._lock:
             # Remembered first: the master may restart between its answer and our note of it.
             self._table[key] = registration
+            self._unwanted.pop(key, None)
         try:
-            registration.register(self._master)
-        except BaseException:
+            registration.register(self._master if timeout is None else self._master.within(timeout))
+        except BaseException as error:
             with self._lock:
                 self._table.pop(key, None)
+                if isinstance(error, (ConnectionLost, RosTimeout)):
+                    self._unwanted[key] = registration
             raise
 
     def remove(self, registration: Registration) -> None:
-        """Forget and take back; a master that is away has forgotten already, so that is no error."""
+        """Forget and take back; a master that does not answer is told when it does."""
         key = (registration.kind, registration.name)
         with self._lock:
             if self._table.get(key) is not registration:
                 return
             del self._table[key]
             self._pending.discard(key)
-        self._take_back(registration, self._master)
+            if self._is_away():
+                self._unwanted[key] = registration
+                return
+        if not self._take_back(registration, self._farewell):
+            with self._lock:
+                if key not in self._table:
+                    self._unwanted[key] = registration
 
     @staticmethod
     def _take_back(registration: Registration, master: MasterClient) -> bool:
@@ -110,7 +139,7 @@ class Registrations:
         return self.register_pending()
 
     def register_pending(self) -> bool:
-        """Register what the last round left out; True when nothing is left."""
+        """Register and take back what the last round left out; True when nothing is left."""
         for key in sorted(self.pending):
             with self._lock:
                 registration = self._table.get(key)
@@ -124,7 +153,21 @@ class Registrations:
                     _log.error("registering the %s %s again: %s", *key, error)
                     continue
             self._settle(key, registration)
-        return not self.pending
+        return self._take_back_unwanted(self._farewell) and not self.pending
+
+    def _take_back_unwanted(self, master: MasterClient) -> bool:
+        with self._lock:
+            unwanted = dict(self._unwanted)
+        for key, registration in unwanted.items():
+            if not self._take_back(registration, master):
+                return False
+            with self._lock:
+                if self._unwanted.get(key) is registration:
+                    del self._unwanted[key]
+                again = self._table.get(key)
+                if again is not None:  # made anew meanwhile, so it may have been taken back
+                    self._pending.add(key)
+        return True
 
     def _settle(self, key: tuple[str, str], registration: Registration | None) -> None:
         """Note that `key` stands; undo it when it was removed while it was being registered."""
@@ -137,9 +180,10 @@ class Registrations:
     def unregister_all(self, deadline: Deadline, master: MasterClient) -> None:
         """Take everything back, the newest first; stops at the deadline or when the master is away."""
         with self._lock:
-            registrations = list(self._table.values())[::-1]
+            registrations = [*list(self._table.values())[::-1], *self._unwanted.values()]
             self._table.clear()
             self._pending.clear()
+            self._unwanted.clear()
         for registration in registrations:
             if deadline.expired or not self._take_back(registration, master):
                 return

@@ -6,7 +6,6 @@ Source: wiki.ros.org/ROS/Slave_API for the shapes of getBusStats and getBusInfo.
 from __future__ import annotations
 
 import socket
-import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -18,10 +17,12 @@ from rosproto.node.subscriber import Subscriber
 from rosproto.node.subscription import Subscription
 from rosproto.node.tcpros_server import refuse
 from rosproto.node.topic_types import TopicType
+from rosproto.node.turns import Turns
 
 if TYPE_CHECKING:
     from rosproto.node.node import Node
     from rosproto.node.stats import LinkStats
+    from rosproto.transport.deadline import Deadline
 
 __all__ = ["TopicTable"]
 
@@ -31,7 +32,7 @@ _log = get_logger("rosproto.node")
 class TopicTable:
     """Publications and subscriptions of one node by resolved name; safe from any thread.
 
-    `_opening` is held over the calls to the master that open and close a topic, so that closing the last
+    A topic's turn is held over the calls to the master that open and close it, so that closing the last
     subscriber and opening a new one do not cross. Looking a topic up needs no lock: the master's own calls
     must be answered while we wait for its answer.
     """
@@ -40,7 +41,7 @@ class TopicTable:
         self._node = node
         self._publications: dict[str, Publication] = {}
         self._subscriptions: dict[str, Subscription] = {}
-        self._opening = threading.Lock()
+        self._publishing, self._subscribing = Turns(), Turns()
 
     # -- opening and closing --------------------------------------------------------------------------------
 
@@ -55,7 +56,7 @@ class TopicTable:
         linger: bool = True,
     ) -> Publisher:
         """See `Node.publisher`."""
-        with self._opening:
+        with self._publishing.take(name):
             publication = self._publications.get(name)
             new = publication is None
             if publication is None:
@@ -88,7 +89,7 @@ class TopicTable:
 
     def close_publisher(self, publisher: Publisher, publication: Publication) -> None:
         """See `Publisher.close`."""
-        with self._opening:
+        with self._publishing.take(publication.name):
             if not publication.remove_handle(publisher):
                 return
             if self._publications.get(publication.name) is publication:
@@ -101,15 +102,16 @@ class TopicTable:
         name: str,
         type_: TopicType,
         *,
-        callback: Callable[[Any], object] | None,
+        callback: Callable[[Any], object] | None = None,
         queue_size: int,
-        raw: bool,
-        tcp_nodelay: bool,
-        on_error: Callable[[Exception], object] | None,
+        raw: bool = False,
+        tcp_nodelay: bool = False,
+        on_error: Callable[[Exception], object] | None = None,
         inline: bool = False,
+        deadline: Deadline | None = None,
     ) -> Subscriber:
-        """See `Node.subscriber`."""
-        with self._opening:
+        """See `Node.subscriber`; the master, and others who open the topic, have time until the deadline."""
+        with self._subscribing.take(name, deadline):
             subscription = self._subscriptions.get(name)
             new = subscription is None
             if subscription is None:
@@ -130,7 +132,9 @@ class TopicTable:
             self._subscriptions[name] = subscription
             if new:
                 try:
-                    self._node._registrations.add(subscription)
+                    self._node._registrations.add(
+                        subscription, None if deadline is None else deadline.remaining()
+                    )
                 except BaseException:
                     del self._subscriptions[name]
                     subscriber._end()
@@ -140,7 +144,7 @@ class TopicTable:
 
     def close_subscriber(self, subscriber: Subscriber, subscription: Subscription) -> None:
         """See `Subscriber.close`."""
-        with self._opening:
+        with self._subscribing.take(subscription.name):
             if not subscription.remove_handle(subscriber):
                 return
             if self._subscriptions.get(subscription.name) is subscription:

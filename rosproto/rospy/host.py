@@ -40,13 +40,13 @@ class ProgramNode(Node):
         """Have what `fields()` returns said to each subscriber of a topic; before it is published."""
         self._fields[topic] = fields
 
-    def _add(self, entry: Any) -> None:
+    def _add(self, entry: Any, timeout: float | None = None) -> None:
         """Register a topic; its header is completed before anybody can hear of it."""
         fields = self._fields.get(entry.name)
         if fields is not None and isinstance(entry, Publication):
             usual = entry.header
             entry.header = lambda output=None: {**usual(output), **fields()}  # type: ignore[method-assign]
-        self._register(entry)
+        self._register(entry, timeout)
 
     def _note(self, event: Event) -> None:
         callback = self._left.get(event.name)

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from rosproto.errors import ConnectionLost, MasterError
+from rosproto.errors import ConnectionLost, MasterError, RosTimeout
 from rosproto.node.registrations import Registrations
 from rosproto.transport.deadline import Deadline
 
@@ -18,6 +18,7 @@ class Thing:
         self.kind, self.name, self.log = kind, name, log
         self.error: Exception | None = None
         self.during: Any = None
+        self.after: Any = None
 
     def register(self, master: Any) -> None:
         if self.error is not None:
@@ -30,6 +31,9 @@ class Thing:
         if self.error is not None:
             raise self.error
         self.log.append(f"-{self.name}")
+        if self.after is not None:
+            after, self.after = self.after, None
+            after()
 
 
 @pytest.fixture
@@ -108,3 +112,54 @@ def test_unregistering_all_goes_backwards_and_stops_when_the_master_is_gone(tabl
     table.unregister_all(Deadline(5.0), None)  # type: ignore[arg-type]
     assert log == ["-/c"]
     assert len(table) == 0
+
+
+def test_what_a_silent_master_was_not_told_is_taken_back_later(table: Registrations) -> None:
+    """It may be the network that was away, and a publisher that is gone would stay in the graph."""
+    log: list[str] = []
+    gone, refused = Thing("publisher", "/gone", log), Thing("subscriber", "/unsure", log)
+    table.add(gone)
+    gone.error = refused.error = RosTimeout("no answer")
+    table.remove(gone)
+    with pytest.raises(RosTimeout):
+        table.add(refused)  # the master may have heard it all the same
+    assert not table.register_pending()
+    gone.error = refused.error = None
+    assert table.register_pending()
+    assert log == ["+/gone", "-/gone", "-/unsure"]
+    assert table.register_pending()
+    assert len(log) == 3
+
+
+def test_a_master_that_is_known_to_be_away_is_not_waited_for() -> None:
+    """Closing takes no time then."""
+    log: list[str] = []
+    away: list[bool] = []
+    table = Registrations(None, None, lambda: bool(away))  # type: ignore[arg-type]
+    thing = Thing("publisher", "/a", log)
+    table.add(thing)
+    away.append(True)
+    table.remove(thing)
+    assert log == ["+/a"]
+    table.unregister_all(Deadline(5.0), None)  # type: ignore[arg-type]
+    assert log == ["+/a", "-/a"]
+
+
+def test_what_is_wanted_again_is_not_taken_back(table: Registrations) -> None:
+    """Added again before the master was back; or while it was being taken back: then it is registered again."""
+    log: list[str] = []
+    first, second = Thing("publisher", "/a", log), Thing("publisher", "/a", log)
+    table.add(first)
+    first.error = RosTimeout("no answer")
+    table.remove(first)
+    table.add(second)
+    assert table.register_pending()
+    assert log == ["+/a", "+/a"]
+    first.error, second.error = None, RosTimeout("no answer")
+    table.remove(second)
+    second.error = None
+    second.after = lambda: table.add(first)
+    log.clear()
+    assert not table.register_pending()
+    assert table.register_pending()
+    assert log == ["-/a", "+/a", "+/a"]
