@@ -287,8 +287,8 @@ WITHOUT_MASTER = ("msg", "srv", "action", "completion", "master", "run")
 BY_HAND = [Case("node kill /x"), Case("node kill --all"), Case("node kill /x --json")]
 """What the last tests of this file run: it needs nodes, or processes, of its own."""
 ALL = [*TABLE, *(case for case, _ in PUB), *BY_HAND]
+ROSOUT = ("--no-rosout", "--rosout-log")  # one excludes the other
 MASTER = [
-    "--no-rosout",
     "--host",
     "127.0.0.1",
     "--port",
@@ -341,7 +341,7 @@ def test_pub(case: Case, text: str, graph: SimpleNamespace, monkeypatch: pytest.
 
 def test_no_command_and_no_option_is_left_out(tmp_path: Path) -> None:
     """Every command, and every pair of one and an option, choice or optional argument, is in this file."""
-    used = {("rosproto master", name) for name in MASTER if name.startswith("--")}
+    used = {("rosproto master", name) for name in (*MASTER, *ROSOUT) if name.startswith("--")}
     paths = {"rosproto master"}
     for case in ALL:
         used |= covered("rosproto", case.words(folder=tmp_path))
@@ -391,10 +391,12 @@ def test_kill_one_all_and_as_json() -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="sends a POSIX signal")
-def test_master_with_every_option() -> None:
+@pytest.mark.parametrize("rosout", ROSOUT)
+def test_master_with_every_option(rosout: str, tmp_path: Path) -> None:
     """It says its URI, answers, and ends in order."""
+    file = tmp_path / "rosout.log"
     process = subprocess.Popen(
-        [sys.executable, "-m", "rosproto", "master", *MASTER],
+        [sys.executable, "-m", "rosproto", "master", *MASTER, rosout, *([str(file)] if rosout == "--rosout-log" else [])],
         stdout=subprocess.PIPE, text=True, cwd=Path(__file__).resolve().parents[2],
     )  # fmt: skip
     assert process.stdout is not None
@@ -404,3 +406,4 @@ def test_master_with_every_option() -> None:
     process.send_signal(signal.SIGTERM)
     assert process.wait(10) == 0
     process.stdout.close()
+    assert file.exists() == (rosout == "--rosout-log")

@@ -1,0 +1,82 @@
+"""The file that Debian's /rosout writes: one line for each record of the graph, older files numbered.
+
+    12.000000345 WARN /planner [plan.cpp:42(plan)] [topics: /rosout, /plan] no way to the goal
+
+Source: ros_comm tools/rosout/rosout.cpp (format, sizes).
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from typing import IO, Any
+
+from rosproto.logs import get_logger
+
+__all__ = ["RosoutLog"]
+
+_log = get_logger("rosproto.node")
+
+MOST_BYTES = 100 << 20  # of one file
+MOST_OLD_FILES = 10
+_LEVELS = {1: "DEBUG", 2: "INFO", 4: "WARN", 8: "ERROR", 16: "FATAL"}
+
+
+class RosoutLog:
+    """Appends to one file; used by one thread.
+
+    A disk that is full or gone costs the records, not the program: it is reported once, and tried again with
+    the next record.
+
+    Args:
+        path: The file; those before it are `<path>.1` (the youngest) to `<path>.10`.
+        most_bytes: Size at which the next file is begun.
+
+    Raises:
+        OSError: It cannot be opened.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], *, most_bytes: int = MOST_BYTES) -> None:
+        self.path = os.fspath(path)
+        self._most_bytes = most_bytes
+        self._failing = False
+        self._file: IO[str] | None = self._open()
+        self._write(f"\n\n{time.time():.9f}  Node Startup\n")
+
+    def add(self, record: Any) -> None:
+        """Write one rosgraph_msgs/Log."""
+        sec, nanosec = record.header.stamp.secs, record.header.stamp.nsecs
+        level = _LEVELS.get(record.level, str(record.level))
+        place = f"{record.file}:{record.line}({record.function})"
+        topics = ", ".join(record.topics)
+        self._write(f"{sec}.{nanosec:09d} {level} {record.name} [{place}] [topics: {topics}] {record.msg}\n")
+
+    def close(self) -> None:
+        """Close the file. May be called again."""
+        file, self._file = self._file, None
+        if file is not None:
+            file.close()
+
+    def _open(self) -> IO[str]:
+        return open(self.path, "a", encoding="utf-8", errors="surrogateescape", newline="\n", buffering=1)
+
+    def _write(self, text: str) -> None:
+        try:
+            if self._file is None:
+                self._file = self._open()
+            self._file.write(text)
+            if self._file.tell() > self._most_bytes:
+                self._begin_next()
+            self._failing = False
+        except OSError as error:
+            if not self._failing:
+                _log.warning("! %s: not written: %s; trying again", self.path, error)
+            self._failing = True
+
+    def _begin_next(self) -> None:
+        self.close()
+        for number in range(MOST_OLD_FILES - 1, -1, -1):
+            older = f"{self.path}.{number}" if number else self.path
+            if os.path.exists(older):
+                os.replace(older, f"{self.path}.{number + 1}")
+        self._file = self._open()
