@@ -22,11 +22,13 @@ def test_another_name_does_not_wait_and_the_same_one_does() -> None:
     with turns.take("/a"), turns.take("/b", Deadline(0)):
         thread = threading.Thread(target=later)
         thread.start()
-        with pytest.raises(
-            RosTimeout, match=r"/a: another thread .* 0.01 s; does the master answer"
-        ) as caught:
-            with turns.take("/a", Deadline(0.01)):
-                pass
+        with (
+            pytest.raises(
+                RosTimeout, match=r"/a: another thread .* 0.01 s; does the master answer"
+            ) as caught,
+            turns.take("/a", Deadline(0.01)),
+        ):
+            pass
         assert (caught.value.what, caught.value.seconds) == ("/a", 0.01)
         order.append("first")
     thread.join(5)
