@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import os
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -44,3 +47,35 @@ def until() -> Callable[..., None]:
             time.sleep(0.005)
 
     return wait
+
+
+@pytest.fixture
+def private_config(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where the commands keep things: no test of them reads or writes what the user has saved, or a master of the environment."""
+    monkeypatch.setenv("WOOSH_CONFIG_DIR", str(tmp_path / "config"))
+    monkeypatch.delenv("ROS_MASTER_URI", raising=False)
+    return tmp_path / "config"
+
+
+@pytest.fixture
+def woosh(sim: SimulatedChassis, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
+    """Run a verb on the simulated chassis; exit code, stdout, stderr."""
+
+    def run(*words: str) -> tuple[int, str, str]:
+        from woosh_pure.cli import main
+
+        code = main(["--master", sim.master_uri, *words])
+        return code, *capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture
+def document(woosh: Callable[..., tuple[int, str, str]]) -> Callable[..., tuple[int, Any]]:
+    """Run a verb with --json at its end; the exit code and the document."""
+
+    def run(*words: str) -> tuple[int, Any]:
+        code, out, _ = woosh(*words, "--json")
+        return code, json.loads(out, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
+
+    return run

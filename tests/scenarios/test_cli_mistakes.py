@@ -11,6 +11,7 @@ from rosproto import Master
 from woosh_pure import SimulatedChassis
 from woosh_pure.cli.entry import main
 
+pytestmark = pytest.mark.usefixtures("private_config")
 Captured = pytest.CaptureFixture[str]
 
 

@@ -1,0 +1,161 @@
+"""`woosh map`, `plan`, `mode`, `costmap`, `footprint`, lights, voice, marks and the shell on a simulated chassis."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.png import read_png
+from tests.support.woosh_command import has, until_it_ends, woosh_process
+from woosh_pure import Chassis, SimulatedChassis
+from woosh_pure.enums import LedState, NavigationMode, TaskState
+from woosh_pure.geometry import Pose2D
+from woosh_pure.gridmap import GridMap
+from woosh_pure.marks import MarkFile
+
+pytestmark = pytest.mark.usefixtures("private_config")
+
+
+def test_map_save_writes_what_map_server_reads_and_a_picture(sim, chassis, woosh, document, tmp_path):
+    handle = chassis.go_to_mark("B1")  # there is a path to draw
+    code, facts = document("map", "save", str(tmp_path / "hall.v1"))
+    handle.cancel()
+    assert code == 0
+    assert [Path(f).name for f in facts["files"]] == ["hall.v1.yaml", "hall.v1.pgm", "hall.v1.png"]
+    loaded = GridMap.load(tmp_path / "hall.v1.yaml")
+    assert (loaded.cells == sim.world.site.grid.cells).all()
+    assert loaded.origin == sim.world.site.grid.origin
+    pixels = read_png((tmp_path / "hall.v1.png").read_bytes())
+    for color in ((220, 30, 30), (240, 130, 0), (0, 0, 0), (254, 254, 254)):  # robot, scan, wall, floor
+        assert has(pixels, color)
+    code, facts = document("map", "save", str(tmp_path / "bare.yaml"), "--no-png")
+    assert [Path(f).name for f in facts["files"]] == ["bare.yaml", "bare.pgm"]
+
+
+def test_the_path_of_a_driving_robot_is_in_the_picture(tmp_path):
+    """The path is published when it is planned: a new goal now and then, in real time, so that it drives."""
+    with SimulatedChassis() as sim, Chassis(sim.master_uri) as chassis:
+        chassis.go_to(8.0, -2.0)
+        chassis.measured_velocity.wait_for(lambda velocity: velocity.vx > 0.1)
+        arguments = ("--listen", "10", "--master", sim.master_uri)
+        process = woosh_process("map", "save", str(tmp_path / "p"), *arguments)
+        until_it_ends(process, lambda turn: turn % 5 or chassis.go_to(8.0, -2.0 + 0.1 * (turn % 7)))
+    assert process.returncode == 0
+    assert has(read_png((tmp_path / "p.png").read_bytes()), (30, 90, 220))
+
+
+def test_map_show_and_set(sim, woosh, document, tmp_path):
+    code, facts = document("map", "show")
+    assert (code, facts["width"], facts["height"]) == (0, 240, 160)
+    smaller = GridMap(np.zeros((100, 100), np.int8), 0.1, Pose2D(-5.0, -5.0))
+    smaller.save(tmp_path / "small.yaml")
+    assert woosh("map", "set", str(tmp_path / "small.yaml"), "--pose", "1", "1", "90")[0] == 0
+    code, facts = document("map", "show")
+    assert (facts["width"], facts["resolution"]) == (100, 0.1)
+    (tmp_path / "bad.yaml").write_text("image: x.pgm\n")
+    assert woosh("map", "set", str(tmp_path / "bad.yaml"))[0] == 2
+
+
+def test_plan(sim, woosh, document, tmp_path):
+    code, facts = document("plan", "6", "0.5", "0", "--png", str(tmp_path / "plan.png"))
+    assert code == 0
+    assert facts["path"][-1]["x"] == pytest.approx(6.0, abs=0.2)
+    assert facts["length"] >= 6.0
+    assert has(read_png((tmp_path / "plan.png").read_bytes()), (30, 90, 220))
+    assert "points" in woosh("plan", "1", "0", "0", "--start", "0", "1", "0", "--tolerance", "0.1")[1]
+    code, facts = document("plan", "100", "100", "0")
+    assert (code, facts["path"]) == (1, [])
+    assert woosh("plan", "1", "0", "0", "--tolerance", "99")[0] == 2
+    assert sim.pose == Pose2D(0.0, 0.0, 0.0)
+
+
+def test_localization(sim, woosh, document):
+    code, facts = document("localization", "show")
+    assert code == 0
+    assert facts["deviation"][0] > 0.0
+    assert woosh("localization", "pose", "0.1", "-0.2", "-15", "--deviation", "0.3")[0] == 0
+    assert woosh("localization", "pose", "0", "0", "0", "--yaw-deviation", "0")[0] == 2
+    assert woosh("localization", "stop")[0] == 0
+    assert woosh("localization", "start")[0] == 0
+
+
+def test_mode(sim, woosh, document):
+    words = ("--direction", "forward", "--passage", "3", "--capacity", "2", "--permitted")
+    assert document("mode", "wait-then-avoid", "--waiting-timeout", "4", "--max-speed", "0.5", *words)[0] == 0
+    with sim.lock:
+        assert sim.world.navigation.mode is NavigationMode.WAIT_THEN_AVOID
+        assert sim.world.navigation.waiting_timeout == 4.0
+    code, _, err = woosh("mode", "wait-then-avoid")
+    assert code == 2
+    assert "waiting_timeout" in err
+
+
+def test_costmap(sim, woosh):
+    assert woosh("costmap", "off")[0] == 0
+    assert sim.world.costmaps_enabled is False
+    assert woosh("costmap", "on")[0] == 0
+    assert sim.world.costmaps_enabled is True
+    assert woosh("costmap", "clear")[0] == 0
+
+
+def test_footprint(woosh, document):
+    code, facts = document("footprint", "--rectangle", "1.0", "0.6", "--padding", "0.1")
+    assert code == 0
+    assert facts["points"][0] == [pytest.approx(0.6), pytest.approx(0.4)]
+    assert document("footprint", "--circle", "0.4", "--local")[1]["global"] is False
+    assert (
+        document("footprint", "--points", "-0.4,0.3 -0.4,-0.3 0.4,-0.3 0.4,0.3", "--global")[1]["local"]
+        is False
+    )
+
+
+def test_led(sim, woosh, document):
+    assert document("led", "--list")[1]["idle"] == int(LedState.IDLE)
+    code, facts = document("led", "warning", "--color", "#ff8000", "--module", "2", "--urgency", "--abnormal")
+    assert (code, facts["color"]) == (0, 0xFF8000)
+    assert woosh("led", "idle", "--strip", "both")[0] == 0
+    assert woosh("led", "idle", "--module", "9")[0] == 2
+
+
+def test_say(woosh, document):
+    assert document("say", "mind", "your", "feet") == (0, {"said": "mind your feet"})
+
+
+def test_marks_are_kept_and_used(sim, woosh, document, private_config):
+    assert "no marks" in woosh("marks", "list")[1]
+    assert woosh("marks", "add", "A1", "--here", "--note", "shelf")[0] == 0
+    assert woosh("marks", "add", "X2", "--pose", "1", "2", "90")[0] == 0
+    assert woosh("marks", "add", "X3")[0] == 0
+    code, facts = document("marks", "list")
+    assert [m["name"] for m in facts] == ["A1", "X2", "X3"]
+    assert facts[1]["pose"]["yaw"] == pytest.approx(math.pi / 2, abs=1e-3)
+    assert MarkFile(private_config / "marks.json").names == ["A1", "X2", "X3"]
+    assert woosh("marks", "remove", "X3")[0] == 0
+    code, _, err = woosh("marks", "remove", "X22")
+    assert code == 1
+    assert "near names: X2" in err
+
+
+def test_doctor_and_status_and_stop_as_json(woosh, document):
+    assert document("status", "--wait", "2")[1]["ready"] is True
+    assert document("stop")[1]["standing"] is True
+    assert "findings" in document("doctor", "--listen", "1")[1]
+
+
+def test_shell_runs_code(sim, woosh, capsys):
+    assert woosh("shell", "-c", "print(chassis.battery.wait().percent, Pose2D(1, 2).x)")[1].split() == [
+        "87",
+        "1",
+    ]
+    assert woosh("shell", "-c", "raise SystemExit(7)")[0] == 7
+    code, _, err = woosh("shell", "-c", "1 / 0")
+    assert code == 1
+    assert "ZeroDivisionError" in err
+
+
+def test_leaving_the_shell_ends_what_it_started(sim, woosh):
+    assert woosh("shell", "-c", "chassis.go_to_mark('B1')")[0] == 0
+    assert sim.world.tasks.state is TaskState.CANCELLED
