@@ -21,7 +21,7 @@ from rosproto.protocol.limits import Limits
 from rosproto.transport.address import format_address
 from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.tcp import interrupt
+from rosproto.transport.tcp import interrupt, set_linger
 from rosproto.transport.tcpros_io import read_header, write_header
 
 if TYPE_CHECKING:
@@ -118,9 +118,22 @@ class ServiceLink:
             RemoteProtocolError: More than one answer came.
         """
         try:
+            ok, body = self._exchange(request, deadline)
+        except BaseException:
+            # The caller takes it for failed: what a silent network has kept of it must not come later, when
+            # the system would go on repeating it for minutes.
+            set_linger(self._sock, False)
+            raise
+        self.calls += 1
+        if not ok:
+            raise ServiceError(self._service, body.decode("utf-8", "backslashreplace"))
+        return body
+
+    def _exchange(self, request: bytes, deadline: Deadline) -> tuple[bool, bytes]:
+        try:
             self._limit_waits(deadline)
             self._sock.sendall(LENGTH.pack(len(request)) + request)
-            ok, body = self._read_answer(deadline)
+            return self._read_answer(deadline)
         except (BlockingIOError, TimeoutError) as error:
             if isinstance(error, RosTimeout):
                 raise
@@ -129,10 +142,6 @@ class ServiceLink:
             if isinstance(error, ConnectionLost):
                 raise
             raise self._lost(error) from error
-        self.calls += 1
-        if not ok:
-            raise ServiceError(self._service, body.decode("utf-8", "backslashreplace"))
-        return body
 
     def _read_answer(self, deadline: Deadline) -> tuple[bool, bytes]:
         data = self._sock.recv(CHUNK)

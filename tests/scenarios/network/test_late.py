@@ -92,3 +92,22 @@ def test_what_a_killed_program_had_sent(connected: Network) -> None:
     robot.python.eventually(f"other.since({gone!r})")
     wait(1.0)
     assert robot.python.ask(f"command.since({gone!r})") == []
+
+
+def test_a_request_whose_caller_has_given_up(connected: Network) -> None:
+    """The system would repeat it until the network is back: a task would begin after its program said it failed."""
+    robot, laptop, air = connected
+    robot.python.do(
+        "served = []\n"
+        "server = node.service_server('/do', 'std_srvs/Trigger', lambda request: served.append(1) or {'success': True})"
+    )
+    laptop.python.do(
+        "client = node.service_client('/do', 'std_srvs/Trigger', persistent=True)\nclient.call(timeout=10)"
+    )
+    air.back.open = False
+    laptop.python.do("try: client.call(timeout=1.0)\nexcept Exception as error: said = type(error).__name__")
+    assert laptop.python.ask("said") == "RosTimeout"
+    air.back.open = True
+    laptop.python.do("client.call(timeout=10)")
+    wait(2.0)
+    assert robot.python.ask("len(served)") == 2
