@@ -19,6 +19,10 @@ class OutcomeKind(Enum):
     TIMED_OUT = "timed out"
     CONNECTION_LOST = "connection lost"
 
+    def __str__(self) -> str:
+        """Its words."""
+        return self.value
+
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
@@ -49,6 +53,10 @@ class Outcome:
     def __bool__(self) -> bool:
         """Same as `arrived`, so that `if handle.wait(raises=False):` cannot read a failure as success."""
         return self.arrived
+
+    def __str__(self) -> str:
+        """`sentence()`."""
+        return self.sentence()
 
     def sentence(self) -> str:
         """One sentence for people: what, how, why, and what to do next."""

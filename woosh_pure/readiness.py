@@ -51,6 +51,10 @@ class Readiness:
     def __bool__(self) -> bool:
         return self.ready
 
+    def __str__(self) -> str:
+        """`sentence()`."""
+        return self.sentence()
+
     def sentence(self) -> str:
         """All reasons in one line."""
         if not self.reasons:

@@ -48,6 +48,10 @@ class StopReport:
     cancelled: list[str] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
 
+    def __str__(self) -> str:
+        """`sentence()`."""
+        return self.sentence()
+
     def sentence(self) -> str:
         """One sentence for people."""
         state = {

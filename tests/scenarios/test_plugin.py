@@ -58,6 +58,9 @@ def test_faults_of_the_command_line_reach_the_world(sim, until):
     assert sim.world.obstacles == [(1.0, 2.0, 0.25)]
     assert not sim.world.located
     assert sim.world.robot_mode is RobotMode.AUTOMATIC
+    sim.world.bumper = True
+    inject(sim, "free")
+    assert not sim.world.bumper
     inject(sim, "clear")
     assert sim.world.obstacles == []
     with pytest.raises(ValueError, match="obstacle"):

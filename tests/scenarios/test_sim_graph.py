@@ -179,6 +179,16 @@ def test_a_crashed_navigation_ends_the_task_as_failed(sim, chassis, until):
         sim.crash_node("/move_bas")
 
 
+def test_a_robot_that_has_hit_something_drives_again_when_it_is_freed(sim, chassis):
+    with pytest.raises(MotionRefused, match="bumper"), chassis.velocity(bypasses_protection=True) as drive:
+        drive.hold(0.5, seconds=30.0)
+    with pytest.raises(MotionRefused, match="bumper"):
+        chassis.go_to(0.0, 0.0)
+    sim.release_bumper()
+    chassis.wait_until_ready(10.0)
+    assert chassis.go_to(0.0, 0.0).wait(30.0)
+
+
 def test_the_position_is_given_through_the_service_that_is_found_by_its_type(sim, chassis, until):
     sim.lose_localization()
     chassis.set_pose(sim.pose, via="service")

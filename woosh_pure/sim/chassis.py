@@ -316,6 +316,11 @@ class SimulatedChassis:
         with self.lock:
             self.world.release_emergency_stop()
 
+    def release_bumper(self) -> None:
+        """Somebody has freed the robot that hit something; nothing resumes."""
+        with self.lock:
+            self.world.release_bumper()
+
     def lose_localization(self) -> None:
         """The robot no longer knows where it is."""
         with self.lock:

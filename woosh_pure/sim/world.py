@@ -10,8 +10,6 @@ import random
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from ..enums import NavigationMode, RobotMode, RobotState, TaskState, TaskType, WorkMode
 from ..geometry import Pose2D, Velocity, normalize_angle
 from ..gridmap import GridMap
@@ -22,12 +20,10 @@ from .motions import Motion, MotionState, PathMotion, StepMotion
 from .planner import Planner
 from .settings import Settings
 from .site import Site, built_in_site
+from .surroundings import Obstacle, Surroundings
 from .tasks import StatusRecord, TaskMachine
 
-__all__ = ["NavigationSettings", "Obstacle", "World"]
-
-Obstacle = tuple[float, float, float]
-"""A round obstacle: x, y, radius in m in the map."""
+__all__ = ["NavigationSettings", "World"]
 
 _LOCATED, _LOST = 130103000000, 130103000012
 _STEP_BLOCKED, _STEP_BLOCK_TIMEOUT = 130701000021, 130701000032
@@ -50,7 +46,7 @@ class World:
     Attributes:
         time: Simulated seconds since power-up.
         body, battery, tasks, site: The parts.
-        obstacles: What stands around and is not on the map.
+        around: What stands around.
         motion: What moves the base now, None when nothing does.
         emergency_stop, cable_plugged, robot_mode, work_mode, located: State a test may set through the
             methods.
@@ -67,7 +63,7 @@ class World:
         self.battery = SimulatedBattery(self.settings.battery_percent, self.settings.battery_rate)
         self.tasks = TaskMachine(self)
         self.map_seen: GridMap = self.site.grid
-        self.obstacles: list[Obstacle] = []
+        self.around = Surroundings(self.site.grid, self.settings.radius)
         self.costmaps_enabled = True
         self.navigation = NavigationSettings()
         self.motion: Motion | None = None
@@ -86,7 +82,6 @@ class World:
         self._command_smooth = True
         self._command_time = -math.inf
         self._reports: list[int] = []
-        self._seen_obstacles: list[Obstacle] = []
 
     def _free_place(self, wanted: Pose2D) -> Pose2D:
         """Where the robot is switched on: on a map of somebody's, the place asked for may be a wall.
@@ -103,6 +98,11 @@ class World:
             )
         stays = self.planner.is_free(wanted.x, wanted.y)
         return wanted if stays else replace(wanted, x=place[0], y=place[1])
+
+    @property
+    def obstacles(self) -> list[Obstacle]:
+        """What stands around and is not on the map; may be changed."""
+        return self.around.things
 
     # -- what the robot says ---------------------------------------------------------------------------------
 
@@ -228,11 +228,11 @@ class World:
 
     def plan(self, start: Pose2D, goal: Pose2D, tolerance: float = 0.0) -> list[Pose2D] | None:
         """A path on the map, around the obstacles the costmaps know."""
-        return self.planner.plan(start, goal, self._seen_obstacles, tolerance)
+        return self.planner.plan(start, goal, self.around.seen, tolerance)
 
     def clear_costmaps(self) -> None:
         """Forget obstacles; those in sight come back with the next step."""
-        self._seen_obstacles = []
+        self.around.seen = []
 
     def set_map(self, grid: GridMap, pose: Pose2D) -> None:
         """Another map for localisation and planning, and where the robot is in it. The real walls stay."""
@@ -335,7 +335,8 @@ class World:
     def step(self, dt: float) -> None:
         """Let `dt` simulated seconds pass; keep it at 0.05 or less."""
         self.time += dt
-        self._see_obstacles()
+        if self.costmaps_enabled:
+            self.around.look(self.body.pose)
         wanted, hard = self._wanted(dt)
         self.body.approach(wanted, dt, hard=hard)
         self._move(dt)
@@ -371,8 +372,8 @@ class World:
     def _move(self, dt: float) -> None:
         there = self.body.moved(dt)
         moving = not self.body.velocity.is_standing(0.0, math.inf)
-        if moving and self._touches(there.x, there.y, self.settings.radius):
-            if not self._touches(self.body.pose.x, self.body.pose.y, self.settings.radius) or not self.bumper:
+        if moving and self.around.touches(there.x, there.y):
+            if not self.around.touches(self.body.pose.x, self.body.pose.y) or not self.bumper:
                 self.bumper = True
                 self.report(_BUMPER)
                 self._drop_everything(_BUMPER, "bumper")
@@ -413,31 +414,6 @@ class World:
 
     # -- obstacles -------------------------------------------------------------------------------------------
 
-    def _see_obstacles(self) -> None:
-        if not self.costmaps_enabled:
-            return
-        pose = self.body.pose
-        near = [o for o in self.obstacles if math.hypot(o[0] - pose.x, o[1] - pose.y) < 4.0 + o[2]]
-        gone = [
-            o
-            for o in self._seen_obstacles
-            if o not in self.obstacles and math.hypot(o[0] - pose.x, o[1] - pose.y) < 4.0 + o[2]
-        ]
-        self._seen_obstacles = [o for o in self._seen_obstacles if o not in gone]
-        self._seen_obstacles += [o for o in near if o not in self._seen_obstacles]
-
-    def _touches(self, x: float, y: float, radius: float) -> bool:
-        if any(math.hypot(ox - x, oy - y) < r + radius for ox, oy, r in self.obstacles):
-            return True
-        grid = self.site.grid
-        row, column = grid.cell_of(x, y)
-        reach = math.ceil(radius / grid.resolution)
-        r0, r1, c0, c1 = row - reach, row + reach + 1, column - reach, column + reach + 1
-        if r0 < 0 or c0 < 0 or r1 > grid.height or c1 > grid.width:
-            return True
-        window = grid.cells[r0:r1, c0:c1] > 50
-        return bool(window.any()) and bool((window & _disc(reach, radius / grid.resolution)).any())
-
     def _blocked(self, motion: Motion, dt: float) -> bool:
         if isinstance(motion, StepMotion):
             return motion.avoid and self._step_blocked(motion, dt)
@@ -445,7 +421,7 @@ class World:
 
     def _step_blocked(self, motion: StepMotion, dt: float) -> bool:
         d = motion.current.direction()
-        if not (d.vx or d.vy) or not self._obstructed(d, 0.25):
+        if not (d.vx or d.vy) or not self.around.obstructed(self.body.pose, d, 0.25):
             motion.blocked_for = 0.0
             return False
         return self._wait_for_room(motion, dt, _STEP_BLOCKED, _STEP_BLOCK_TIMEOUT)
@@ -453,7 +429,8 @@ class World:
     def _path_blocked(self, motion: PathMotion, dt: float) -> bool:
         # Standing, it may turn away from what is in front of it.
         ahead = 0.0 if self.body.velocity.vx < 0.01 and motion.blocked_for == 0.0 else 0.5
-        if not self._seen_obstacles or not self._obstructed(Velocity(1.0), ahead):
+        pose = self.body.pose
+        if not self.around.seen or not self.around.obstructed(pose, Velocity(1.0), ahead):
             motion.blocked_for = 0.0
             return False
         patience = {
@@ -464,21 +441,12 @@ class World:
             motion.blocked_for >= patience.get(self.navigation.mode, 0.0)
             and int(motion.blocked_for / dt) % 25 == 0
         ):
-            path = self.plan(self.body.pose, motion.goal)
+            path = self.plan(pose, motion.goal)
             if path is not None:
                 motion.path = path[1:]
                 motion.blocked_for = 0.0
                 return False
         return self._wait_for_room(motion, dt, _NAV_BLOCKED, _NAV_FAILED)
-
-    def _obstructed(self, direction: Velocity, ahead: float) -> bool:
-        pose, radius = self.body.pose, self.settings.radius
-        for k in range(1, math.ceil(ahead / 0.1) + 1):
-            reach = min(ahead, 0.1 * k)
-            there = pose.transformed(direction.vx * reach, direction.vy * reach, 0.0)
-            if self._touches(there.x, there.y, radius):
-                return True
-        return False
 
     def _wait_for_room(self, motion: Motion, dt: float, blocked: int, failed: int) -> bool:
         if motion.blocked_for == 0.0:
@@ -488,14 +456,6 @@ class World:
         if motion.blocked_for > self.settings.obstacle_patience and not waits:
             motion.end(MotionState.FAILED, failed)
         return True
-
-
-def _disc(reach: int, radius: float) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-    offsets = np.arange(-reach, reach + 1)
-    result: np.ndarray[tuple[int, ...], np.dtype[np.bool_]] = (
-        offsets[:, None] ** 2 + offsets[None, :] ** 2 <= radius**2
-    )
-    return result
 
 
 def _compose(belief: Pose2D, odometry_then: Pose2D, odometry_now: Pose2D) -> Pose2D:

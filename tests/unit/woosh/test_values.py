@@ -177,6 +177,8 @@ def test_only_an_arrival_is_true():
         outcome = Outcome(kind, "goal", "why", 9, None, 1.5)
         assert bool(outcome) is (kind is OutcomeKind.ARRIVED)
         assert "goal" in outcome.sentence()
+        assert f"{outcome}" == outcome.sentence()  # what `print` shows
+        assert f"{outcome.kind}" in outcome.sentence()
     assert "STILL MOVES" in Outcome(OutcomeKind.FAILED, "goal", stopped=False).sentence()
 
 

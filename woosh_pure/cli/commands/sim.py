@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 FAULTS = (
     "estop",
     "release",
+    "free",
     "lost",
     "manual",
     "automatic",
@@ -158,6 +159,7 @@ def inject(sim: SimulatedChassis, fault: str) -> None:
     actions: dict[str, Callable[[], object]] = {
         "estop": sim.press_emergency_stop,
         "release": sim.release_emergency_stop,
+        "free": sim.release_bumper,
         "lost": sim.lose_localization,
         "manual": lambda: sim.set_mode(RobotMode.MANUAL),
         "automatic": lambda: sim.set_mode(RobotMode.AUTOMATIC),
