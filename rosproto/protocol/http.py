@@ -304,6 +304,12 @@ def _parse_fields(lines: list[str]) -> dict[str, str]:
     return headers
 
 
+def _without_host(target: str) -> str:
+    """The path of "http://robot:11311/RPC2", as clients behind a proxy send it (RFC 9112, 3.2.2)."""
+    scheme, mark, rest = target.partition("://")
+    return "/" + rest.partition("/")[2] if mark and scheme.isalpha() else target
+
+
 def _keeps_alive(headers: dict[str, str], version: str) -> bool:
     options = [option.strip().lower() for option in headers.get("connection", "").split(",")]
     return "keep-alive" in options if version == "HTTP/1.0" else "close" not in options
@@ -339,7 +345,9 @@ class HttpServerConnection(_Connection):
             return self._check_expectation(head) or self._check_end()
         self._continue_answered = False
         method, target, _ = head.start
-        return Request(method, target, head.headers, body, _keeps_alive(head.headers, head.version))
+        return Request(
+            method, _without_host(target), head.headers, body, _keeps_alive(head.headers, head.version)
+        )
 
     def encode_response(
         self, status: int, body: bytes = b"", *, keep_alive: bool = True, allow: str = ""
