@@ -140,8 +140,8 @@ class BagSeries:
 
     def _open(self) -> tuple[str, BagWriter]:
         path = self._name(self._number)
-        if not self._overwrite and os.path.exists(path):
-            raise BagError("exists already; choose another name", path=path)
+        if not self._overwrite:
+            _check_free(path)
         writer = BagWriter(path + ACTIVE, self._compression, self._chunk_bytes)
         if self._on_open is not None:
             self._on_open(path)
@@ -180,3 +180,14 @@ class BagSeries:
             ) from problem
         self._finished_bytes += size
         self.paths.append(self._path)
+
+
+def _check_free(path: str) -> None:
+    if os.path.exists(path):
+        raise BagError("exists already; choose another name", path=path)
+    if os.path.exists(path + ACTIVE):
+        raise BagError(
+            "a recording of that name is running or has died; choose another name, or mend this one with "
+            "rosproto bag reindex",
+            path=path + ACTIVE,
+        )

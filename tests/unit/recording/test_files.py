@@ -48,6 +48,21 @@ def test_active_while_written(tmp_path: Path) -> None:
     BagSeries(lambda n: str(tmp_path / "x.bag"), overwrite=True).close()
 
 
+def test_what_a_dead_recorder_left_is_not_replaced(tmp_path: Path) -> None:
+    """Its .active file is all there is of that recording; with overwrite=True it goes."""
+    path = str(tmp_path / "x.bag")
+    died = BagSeries(lambda n: path, chunk_bytes=1)
+    died.write("/a", message("kept"), Time(1, 0))
+    died._writer._output.close()
+    with pytest.raises(BagError, match=r"x\.bag\.active: a recording of that name .* reindex"):
+        BagSeries(lambda n: path)
+    with BagReader(died.active_path) as bag:
+        assert bag.message_count == 1
+    BagSeries(lambda n: path, overwrite=True).close()
+    with BagReader(path) as bag:
+        assert bag.message_count == 0
+
+
 def test_splits_by_time_repeat_latched_messages_of_every_publisher(tmp_path: Path) -> None:
     """Each bag starts with the last latched message of each caller, stamped as the split's first message."""
     series = BagSeries(lambda n: str(tmp_path / f"{n}.bag"), split_seconds=10.0)
