@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from rosproto.version import __version__
 
 from .commands import COMMANDS
+from .examples import EXAMPLES
 from .failure import (
     DONE,
     FAILED,
@@ -22,7 +23,7 @@ from .failure import (
     say,
     signals_unwind,
 )
-from .parser import Parser, leaves
+from .parser import Parser, give_examples, leaves
 from .streams import escape_what_cannot_be_printed
 
 __all__ = ["EXIT_CODES", "main"]
@@ -99,6 +100,7 @@ def _parser(words: Sequence[str]) -> tuple[argparse.ArgumentParser, str | None]:
         sub = choices.add_parser(name, help=command.help, description=command.help)
         if name == asked:
             command.load()[0](sub)
+            give_examples(sub, EXAMPLES)
             for place in {id(p): p for p in (sub, *leaves(sub))}.values():
                 _add_general(place, argparse.SUPPRESS, argparse.SUPPRESS)
     return parser, asked

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NoReturn
 
-__all__ = ["Parser", "WrongUse", "leaves", "near", "sub_parsers", "synopsis", "value_names"]
+__all__ = ["Parser", "WrongUse", "give_examples", "leaves", "near", "sub_parsers", "synopsis", "value_names"]
 
 WRONG_USE = 2
 
@@ -24,7 +24,19 @@ class WrongUse(SystemExit):
 
 
 class Parser(argparse.ArgumentParser):
-    """As argparse's; an error shows the usage in one line, and what is near a mistyped word."""
+    """As argparse's; usage is one line, help ends in examples, an error shows what is near a mistyped word.
+
+    Attributes:
+        examples: Commands to copy.
+    """
+
+    examples: Sequence[str] = ()
+
+    def format_help(self) -> str:
+        """Usage in one line: the options are listed below it anyway."""
+        self.usage = synopsis(self.prog, self).replace("%", "%%")
+        lines = "".join(f"  {line}\n" for line in self.examples)
+        return super().format_help() + (f"\nexamples:\n{lines}" if lines else "")
 
     def error(self, message: str) -> NoReturn:
         """Say it on stderr and end with code 2."""
@@ -137,6 +149,13 @@ def sub_parsers(parser: argparse.ArgumentParser) -> Iterator[tuple[str, argparse
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
             yield from action.choices.items()
+
+
+def give_examples(parser: argparse.ArgumentParser, examples: Mapping[str, Sequence[str]]) -> None:
+    """Let a command and its verbs show theirs; the key is what stands behind the name of the program."""
+    for one in {id(p): p for p in (parser, *leaves(parser))}.values():
+        if isinstance(one, Parser):
+            one.examples = examples.get(one.prog.partition(" ")[2], ())
 
 
 def leaves(parser: argparse.ArgumentParser) -> Sequence[argparse.ArgumentParser]:

@@ -21,11 +21,12 @@ from rosproto.cli.failure import (
     signals_unwind,
 )
 from rosproto.cli.option_types import positive
-from rosproto.cli.parser import Parser, WrongUse
+from rosproto.cli.parser import Parser, WrongUse, give_examples
 from rosproto.cli.streams import escape_what_cannot_be_printed
 from rosproto.version import __version__
 
 from .console import linger_when_closed
+from .examples import EXAMPLES
 from .output import Output
 from .registry import COMMANDS, Command, load
 
@@ -149,6 +150,7 @@ def parser_for(words: Sequence[str]) -> argparse.ArgumentParser:
         sub = commands.add_parser(name, help=command.HELP, description=command.HELP, parents=[common])
         if asked is not None:
             command.add_arguments(sub)
+            give_examples(sub, EXAMPLES)
             _add_below(sub, common)
     return parser
 

@@ -173,6 +173,8 @@ def _body(command: str, parser: argparse.ArgumentParser, known: Known) -> Iterat
     if rows:
         yield ""
         yield from _table(("Argument", ""), rows)
+    if examples := getattr(parser, "examples", ()):
+        yield from ("", *(f"    {line}" for line in examples))
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
             helps = {choice.dest: choice.help or "" for choice in action._choices_actions}
@@ -190,8 +192,12 @@ def _synopsis(command: str, parser: argparse.ArgumentParser, known: Known) -> st
 
 def _positionals(parser: argparse.ArgumentParser) -> Iterator[tuple[str, str]]:
     for action in parser._actions:
-        if not action.option_strings and not isinstance(action, argparse._SubParsersAction) and action.help:
-            yield f"`{value_names(action)}`", _plain(parser, action.help, action)
+        if not (action.option_strings or isinstance(action, argparse._SubParsersAction)) and _told(action):
+            yield f"`{value_names(action)}`", _plain(parser, action.help or "", action)
+
+
+def _told(action: argparse.Action) -> bool:
+    return bool(action.help) and action.help != argparse.SUPPRESS
 
 
 def _options(parser: argparse.ArgumentParser, known: Known) -> Iterator[tuple[str, str]]:

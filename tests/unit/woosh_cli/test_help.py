@@ -1,0 +1,75 @@
+"""`--help` of every command and verb: one line of usage, short lines, examples that can be copied."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+from collections.abc import Iterator
+
+import pytest
+
+from rosproto.cli import entry as rosproto_entry
+from rosproto.cli.commands import COMMANDS as ROSPROTO
+from rosproto.cli.examples import EXAMPLES as ROSPROTO_EXAMPLES
+from rosproto.cli.parser import leaves, sub_parsers
+from woosh_pure.cli import entry as woosh_entry
+from woosh_pure.cli.examples import EXAMPLES as WOOSH_EXAMPLES
+from woosh_pure.cli.registry import COMMANDS as WOOSH
+
+
+def parser_for(words: list[str]) -> argparse.ArgumentParser:
+    """The whole parser of `woosh ...` or `rosproto ...`."""
+    program, *rest = words
+    return woosh_entry.parser_for(rest) if program == "woosh" else rosproto_entry._parser(rest)[0]
+
+
+def helped() -> Iterator[argparse.ArgumentParser]:
+    """The parser of each command and verb."""
+    for program, names in (("woosh", WOOSH), ("rosproto", ROSPROTO)):
+        for name in names:
+            found = dict(sub_parsers(parser_for([program, name])))[name]
+            yield from {id(p): p for p in (found, *leaves(found))}.values()
+
+
+HELPED = list(helped())
+
+
+@pytest.mark.parametrize(
+    ("program", "key", "line"),
+    [
+        (program, key, line)
+        for program, examples in (("woosh", WOOSH_EXAMPLES), ("rosproto", ROSPROTO_EXAMPLES))
+        for key, lines in examples.items()
+        for line in lines
+    ],
+)
+def test_an_example_is_accepted_and_stands_in_the_help_of_its_command(
+    program: str, key: str, line: str
+) -> None:
+    """Whoever copies it gets what it says, not a lesson in options."""
+    command = line.removeprefix('eval "$(').removesuffix(')"')
+    words = shlex.split(command)
+    assert words[0] == program
+    parser = parser_for(words)
+    parsed = parser.parse_args(words[1:])
+    if getattr(parsed, "expression", None) or getattr(parsed, "filter", None):
+        from rosproto.cli.expression import Expression
+
+        Expression(getattr(parsed, "expression", None) or parsed.filter, ("m", "t", "topic"))
+    shown = [one for one in HELPED if one.prog == f"{program} {key}"]
+    assert len(shown) == 1
+    assert f"  {line}\n" in shown[0].format_help().partition("\nexamples:\n")[2]
+
+
+@pytest.mark.parametrize("parser", HELPED, ids=lambda parser: parser.prog)
+def test_help_is_short(parser: argparse.ArgumentParser, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Usage is one line; it fits a screen of 60 lines, and its text the width of 80 columns."""
+    monkeypatch.setenv("COLUMNS", "80")
+    text = parser.format_help()
+    usage, blank, *_ = text.splitlines()
+    assert usage.startswith(f"usage: {parser.prog}")
+    assert blank == ""
+    assert "SUPPRESS" not in text
+    assert len(text.splitlines()) <= 60
+    body = text.partition("\nexamples:\n")[0]
+    assert [line for line in body.splitlines()[1:] if len(line) > 80] == []
