@@ -15,7 +15,7 @@ import sys
 import termios
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 __all__ = ["Screen", "Terminal"]
@@ -109,6 +109,8 @@ class Screen:
             self._mode(numbers[0], final == "h")
         elif final == "H":
             self._row, self._column = max(numbers[0], 1) - 1, max((*numbers, 1)[1], 1) - 1
+        elif final == "C":
+            self._column = min(self._column + max(numbers[0], 1), self.columns)
         elif final == "K" and numbers == [0]:
             self._cells[self._row][self._column :] = [" "] * (self.columns - self._column)
         elif final == "J" and numbers[0] in (0, 2):
@@ -141,6 +143,7 @@ class Terminal:
         arguments: Of the command.
         columns, rows: Size of the terminal.
         module: What is run: woosh_pure or rosproto.
+        launch: What runs a module and its arguments; it makes the terminal its own.
         environment: Variables that differ.
 
     Attributes:
@@ -154,6 +157,7 @@ class Terminal:
         columns: int = 100,
         rows: int = 30,
         module: str = "woosh_pure",
+        launch: Sequence[str] = (sys.executable, "-c", LAUNCH),
         **environment: str,
     ) -> None:
         self.screen = Screen(columns, rows)
@@ -162,7 +166,7 @@ class Terminal:
         self.before = termios.tcgetattr(self._slave)
         inherited = {k: v for k, v in os.environ.items() if k not in ("ROS_MASTER_URI", "COLUMNS", "LINES")}
         self.process = subprocess.Popen(
-            [sys.executable, "-c", LAUNCH, module, *arguments],
+            [*launch, module, *arguments],
             stdin=self._slave,
             stdout=self._slave,
             stderr=self._slave,
