@@ -105,8 +105,8 @@ class ActionClient:
             self._parts.append(subscriber)
             return subscriber
 
-        def publish(part: str, kind: type[Message]) -> Any:
-            publisher = node.publisher(f"{self.name}/{part}", kind, queue_size=_QUEUE)
+        def publish(part: str, kind: type[Message], **options: Any) -> Any:
+            publisher = node.publisher(f"{self.name}/{part}", kind, queue_size=_QUEUE, **options)
             self._parts.append(publisher)
             return publisher
 
@@ -114,7 +114,8 @@ class ActionClient:
         self._feedback = subscribe("feedback", type_.action_feedback, self._on_feedback)
         self._result = subscribe("result", type_.action_result, self._on_result)
         self._status = subscribe("status", type_.status_array, self._on_status)
-        self._goal = publish("goal", type_.action_goal)
+        # A goal of a killed program would be followed by nobody when it arrives late; a cancel harms nobody.
+        self._goal = publish("goal", type_.action_goal, linger=False)
         self._cancel_out = publish("cancel", type_.goal_id)
         node._closers.append(self.close)
 

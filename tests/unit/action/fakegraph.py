@@ -24,6 +24,7 @@ Feedback = message_class("woosh_msgs/StepControlFeedback")
 class Publisher:
     def __init__(self, graph: Graph, node: FakeNode, topic: str) -> None:
         self.graph, self.node, self.topic = graph, node, topic
+        self.latch, self.linger = False, True
         self.sent: list[Any] = []
         self.closed = False
 
@@ -78,9 +79,11 @@ class FakeNode:
     def resolve_name(self, name: str) -> str:
         return name if name.startswith("/") else "/" + name
 
-    def publisher(self, topic: str, type: Any, *, latch: bool = False, queue_size: int = 10) -> Publisher:
+    def publisher(
+        self, topic: str, type: Any, *, latch: bool = False, queue_size: int = 10, linger: bool = True
+    ) -> Publisher:
         publisher = self.graph.publishers[topic] = Publisher(self.graph, self, topic)
-        publisher.latch = latch  # type: ignore[attr-defined]
+        publisher.latch, publisher.linger = latch, linger
         return publisher
 
     def subscriber(self, topic: str, type: Any, callback: Any, *, queue_size: int = 10) -> Subscriber:

@@ -51,6 +51,11 @@ def test_a_goal_sent_into_a_connection_that_had_ended_is_lost(graph, client, clo
     assert caught.value.peer == "/srv"
 
 
+def test_a_goal_of_a_killed_program_does_not_arrive_late(graph, client):
+    assert not graph.publishers["/act/goal"].linger
+    assert graph.publishers["/act/cancel"].linger
+
+
 def test_only_a_server_that_was_connected_to_the_goal_topic_is_asked(graph, client, clock):
     handle = client.send_goal(Goal())
     for _ in range(30):
