@@ -25,4 +25,5 @@ def seconds() -> float:
     """Seconds since an arbitrary moment; never set, and going on while the computer sleeps."""
     if _SOURCE is None or not hasattr(time, "clock_gettime"):
         return time.monotonic()
-    return time.clock_gettime(_SOURCE)
+    now: float = time.clock_gettime(_SOURCE)
+    return now

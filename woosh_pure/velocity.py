@@ -200,8 +200,8 @@ class Drive:
             if not (driver.on_robot or self._share):
                 raise MotionRefused(
                     f"velocity refused, nothing was sent: {driver.sentence()}; the robot would obey both in "
-                    "turn. End that program; or share (share=True, `woosh drive --share`) if it is silent while "
-                    "you drive"
+                    "turn. End that program; or share (share=True, `woosh drive --share`) if it is silent "
+                    "while you drive"
                 )
             logger.warning("%s: %s", self.topic, driver.sentence())
 
