@@ -23,7 +23,7 @@ from rosproto.logs import get_logger
 from rosproto.node.events import Event, EventKind, without_frames
 from rosproto.node.link_state import LinkEvent, LinkState, next_state, refused_backoff, retry_backoff
 from rosproto.protocol.handshake import HandshakeRefused
-from rosproto.transport.os_errors import translate
+from rosproto.transport.os_errors import program_ends, translate
 
 if TYPE_CHECKING:
     from rosproto.node.stats import LinkStats
@@ -141,6 +141,8 @@ class PublisherLink:
             except (RosError, OSError) as error:
                 self._failed(error)
             except Exception as error:
+                if program_ends(error):
+                    return
                 _log.exception("! %s: the link to %s failed unexpectedly", self.topic, self.uri)
                 self._failed(error)
             finally:

@@ -7,7 +7,7 @@ import errno
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.transport.deadline import Deadline
 
-__all__ = ["closed_by_peer", "connection_is_over", "no_route", "translate"]
+__all__ = ["closed_by_peer", "connection_is_over", "no_route", "program_ends", "translate"]
 
 _REFUSED = {errno.ECONNREFUSED, 10061}  # 100xx: Windows' own numbers
 _UNREACHABLE = {errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENETDOWN, 10051, 10065, 10050}
@@ -51,6 +51,11 @@ def _code(error: OSError) -> int | None:
 def connection_is_over(error: OSError) -> bool:
     """Does this say no more than that either side has closed or reset the connection?"""
     return _code(error) in _RESET | _CLOSED_HERE
+
+
+def program_ends(error: BaseException) -> bool:
+    """Was a thread refused because the interpreter shuts down (CPython 3.12)? That is nobody's failure."""
+    return isinstance(error, RuntimeError) and "interpreter shutdown" in str(error)
 
 
 def no_route(error: object) -> bool:

@@ -25,7 +25,7 @@ from rosproto.transport.address import format_address
 from rosproto.transport.clock import SYSTEM, Clock
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.forking import leave_to_parent, left_to_parent
-from rosproto.transport.os_errors import connection_is_over
+from rosproto.transport.os_errors import connection_is_over, program_ends
 from rosproto.transport.tcp import interrupt, listen, tune
 
 __all__ = ["Allow", "OnConnection", "ServerStats", "TcpServer"]
@@ -224,10 +224,13 @@ class TcpServer:
         try:
             if not self._admit(sock, peer):
                 sock.close()
-        except Exception:
+        except Exception as error:
             sock.close()
             self.stats.failed += 1
-            log.exception("! %s: connection from %s could not be taken", self._name, format_address(*peer))
+            if not program_ends(error):
+                log.exception(
+                    "! %s: connection from %s could not be taken", self._name, format_address(*peer)
+                )
 
     def _admit(self, sock: socket.socket, peer: tuple[str, int]) -> bool:
         if not self._allowed(peer[0]):

@@ -320,6 +320,21 @@ def test_running_out_of_threads_costs_the_new_connection_only(
         assert server.connections == 1
 
 
+def test_a_program_that_ends_is_no_failure(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch, clients: list[socket.socket]
+) -> None:
+    """CPython 3.12 refuses new threads from then on; the peer is sent away without a traceback."""
+
+    def refuse(self: threading.Thread) -> None:
+        raise RuntimeError("can't create new thread at interpreter shutdown")
+
+    with TcpServer("127.0.0.1", 0, Holder()) as server, caplog.at_level(logging.DEBUG):
+        monkeypatch.setattr(threading.Thread, "start", refuse)
+        assert connect(server, clients).recv(1) == b""
+        wait_until(lambda: server.stats.failed == 1)
+    assert caplog.records == []
+
+
 def test_a_handler_may_close_its_server(clients: list[socket.socket]) -> None:
     done = threading.Event()
 
