@@ -271,8 +271,8 @@ class ActionClient:
             return ()
         self._arrivals.give_up(handle.goal_id, now)
         return handle._machine.lose(
-            f"{server} has not mentioned it in {now - handle._sent_at:.1f} s, though it sends its status: most"
-            " likely it went into a connection that had ended; should it arrive late, it is cancelled"
+            f"{server} has not mentioned it in {now - handle._sent_at:.1f} s, though it sends its status;"
+            " most likely it went into a connection that had ended; should it arrive late, it is cancelled"
         )
 
     def _give_up(self, handle: GoalHandle) -> bool:
