@@ -85,7 +85,8 @@ class TaskHandle(GoalHandle[RobotStatus]):
 
     def _describe(self, progress: RobotStatus) -> str:
         pose = self._core.feed("pose").latest
-        return f"{progress.task_state}, {progress.action_type}; at {pose or 'a pose not heard'}"
+        where = f"; at {pose}" if pose else ""
+        return f"{progress.task_state}, {progress.action_type}{where}"
 
     def _request_cancel(self, timeout: float) -> None:
         self._await_sent(min(timeout, 2.0))

@@ -79,12 +79,13 @@ class Planner:
         return self._grid.resolution * self._factor
 
     def _inflate(self, occupied: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        reach = math.ceil(self._radius / self._size)
+        """Cells from whose middle the robot would reach the edge (not only the middle) of an occupied one."""
+        reach = math.ceil(self._radius / self._size + 0.5)
         padded = np.pad(occupied, reach, constant_values=True)
         out = np.zeros_like(occupied)
         for dr in range(-reach, reach + 1):
             for dc in range(-reach, reach + 1):
-                if math.hypot(dr, dc) * self._size <= self._radius:
+                if math.hypot(max(abs(dr) - 0.5, 0.0), max(abs(dc) - 0.5, 0.0)) * self._size < self._radius:
                     rows, columns = occupied.shape
                     near = padded[reach + dr : reach + dr + rows, reach + dc : reach + dc + columns]
                     np.logical_or(out, near, out=out)
@@ -96,7 +97,7 @@ class Planner:
             blocked = blocked.copy() if blocked is self._static else blocked
             rows, columns = np.ogrid[: blocked.shape[0], : blocked.shape[1]]
             r, c = self._exact(x, y)
-            reach = (radius + self._radius) / self._size
+            reach = (radius + self._radius) / self._size + 0.5  # it may pass at the edge of a cell, too
             np.logical_or(
                 blocked, (rows + 0.5 - r) ** 2 + (columns + 0.5 - c) ** 2 <= reach * reach, out=blocked
             )
