@@ -32,18 +32,17 @@ def revisions_folder(environment: Mapping[str, str] | None = None, platform: str
     from pathlib import Path
 
     environment = os.environ if environment is None else environment
-    name = "USERPROFILE" if platform == "win32" else "HOME"
+    if platform == "win32":
+        given, name, below = environment.get("LOCALAPPDATA", ""), "USERPROFILE", "AppData/Local"
+    elif platform == "darwin":
+        given, name, below = "", "HOME", "Library/Application Support"
+    else:
+        given, name, below = environment.get("XDG_DATA_HOME", ""), "HOME", ".local/share"
+        given = given if given.startswith("/") else ""  # the XDG specification says to ignore a relative one
     try:
-        home = Path(environment.get(name) or Path.home())
+        base = Path(given) if given else Path(environment.get(name) or Path.home()) / below
     except RuntimeError as error:
         raise FileNotFoundError(f"this user has no home folder; set {name} to one") from error
-    if platform == "win32":
-        base = Path(environment.get("LOCALAPPDATA") or home / "AppData" / "Local")
-    elif platform == "darwin":
-        base = home / "Library" / "Application Support"
-    else:
-        given = environment.get("XDG_DATA_HOME", "")  # the XDG specification says to ignore a relative one
-        base = Path(given) if given.startswith("/") else home / ".local" / "share"
     return base / "rosproto" / "revisions"
 
 

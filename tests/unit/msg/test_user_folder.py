@@ -49,3 +49,6 @@ def test_a_user_without_a_home_has_learned_nothing(platform: str, monkeypatch: p
     assert learned_paths() == []
     with pytest.raises(FileNotFoundError, match="USERPROFILE" if platform == "win32" else "HOME"):
         revisions_folder({}, platform)
+    if platform != "darwin":  # where the folder is named, no home is needed
+        named = {"LOCALAPPDATA": "/data", "XDG_DATA_HOME": "/data"}
+        assert revisions_folder(named, platform) == Path("/data/rosproto/revisions")
