@@ -5,6 +5,7 @@ Skipped where Wine is not installed; fails instead with REQUIRE_INTEROP=1. What 
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -72,9 +73,10 @@ def windows_python(tmp_path_factory: pytest.TempPathFactory) -> None:
     assert done.stdout.strip() == "win32", done.stdout + done.stderr
 
 
-def windows(*arguments: str) -> ros.RosProcess:
-    """A Python program on Windows, in the background."""
-    return ros.RosProcess([RUN, "python", *arguments], ros.clean_environment())
+def windows(*arguments: str, **variables: str) -> ros.RosProcess:
+    """A Python program on Windows, in the background, in the set-up that `windows_python` has made or found."""
+    where = {key: value for key, value in os.environ.items() if key.startswith("WOOSH_WINDOWS")}
+    return ros.RosProcess([RUN, "python", *arguments], ros.clean_environment() | where | variables)
 
 
 def test_a_chassis_on_windows_drives_the_simulator_on_linux() -> None:
@@ -130,9 +132,9 @@ def test_the_demo_runs_on_windows() -> None:
 def test_every_command_prints_what_the_encoding_can() -> None:
     """A drawing of characters that cp1252 lacks (a tree of frames, bars) must not end in UnicodeEncodeError."""
     with SimulatedChassis(speed=4) as sim:
-        env = {**ros.clean_environment(), "ROS_MASTER_URI": sim.master_uri, "PYTHONIOENCODING": "cp1252"}
+        env = {"ROS_MASTER_URI": sim.master_uri, "PYTHONIOENCODING": "cp1252"}
         for command in (["tf", "tree"], ["topic", "list"], ["graph"]):
-            with ros.RosProcess([RUN, "python", "-m", "rosproto", *command], env) as process:
+            with windows("-m", "rosproto", *command, **env) as process:
                 process.wait(timeout=60)
                 assert "UnicodeEncodeError" not in process.output, process.output
                 assert process.process.returncode == 0, process.output
