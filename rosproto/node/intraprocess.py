@@ -131,7 +131,7 @@ class _Pipe:
                     f"{self._publication.name}: messages still wait for {self.caller_id}", seconds=timeout
                 )
 
-    def close(self) -> None:
+    def close(self, *, deliver: bool = True) -> None:
         with self._condition:
             self._closed = True
             self._condition.notify_all()

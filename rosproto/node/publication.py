@@ -72,7 +72,7 @@ class OutgoingLink(Protocol):
 
     def wait_empty(self, timeout: float) -> None: ...
 
-    def close(self) -> None: ...
+    def close(self, *, deliver: bool = True) -> None: ...
 
     def stats(self) -> LinkStats: ...
 
@@ -424,10 +424,13 @@ class Publication:
             link.close()
 
     def drop_links(self) -> None:
-        """Our address changed: subscribers connect again at the new one."""
+        """Our address changed: subscribers connect again at the new one.
+
+        What was sent from the old one is thrown away: it would be late if that came back.
+        """
         for link in self.all_links:
             if link.transport == "TCPROS":
-                link.close()
+                link.close(deliver=False)
 
     def stats(self) -> list[LinkStats]:
         """One entry per present subscriber."""

@@ -353,18 +353,23 @@ class SubscriberLink:
                     f"{self.topic}: {self.caller_id} is gone: {self._error}", peer=self.address
                 )
 
-    def close(self) -> None:
-        """End the link; what the operating system has is still delivered, the outbox is dropped."""
-        self._end(None, told=False)
+    def close(self, *, deliver: bool = True) -> None:
+        """End the link; the outbox is dropped.
 
-    def _end(self, error: OSError | None, *, told: bool = True) -> None:
+        Args:
+            deliver: The operating system delivers what it has, and repeats it for a while where the network
+                is away. False has it thrown away.
+        """
+        self._end(None, told=False, deliver=deliver)
+
+    def _end(self, error: OSError | None, *, told: bool = True, deliver: bool = True) -> None:
         with self._lock:
             if self._closed:
                 return
             if error is None:
-                if self._batch:
+                if self._batch and deliver:
                     self._send_batch()
-                set_linger(self.sock, True)  # an orderly end: what was sent is delivered
+                set_linger(self.sock, deliver)
             self._closed = True
             self._error = str(error) if error is not None else ""
             self._blocked = False
@@ -372,7 +377,8 @@ class SubscriberLink:
             if self._empty is not None:
                 self._empty.notify_all()
         try:
-            self.sock.shutdown(socket.SHUT_RDWR)
+            if deliver:
+                self.sock.shutdown(socket.SHUT_RDWR)
         except OSError:
             pass  # the other side was faster
         # Not `tcp.interrupt`: nobody waits in this socket but the monitor's select, which must not lose it.

@@ -132,10 +132,8 @@ def test_sending_at_once_takes_what_waits_along_and_keeps_the_order(
     assert link.stats().queued == 0
 
 
-@pytest.mark.parametrize("killed", [True, False])
-def test_what_must_not_come_late_is_thrown_away_when_the_program_is_killed(
-    killed: bool, monitor: Monitor
-) -> None:
+@pytest.mark.parametrize("end", ["killed", "address changed", "orderly"])
+def test_what_must_not_come_late_is_thrown_away(end: str, monitor: Monitor) -> None:
     """A reset tells: it goes out when the system drops what it has. An orderly end delivers."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         theirs = socket.create_connection(server.getsockname())
@@ -144,16 +142,19 @@ def test_what_must_not_come_late_is_thrown_away_when_the_program_is_killed(
     link = SubscriberLink(
         ours, {}, address="there:1", topic="/t", queue_size=10, monitor=fake, on_closed=lambda *_: None
     )
-    link.set_linger(False)
+    if end != "address changed":
+        link.set_linger(False)
     link.send(b"frame")
     with theirs:
         theirs.settimeout(5)
-        if killed:
-            assert received(theirs, 5) == b"frame"
-            ours.close()  # as the system does
-            with pytest.raises(ConnectionResetError):
-                theirs.recv(1)
-        else:
+        assert received(theirs, 5) == b"frame"
+        if end == "orderly":
             link.close()
-            assert received(theirs, 5) == b"frame"
             assert theirs.recv(1) == b""
+            return
+        if end == "killed":
+            ours.close()  # as the system does
+        else:
+            link.close(deliver=False)
+        with pytest.raises(ConnectionResetError):
+            theirs.recv(1)
