@@ -50,7 +50,14 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
     """One chassis. Use it in a `with` block: leaving it cancels what this program started and still runs.
 
     Nothing happens on the network before the first verb or feed is used. The node's name is made unique, so
-    several programs and several robots live side by side.
+    several programs and several robots live side by side. Methods may be called from any thread.
+
+    Reading: `battery`, `pose`, `scan`, `status` ... are feeds; `readiness`, `faults`, `snapshot`.
+    Moving: `go_to_mark`, `park`, `charge`, `carry`, `task`; `go_to`, `follow`; `move`, `rotate`, `strafe`,
+    `steps`; `action` for lifts and docks. Each returns a handle; `handle.wait()` raises unless it arrived.
+    Driving by velocity: `with chassis.velocity(bypasses_protection=True) as drive:`.
+    Stopping: `stop`, from anywhere. It is no emergency stop.
+    All else: `set_pose`, `get_map`, `plan`, `set_footprint`, `set_navigation_mode`, `light`, `say` ...
 
     Args:
         address: "169.254.128.2", "host:port" or a master URI; None takes $ROS_MASTER_URI.

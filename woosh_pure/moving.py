@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from .action_goal import NavigationHandle, StepHandle, start_navigation, start_steps
 from .enums import Direction, ExecutionMode, StepMode, TaskType
@@ -87,42 +87,95 @@ class Moving:
             check=check,
         )
 
-    def park(self, mark: str, **options: Any) -> TaskHandle:
+    def park(
+        self,
+        mark: str,
+        *,
+        poses: Sequence[Pose2D] = (),
+        type_number: int = 0,
+        custom: int = 0,
+        timeout: float | None = 300.0,
+        check: bool = True,
+    ) -> TaskHandle:
         """Drive to a parking mark (`/exec_task`, task type park). Returns at once.
 
         Args:
             mark: Its name, as on the chassis's own map.
-            **options: As for `task`: units, frames.
+            poses, type_number, custom, timeout, check: As for `task`: units, frames.
 
         Raises:
             MotionRefused, StaleState, ValueError, ConnectionLost, RosTimeout, ServiceError: As `task`.
         """
-        return self.task(TaskType.PARK, mark, **options)
+        return self.task(
+            TaskType.PARK,
+            mark,
+            poses=poses,
+            type_number=type_number,
+            custom=custom,
+            timeout=timeout,
+            check=check,
+        )
 
-    def charge(self, mark: str, **options: Any) -> TaskHandle:
+    def charge(
+        self,
+        mark: str,
+        *,
+        poses: Sequence[Pose2D] = (),
+        type_number: int = 0,
+        custom: int = 0,
+        timeout: float | None = 300.0,
+        check: bool = True,
+    ) -> TaskHandle:
         """Drive to a charger and charge (`/exec_task`, task type charge). Returns at once.
 
         Args:
             mark: Its name, as on the chassis's own map.
-            **options: As for `task`: units, frames.
+            poses, type_number, custom, timeout, check: As for `task`: units, frames.
 
         Raises:
             MotionRefused, StaleState, ValueError, ConnectionLost, RosTimeout, ServiceError: As `task`.
         """
-        return self.task(TaskType.CHARGE, mark, **options)
+        return self.task(
+            TaskType.CHARGE,
+            mark,
+            poses=poses,
+            type_number=type_number,
+            custom=custom,
+            timeout=timeout,
+            check=check,
+        )
 
-    def carry(self, mark: str, direction: Direction, **options: Any) -> TaskHandle:
+    def carry(
+        self,
+        mark: str,
+        direction: Direction,
+        *,
+        poses: Sequence[Pose2D] = (),
+        type_number: int = 0,
+        custom: int = 0,
+        timeout: float | None = 300.0,
+        check: bool = True,
+    ) -> TaskHandle:
         """Drive to a mark and load or unload there (`/exec_task`, task type carry). Returns at once.
 
         Args:
             mark: Its name, as on the chassis's own map.
             direction: Load or unload.
-            **options: As for `task`: units, frames.
+            poses, type_number, custom, timeout, check: As for `task`: units, frames.
 
         Raises:
             MotionRefused, StaleState, ValueError, ConnectionLost, RosTimeout, ServiceError: As `task`.
         """
-        return self.task(TaskType.CARRY, mark, direction=direction, **options)
+        return self.task(
+            TaskType.CARRY,
+            mark,
+            direction=direction,
+            poses=poses,
+            type_number=type_number,
+            custom=custom,
+            timeout=timeout,
+            check=check,
+        )
 
     # -- navigation ------------------------------------------------------------------------------------------
 
@@ -187,7 +240,13 @@ class Moving:
     # -- precise moves ---------------------------------------------------------------------------------------
 
     def move(
-        self, distance: float, *, speed: float = 0.0, avoid: bool = True, timeout: float | None = None
+        self,
+        distance: float,
+        *,
+        speed: float = 0.0,
+        avoid: bool = True,
+        timeout: float | None = None,
+        check: bool = True,
     ) -> StepHandle:
         """Drive straight by `distance` (`/cmd_vel_control`). Returns at once.
 
@@ -196,11 +255,12 @@ class Moving:
             speed: m/s; 0 takes the chassis's 0.2 m/s.
             avoid: False switches the obstacle avoidance of this move off.
             timeout: Default of the handle's `wait()`, s; None derives it from way and speed.
+            check: False sends it even when the known state speaks against moving.
 
         Raises:
             MotionRefused, ValueError, FirmwareLimit, RosTimeout: As `steps`.
         """
-        return self.steps([Step.straight(distance, speed)], avoid=avoid, timeout=timeout)
+        return self.steps([Step.straight(distance, speed)], avoid=avoid, timeout=timeout, check=check)
 
     def rotate(
         self,
@@ -211,6 +271,7 @@ class Moving:
         several_turns: bool = False,
         avoid: bool = True,
         timeout: float | None = None,
+        check: bool = True,
     ) -> StepHandle:
         """Turn in place by `angle`, counter-clockwise positive (`/cmd_vel_control`). Returns at once.
 
@@ -222,6 +283,7 @@ class Moving:
                 degrees.
             avoid: False switches the obstacle avoidance of this move off.
             timeout: Default of the handle's `wait()`, s; None derives it from angle and speed.
+            check: False sends it even when the known state speaks against moving.
 
         Raises:
             ValueError: Not finite, too far, or more than a turn without `several_turns`.
@@ -229,11 +291,21 @@ class Moving:
         """
         radians = math.radians(angle) if degrees else angle
         return self.steps(
-            [Step.turn(radians, speed)], avoid=avoid, timeout=timeout, several_turns=several_turns
+            [Step.turn(radians, speed)],
+            avoid=avoid,
+            timeout=timeout,
+            several_turns=several_turns,
+            check=check,
         )
 
     def strafe(
-        self, distance: float, *, speed: float = 0.0, avoid: bool = True, timeout: float | None = None
+        self,
+        distance: float,
+        *,
+        speed: float = 0.0,
+        avoid: bool = True,
+        timeout: float | None = None,
+        check: bool = True,
     ) -> StepHandle:
         """Move sideways by `distance` (`/cmd_vel_control`); only an omnidirectional base does it. Returns at
         once.
@@ -243,12 +315,13 @@ class Moving:
             speed: m/s; 0 takes the chassis's 0.2 m/s.
             avoid: False switches the obstacle avoidance of this move off.
             timeout: Default of the handle's `wait()`, s; None derives it from way and speed.
+            check: False sends it even when the known state speaks against moving.
 
         Raises:
             MotionRefused, ValueError, FirmwareLimit, RosTimeout: As `steps`. A differential base fails the
                 goal.
         """
-        return self.steps([Step.lateral(distance, speed)], avoid=avoid, timeout=timeout)
+        return self.steps([Step.lateral(distance, speed)], avoid=avoid, timeout=timeout, check=check)
 
     def move_diagonal(
         self,
@@ -259,6 +332,7 @@ class Moving:
         speed: float = 0.0,
         avoid: bool = True,
         timeout: float | None = None,
+        check: bool = True,
     ) -> StepHandle:
         """Move in a direction without turning (`/cmd_vel_control`); only an omnidirectional base does it.
         Returns at once.
@@ -270,13 +344,16 @@ class Moving:
             speed: m/s; 0 takes the chassis's 0.2 m/s.
             avoid: False switches the obstacle avoidance of this move off.
             timeout: Default of the handle's `wait()`, s; None derives it from way and speed.
+            check: False sends it even when the known state speaks against moving.
 
         Raises:
             MotionRefused, ValueError, FirmwareLimit, RosTimeout: As `steps`. A differential base fails the
                 goal.
         """
         radians = math.radians(angle) if degrees else angle
-        return self.steps([Step.diagonal(distance, radians, speed)], avoid=avoid, timeout=timeout)
+        return self.steps(
+            [Step.diagonal(distance, radians, speed)], avoid=avoid, timeout=timeout, check=check
+        )
 
     def steps(
         self,
