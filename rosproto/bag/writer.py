@@ -10,6 +10,7 @@ table of contents.
 from __future__ import annotations
 
 import os
+import threading
 import time
 from array import array
 from collections.abc import Callable, Mapping, Sequence
@@ -68,7 +69,7 @@ class _Out:
 
 
 class BagWriter:
-    """A bag, opened for writing.
+    """A bag, opened for writing. Any thread may write: callbacks of several subscribers share one.
 
     Args:
         file: Path (an existing file is replaced, unless `append`), or a seekable binary file opened for
@@ -108,6 +109,8 @@ class BagWriter:
         self._size = 0
         self._index = BagIndex()
         self._failed: BagError | None = None
+        # Several callbacks write to one bag. Reentrant: a signal's handler may close it in the middle.
+        self._lock = threading.RLock()
         self.message_count = 0
         self._closed = False
         self._output = Output(file, keep=append)
@@ -170,31 +173,32 @@ class BagWriter:
                 secs, nsecs = t.secs, t.nsecs
         except (AttributeError, ValueError, OverflowError):
             secs, nsecs = seconds_and_rest(t)
-        if message.__class__ is RawMessage:
-            out = self._raw_outs.get((topic, id(message.connection)))
-        else:
-            out = self._outs.get((topic, message.__class__))
-        if out is None or header is not None:
-            out, message = self._find_out(topic, message, header)
-        if out.last_size >= LARGE:
-            self._add_large(out, message, secs, nsecs)
-            return
-        data = out.encode(message)
-        size = len(data)
-        try:
-            tail = _pack_tail(secs, nsecs, size)
-        except error:
-            raise out_of_range(t) from None
-        if not out.head:
-            self._announce(out)
-        offset = self._size
-        out.index += (secs, nsecs, offset)
-        self._parts += (out.head, tail, data)
-        out.last_size = size
-        self.message_count += 1
-        self._size = offset = offset + MESSAGE_HEAD + size
-        if offset >= self._limit:
-            self._flush()
+        with self._lock:
+            if message.__class__ is RawMessage:
+                out = self._raw_outs.get((topic, id(message.connection)))
+            else:
+                out = self._outs.get((topic, message.__class__))
+            if out is None or header is not None:
+                out, message = self._find_out(topic, message, header)
+            if out.last_size >= LARGE:
+                self._add_large(out, message, secs, nsecs)
+                return
+            data = out.encode(message)
+            size = len(data)
+            try:
+                tail = _pack_tail(secs, nsecs, size)
+            except error:
+                raise out_of_range(t) from None
+            if not out.head:
+                self._announce(out)
+            offset = self._size
+            out.index += (secs, nsecs, offset)
+            self._parts += (out.head, tail, data)
+            out.last_size = size
+            self.message_count += 1
+            self._size = offset = offset + MESSAGE_HEAD + size
+            if offset >= self._limit:
+                self._flush()
 
     def write_raw(self, connection: Connection, data: bytes, t: Time | float) -> None:
         """Add a serialized message.
@@ -213,10 +217,11 @@ class BagWriter:
         Raises:
             BagError: The file cannot be written.
         """
-        self._check_open()
-        self._flush()
-        self._chunks.drain()
-        self._check_written()
+        with self._lock:
+            self._check_open()
+            self._flush()
+            self._chunks.drain()
+            self._check_written()
 
     def close(self) -> None:
         """Write the last chunk and the table of contents, and close the file.
@@ -224,19 +229,20 @@ class BagWriter:
         Raises:
             BagError: The file cannot be written; it is closed all the same.
         """
-        if self._closed:
-            return
-        self._closed = True
-        self._forget()
-        try:
-            if self._failed is None:
-                self._flush()
-            self._chunks.drain()
-            if self._failed is None:
-                self._check_written()
-            self._finish()
-        finally:
-            self._output.close()
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+            self._forget()
+            try:
+                if self._failed is None:
+                    self._flush()
+                self._chunks.drain()
+                if self._failed is None:
+                    self._check_written()
+                self._finish()
+            finally:
+                self._output.close()
 
     def _add_large(self, out: _Out, message: Message | RawMessage, secs: int, nsecs: int) -> None:
         """Add a message without copying its arrays, if its chunk is written before this returns."""

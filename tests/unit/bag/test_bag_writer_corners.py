@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import threading
 from typing import Any
 
 import pytest
@@ -152,3 +153,28 @@ def test_a_large_message_may_end_what_is_written_at_once(tmp_path):
         assert output.put(pieces, 3) == 3 + sum(map(len, pieces))
         output.close()
         assert (tmp_path / "x").read_bytes()[3:] == b"".join(pieces)
+
+
+class Crossed(list[int]):
+    """Another thread writes in the moment between a message's offset and its bytes, if it may."""
+
+    def __init__(self, other: threading.Thread) -> None:
+        super().__init__()
+        self.other = other
+
+    def __iadd__(self, more: Any) -> Any:
+        self.other.start()
+        self.other.join(0.2)
+        return super().__iadd__(more)
+
+
+def test_threads_that_share_a_writer_lose_nothing():
+    """As the callbacks of several subscribers do."""
+    file = io.BytesIO()
+    with BagWriter(file) as writer:
+        other = threading.Thread(target=writer.write, args=("/b", String(data="b"), 2))
+        writer._find_out("/a", String(), None)[0].index = Crossed(other)
+        writer.write("/a", String(data="a"), 1)
+        other.join(10)
+    bag = BagReader(file)
+    assert (bag.damage, texts(bag)) == ([], ["a", "b"])
