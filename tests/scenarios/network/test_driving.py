@@ -82,3 +82,23 @@ def test_a_program_killed_in_silence(network: Network) -> None:
     wait(2.5)
     fastest = robot.python.ask(f"max(abs(vx) for at, vx in speeds if at > {standing!r} + 0.1)")
     assert fastest < 0.001
+
+
+def test_a_move_that_is_sent_into_silence(network: Network) -> None:
+    """Only our packets are lost: the program hears that the connection is lost, and the robot does not move later."""
+    robot, laptop, air = network
+    robot.python.do(ROBOT_SIDE, 60)
+    robot.python.do("x = lambda: sim.world.body.pose.x\nstart = x()")
+    laptop.python.do(
+        "from woosh_pure import Chassis\nchassis = Chassis('10.77.0.1')\nchassis.wait_until_ready(20)\nchassis.move(0.05).wait()",
+        60,
+    )
+    robot.python.do("start = x()")
+    air.back.open = False
+    laptop.python.do("outcome = chassis.move(0.5).wait(raises=False)", 40)
+    assert laptop.python.ask("outcome.kind.name") == "CONNECTION_LOST"
+    air.back.open = True
+    laptop.python.do("chassis.wait_until_ready(20)", 40)
+    wait(4.0)
+    assert robot.python.ask("abs(x() - start)") < 0.1
+    assert robot.python.ask("abs(sim.world.body.velocity.vx)") < 0.001
