@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
+from rosproto.errors import Md5sumMismatch
 from rosproto.node import Event, EventKind, MasterClient, Node, closing
 from rosproto.node.publication import Publication
 from rosproto.node.revisions import Revisions
 from rosproto.protocol.limits import Limits
 
-__all__ = ["Caller", "ProgramNode"]
+__all__ = ["Caller", "ProgramNode", "refusal"]
 
 
 class ProgramNode(Node):
@@ -20,10 +21,20 @@ class ProgramNode(Node):
     Args:
         on_shutdown_request: Called with the reason when the master or a tool ends this node, in a thread of
             its own.
+        on_refused: Called with a text when a subscriber or a client of a service has another definition.
     """
 
-    def __init__(self, name: str, *, on_shutdown_request: Callable[[str], object], **options: Any) -> None:
+    def __init__(
+        self,
+        name: str,
+        *,
+        on_shutdown_request: Callable[[str], object],
+        on_refused: Callable[[str], object],
+        **options: Any,
+    ) -> None:
         self._on_shutdown_request = on_shutdown_request
+        self.on_refused = on_refused
+        self._asking = threading.local()
         self._left: dict[str, Callable[[], object]] = {}
         self._fields: dict[str, Callable[[], dict[str, str]]] = {}
         super().__init__(name, rosout=False, intraprocess=False, on_event=self._note, **options)
@@ -48,7 +59,15 @@ class ProgramNode(Node):
             entry.header = lambda output=None: {**usual(output), **fields()}  # type: ignore[method-assign]
         self._register(entry, timeout)
 
+    def _accept(self, sock: Any, fields: dict[str, str], peer: tuple[str, int]) -> None:
+        self._asking.fields = fields  # for what is noted meanwhile, in this thread
+        super()._accept(sock, fields, peer)
+
     def _note(self, event: Event) -> None:
+        if event.kind is EventKind.REFUSED and isinstance(event.error, Md5sumMismatch):
+            fields = getattr(self._asking, "fields", None)
+            if fields and fields.get("topic") == event.name:
+                self.on_refused(refusal(fields, event.error))
         callback = self._left.get(event.name)
         if event.kind is EventKind.DISCONNECTED and event.direction == "out" and callback is not None:
             callback()
@@ -60,6 +79,22 @@ class ProgramNode(Node):
         threading.Thread(
             target=self._on_shutdown_request, args=(reason,), name="rosproto:shutdown request", daemon=True
         ).start()
+
+
+def refusal(fields: Mapping[str, str], error: Md5sumMismatch) -> str:
+    """What rospy says of a peer that it refuses; `fields` are the peer's connection header."""
+    who, ours, md5sum = fields.get("callerid", ""), error.type_name, error.md5sum
+    theirs, asked = fields.get("type", ours), fields["md5sum"]
+    if "service" in fields:
+        why = f"request from [{who}]: md5sums do not match: [{asked}] vs. [{md5sum}]"
+    elif theirs != ours:
+        why = f"topic types do not match: [{theirs}] vs. [{ours}]"
+    else:
+        why = (
+            f"Client [{who}] wants topic [{fields['topic']}] to have datatype/md5sum [{theirs}/{asked}], but"
+            f" our version has [{ours}/{md5sum}] Dropping connection."
+        )
+    return f"Could not process inbound connection: {why}{dict(fields)}"
 
 
 class Caller:

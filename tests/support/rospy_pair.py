@@ -83,6 +83,7 @@ def normalised(text: str) -> list[str]:
         line = re.sub(r"^\[['\"]Traceback \(most.*", "[TRACEBACK]", line)
         line = re.sub(r"http://[\w.]+:\d+/?", "http://URI", line)
         line = re.sub(r"\bThread-\d+", "Thread-N", line)
+        line = re.sub(r"^(.*Could not process inbound connection: .*?)\{'.*", r"\1HEADER", line)
         if line.startswith(_IGNORED) and "debug 1" not in line:
             continue
         lines.append(line)

@@ -37,6 +37,7 @@ def start_node(resolved_name, port=0, tcpros_port=0):
                 port=port,
                 tcpros_port=tcpros_port,
                 on_shutdown_request=_shutdown_requested,
+                on_refused=_refused,
             )
         except (RosError, OSError):
             if not told:
@@ -80,6 +81,12 @@ def _shutdown_requested(reason):
     caller, _, text = reason.partition(": ")
     print("shutdown request: %s" % text if text else "shutdown requst")
     core.signal_shutdown("external shutdown request from [%s]: [%s]" % (caller, text))
+
+
+def _refused(text):
+    """A subscriber or a client of a service has another definition than we have."""
+    if not core.is_shutdown_requested():
+        core.logwarn(text)
 
 
 def _close(reason):

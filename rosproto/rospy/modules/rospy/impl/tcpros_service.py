@@ -10,8 +10,9 @@ import genpy
 import rosgraph
 import rosgraph.names
 
-from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout, ServiceError
+from rosproto.errors import ConnectionLost, MasterError, Md5sumMismatch, RosError, RosTimeout, ServiceError
 from rosproto.names import is_usable_name
+from rosproto.rospy.host import refusal
 from rosproto.rospy.messages import Encoded, carried_service, is_known
 
 from .. import core, names
@@ -299,6 +300,16 @@ class Service(_Service):
             self.resolved_name, carried_service(self.service_class), self._answer
         )
         self.uri = node._rosrpc_uri
+        accept = self._server.accept
+
+        def told(sock, fields, peer):
+            try:
+                accept(sock, fields, peer)
+            except Md5sumMismatch as error:
+                node.on_refused(refusal(fields, error))
+                raise
+
+        self._server.accept = told
 
     def error_handler(self, e, exc_type, exc_value, tb):
         """Called when the handler raised."""
