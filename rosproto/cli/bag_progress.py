@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 import time
 from typing import TextIO
+
+from .width import cut, padded, width
 
 __all__ = ["Progress", "human_bytes"]
 
@@ -69,9 +72,11 @@ class Progress:
     def show(self, text: str) -> None:
         """Write over the line."""
         if self._on:
-            self._stream.write("\r" + text.ljust(self._shown))
+            room = shutil.get_terminal_size().columns - 1  # a longer line could not be written over
+            text = cut(text, room)
+            self._stream.write("\r" + padded(text, self._shown))
             self._stream.flush()
-            self._shown = len(text)
+            self._shown = width(text)
 
     def clear(self) -> None:
         """Take the line away."""

@@ -24,7 +24,7 @@ from .failure import (
     signals_unwind,
 )
 from .parser import Parser, give_examples, leaves
-from .streams import escape_what_cannot_be_printed
+from .streams import as_typed, escape_what_cannot_be_printed
 
 __all__ = ["EXIT_CODES", "main"]
 
@@ -42,7 +42,7 @@ EXIT_CODES = {
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `rosproto` with these arguments (by default the process's own); the exit code."""
     escape_what_cannot_be_printed()
-    words = list(sys.argv[1:] if argv is None else argv)
+    words = behind_the_verb(as_typed(sys.argv[1:] if argv is None else argv))
     if words[:1] == ["run"] and words[1:2] not in (["-h"], ["--help"]):
         # Not by way of all the sub-commands: a program's start should not wait for parsers it has no use for.
         from rosproto.rospy.launch import main as run_program
@@ -57,6 +57,22 @@ def main(argv: Sequence[str] | None = None) -> int:
         parser.print_help(sys.stderr)
         return WRONG_USE
     return _run(name, arguments, until_exit=argv is None)
+
+
+_WITHOUT_VERBS = ("graph", "doctor", "run", "master", "completion")
+
+
+def behind_the_verb(words: Sequence[str]) -> list[str]:
+    """`rosproto --master URI topic list` is `rosproto topic list --master URI`: `woosh` takes both, too."""
+    early: list[str] = []
+    rest = list(words)
+    while rest and rest[0].partition("=")[0] in ("--master", "--msg-path", "--json", "--no-learned"):
+        takes_value = rest[0] in ("--master", "--msg-path")
+        early += rest[: 1 + takes_value]
+        del rest[: 1 + takes_value]
+    verb = rest[1:2] if rest[:1] and rest[0] not in _WITHOUT_VERBS else []
+    at = 1 + sum(not word.startswith("-") for word in verb)
+    return [*rest[:at], *early, *rest[at:]] if early else list(words)
 
 
 def _run(name: str, arguments: argparse.Namespace, *, until_exit: bool) -> int:

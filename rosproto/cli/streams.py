@@ -6,8 +6,9 @@ import codecs
 import io
 import os
 import sys
+from collections.abc import Sequence
 
-__all__ = ["escape_what_cannot_be_printed"]
+__all__ = ["as_typed", "escape_what_cannot_be_printed"]
 
 _READABLE = {
     "°": "deg", "²": "2", "→": "->", "←": "<-", "↑": "^", "↓": "v", "…": "...", "µ": "u", "–": "-", "×": "x",
@@ -28,6 +29,20 @@ def escape_what_cannot_be_printed() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="rosproto.readable")
+
+
+def as_typed(words: Sequence[str]) -> list[str]:
+    """The arguments of a terminal that types UTF-8 although the locale (LC_ALL=C) does not say so.
+
+    Python hands over bytes without a character in its locale as lone surrogates; YAML and JSON refuse those.
+    """
+    found = []
+    for word in words:
+        try:
+            found.append(word.encode("utf-8", "surrogateescape").decode("utf-8"))
+        except UnicodeError:
+            found.append(word)  # no UTF-8: left as it came
+    return found
 
 
 def _readable(error: UnicodeError) -> tuple[str | bytes, int]:

@@ -22,7 +22,7 @@ from rosproto.cli.failure import (
 )
 from rosproto.cli.option_types import positive
 from rosproto.cli.parser import Parser, WrongUse, give_examples
-from rosproto.cli.streams import escape_what_cannot_be_printed
+from rosproto.cli.streams import as_typed, escape_what_cannot_be_printed
 from rosproto.version import __version__
 
 from .console import linger_when_closed
@@ -49,7 +49,7 @@ _NOT_THERE = "a node of the chassis is down, or this chassis does not have it; t
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit code, see `EXIT_CODES`."""
     escape_what_cannot_be_printed()
-    words = list(sys.argv[1:] if argv is None else argv)
+    words = as_typed(sys.argv[1:] if argv is None else argv)
     try:
         parser = parser_for(words)
         args = parser.parse_args(words)

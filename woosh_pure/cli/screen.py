@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rosproto.cli.width import cut, width
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -85,8 +87,8 @@ class Screen:
     def _text(self, pieces: Iterable[Piece], columns: int) -> str:
         out, left = [], columns
         for text, colour in pieces:
-            shown = text[:left]
-            left -= len(shown)
+            shown = cut(text, left)
+            left -= width(shown)
             if self._ascii:
                 shown = shown.replace("°", "d").replace("²", "2").encode("ascii", "replace").decode()
             out.append(f"\x1b[{_COLOURS[colour]}m{shown}\x1b[0m" if colour and self._coloured else shown)

@@ -202,3 +202,31 @@ def test_both_commands_tell_their_version(capsys: pytest.CaptureFixture[str]) ->
         assert end.value.code == 0
         assert capsys.readouterr().out == f"{name} {rosproto.__version__}\n"
     assert woosh_pure.__version__ == rosproto.__version__
+
+
+@pytest.mark.parametrize(
+    ("typed", "meant"),
+    [
+        ("--master http://a:1 topic list", "topic list --master http://a:1"),
+        ("--json --master=http://a:1 param get /p", "param get --json --master=http://a:1 /p"),
+        ("--msg-path f topic pub /x std_msgs/Int8 -- -5", "topic pub --msg-path f /x std_msgs/Int8 -- -5"),
+        ("--master http://a:1 doctor --json", "doctor --master http://a:1 --json"),
+        ("--master http://a:1 run program.py", "run --master http://a:1 program.py"),
+        ("--json topic", "topic --json"),
+        ("topic list --json", "topic list --json"),
+        ("--master", "--master"),
+        ("", ""),
+    ],
+)
+def test_options_of_the_graph_may_stand_first(typed: str, meant: str) -> None:
+    """As with `woosh`, and as a shell's alias wants it."""
+    from rosproto.cli.entry import behind_the_verb
+
+    assert behind_the_verb(typed.split()) == meant.split()
+
+
+def test_a_list_may_be_asked_for_with_the_master_first(
+    graph: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["--master", graph, "--json", "topic", "type", "/scan"]) == 0
+    assert "sensor_msgs/LaserScan" in capsys.readouterr().out

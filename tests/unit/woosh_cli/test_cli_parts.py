@@ -13,6 +13,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from rosproto.cli.width import width
 from rosproto.errors import ConnectionLost
 from tests.support.png import read_png
 from woosh_pure.cli import config, entry
@@ -293,6 +294,20 @@ def test_the_screen_says_what_matters() -> None:
     assert robot.index("←") < robot.index("•")
     assert "not heard" in text  # the battery
     assert "\x1b[31" in "\n".join(Screen().render(full_scene(), 100, 30))
+
+
+def test_a_chinese_destination_does_not_break_the_lines() -> None:
+    """A character of two columns counts as two: a line that is too long would push the picture away."""
+    scene = full_scene()
+    destination = "三号仓库东门卸货平台" * 4
+    scene.status = SimpleNamespace(
+        robot_state="idle", robot_mode="auto", task_id=1, task_type="pick", task_state="ready",
+        destination=destination,
+    )  # fmt: skip
+    for columns in (100, 41):
+        lines = Screen(coloured=False).render(scene, columns, 60)
+        assert any("三号仓库" in line for line in lines)
+        assert max(map(width, lines)) <= columns
 
 
 def test_a_silent_chassis_is_told() -> None:

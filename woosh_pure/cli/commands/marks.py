@@ -5,6 +5,8 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
+from rosproto.cli.width import padded, width
+
 from .. import config
 from ..arguments import POSE, add_wait, number, pose, wait_for
 from ..connection import connect
@@ -47,8 +49,10 @@ def run(args: Namespace, out: Output) -> int:
         marks.save()
         out.line(f"removed {args.mark}")
     else:
+        column = max((width(mark.name) for mark in marks), default=0)
         for mark in marks:
-            out.line(f"{mark.name:12s} {mark.pose or 'no pose'}  {mark.note}".rstrip())
+            name = padded(mark.name, max(12, column))
+            out.line(f"{name} {mark.pose or 'no pose'}  {mark.note}".rstrip())
         if not len(marks):
             out.line(f"no marks in {marks.path}; add one with `woosh marks add NAME --here`")
     out.result(sorted(marks, key=lambda m: m.name))
