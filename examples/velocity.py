@@ -2,7 +2,7 @@
 
 from _robot import robot
 
-with robot() as chassis:
+with robot(speed=1.0) as chassis:  # a velocity lasts as long by your clock
     start = chassis.odometry.wait(timeout=5).pose
     with chassis.velocity(bypasses_protection=True, max_linear=0.3) as drive:
         drive.hold(0.2, seconds=1.0)  # forward, m/s

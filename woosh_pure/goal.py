@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosError
 from rosproto.logs import get_logger
@@ -115,7 +115,7 @@ class GoalHandle(Generic[P]):
             sending.join(timeout)
 
     def _abandon(self) -> None:
-        """Cancel a goal whose sending was interrupted, without waiting for it."""
+        """Cancel a goal that nobody waits for any more (Ctrl-C, asyncio), without waiting for its end."""
         self._cancelled_by_us = True  # the sending itself looks at this before and after
 
         def end() -> None:
@@ -251,6 +251,19 @@ class GoalHandle(Generic[P]):
         if raises and not outcome.arrived:
             raise GoalFailed(outcome)
         return outcome
+
+    def __await__(self) -> Generator[Any, None, Outcome]:
+        """In asyncio: `outcome = await handle` is `wait()`; cancelling the awaiting task cancels the goal."""
+        return self._awaited().__await__()
+
+    async def _awaited(self) -> Outcome:
+        import asyncio
+
+        try:
+            return await asyncio.to_thread(self.wait)
+        except asyncio.CancelledError:
+            self._abandon()
+            raise
 
     def _confirmed(self) -> Outcome:
         """The outcome; of one that is no arrival it is looked whether the robot stands still."""

@@ -445,3 +445,23 @@ def test_a_cancelled_task_of_asyncio_stops_what_it_drives(sim, chassis, until):
 
     asyncio.run(main())
     until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0))
+
+
+def test_a_task_of_asyncio_that_awaits_a_goal_takes_it_along_when_it_is_cancelled(sim, chassis, until):
+    async def main() -> None:
+        assert await chassis.move(0.1)
+        task = asyncio.create_task(waiting())
+        while sim.world.body.velocity.is_standing():
+            await asyncio.sleep(0.01)
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+        with pytest.raises(GoalFailed):
+            await chassis.go_to(50.0, 0.0)
+
+    async def waiting() -> None:
+        await chassis.go_to(2.8, 0.0)
+
+    asyncio.run(main())
+    until(lambda: sim.world.motion is None and not chassis._core.running.goals)
+    assert sim.pose.x < 2.5
