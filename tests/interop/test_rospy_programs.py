@@ -6,6 +6,7 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -32,12 +33,16 @@ STRINGS = [{"data": f"word {i}"} for i in range(5)]
 
 @pytest.fixture
 def both(genpy_packages: Path) -> Run:
-    """Run a program by both; compare them unless told not to."""
+    """Run a program by both at the same time; compare them unless told not to."""
 
     def run(program: str, *arguments: str, compare: bool = True, **options: Any) -> tuple[Outcome, Outcome]:
         brought = tuple(options.pop("brought", ()))
-        theirs = run_program(program, *arguments, real=True, packages=[*brought, genpy_packages], **options)
-        ours = run_program(program, *arguments, real=False, packages=brought, **options)
+        with ThreadPoolExecutor(2) as pool:  # each has a master and peers of its own
+            runs = [
+                pool.submit(run_program, program, *arguments, real=real, packages=packages, **options)
+                for real, packages in ((True, [*brought, genpy_packages]), (False, brought))
+            ]
+            theirs, ours = (run.result() for run in runs)
         if compare:
             assert ours.code == theirs.code, ours.err
             assert ours.out == theirs.out
