@@ -92,7 +92,11 @@ class _Attempts:
         left = [address for address in self._addresses if address not in self.problems]
         address = left[self._begun % len(left)]
         self._begun += 1
-        sock = socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_STREAM)
+        try:
+            sock = socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_STREAM)
+        except OSError as error:  # no file left, or no such family here
+            self._failed(address, error)
+            return None
         leave_to_parent(sock)
         try:
             tune(sock)  # before the first packet: how often it is repeated is one of the options

@@ -7,7 +7,7 @@ import errno
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.transport.deadline import Deadline
 
-__all__ = ["closed_by_peer", "connection_is_over", "no_route", "program_ends", "translate"]
+__all__ = ["closed_by_peer", "connection_is_over", "no_file_left", "no_route", "program_ends", "translate"]
 
 _REFUSED = {errno.ECONNREFUSED, 10061}  # 100xx: Windows' own numbers
 _UNREACHABLE = {errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENETDOWN, 10051, 10065, 10050}
@@ -56,6 +56,11 @@ def connection_is_over(error: OSError) -> bool:
 def program_ends(error: BaseException) -> bool:
     """Was a thread refused because the interpreter shuts down (CPython 3.12)? That is nobody's failure."""
     return isinstance(error, RuntimeError) and "interpreter shutdown" in str(error)
+
+
+def no_file_left(error: OSError) -> bool:
+    """Has this process, or the computer, as many files and sockets open as it may?"""
+    return _code(error) in _NO_FILE_LEFT
 
 
 def no_route(error: object) -> bool:

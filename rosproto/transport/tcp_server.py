@@ -6,7 +6,8 @@ A connection is in one of three states. *Pending*: accepted, its handshake not o
 handler said so. *Idle*: the handler said it is kept open for a next request only. When too many are pending,
 the oldest pending one is dropped: an honest handshake takes milliseconds, so the oldest is the one that
 holds back. When all connections are taken, the longest idle one is dropped, and without an idle one the new
-one is refused.
+one is refused. When the system allows no more files before that, the oldest pending one goes, or the longest
+idle one.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from rosproto.transport.address import format_address
 from rosproto.transport.clock import SYSTEM, Clock
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.forking import leave_to_parent, left_to_parent
-from rosproto.transport.os_errors import connection_is_over, program_ends
+from rosproto.transport.os_errors import connection_is_over, no_file_left, program_ends
 from rosproto.transport.tcp import interrupt, listen, tune
 
 __all__ = ["Allow", "OnConnection", "ServerStats", "TcpServer"]
@@ -34,7 +35,7 @@ log = get_logger("rosproto.transport")
 
 Allow = Callable[[str], bool] | Collection[str] | None
 OnConnection = Callable[[socket.socket, tuple[str, int]], object]
-_ACCEPT_PAUSE = 0.1  # after accept() failed (out of file descriptors): do not spin
+_ACCEPT_PAUSE = 0.02  # after accept() failed (out of file descriptors): do not spin
 
 
 class ServerStats:
@@ -213,6 +214,8 @@ class TcpServer:
                 log.warning("! %s: accept failed: %s; trying again", self._name, error)
             self._accept_failing = True
             self.stats.failed += 1
+            if no_file_left(error):
+                self._give_up_one()
             self._closing.wait(_ACCEPT_PAUSE)
             return
         self._accept_failing = False
@@ -278,6 +281,19 @@ class TcpServer:
         self.stats.dropped_idle += 1
         interrupt(longest)
         return True
+
+    def _give_up_one(self) -> None:
+        """The system ran out of files before our own bounds were reached: make room as at those."""
+        with self._lock:
+            if self._pending:
+                sock, _ = self._pending.popitem(last=False)
+                self.stats.dropped_pending += 1
+            elif self._idle:
+                sock, _ = self._idle.popitem(last=False)
+                self.stats.dropped_idle += 1
+            else:
+                return
+        interrupt(sock)  # its thread wakes up, closes it and ends
 
     def _count(self) -> int:
         assert self._lock.locked()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import socket
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -418,3 +420,36 @@ def test_a_thousand_silent_connections_leave_room() -> None:
         with MasterClient(master.uri, "/t") as client:
             assert client.get_uri() == master.uri
         assert master.stats()["connections"] <= 30
+
+
+FEW_FILES = """
+import resource, sys
+from rosproto.master import Master
+resource.setrlimit(resource.RLIMIT_NOFILE, (64, resource.getrlimit(resource.RLIMIT_NOFILE)[1]))
+with Master() as master:
+    print(master.port, flush=True)
+    sys.stdin.readline()
+    print(master._server.stats.dropped_pending)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="limits open files the POSIX way")
+def test_silent_connections_that_take_every_file_keep_nobody_out() -> None:
+    """The system's bound may be below `Limits.pending_handshakes`: the oldest silent one goes then, too."""
+    with (
+        subprocess.Popen(
+            [sys.executable, "-c", FEW_FILES], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        ) as process,
+        contextlib.ExitStack() as opened,
+    ):
+        assert process.stdout is not None
+        port = int(process.stdout.readline())
+        with MasterClient(f"http://127.0.0.1:{port}/", "/first") as client:
+            client.get_pid()  # what reads documents is loaded with the first
+        for _ in range(90):
+            sock = opened.enter_context(socket.create_connection(("127.0.0.1", port), 5))
+            sock.sendall(b"POST / HTTP/1.1\r\n")
+        with MasterClient(f"http://127.0.0.1:{port}/", "/honest", timeout=5) as client:
+            assert client.get_pid() == process.pid
+        out, _ = process.communicate("\n", timeout=20)
+        assert int(out) > 20

@@ -158,6 +158,17 @@ def test_no_route_is_told_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
         connect("10.255.0.1", 11311, Deadline(30.0))
 
 
+def test_a_process_that_may_open_no_more_files_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ours, with what to do; not the system's bare error."""
+
+    def none_left(*_: object) -> socket.socket:
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    monkeypatch.setattr(socket, "socket", none_left)
+    with pytest.raises(ConnectionLost, match=r"connect to 127.0.0.1:5: too many open files .*ulimit"):
+        connect("127.0.0.1", 5, Deadline(5.0))
+
+
 def test_a_connection_to_itself_counts_as_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(socket.socket, "getpeername", socket.socket.getsockname)
     with tcp.listen("127.0.0.1") as listener, pytest.raises(ConnectionLost, match="refused"):
