@@ -6,7 +6,9 @@ our layer runs it, and, where Debian's package is installed, so do rospy and tha
 
 from __future__ import annotations
 
+import re
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -45,3 +47,28 @@ def test_what_is_kept_is_what_the_real_one_does(program: str, request: pytest.Fi
     folders: list[Path | str] = ["/usr/lib/python3/dist-packages", request.getfixturevalue("genpy_packages")]
     theirs = run_program(program, real=True, packages=folders)
     assert [*theirs.out, *theirs.err] == expected(program)
+
+
+@pytest.mark.parametrize(
+    ("program", "library"), [("filters.py", "message_filters"), ("action_callbacks.py", "actionlib")]
+)
+def test_libraries_written_over_rospy_run_over_ours(
+    program: str, library: str, genpy_packages: Path, tmp_path: Path
+) -> None:
+    """Debian's own message_filters and actionlib, under another name because ours stands before them."""
+    source = Path("/usr/lib/python3/dist-packages", library)
+    ros.require(source.is_dir(), f"there is no {source}")
+    name = re.compile(rf"^( *)(import|from) {library}\b(?!\.msg)", re.MULTILINE)
+    for file in source.glob("*.py"):
+        copy = tmp_path / "theirs" / f"their_{library}" / file.name
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        copy.write_text(name.sub(rf"\1\2 their_{library}", file.read_text("utf-8")), "utf-8")
+    changed = tmp_path / program
+    text = (PROGRAMS / program).read_text("utf-8")
+    text = text.replace(f"import {library}\n", f"import their_{library} as {library}\n")
+    changed.write_text(name.sub(rf"\1\2 their_{library}", text), "utf-8")
+    assert f"their_{library}" in changed.read_text("utf-8")
+    with ThreadPoolExecutor(2) as pool:
+        theirs = pool.submit(run_program, program, real=True, packages=[genpy_packages])
+        ours = pool.submit(run_program, changed, real=False, packages=[tmp_path / "theirs"])
+    assert ours.result().compared() == theirs.result().compared()
