@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from rosproto.version import __version__
 
+from .closed_console import linger_when_closed
 from .commands import COMMANDS
 from .examples import EXAMPLES
 from .failure import (
@@ -77,7 +78,7 @@ def behind_the_verb(words: Sequence[str]) -> list[str]:
 
 def _run(name: str, arguments: argparse.Namespace, *, until_exit: bool) -> int:
     try:
-        with signals_unwind(until_exit=until_exit):
+        with signals_unwind(until_exit=until_exit), linger_when_closed():
             _log_to_stderr(arguments.verbose)
             code = COMMANDS[name].load()[1](arguments)
             if sys.stdout is not None:

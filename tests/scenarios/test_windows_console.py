@@ -18,6 +18,8 @@ if sys.platform != "win32":
 
 import ctypes
 
+import rosproto
+from msgdefs.std_msgs.msg import String
 from woosh_pure.enums import TaskState
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -64,3 +66,27 @@ def test_an_event_of_the_console_stops_the_motion(sim, until, event, code) -> No
     assert process.returncode == code, err
     assert "stands still" in out
     assert "Traceback" not in err
+
+
+@pytest.mark.slow
+def test_a_recording_whose_console_is_closed_is_a_whole_bag(tmp_path) -> None:
+    """The index is written before the process ends."""
+    with (
+        rosproto.Master() as master,
+        rosproto.Node("/talker", master_uri=master.uri) as node,
+        node.publisher("/words", String, latch=True) as words,
+    ):
+        words.publish(data="kept")
+        process = start(
+            "rosproto", "bag", "record", "--master", master.uri, "-O", str(tmp_path / "run.bag"), "/words"
+        )
+        try:
+            words.wait_for_connection(timeout=60.0)
+            console_event(process, CLOSE)
+            _, err = process.communicate(timeout=60)
+        finally:
+            process.kill()
+    assert [path.name for path in tmp_path.iterdir()] == ["run.bag"], err
+    with rosproto.BagReader(tmp_path / "run.bag") as bag:
+        assert bag.damage == []
+        assert set(bag.topics) <= {"/words"}

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
+from rosproto.cli.closed_console import linger_when_closed
 from rosproto.cli.failure import (
     DONE,
     FAILED,
@@ -25,7 +26,6 @@ from rosproto.cli.parser import Parser, WrongUse, give_examples
 from rosproto.cli.streams import as_typed, escape_what_cannot_be_printed
 from rosproto.version import __version__
 
-from .console import linger_when_closed
 from .examples import EXAMPLES
 from .output import Output
 from .registry import COMMANDS, Command, load

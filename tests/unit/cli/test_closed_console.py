@@ -7,8 +7,8 @@ import threading
 
 import pytest
 
+from rosproto.cli.closed_console import close_handler
 from rosproto.cli.failure import Terminated, signals_unwind
-from woosh_pure.cli.console import close_handler
 
 NUMBER = getattr(signal, "SIGBREAK", signal.SIGTERM)
 
