@@ -316,9 +316,12 @@ class StepHandle(ActionHandle):
         self._paused = False
 
     def _check(self) -> None:
-        # While it is paused the first goal has ended as preempted: that is no ending of this move.
+        # While it is paused the first goal has ended as preempted: that is no ending of this move. But a
+        # chassis that falls silent meanwhile has nothing left to resume.
         if not self._paused:
             super()._check()
+        elif self._outcome is None and (lost := self._core.lost("velocity")):
+            self._finish(OutcomeKind.CONNECTION_LOST, lost)
 
     def _request_cancel(self, timeout: float) -> None:
         paused, self._paused = self._paused, False

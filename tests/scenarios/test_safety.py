@@ -406,6 +406,18 @@ def test_a_chassis_that_restarts_in_the_middle_of_a_task_ends_it(until):
         assert not second.world.tasks.busy
 
 
+def test_a_paused_move_is_lost_with_its_chassis(sim, chassis, until, monkeypatch):
+    """The goal of a paused move has ended; only the chassis itself can tell that there is nothing left to resume."""
+    monkeypatch.setattr("woosh_pure.core._LOST_AFTER", 0.5)
+    handle = chassis.move(2.0)
+    until(lambda: handle.latest_progress and handle.latest_progress.percent > 5)
+    handle.pause()
+    chassis.measured_velocity.wait(5.0)
+    assert not handle.done
+    sim.fall_silent(3.0)
+    assert handle.wait(20.0, raises=False).kind is OutcomeKind.CONNECTION_LOST
+
+
 def test_a_cancel_that_is_not_answered_is_repeated_by_stop_and_by_close(until):
     with SimulatedChassis(full_graph=False) as sim, Chassis(sim.master_uri) as chassis:
         handle = chassis.go_to(2.8, 0.0)
