@@ -82,6 +82,7 @@ class SubscriberLink:
         "_on_closed",
         "_outbox",
         "_promised",
+        "_sending",
         "_tried",
         "address",
         "caller_id",
@@ -109,7 +110,8 @@ class SubscriberLink:
         self.caller_id = header.get("callerid", "")
         self._monitor = monitor
         self._on_closed = on_closed
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()  # a signal handler may publish, and interrupts what holds it
+        self._sending = False  # under the lock: True is seen only by such a handler
         self._empty: threading.Condition | None = None  # made by who waits for it
         self._outbox = Outbox(queue_size)
         self._batch: list[bytes] = []
@@ -139,23 +141,37 @@ class SubscriberLink:
         """Send a small frame now, after what is in the batch, or put it in the outbox; never waits."""
         error = None
         with self._lock:
-            if self._blocked or self._batch:
-                self._batch.append(frame)
-                error = self._send_batch()
-            else:
-                try:
+            if self._sending:
+                self._leave(frame)
+                return
+            self._sending = True
+            try:
+                if self._blocked or self._batch:
+                    self._batch.append(frame)
+                    error = self._send_batch()
+                else:
                     sent = self.sock.send(frame)
                     self._bytes += sent
                     if sent == len(frame):
                         self._messages += 1
                     else:
                         self._block([frame], sent)
-                except BlockingIOError:
-                    self._block([frame], 0)
-                except OSError as broken:
-                    error = broken
+            except BlockingIOError:
+                self._block([frame], 0)
+            except OSError as broken:
+                error = broken
+            finally:
+                self._sending = False
         if error is not None:
             self._end(error)
+
+    def _leave(self, frame: bytes) -> None:
+        """A signal handler publishes while its thread is sending here: the monitor sends it in a moment."""
+        self._batch.append(frame)
+        self._batch_bytes += len(frame)
+        if not self._promised:
+            self._promised = True
+            self._monitor.flush_later(self)
 
     def send_soon(self, frame: bytes, now: float) -> bool:
         """Add a small frame to the batch, and send the batch when it is due; never waits.
@@ -194,15 +210,22 @@ class SubscriberLink:
         """Send a frame in parts; what the socket does not take is copied. Never waits."""
         error = None
         with self._lock:
-            if self._batch:
-                error = self._send_batch()
-            elif self._blocked:
-                error = self._retry()
-            if error is None:
-                if self._blocked:
-                    self._outbox.put(frame.frozen())
-                else:
-                    error = self._send_views(frame)
+            if self._sending:
+                self._leave(frame.owned())
+                return
+            self._sending = True
+            try:
+                if self._batch:
+                    error = self._send_batch()
+                elif self._blocked:
+                    error = self._retry()
+                if error is None:
+                    if self._blocked:
+                        self._outbox.put(frame.frozen())
+                    else:
+                        error = self._send_views(frame)
+            finally:
+                self._sending = False
         if error is not None:
             self._end(error)
         elif self._blocked:
@@ -303,8 +326,12 @@ class SubscriberLink:
     def _flush(self) -> None:
         error = None
         with self._lock:
-            if self._batch and not self._closed:
-                error = self._send_batch()
+            if self._batch and not self._closed and not self._sending:
+                self._sending = True
+                try:
+                    error = self._send_batch()
+                finally:
+                    self._sending = False
         if error is not None:
             self._end(error)
 
@@ -334,12 +361,16 @@ class SubscriberLink:
     def wait_empty(self, timeout: float) -> None:
         """Wait until everything is handed to the operating system.
 
+        In a signal handler that interrupted the sending here nothing can be waited for, so it is not.
+
         Raises:
             RosTimeout: The subscriber is too slow.
             ConnectionLost: It is gone.
         """
         self._flush()
         with self._lock:
+            if self._sending:
+                return
             self._empty = self._empty or threading.Condition(self._lock)
             if not self._empty.wait_for(lambda: self._closed or not self._outbox, timeout):
                 raise RosTimeout(
@@ -367,7 +398,7 @@ class SubscriberLink:
             if self._closed:
                 return
             if error is None:
-                if self._batch and deliver:
+                if self._batch and deliver and not self._sending:
                     self._send_batch()
                 set_linger(self.sock, deliver)
             self._closed = True

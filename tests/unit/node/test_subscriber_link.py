@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from rosproto.node import subscriber_link
+from rosproto.node.frames import LargeFrame
 from rosproto.node.subscriber_link import SubscriberLink
 
 
@@ -158,3 +159,60 @@ def test_what_must_not_come_late_is_thrown_away(end: str, monitor: Monitor) -> N
             link.close(deliver=False)
         with pytest.raises(ConnectionResetError):
             theirs.recv(1)
+
+
+class Interrupting:
+    """A socket in whose send() a signal arrives: the handler runs before the code that called send() goes on."""
+
+    def __init__(self, sock: socket.socket, handler: Callable[[], object]) -> None:
+        self.sock, self.handler = sock, handler
+        self.most = 1 << 20
+
+    def send(self, data: bytes) -> int:
+        sent = self.sock.send(data[: self.most])
+        handler, self.handler = self.handler, lambda: None
+        handler()
+        return sent
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.sock, name)
+
+
+@pytest.mark.parametrize("most", [1 << 20, 3], ids=["whole", "in part"])
+@pytest.mark.parametrize("how", ["send", "send_soon", "send_large"])
+def test_a_signal_handler_may_publish_while_its_thread_is_sending(
+    pair: tuple[SubscriberLink, socket.socket], monitor: Monitor, how: str, most: int
+) -> None:
+    """It neither waits for its own thread nor gets between the halves of a message."""
+    link, theirs = pair
+
+    def handler() -> None:
+        if how == "send":
+            link.send(b"from the handler")
+        elif how == "send_soon":
+            link.send_soon(b"from the handler", 0.0)
+        else:
+            link.send_large(LargeFrame([b"from the handler"]))
+        link.wait_empty(0.1)
+
+    interrupting: Any = Interrupting(link.sock, handler)
+    interrupting.most = most
+    link.sock = interrupting
+    link.send(b"interrupted ")
+    interrupting.most = 1 << 20
+    link.on_writable()
+    monitor.tick()
+    expected = b"interrupted " + (b"\x10\0\0\0" if how == "send_large" else b"") + b"from the handler"
+    assert received(theirs, len(expected)) == expected
+
+
+def test_a_signal_handler_may_close_the_link_that_its_thread_is_sending_on(
+    pair: tuple[SubscriberLink, socket.socket],
+) -> None:
+    link, theirs = pair
+    interrupting: Any = Interrupting(link.sock, link.close)
+    link.sock = interrupting
+    link.send(b"interrupted")
+    assert received(theirs, 11) == b"interrupted"
+    assert theirs.recv(1) == b""
+    link.send(b"nobody")
