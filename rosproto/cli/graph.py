@@ -6,7 +6,7 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -38,6 +38,7 @@ __all__ = [
     "unknown",
     "verbs",
     "warn",
+    "warn_if_none",
 ]
 
 CALLER_ID = "/rosproto"
@@ -142,6 +143,12 @@ def below(names: Iterable[str], asked: str) -> list[str]:
         return sorted(fnmatch.filter(names, absolute(asked)))
     space = absolute(asked).rstrip("/")
     return sorted(name for name in names if name == space or name.startswith(space + "/"))
+
+
+def warn_if_none(found: Collection[object], what: str, asked: str, names: Iterable[str]) -> None:
+    """Nothing to list where something was asked for: perhaps the name is mistyped."""
+    if asked and asked != "/" and not found:
+        warn(f"no {what} is called {absolute(asked)} or lies below it{near(absolute(asked), names)}")
 
 
 def unknown(what: str, name: str, names: Iterable[str], see: str) -> CommandError:

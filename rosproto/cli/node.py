@@ -9,7 +9,17 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 
-from .graph import CommandError, absolute, below, master_client, node_client, print_json, unknown, verbs
+from .graph import (
+    CommandError,
+    absolute,
+    below,
+    master_client,
+    node_client,
+    print_json,
+    unknown,
+    verbs,
+    warn_if_none,
+)
 from .option_types import count, positive
 
 if TYPE_CHECKING:
@@ -68,7 +78,9 @@ def _list_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _list(arguments: argparse.Namespace) -> int:
     with master_client(arguments) as master:
-        names = below(master.get_system_state().nodes, arguments.namespace)
+        nodes = master.get_system_state().nodes
+        names = below(nodes, arguments.namespace)
+        warn_if_none(names, "node", arguments.namespace, nodes)
         if not (arguments.uris or arguments.all or arguments.json):
             print("\n".join(names) if names else "", end="\n" if names else "")
             return 0

@@ -11,7 +11,7 @@ from typing import Any
 
 from rosproto.errors import MasterError
 
-from .graph import CommandError, absolute, below, master_client, print_json, unknown, verbs
+from .graph import CommandError, absolute, below, master_client, print_json, unknown, verbs, warn_if_none
 from .yaml_text import load_text, to_text, value_of
 
 __all__ = ["add_arguments", "run"]
@@ -144,7 +144,9 @@ def _set(arguments: argparse.Namespace) -> int:
 
 def _list(arguments: argparse.Namespace) -> int:
     with master_client(arguments) as master:
-        names = below(master.get_param_names(), arguments.namespace)
+        known = master.get_param_names()
+    names = below(known, arguments.namespace)
+    warn_if_none(names, "parameter", arguments.namespace, known)
     if arguments.json:
         print_json(names)
     elif names:

@@ -22,6 +22,7 @@ from .graph import (
     unknown,
     verbs,
     warn,
+    warn_if_none,
 )
 from .option_types import positive
 from .parser import near
@@ -112,6 +113,7 @@ def _list(arguments: argparse.Namespace) -> int:
     with master_client(arguments) as master:
         known = master.get_system_state().services
     services = {name: known[name] for name in below(known, arguments.namespace)}
+    warn_if_none(services, "service", arguments.namespace, known)
     if arguments.json:
         print_json([{"name": name, "nodes": nodes} for name, nodes in services.items()])
         return 0

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import MasterError
 
-from .graph import below, master_client, print_json
+from .graph import below, master_client, print_json, warn_if_none
 
 if TYPE_CHECKING:
     from rosproto.node.master_client import MasterClient, SystemState
@@ -44,6 +44,8 @@ def run(arguments: argparse.Namespace) -> int:
         published = {} if arguments.subscribers else _only(state.publishers, arguments.namespace)
         subscribed = {} if arguments.publishers else _only(state.subscribers, arguments.namespace)
         hosts = _by_host(master, published, subscribed) if arguments.host else None
+    names = {*state.publishers, *state.subscribers}
+    warn_if_none({*published, *subscribed}, "topic", arguments.namespace, names)
     if arguments.json:
         rows = [row(name, state, types) for name in sorted({*published, *subscribed})]
         print_json(rows if hosts is None else {h: sorted({*a, *b}) for h, (a, b) in hosts.items()})

@@ -230,3 +230,12 @@ def test_a_list_may_be_asked_for_with_the_master_first(
 ) -> None:
     assert main(["--master", graph, "--json", "topic", "type", "/scan"]) == 0
     assert "sensor_msgs/LaserScan" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("line", ["topic list /scam", "service list /ad", "param list /q", "node list /b"])
+def test_an_empty_list_says_so(rosproto: Call, line: str) -> None:
+    """Silence may be a mistyped name; the exit code stays that of ROS's tools."""
+    code, out, err = rosproto(line)
+    assert (code, out) == (0, "")
+    assert f"is called {line.split()[-1]} or lies below it" in err
+    assert rosproto(" ".join(line.split()[:2]))[2] == ""
