@@ -8,29 +8,6 @@ import threading
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-__all__ = [
-    "ERROR",
-    "OK",
-    "WARN",
-    "CompositeDiagnosticTask",
-    "DiagnosedPublisher",
-    "DiagnosticArray",
-    "DiagnosticStatus",
-    "DiagnosticStatusWrapper",
-    "DiagnosticTask",
-    "DiagnosticTaskVector",
-    "FrequencyStatus",
-    "FrequencyStatusParam",
-    "FunctionDiagnosticTask",
-    "HeaderlessTopicDiagnostic",
-    "Heartbeat",
-    "KeyValue",
-    "TimeStampStatus",
-    "TimeStampStatusParam",
-    "TopicDiagnostic",
-    "Updater",
-]
-
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 

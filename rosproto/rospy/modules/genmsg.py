@@ -14,37 +14,6 @@ from rosproto.errors import DefinitionError
 from rosproto.msg import parse_message
 from rosproto.rospy.definitions import library
 
-__all__ = [
-    "DURATION",
-    "EXT_MSG",
-    "EXT_SRV",
-    "HEADER",
-    "MSG_DIR",
-    "SEP",
-    "SRV_DIR",
-    "TIME",
-    "Constant",
-    "Field",
-    "InvalidMsgSpec",
-    "MsgContext",
-    "MsgGenerationException",
-    "MsgNotFound",
-    "MsgSpec",
-    "SrvSpec",
-    "compute_full_text",
-    "compute_md5",
-    "compute_md5_text",
-    "is_legal_resource_base_name",
-    "is_legal_resource_name",
-    "load_depends",
-    "load_msg_by_type",
-    "load_srv_by_type",
-    "package_resource_name",
-    "resource_name",
-    "resource_name_base",
-    "resource_name_package",
-]
-
 for _part in ("base", "gentools", "msg_loader", "msgs", "names", "srvs"):
     sys.modules["%s.%s" % (__name__, _part)] = globals()[_part] = sys.modules[__name__]
 

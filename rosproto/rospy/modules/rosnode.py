@@ -1,6 +1,5 @@
 """rosnode as far as programs import it: names of nodes, where they run, ping, kill, cleaning up."""
 
-import re
 import sys
 import time
 
@@ -13,12 +12,10 @@ __all__ = [
     "cleanup_master_whitelist",
     "get_api_uri",
     "get_machines_by_nodes",
-    "get_node_connection_info_description",
     "get_node_info_description",
     "get_node_names",
     "get_nodes_by_machine",
     "kill_nodes",
-    "rosnode_info",
     "rosnode_listnodes",
     "rosnode_ping",
     "rosnode_ping_all",
@@ -108,47 +105,6 @@ def get_node_info_description(node_name):
             rows = ["%s [%s]" % (row, types.get(name, "unknown type")) for row, name in zip(rows, names)]
         text += "\n%s: %s\n" % (title, "\n" + "\n".join(rows) if rows else "None")
     return text
-
-
-_LINK = re.compile(r"\w+ connection on port (\d+) to \[(.*) on socket (\d+)\]")
-_DIRECTIONS = {"i": "inbound", "o": "outbound"}
-
-
-def get_node_connection_info_description(node_api, master):
-    """What a node itself says of its connections."""
-    from rosproto.rospy.master import call
-
-    state = master.getSystemState()
-    try:
-        _, _, pid = call(node_api, "getPid", "/rosnode")
-        _, _, links = call(node_api, "getBusInfo", "/rosnode")
-    except OSError:
-        raise ROSNodeIOException("Communication with node[%s] failed!" % node_api) from None
-    text = "Pid: %s\n" % pid + ("Connections:\n" if links else "")
-    for _, to, direction, transport, topic, *more in links:
-        if more and not more[0]:
-            continue
-        names = [node for table in state[:2] for name, nodes in table if name == topic for node in nodes]
-        name = next((node for node in names if get_api_uri(master, node) == to), None)
-        text += " * topic: %s\n    * to: %s\n" % (topic, "%s (%s)" % (name, to) if name else to)
-        text += "    * direction: %s" % _DIRECTIONS.get(direction, "unknown")
-        found = _LINK.match(more[1]) if len(more) > 1 else None
-        text += (" (%s - %s) [%s]" % found.groups() if found else "") + "\n    * transport: %s\n" % transport
-    return text
-
-
-def rosnode_info(node_name, quiet=False):
-    """Print both; `quiet`: what the master knows only."""
-    name = rosgraph.names.script_resolve_name("rosnode", node_name)
-    print("-" * 80)
-    print(get_node_info_description(name))
-    master = rosgraph.Master("/rosnode")
-    uri = get_api_uri(master, name)
-    if not uri:
-        print("cannot contact [%s]: unknown node" % name, file=sys.stderr)
-    elif not quiet:
-        print("\ncontacting node %s ..." % uri)
-        print(get_node_connection_info_description(uri, master))
 
 
 def get_api_uri(master, caller_id, skip_cache=False):

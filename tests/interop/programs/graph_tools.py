@@ -95,9 +95,6 @@ rosnode.rosnode_listnodes()
 rosnode.rosnode_listnodes("/ns")
 print(rosnode.rosnode_ping_all(), rosnode.rosnode_ping("/watcher", max_count=1, skip_cache=True))
 print(rosnode.rosnode_ping("/nobody", max_count=1), rosnode.get_api_uri(master, "/nobody"))
-text = rosnode.get_node_connection_info_description(uri, master)
-print(sorted({line for line in text.splitlines() if line.startswith((" * topic", "Conn", "    * trans"))}))
-print("/watcher (" in text, "direction: inbound" in text, "direction: outbound" in text)
 for name in ("/dead", "/ghost"):
     dead = rosgraph.Master(name)
     dead.registerPublisher("/old", "std_msgs/String", "http://127.0.0.1:9/")
@@ -110,7 +107,6 @@ rosnode.cleanup_master_blacklist(master, ["/dead"])
 print(sorted(rosnode.get_node_names()))
 rosnode.cleanup_master_whitelist(master, ["/watcher"])
 print(sorted(rosnode.get_node_names()), rosnode.kill_nodes(["/nobody"]))
-rosnode.rosnode_info("/nobody")
 for wrong in ("nonsense", "no_such_pkg/Type"):
     try:
         rostopic.create_publisher("/made", wrong, False)
