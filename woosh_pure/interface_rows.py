@@ -2,9 +2,8 @@
 
 Sources: the vendor's public interface page ("page"), and the graph of a real chassis ("seen"). Types are
 those of woosh_msgs 1.1.4, which is what is on the wire where the page differs. Node names are those of the
-real graph; where the graph listing did not show who provides a row, the node is our assumption and
-`node_assumed` says so. Two services are in the vendor's message package only ("package"): their names are
-our assumption, too, and clients find them by their type.
+real graph, or assumed (`node_assumed`) where its listing did not show who provides a row. Two services are in
+the vendor's message package only ("package"): their names are assumed, and clients find them by their type.
 """
 
 from __future__ import annotations
