@@ -21,7 +21,6 @@ __all__ = ["windows_python"]
 
 pytestmark = [pytest.mark.interop, pytest.mark.slow, pytest.mark.timeout(300)]
 
-UP = "\x1b[A"
 # Keys as they come; Ctrl-C is a signal, which Wine makes the console's event of.
 ON_TERMINAL = """
 import fcntl, os, sys, termios, tty
@@ -60,7 +59,7 @@ def test_ctrl_c_typed_while_a_key_is_held_stops_the_robot() -> None:
         terminal.wait_for("Type yes to drive:", timeout=90)
         terminal.send("yes\r")
         terminal.wait_for("sent +0.00", timeout=30)
-        hold(terminal, UP, sim)
+        hold(terminal, "w", sim)
         terminal.send("\x03")
         end = time.monotonic() + 10.0
         while not standing(sim):
