@@ -231,3 +231,38 @@ def test_what_cannot_be_served_says_why(tmp_path: Path) -> None:
         "PyKDL.Chain: without the real PyKDL there are only Vector, Rotatio",
         "False 14.0",
     ]
+
+
+def test_feedback_that_overtakes_a_status_array_loses_no_goal(tmp_path: Path) -> None:
+    """They come by two connections: an array from before the goal may be read after the goal's first feedback."""
+    code = """
+        import json
+        import rospy
+        from actionlib.action_client import CommState, CommStateMachine
+        from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
+        from move_base_msgs.msg import MoveBaseActionFeedback, MoveBaseActionGoal
+        from std_msgs.msg import Header
+
+        def array(stamp, *listed):
+            return GoalStatusArray(header=Header(stamp=rospy.Time(stamp)), status_list=list(listed))
+
+        def machine():
+            machine = CommStateMachine(MoveBaseActionGoal(goal_id=GoalID(id="one")), None, None, None, None)
+            feedback = MoveBaseActionFeedback(header=Header(stamp=rospy.Time(10)), status=active())
+            machine.update_feedback(feedback)
+            return machine
+
+        def active():
+            return GoalStatus(goal_id=GoalID(id="one"), status=GoalStatus.ACTIVE)
+
+        states = []
+        told = machine()
+        for status in (array(9), array(10, active()), array(8)):
+            told.update_status(status)
+            states.append(told.latest_goal_status.status)
+        restarted = machine()
+        restarted.update_status(array(11))
+        print(json.dumps([states, restarted.latest_goal_status.status, restarted.state == CommState.DONE]))
+    """
+    active, lost = 1, 9
+    assert json.loads(output(code, tmp_path)) == [[active, active, lost], lost, True]

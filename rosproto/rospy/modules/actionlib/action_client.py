@@ -133,6 +133,7 @@ class CommStateMachine:
         self.mutex = threading.RLock()
         self.latest_goal_status = GoalStatus(status=GoalStatus.PENDING)
         self.latest_result = None
+        self._active_since = None  # stamp of the feedback that told it, until a status array does
 
     @property
     def goal_id(self):
@@ -146,10 +147,16 @@ class CommStateMachine:
                 return
             status = next((one for one in status_array.status_list if one.goal_id.id == self.goal_id), None)
             if status is None:
-                if self.state not in (CommState.WAITING_FOR_GOAL_ACK, CommState.WAITING_FOR_RESULT):
+                # An array may be older than feedback that overtook it: both carry the server's time.
+                overtaken = self._active_since is not None and status_array.header.stamp <= self._active_since
+                if not overtaken and self.state not in (
+                    CommState.WAITING_FOR_GOAL_ACK,
+                    CommState.WAITING_FOR_RESULT,
+                ):
                     self.latest_goal_status.status = GoalStatus.LOST
                     self.transition_to(CommState.DONE)
                 return
+            self._active_since = None
             self._heard(status)
 
     def _heard(self, status):
@@ -203,6 +210,7 @@ class CommStateMachine:
             # active_cb come first, as it does when the status was faster.
             early = self.state in (CommState.WAITING_FOR_GOAL_ACK, CommState.PENDING)
             if early and action_feedback.status.status in (GoalStatus.ACTIVE, GoalStatus.PREEMPTING):
+                self._active_since = action_feedback.header.stamp
                 self._heard(action_feedback.status)
         if self.feedback_cb and self.state != CommState.DONE:
             self.feedback_cb(ClientGoalHandle(self), action_feedback.feedback)
