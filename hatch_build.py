@@ -33,9 +33,10 @@ class PackTexts(BuildHookInterface):
             return
         # By its path: what is built need not be importable where it is built.
         packed = runpy.run_path(str(Path(self.root, "rosproto", "msg", "packed.py")))
+        shortened = runpy.run_path(str(Path(self.root, "rosproto", "rospy", "shortened.py")))["shortened"]
         packs = {
             f"msgdefs/{packed['PACK']}": packed["make_pack"](Path(self.root, "msgdefs")),
-            "rosproto/rospy/modules.txt": packed["make_pack"](Path(self.root, *MODULES), (".py",)),
+            "rosproto/rospy/modules.txt": packed["make_pack"](Path(self.root, *MODULES), (".py",), shortened),
         }
         self._made = tempfile.TemporaryDirectory()
         for number, (place, text) in enumerate(packs.items()):

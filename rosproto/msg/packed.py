@@ -8,6 +8,7 @@ them into `msgdefs/definitions.txt`: for each file a line of a form feed and its
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 
 __all__ = ["MARK", "PACK", "PackedTree", "make_pack"]
 
@@ -16,8 +17,17 @@ MARK = "\f"
 ENDINGS = (".msg", ".srv", ".action", ".txt")
 
 
-def make_pack(folder: str | os.PathLike[str], endings: tuple[str, ...] = ENDINGS) -> str:
+def make_pack(
+    folder: str | os.PathLike[str],
+    endings: tuple[str, ...] = ENDINGS,
+    change: Callable[[str], str] | None = None,
+) -> str:
     """All files below a folder that end so, as one text: definitions, aliases, tables of revisions.
+
+    Args:
+        folder: Where they are, at any depth.
+        endings: What their names end in.
+        change: Makes of each text what is packed.
 
     Raises:
         ValueError: A text has a form feed in it.
@@ -29,6 +39,8 @@ def make_pack(folder: str | os.PathLike[str], endings: tuple[str, ...] = ENDINGS
                 path = os.path.join(place, name)
                 with open(path, encoding="utf-8") as file:
                     found[os.path.relpath(path, folder).replace(os.sep, "/")] = file.read()
+    if change is not None:
+        found = {path: change(text) for path, text in found.items()}
     for path, text in found.items():
         if MARK in text:
             raise ValueError(f"{path}: has a form feed, which separates the texts of a pack; leave it out")

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from importlib import import_module
 
 from rosproto.msg.library import DefinitionLibrary, bundled
+from rosproto.msg.parser import ACTION_BANNER
 from rosproto.msg.spec import Constant, Field, FieldType, MessageSpec, ServiceSpec
 
 __all__ = ["main", "message_stub", "service_stub", "stub_files"]
@@ -44,6 +45,12 @@ ARRAYS = {
     "uint64": ("UInt64Array", "Integers"),
 }
 """Numbers: the type of the field, and of what may be given for it (msgdefs/_fields.pyi)."""
+ENVELOPES = (
+    {"action_goal", "action_result", "action_feedback"},
+    {"header", "goal_id", "goal"},
+    {"header", "status", "result"},
+    {"header", "status", "feedback"},
+)
 
 
 class _Module:
@@ -134,7 +141,8 @@ class _Module:
     def message(self, spec: MessageSpec) -> None:
         """Add the class of a message."""
         taken = frozenset(field.name for field in spec.fields) | {c.name for c in spec.constants}
-        lines = [f"class {spec.name.partition('/')[2]}(_Message):", *_docstring(spec.name, spec.text)]
+        text = "" if _is_envelope(spec) else spec.text
+        lines = [f"class {spec.name.partition('/')[2]}(_Message):", *_docstring(spec.name, text)]
         lines += [
             self._constant(constant, taken) for constant in spec.constants if constant.name.isidentifier()
         ]
@@ -178,14 +186,20 @@ class _Module:
         self.message(spec.response)
         self.needs.add("TypeAlias")
         base = spec.name.partition("/")[2]
-        lines = [f"class {base}(_ServiceType):", *_docstring(spec.name, spec.text)]
+        lines = [f"class {base}(_ServiceType):", *_docstring(spec.name, "")]  # its parts say it all
         lines += [f"    {part}: _TypeAlias = {base}{part}" for part in ("Request", "Response")]
         self.classes.append("\n".join(lines) + "\n")
 
 
+def _is_envelope(spec: MessageSpec) -> bool:
+    """Whether it is one of the four that are made around the parts of an action, all alike."""
+    return spec.text.startswith(ACTION_BANNER) and {field.name for field in spec.fields} in ENVELOPES
+
+
 def _docstring(name: str, text: str) -> Iterator[str]:
-    """The definition, as an IDE shows it."""
+    """The definition, as an IDE shows it; nothing of it where that is empty."""
     yield f'    """{name}'
+    text = text.replace(ACTION_BANNER, "")
     body = text.replace("\\", "\\\\").replace('"""', '\\"\\"\\"').strip("\n")
     if body.strip():
         yield ""

@@ -2,7 +2,8 @@
 
 In the source tree and in an editable installation each is a file. A wheel would spend more on the names,
 checksums and separate compression of a hundred files than on a good part of their texts; so its build
-(`hatch_build.py`) puts them into `modules.txt`, as it does with the definitions (see `rosproto.msg.packed`).
+(`hatch_build.py`) puts them into `modules.txt`, as it does with the definitions (see `rosproto.msg.packed`),
+without comments and docstrings.
 """
 
 from __future__ import annotations

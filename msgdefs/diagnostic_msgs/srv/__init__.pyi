@@ -37,11 +37,6 @@ class AddDiagnosticsResponse(_Message):
 
 class AddDiagnostics(_ServiceType):
     """diagnostic_msgs/AddDiagnostics
-
-    string load_namespace
-    ---
-    bool success
-    string message
     """
 
     Request: _TypeAlias = AddDiagnosticsRequest
@@ -73,11 +68,6 @@ class SelfTestResponse(_Message):
 
 class SelfTest(_ServiceType):
     """diagnostic_msgs/SelfTest
-
-    ---
-    string id
-    byte passed
-    DiagnosticStatus[] status
     """
 
     Request: _TypeAlias = SelfTestRequest

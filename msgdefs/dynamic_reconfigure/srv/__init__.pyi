@@ -33,10 +33,6 @@ class ReconfigureResponse(_Message):
 
 class Reconfigure(_ServiceType):
     """dynamic_reconfigure/Reconfigure
-
-    Config config
-    ---
-    Config config
     """
 
     Request: _TypeAlias = ReconfigureRequest

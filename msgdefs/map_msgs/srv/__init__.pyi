@@ -46,13 +46,6 @@ class GetMapROIResponse(_Message):
 
 class GetMapROI(_ServiceType):
     """map_msgs/GetMapROI
-
-    float64 x
-    float64 y
-    float64 l_x
-    float64 l_y
-    ---
-    nav_msgs/OccupancyGrid sub_map
     """
 
     Request: _TypeAlias = GetMapROIRequest
@@ -78,9 +71,6 @@ class GetPointMapResponse(_Message):
 
 class GetPointMap(_ServiceType):
     """map_msgs/GetPointMap
-
-    ---
-    sensor_msgs/PointCloud2 map
     """
 
     Request: _TypeAlias = GetPointMapRequest
@@ -130,16 +120,6 @@ class GetPointMapROIResponse(_Message):
 
 class GetPointMapROI(_ServiceType):
     """map_msgs/GetPointMapROI
-
-    float64 x
-    float64 y
-    float64 z
-    float64 r
-    float64 l_x
-    float64 l_y
-    float64 l_z
-    ---
-    sensor_msgs/PointCloud2 sub_map
     """
 
     Request: _TypeAlias = GetPointMapROIRequest
@@ -165,9 +145,6 @@ class ProjectedMapsInfoResponse(_Message):
 
 class ProjectedMapsInfo(_ServiceType):
     """map_msgs/ProjectedMapsInfo
-
-    ProjectedMapInfo[] projected_maps_info
-    ---
     """
 
     Request: _TypeAlias = ProjectedMapsInfoRequest
@@ -193,9 +170,6 @@ class SaveMapResponse(_Message):
 
 class SaveMap(_ServiceType):
     """map_msgs/SaveMap
-
-    std_msgs/String filename
-    ---
     """
 
     Request: _TypeAlias = SaveMapRequest
@@ -221,9 +195,6 @@ class SetMapProjectionsResponse(_Message):
 
 class SetMapProjections(_ServiceType):
     """map_msgs/SetMapProjections
-
-    ---
-    ProjectedMapInfo[] projected_maps_info
     """
 
     Request: _TypeAlias = SetMapProjectionsRequest

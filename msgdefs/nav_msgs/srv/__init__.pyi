@@ -30,10 +30,6 @@ class GetMapResponse(_Message):
 
 class GetMap(_ServiceType):
     """nav_msgs/GetMap
-
-    # Fetch the current map; also an action of the same name.
-    ---
-    OccupancyGrid map
     """
 
     Request: _TypeAlias = GetMapRequest
@@ -75,16 +71,6 @@ class GetPlanResponse(_Message):
 
 class GetPlan(_ServiceType):
     """nav_msgs/GetPlan
-
-    # Plan a path without driving it.
-
-    geometry_msgs/PoseStamped start  # where from
-    geometry_msgs/PoseStamped goal   # where to
-
-    # m around the goal that will do when the goal itself cannot be reached; it becomes position error
-    float32 tolerance
-    ---
-    Path plan  # empty when there is no way
     """
 
     Request: _TypeAlias = GetPlanRequest
@@ -132,19 +118,6 @@ class LoadMapResponse(_Message):
 
 class LoadMap(_ServiceType):
     """nav_msgs/LoadMap
-
-    # Load a map from a resource.
-
-    string map_url  # for example file:///maps/hall.yaml
-    ---
-    uint8 RESULT_SUCCESS=0
-    uint8 RESULT_MAP_DOES_NOT_EXIST=1
-    uint8 RESULT_INVALID_MAP_DATA=2
-    uint8 RESULT_INVALID_MAP_METADATA=3
-    uint8 RESULT_UNDEFINED_FAILURE=255
-
-    OccupancyGrid map                    # only valid with RESULT_SUCCESS
-    uint8 result
     """
 
     Request: _TypeAlias = LoadMapRequest
@@ -181,13 +154,6 @@ class SetMapResponse(_Message):
 
 class SetMap(_ServiceType):
     """nav_msgs/SetMap
-
-    # Replace the map.
-
-    OccupancyGrid map
-    geometry_msgs/PoseWithCovarianceStamped initial_pose  # pose of the robot in the new map
-    ---
-    bool success
     """
 
     Request: _TypeAlias = SetMapRequest

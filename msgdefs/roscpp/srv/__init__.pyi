@@ -22,8 +22,6 @@ class EmptyResponse(_Message):
 
 class Empty(_ServiceType):
     """roscpp/Empty
-
-    ---
     """
 
     Request: _TypeAlias = EmptyRequest
@@ -49,9 +47,6 @@ class GetLoggersResponse(_Message):
 
 class GetLoggers(_ServiceType):
     """roscpp/GetLoggers
-
-    ---
-    Logger[] loggers
     """
 
     Request: _TypeAlias = GetLoggersRequest
@@ -80,10 +75,6 @@ class SetLoggerLevelResponse(_Message):
 
 class SetLoggerLevel(_ServiceType):
     """roscpp/SetLoggerLevel
-
-    string logger
-    string level
-    ---
     """
 
     Request: _TypeAlias = SetLoggerLevelRequest

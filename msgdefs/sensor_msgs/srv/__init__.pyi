@@ -38,13 +38,6 @@ class SetCameraInfoResponse(_Message):
 
 class SetCameraInfo(_ServiceType):
     """sensor_msgs/SetCameraInfo
-
-    # Store a calibration in the camera.
-
-    CameraInfo camera_info
-    ---
-    bool success
-    string status_message
     """
 
     Request: _TypeAlias = SetCameraInfoRequest

@@ -22,9 +22,6 @@ class EmptyResponse(_Message):
 
 class Empty(_ServiceType):
     """std_srvs/Empty
-
-    # A request without arguments and without an answer, beyond that it was served.
-    ---
     """
 
     Request: _TypeAlias = EmptyRequest
@@ -61,13 +58,6 @@ class SetBoolResponse(_Message):
 
 class SetBool(_ServiceType):
     """std_srvs/SetBool
-
-    # Switch something on or off.
-
-    bool data  # true: on, start, enable
-    ---
-    bool success    # whether it was done
-    string message  # why not, or what else there is to say
     """
 
     Request: _TypeAlias = SetBoolRequest
@@ -98,11 +88,6 @@ class TriggerResponse(_Message):
 
 class Trigger(_ServiceType):
     """std_srvs/Trigger
-
-    # Make something happen that needs no arguments.
-    ---
-    bool success    # whether it was done
-    string message  # why not, or what else there is to say
     """
 
     Request: _TypeAlias = TriggerRequest

@@ -26,9 +26,6 @@ class FrameGraphResponse(_Message):
 
 class FrameGraph(_ServiceType):
     """tf/FrameGraph
-
-    ---
-    string dot_graph
     """
 
     Request: _TypeAlias = FrameGraphRequest

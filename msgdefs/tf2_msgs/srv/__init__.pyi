@@ -26,9 +26,6 @@ class FrameGraphResponse(_Message):
 
 class FrameGraph(_ServiceType):
     """tf2_msgs/FrameGraph
-
-    ---
-    string frame_yaml
     """
 
     Request: _TypeAlias = FrameGraphRequest

@@ -27,9 +27,6 @@ class DemuxAddResponse(_Message):
 
 class DemuxAdd(_ServiceType):
     """topic_tools/DemuxAdd
-
-    string topic
-    ---
     """
 
     Request: _TypeAlias = DemuxAddRequest
@@ -55,9 +52,6 @@ class DemuxDeleteResponse(_Message):
 
 class DemuxDelete(_ServiceType):
     """topic_tools/DemuxDelete
-
-    string topic
-    ---
     """
 
     Request: _TypeAlias = DemuxDeleteRequest
@@ -83,9 +77,6 @@ class DemuxListResponse(_Message):
 
 class DemuxList(_ServiceType):
     """topic_tools/DemuxList
-
-    ---
-    string[] topics
     """
 
     Request: _TypeAlias = DemuxListRequest
@@ -117,10 +108,6 @@ class DemuxSelectResponse(_Message):
 
 class DemuxSelect(_ServiceType):
     """topic_tools/DemuxSelect
-
-    string topic
-    ---
-    string prev_topic
     """
 
     Request: _TypeAlias = DemuxSelectRequest
@@ -146,9 +133,6 @@ class MuxAddResponse(_Message):
 
 class MuxAdd(_ServiceType):
     """topic_tools/MuxAdd
-
-    string topic
-    ---
     """
 
     Request: _TypeAlias = MuxAddRequest
@@ -174,9 +158,6 @@ class MuxDeleteResponse(_Message):
 
 class MuxDelete(_ServiceType):
     """topic_tools/MuxDelete
-
-    string topic
-    ---
     """
 
     Request: _TypeAlias = MuxDeleteRequest
@@ -202,9 +183,6 @@ class MuxListResponse(_Message):
 
 class MuxList(_ServiceType):
     """topic_tools/MuxList
-
-    ---
-    string[] topics
     """
 
     Request: _TypeAlias = MuxListRequest
@@ -236,10 +214,6 @@ class MuxSelectResponse(_Message):
 
 class MuxSelect(_ServiceType):
     """topic_tools/MuxSelect
-
-    string topic
-    ---
-    string prev_topic
     """
 
     Request: _TypeAlias = MuxSelectRequest

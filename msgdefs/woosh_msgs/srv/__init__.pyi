@@ -40,13 +40,6 @@ class AddReflectorsResponse(_Message):
 
 class AddReflectors(_ServiceType):
     """woosh_msgs/AddReflectors
-
-    # Add, use or delete reflectors of the map.
-
-    bool isSave           # true add new reflectors to the map, false localise by them
-    bool deleteReflector  # delete reflectors of the map
-    uint32 id             # reflector to delete
-    ---
     """
 
     Request: _TypeAlias = AddReflectorsRequest
@@ -86,14 +79,6 @@ class AddWiFiResponse(_Message):
 
 class AddWiFi(_ServiceType):
     """woosh_msgs/AddWiFi
-
-    # Add a Wi-Fi network.
-
-    string wifi_parameter  # network and password, vendor's format
-    bool connect_now
-    ---
-    int32 status
-    string message
     """
 
     Request: _TypeAlias = AddWiFiRequest
@@ -133,14 +118,6 @@ class ArTrackLocateResponse(_Message):
 
 class ArTrackLocate(_ServiceType):
     """woosh_msgs/ArTrackLocate
-
-    # Locate an AR tag.
-
-    int8 type  # 0 start
-    ---
-    bool success
-    string message
-    ArTagPose ar_tag_pose
     """
 
     Request: _TypeAlias = ArTrackLocateRequest
@@ -180,14 +157,6 @@ class BeaconListResponse(_Message):
 
 class BeaconList(_ServiceType):
     """woosh_msgs/BeaconList
-
-    # Get or save the list of beacons.
-
-    bool isSave          # true save the list, false get it
-    Beacon[] beaconList
-    ---
-    Beacon[] beaconList
-    string message
     """
 
     Request: _TypeAlias = BeaconListRequest
@@ -248,21 +217,6 @@ class DeploymentResponse(_Message):
 
 class Deployment(_ServiceType):
     """woosh_msgs/Deployment
-
-    # Collect markers while a site is set up.
-
-    int8 type  # 0 beacons, 1 AR tag, 2 reflector
-    int8 mode  # 0 start collecting, 1 cancel, 2 check reflectors
-    ---
-    bool success
-    string message
-    bool point1Valid
-    bool point2Valid
-    bool point3Valid
-    uint8 collectedNumber                             # samples so far, three are needed
-    int8 numberOfFailBeacons
-    deployment_markers markers                        # in the map frame
-    reflector_errorID_group[] reflector_errorID_groups
     """
 
     Request: _TypeAlias = DeploymentRequest
@@ -293,11 +247,6 @@ class DisableHotSpotResponse(_Message):
 
 class DisableHotSpot(_ServiceType):
     """woosh_msgs/DisableHotSpot
-
-    # Stop the robot's own Wi-Fi.
-    ---
-    int32 status
-    string message
     """
 
     Request: _TypeAlias = DisableHotSpotRequest
@@ -340,15 +289,6 @@ class DriverFreeResponse(_Message):
 
 class DriverFree(_ServiceType):
     """woosh_msgs/DriverFree
-
-    # Let the wheels turn freely, so that the robot can be pushed.
-
-    uint8 mode   # 0 query, 1 set
-    bool status  # true free
-    ---
-    bool status
-    bool success
-    string message
     """
 
     Request: _TypeAlias = DriverFreeRequest
@@ -379,11 +319,6 @@ class EnableHotSpotResponse(_Message):
 
 class EnableHotSpot(_ServiceType):
     """woosh_msgs/EnableHotSpot
-
-    # Start the robot's own Wi-Fi.
-    ---
-    int32 status
-    string message
     """
 
     Request: _TypeAlias = EnableHotSpotRequest
@@ -450,27 +385,6 @@ class ExecTaskResponse(_Message):
 
 class ExecTask(_ServiceType):
     """woosh_msgs/ExecTask
-
-    # Run, pause, resume or cancel a task. The vendor's page spells task_exec and statuscode.
-
-    # 1 execute, 2 pause, 3 resume, 4 cancel, 6 interrupt a wait; newer robots also 5 recover, 7
-    # traffic control, 8 release it
-    uint8 task_exect
-    int64 task_id                      # chosen by the caller
-    uint8 task_type                    # 1 pick, 2 park, 3 charge, 4 carry
-    uint8 direction                    # 0 undefined, 1 load, 2 unload; 0 unless loading
-    uint32 task_type_no                # combination of types for one project, default 0
-
-    # target mark; with it poses may be empty, and a given path must end there
-    string mark_no
-    geometry_msgs/PoseStamped[] poses  # path in the map frame; one pose alone is a target to plan to
-    byte custom                        # for one project
-    ---
-    bool success
-    string message
-
-    # 1 not initialised, 2 idle, 3 parking, 4 in a task, 5 warning, 6 fault, 8 charging, 9 mapping
-    uint64 statusCode
     """
 
     Request: _TypeAlias = ExecTaskRequest
@@ -510,14 +424,6 @@ class FollowCtlResponse(_Message):
 
 class FollowCtl(_ServiceType):
     """woosh_msgs/FollowCtl
-
-    # Control following.
-
-    int32 function
-    int32 command
-    string message
-    ---
-    int32 status
     """
 
     Request: _TypeAlias = FollowCtlRequest
@@ -554,13 +460,6 @@ class ForgetWiFiResponse(_Message):
 
 class ForgetWiFi(_ServiceType):
     """woosh_msgs/ForgetWiFi
-
-    # Remove a Wi-Fi network.
-
-    string ssid
-    ---
-    int32 status
-    string message
     """
 
     Request: _TypeAlias = ForgetWiFiRequest
@@ -600,14 +499,6 @@ class GetAvailableWiFiListResponse(_Message):
 
 class GetAvailableWiFiList(_ServiceType):
     """woosh_msgs/GetAvailableWiFiList
-
-    # List the Wi-Fi networks in range.
-
-    int32 timeout  # s
-    ---
-    int32 status
-    string message
-    string wifi_list
     """
 
     Request: _TypeAlias = GetAvailableWiFiListRequest
@@ -641,12 +532,6 @@ class GetLastErrorResponse(_Message):
 
 class GetLastError(_ServiceType):
     """woosh_msgs/GetLastError
-
-    # Read the last error.
-
-    bool clear  # forget it afterwards
-    ---
-    string last_error
     """
 
     Request: _TypeAlias = GetLastErrorRequest
@@ -680,12 +565,6 @@ class InitPoseResponse(_Message):
 
 class InitPose(_ServiceType):
     """woosh_msgs/InitPose
-
-    # Set the robot's pose on the map.
-
-    geometry_msgs/PoseWithCovarianceStamped initial_pose
-    ---
-    bool success
     """
 
     Request: _TypeAlias = InitPoseRequest
@@ -707,9 +586,6 @@ class PowerOffResponse(_Message):
 
 class PowerOff(_ServiceType):
     """woosh_msgs/PowerOff
-
-    # Switch the robot off.
-    ---
     """
 
     Request: _TypeAlias = PowerOffRequest
@@ -731,9 +607,6 @@ class RebootResponse(_Message):
 
 class Reboot(_ServiceType):
     """woosh_msgs/Reboot
-
-    # Restart the robot.
-    ---
     """
 
     Request: _TypeAlias = RebootRequest
@@ -785,18 +658,6 @@ class SaveMapResponse(_Message):
 
 class SaveMap(_ServiceType):
     """woosh_msgs/SaveMap
-
-    # Save a map.
-
-    string pathName             # empty for a default
-    bool useSavedMap            # publish it as the static map afterwards
-    Beacon[] beaconList         # saved with the map
-    bool eraseBeaconList        # delete all beacon data; only with an empty beaconList
-    string topic                # save the map of this topic; empty: save the field map
-    nav_msgs/OccupancyGrid map
-    ---
-    bool success
-    string message
     """
 
     Request: _TypeAlias = SaveMapRequest
@@ -851,19 +712,6 @@ class ScanMatchInfoResponse(_Message):
 
 class ScanMatchInfo(_ServiceType):
     """woosh_msgs/ScanMatchInfo
-
-    # Get or store a scan match.
-
-    bool get_scan_match                   # true get, false save or update
-    geometry_msgs/PoseStamped match_pose
-    ---
-    bool success
-    string message
-    int32 valid
-    float32[] x       # x and y in m, theta in rad
-    int32 iterations
-    int32 nvalid
-    float32 error
     """
 
     Request: _TypeAlias = ScanMatchInfoRequest
@@ -906,15 +754,6 @@ class SetMapMergeResponse(_Message):
 
 class SetMapMerge(_ServiceType):
     """woosh_msgs/SetMapMerge
-
-    # Start merging maps.
-
-    bool start_map_merge
-    geometry_msgs/Pose initial_pose
-    nav_msgs/OccupancyGrid map
-    ---
-    bool success
-    string message
     """
 
     Request: _TypeAlias = SetMapMergeRequest
@@ -954,14 +793,6 @@ class SetMapServerResponse(_Message):
 
 class SetMapServer(_ServiceType):
     """woosh_msgs/SetMapServer
-
-    # Start or stop publishing the static map.
-
-    bool startMapServer
-    string pathName      # of the map's yaml file; empty for the last one
-    ---
-    bool success
-    string message
     """
 
     Request: _TypeAlias = SetMapServerRequest
@@ -1004,15 +835,6 @@ class SetSafetyFieldResponse(_Message):
 
 class SetSafetyField(_ServiceType):
     """woosh_msgs/SetSafetyField
-
-    # Choose the field of the safety scanner.
-
-    uint8 safetyField
-    ---
-    bool enable
-    uint8 safetyField
-    bool success
-    string message
     """
 
     Request: _TypeAlias = SetSafetyFieldRequest
@@ -1049,13 +871,6 @@ class TriggerWiFiReconnectResponse(_Message):
 
 class TriggerWiFiReconnect(_ServiceType):
     """woosh_msgs/TriggerWiFiReconnect
-
-    # Connect to the Wi-Fi again.
-
-    string parameter
-    ---
-    int32 status
-    string message
     """
 
     Request: _TypeAlias = TriggerWiFiReconnectRequest
@@ -1086,11 +901,6 @@ class WooshInitResponse(_Message):
 
 class WooshInit(_ServiceType):
     """woosh_msgs/WooshInit
-
-    # Initialise the robot.
-    ---
-    bool success
-    string message
     """
 
     Request: _TypeAlias = WooshInitRequest
@@ -1121,12 +931,6 @@ class getRoadMapResponse(_Message):
 
 class getRoadMap(_ServiceType):
     """woosh_msgs/getRoadMap
-
-    # Hand over roads.
-
-    geometry_msgs/Point[] one_way   # points of one-way roads, m
-    geometry_msgs/Point[] bidirect  # points of two-way roads, m
-    ---
     """
 
     Request: _TypeAlias = getRoadMapRequest
@@ -1157,11 +961,6 @@ class wooshInitResponse(_Message):
 
 class wooshInit(_ServiceType):
     """woosh_msgs/wooshInit
-
-    # Initialise the robot.
-    ---
-    bool success
-    string message
     """
 
     Request: _TypeAlias = wooshInitRequest

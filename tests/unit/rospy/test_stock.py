@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
 import subprocess
 import sys
@@ -11,13 +12,15 @@ from pathlib import Path
 import pytest
 
 from rosproto.msg.packed import make_pack
+from rosproto.rospy.shortened import shortened
 from rosproto.rospy.stock import MODULES, FileStock, PackedStock
 
 PROGRAM = """
 import sys
 from rosproto.rospy import finder, stock
 from rosproto.msg.packed import make_pack
-packed = stock.PackedStock(make_pack(stock.MODULES, (".py",)))
+from rosproto.rospy.shortened import shortened
+packed = stock.PackedStock(make_pack(stock.MODULES, (".py",), shortened))
 finder.stock = lambda: packed
 finder.serve()
 import rospy, rospy.impl.init, actionlib.action_client, rosbag, tf.transformations as tf, PyKDL
@@ -33,7 +36,7 @@ tf.euler_from_quaternion("no quaternion at all")
 
 
 def packed() -> PackedStock:
-    return PackedStock(make_pack(MODULES, (".py",)))
+    return PackedStock(make_pack(MODULES, (".py",), shortened))
 
 
 def test_the_pack_serves_what_the_files_do() -> None:
@@ -50,7 +53,7 @@ def test_the_pack_serves_what_the_files_do() -> None:
             theirs.origin,
             theirs.submodule_search_locations,
         )
-        assert ours.loader.get_source("name") == path.read_text("utf-8")  # type: ignore[union-attr]
+        assert ours.loader.get_source("name") == shortened(path.read_text("utf-8"))  # type: ignore[union-attr]
         assert ours.loader.is_package("name") is (path.stem == "__init__")  # type: ignore[union-attr]
     for absent in (("nothing",), ("rospy", "nothing"), ("angles", "inside")):
         assert one.spec("name", *absent) is None
@@ -76,3 +79,39 @@ def test_a_program_runs_from_the_pack() -> None:
     assert done.returncode == 1
     assert done.stdout == "No module named 'rospy.nothing'\n"
     assert "modules/tf/transformations.py" in done.stderr.replace("\\", "/")
+
+
+def without_docstrings(text: str) -> str:
+    """A module's statements and their places."""
+    tree = ast.parse(text)
+    for node in ast.walk(tree):
+        documented = isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
+        if documented and ast.get_docstring(node) is not None and len(node.body) > 1:
+            del node.body[0]
+    return ast.dump(tree, include_attributes=True)
+
+
+def test_packed_texts_are_the_same_program_on_the_same_lines() -> None:
+    """What is left out of a wheel are remarks, and nothing else."""
+    for path in Path(MODULES).rglob("*.py"):
+        text = path.read_text("utf-8")
+        short = shortened(text)
+        assert without_docstrings(short) == without_docstrings(text), path
+        assert len(short.splitlines()) == len(text.splitlines())
+
+
+@pytest.mark.parametrize(
+    ("text", "short"),
+    [
+        ('"""The module\'s."""\nx = 1  # one\n# end\n', '"""The module\'s."""\nx = 1\n\n'),
+        ('def f():\n    """Two\n    lines."""\n    return "#"\n', 'def f():\n\n\n    return "#"\n'),
+        ('def f():\n    """Only this."""\n', 'def f():\n    """Only this."""\n'),
+        ('def f(): "All"; return 1\n', 'def f(): "All"; return 1\n'),
+        (
+            'def f():\n    "In front"; x = 1\n    return x\n',
+            'def f():\n    "In front"; x = 1\n    return x\n',
+        ),
+    ],
+)
+def test_what_is_left_out_of_a_packed_text(text: str, short: str) -> None:
+    assert shortened(text) == short

@@ -1,0 +1,44 @@
+"""The texts of the stand-ins as a wheel packs them: the same program on the same lines, without its remarks.
+
+A wheel is limited in size (1 MB), and each program that uses the stand-ins compiles them at its start. What
+only a reader of the files needs is left to the source tree: comments, and docstrings below the module's own.
+"""
+
+from __future__ import annotations
+
+import ast
+import io
+import tokenize
+
+__all__ = ["shortened"]
+
+
+def shortened(text: str) -> str:
+    """A module's text without comments, and without docstrings of its classes and functions.
+
+    Every statement stays on its line, so tracebacks name the lines of the files.
+    """
+    lines = text.splitlines(keepends=True)
+    for first, last in _docstrings(ast.parse(text), lines):
+        lines[first - 1 : last] = ["\n"] * (last - first + 1)
+    for token in tokenize.generate_tokens(io.StringIO("".join(lines)).readline):
+        if token.type == tokenize.COMMENT:
+            number, column = token.start
+            lines[number - 1] = lines[number - 1][:column].rstrip() + "\n"
+    return "".join(lines)
+
+
+def _docstrings(tree: ast.Module, lines: list[str]) -> list[tuple[int, int]]:
+    """First and last line of those that have their lines to themselves, and whose body holds more."""
+    found = []
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            continue
+        inside = node.body[0]
+        if ast.get_docstring(node, clean=False) is None or len(node.body) == 1:
+            continue
+        first, last = inside.lineno, inside.end_lineno or inside.lineno
+        alone = not lines[first - 1][: inside.col_offset].strip()
+        if alone and lines[last - 1].rstrip().endswith(('"', "'")):
+            found.append((first, last))
+    return found
