@@ -128,15 +128,16 @@ def test_ctrl_c_while_a_goal_is_being_sent_cancels_it_without_leaving_a_block(
     sim, chassis, until, monkeypatch
 ):
     """In a notebook nobody leaves a block, and nobody has the handle of a call that was interrupted."""
-    real_join = threading.Thread.join
+    real_is_alive = threading.Thread.is_alive
 
-    def interrupted(thread: threading.Thread, timeout: float | None = None) -> None:
-        real_join(thread, timeout)
+    def interrupted(thread: threading.Thread) -> bool:
         if thread.name == "woosh:send" and threading.current_thread() is threading.main_thread():
             monkeypatch.undo()
+            thread.join(0.1)
             raise KeyboardInterrupt
+        return real_is_alive(thread)
 
-    monkeypatch.setattr(threading.Thread, "join", interrupted)
+    monkeypatch.setattr(threading.Thread, "is_alive", interrupted)
     with pytest.raises(KeyboardInterrupt):
         chassis.go_to(2.5, 0.0)
     until(lambda: not chassis._core.running.goals)

@@ -18,10 +18,13 @@ def test_a_closed_console_terminates_the_command_and_waits_for_its_end() -> None
     done, never, answers = threading.Event(), threading.Event(), []
     handle = close_handler(done)
     thread = threading.Thread(target=lambda: answers.append(handle(2)))
-    with signals_unwind():
+
+    def close_and_go_on() -> None:
         thread.start()
-        with pytest.raises(Terminated):
-            wait_in_slices(never, 5.0)
+        wait_in_slices(never, 5.0)
+
+    with signals_unwind(), pytest.raises(Terminated):
+        close_and_go_on()
     assert answers == []
     done.set()
     thread.join(5.0)

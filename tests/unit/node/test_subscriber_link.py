@@ -11,6 +11,7 @@ import pytest
 from rosproto.node import subscriber_link
 from rosproto.node.frames import LargeFrame
 from rosproto.node.subscriber_link import SubscriberLink
+from tests.support.marks import needs_rst
 
 
 class Monitor:
@@ -133,7 +134,10 @@ def test_sending_at_once_takes_what_waits_along_and_keeps_the_order(
     assert link.stats().queued == 0
 
 
-@pytest.mark.parametrize("end", ["killed", "address changed", "orderly"])
+@pytest.mark.parametrize(
+    "end",
+    [pytest.param("killed", marks=needs_rst), pytest.param("address changed", marks=needs_rst), "orderly"],
+)
 def test_what_must_not_come_late_is_thrown_away(end: str, monitor: Monitor) -> None:
     """A reset tells: it goes out when the system drops what it has. An orderly end delivers."""
     with socket.create_server(("127.0.0.1", 0)) as server:

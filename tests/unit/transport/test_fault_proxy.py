@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import socket
-import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -13,12 +12,10 @@ import pytest
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp_server import TcpServer
 from rosproto.transport.tcpros_io import read_exactly
+from tests.support.marks import needs_rst
 from tests.support.proxy import FaultProxy
 
 SOON = 5.0
-needs_rst = pytest.mark.skipif(
-    sys.platform == "win32", reason="Wine sends FIN where SO_LINGER 0 asks for RST"
-)
 
 
 def echo(sock: socket.socket, _peer: object) -> None:

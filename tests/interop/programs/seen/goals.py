@@ -14,6 +14,7 @@ rospy.init_node("nav_test")
 
 def execute(goal):
     x = goal.target_pose.pose.position.x
+    rospy.sleep(0.2)  # rospy's client may miss the state of a goal that is active for less
     feedback = MoveBaseFeedback()
     feedback.base_position.header.frame_id = goal.target_pose.header.frame_id
     if x < 0:
