@@ -73,6 +73,7 @@ class Registrations:
         self._farewell = farewell or master
         self._is_away = is_away
         self._table: dict[tuple[str, str], Registration] = {}
+        self._confirmed: dict[tuple[str, str], Registration] = {}
         self._unwanted: dict[tuple[str, str], Registration] = {}
         self._lock = threading.Lock()
         self._pending: set[tuple[str, str]] = set()
@@ -101,6 +102,8 @@ class Registrations:
                 if isinstance(error, (ConnectionLost, RosTimeout)):
                     self._unwanted[key] = registration
             raise
+        if not self._confirm(key, registration):
+            self._take_back(registration, self._farewell)
 
     def remove(self, registration: Registration) -> None:
         """Forget and take back; a master that does not answer is told when it does."""
@@ -109,6 +112,7 @@ class Registrations:
             if self._table.get(key) is not registration:
                 return
             del self._table[key]
+            self._confirmed.pop(key, None)
             self._pending.discard(key)
             if self._is_away():
                 self._unwanted[key] = registration
@@ -173,15 +177,24 @@ class Registrations:
         """Note that `key` stands; undo it when it was removed while it was being registered."""
         with self._lock:
             self._pending.discard(key)
-            removed = registration is not None and key not in self._table
-        if removed and registration is not None:
+        if registration is not None and not self._confirm(key, registration):
             self._take_back(registration, self._master)
+
+    def _confirm(self, key: tuple[str, str], registration: Registration) -> bool:
+        """Note that the master has it; False when it was removed meanwhile."""
+        with self._lock:
+            if key not in self._table:
+                return False
+            if self._table[key] is registration:
+                self._confirmed[key] = registration
+            return True
 
     def unregister_all(self, deadline: Deadline, master: MasterClient) -> None:
         """Take everything back, the newest first; stops at the deadline or when the master is away."""
         with self._lock:
             registrations = [*list(self._table.values())[::-1], *self._unwanted.values()]
             self._table.clear()
+            self._confirmed.clear()
             self._pending.clear()
             self._unwanted.clear()
         for registration in registrations:
@@ -198,6 +211,11 @@ class Registrations:
         """The present registrations of one kind."""
         with self._lock:
             return [registration for (k, _), registration in self._table.items() if k == kind]
+
+    def confirmed(self) -> list[Registration]:
+        """What the master has said it knows, and nobody has taken back: not what is on its way to it."""
+        with self._lock:
+            return list(self._confirmed.values())
 
     def __len__(self) -> int:
         return len(self._table)

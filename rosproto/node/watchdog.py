@@ -31,6 +31,7 @@ from rosproto.transport.sleep import SleepDetector
 if TYPE_CHECKING:
     from rosproto.node.master_client import SystemState
     from rosproto.node.node import Node
+    from rosproto.node.registrations import Registration
     from rosproto.node.subscription import Subscription
 
 __all__ = ["Watchdog"]
@@ -134,12 +135,13 @@ class Watchdog:
     def _check_registration(self) -> bool:
         """False when the master has to be told everything again."""
         node = self._node
+        before = node._registrations.confirmed()
         pid, uri, run_id = self._ask()
         identity = (pid, run_id)
         known, self._identity = self._identity, identity
         if self._lost or (known is not None and known != identity):
             return False
-        if not len(node._registrations):
+        if not self._still(before):
             return True
         if not isinstance(uri, str):
             return False
@@ -167,14 +169,22 @@ class Watchdog:
 
     def _graph_has_all(self) -> bool:
         node = self._node
+        before = node._registrations.confirmed()
         state = node._master.get_system_state(timeout=CALL_TIMEOUT)
         tables = {"publisher": state.publishers, "subscriber": state.subscribers, "service": state.services}
         self._note_unknown_publishers(state)
         return all(
-            node.name in table.get(registration.name, ())
-            for kind, table in tables.items()
-            for registration in node._registrations.of_kind(kind)
+            node.name in tables[registration.kind].get(registration.name, ())
+            for registration in self._still(before)
+            if registration.kind in tables
         )
+
+    def _still(self, before: list[Registration]) -> list[Registration]:
+        """Of these, what the master must know in an answer that was asked for after them: all but those taken
+        back meanwhile. What was being made then is not among them.
+        """
+        now = {id(registration) for registration in self._node._registrations.confirmed()}
+        return [registration for registration in before if id(registration) in now]
 
     def _note_unknown_publishers(self, state: SystemState) -> None:
         """Have topics verified whose publishers are others than those we know."""

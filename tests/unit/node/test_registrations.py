@@ -53,6 +53,28 @@ def test_adding_registers_and_removing_takes_back(table: Registrations) -> None:
     assert len(table) == 0
 
 
+def test_what_is_on_its_way_to_the_master_is_not_confirmed(table: Registrations) -> None:
+    """Only what the master has answered to, and until it is taken back."""
+    thing, seen = Thing("publisher", "/a", []), []
+    thing.during = lambda: seen.append(table.confirmed())
+    table.add(thing)
+    assert seen == [[]]
+    assert table.confirmed() == [thing]
+    thing.after = lambda: seen.append(table.confirmed())
+    table.remove(thing)
+    assert seen == [[], []]
+
+
+def test_what_is_removed_while_it_is_being_added_is_taken_back(table: Registrations) -> None:
+    """By the end of a node, say: else it would stay in the graph."""
+    log: list[str] = []
+    thing = Thing("publisher", "/a", log)
+    thing.during = lambda: table.remove(thing)
+    table.add(thing)
+    assert log[-1] == "-/a"
+    assert (len(table), table.confirmed()) == (0, [])
+
+
 def test_what_the_master_refuses_is_not_remembered(table: Registrations) -> None:
     """The error reaches the caller."""
     thing = Thing("publisher", "/a", [])
