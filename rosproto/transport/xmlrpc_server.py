@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import socket
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from rosproto.errors import RemoteProtocolError, RosError
 from rosproto.logs import get_logger
@@ -38,6 +39,7 @@ _SEND_BYTES = 1 << 16
 _SLOWEST = 16 << 10  # bytes per second that a peer must manage, beyond handshake_seconds
 _LINGER_SECONDS = 1.0
 _LINGER_BYTES = 1 << 20
+_LET_OUT_SECONDS = 0.5  # that answers under way have when the server closes
 PARSE_ERROR, INTERNAL_ERROR, MULTICALL_ERROR = -32700, 1, -32600
 
 
@@ -107,6 +109,8 @@ class XmlRpcServer:
         self._limits = limits or Limits()
         self._clock = clock
         self._name = name
+        self._answering: set[int] = set()  # threads
+        self._answered = threading.Condition()
         self._born = threading.Lock()
         with self._born:  # peers that waited for the port connect before this constructor has ended
             self._server = TcpServer(
@@ -136,7 +140,14 @@ class XmlRpcServer:
         return self._server.connections
 
     def close(self, timeout: float = 5.0) -> None:
-        """Stop listening, drop all connections, wait for running calls up to `timeout` seconds."""
+        """Stop listening, drop all connections, wait for running calls up to `timeout` seconds.
+
+        Answers that are on their way are let out first, for a moment: the call may be the one that asked for
+        this end.
+        """
+        own = {threading.get_ident()}
+        with self._answered:
+            self._answered.wait_for(lambda: self._answering <= own, min(timeout, _LET_OUT_SECONDS))
         self._server.close(timeout)
 
     def _serve(self, sock: socket.socket, address: tuple[str, int]) -> None:
@@ -145,6 +156,19 @@ class XmlRpcServer:
         _Conversation(self, sock, Peer.of(sock, address)).run()
 
     # The rest is called by _Conversation.
+
+    @contextmanager
+    def answering(self) -> Iterator[None]:
+        """Around an answer, from the call until it is written."""
+        thread = threading.get_ident()
+        with self._answered:
+            self._answering.add(thread)
+        try:
+            yield
+        finally:
+            with self._answered:
+                self._answering.discard(thread)
+                self._answered.notify_all()
 
     def answer(self, body: bytes, peer: Peer) -> bytes:
         """The response document for a call document; never raises for what a peer or handler did."""
@@ -272,8 +296,9 @@ class _Conversation:
         if request.target.partition("?")[0] not in _PATHS:
             self._send(self._http.encode_response(404, keep_alive=request.keep_alive))
             return request.keep_alive
-        body = self._server.answer(request.body, self._peer)
-        self._send(self._http.encode_response(200, body, keep_alive=request.keep_alive))
+        with self._server.answering():
+            body = self._server.answer(request.body, self._peer)
+            self._send(self._http.encode_response(200, body, keep_alive=request.keep_alive))
         return request.keep_alive
 
     def _send(self, data: bytes) -> None:

@@ -296,6 +296,23 @@ def test_an_idle_connection_makes_room_for_a_new_one() -> None:
             assert second.call("echo") == []
 
 
+def test_the_call_that_ends_the_server_is_answered() -> None:
+    """As `rosnode kill` is: the end begins in another thread, and may be quicker than the answer."""
+    ending: list[threading.Thread] = []
+
+    def shut_down(method: str, params: list[object], peer: Peer) -> object:
+        ending.append(threading.Thread(target=server.close))
+        ending[0].start()
+        ending[0].join(0.1)
+        return [1, "shutdown", 0]
+
+    server = XmlRpcServer("127.0.0.1", 0, shut_down)
+    with RawClient(server) as client:
+        assert client.call("shutdown") == [1, "shutdown", 0]
+    ending[0].join(SOON)
+    assert not ending[0].is_alive()
+
+
 def test_slow_calls_do_not_hold_up_others_and_close_is_prompt() -> None:
     entered, release = threading.Event(), threading.Event()
 
