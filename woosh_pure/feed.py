@@ -289,9 +289,12 @@ class Feed(Generic[T]):
         """
         if not new:
             return self.wait_for(lambda value: True, timeout)
+        with self._condition:
+            before = (
+                self._count
+            )  # before the topic is opened: a latched value comes with its link, and only then
         deadline = self._begin_wait(timeout)
         with self._condition:
-            before = self._count
             while self._count <= before:
                 self._pause(deadline, timeout)
             return self._history[-1].value

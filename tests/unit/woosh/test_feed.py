@@ -74,6 +74,19 @@ def test_a_latched_value_is_there_at_the_first_use():
     assert feed.latest == 4.0
 
 
+def test_a_latched_value_that_comes_while_the_topic_is_opened_is_the_next_one(monkeypatch):
+    """On a quick network it is there before `wait` has got round to waiting, and no other follows."""
+    feed, node = feed_of(latching=True)
+    subscribe = node.subscriber
+
+    def quick(*args, **options):
+        subscribe(*args, **options).callback(number(4.0))
+        return node
+
+    monkeypatch.setattr(node, "subscriber", quick)
+    assert feed.wait(0.2) == 4.0
+
+
 def test_opening_does_not_wait():
     feed, node = feed_of(links=[(False, "")])
     feed.open()
