@@ -53,12 +53,19 @@ class Caller:
         return decode_response(attacks.read_http(self._sock)[1])
 
 
+def settled_links(victim: Victim) -> dict[str, str]:
+    """Its links, when all of them receive: a publisher sees a connection a moment before its subscriber does."""
+    eventually(lambda: set(victim.ask()["links"].values()) == {"receiving"}, 10, "links that receive")
+    links: dict[str, str] = victim.ask()["links"]
+    return links
+
+
 def test_publisher_updates_from_strangers(victim: Victim, bystander: Bystander, unharmed: Unharmed) -> None:
     """Two thousand lists of rubbish: the master is asked a few times at most, no link is lost or made."""
     with bystander.node.publisher("/in", STRING) as into, bystander.node.subscriber("/out", STRING) as back:
         into.wait_for_connection(10)
         back.wait_for_connection(10)
-        before = victim.ask()["links"]
+        before = settled_links(victim)
         with unharmed(threads=30), Caller(victim.node) as stranger:
             for number in range(2000):
                 uris = [f"http://127.0.0.1:{1 + (number + n) % 60000}/" for n in range(number % 7)]

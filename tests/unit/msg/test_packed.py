@@ -92,3 +92,8 @@ def test_a_form_feed_is_refused(tmp_path: Path) -> None:
     (tmp_path / "A.msg").write_text("int8 a\f")
     with pytest.raises(ValueError, match=r"A\.msg: has a form feed"):
         make_pack(tmp_path)
+
+
+def test_texts_may_be_changed_on_the_way_into_the_pack(tmp_path: Path) -> None:
+    (tmp_path / "A.msg").write_text("int8 a\n")
+    assert make_pack(tmp_path, change=str.upper) == "\fA.msg\nINT8 A\n"

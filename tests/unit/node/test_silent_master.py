@@ -57,7 +57,7 @@ def test_what_is_closed_meanwhile_leaves_the_graph_afterwards(
     def published() -> set[str]:
         return set(asked.get_system_state().publishers)
 
-    eventually(lambda: "/gone" not in published())
-    assert "/again" in published()
+    # What was asked to be taken back may reach the master late; it is registered again then.
+    eventually(lambda: "/gone" not in published() and "/again" in published())
     kept.close()
     assert "/again" not in published()
