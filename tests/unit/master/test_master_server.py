@@ -419,7 +419,10 @@ def test_a_thousand_silent_connections_leave_room() -> None:
             stack.enter_context(socket.create_connection(("127.0.0.1", master.port), DEADLINE))
         with MasterClient(master.uri, "/t") as client:
             assert client.get_uri() == master.uri
-        assert master.stats()["connections"] <= 30
+        end = time.monotonic() + DEADLINE  # the threads of those that were dropped end in their time
+        while master.stats()["connections"] > 30:
+            assert time.monotonic() < end, master.stats()
+            time.sleep(0.01)
 
 
 FEW_FILES = """
