@@ -18,24 +18,6 @@ PREEMPTING = 6
 
 
 @pytest.fixture
-def graph():
-    graph = Graph()
-    graph.connect_server()
-    return graph
-
-
-@pytest.fixture
-def clock():
-    return FakeClock()
-
-
-@pytest.fixture
-def client(graph, clock):
-    with ActionClient(FakeNode(graph, "/me"), "act", ACTION, clock=clock) as client:
-        yield client
-
-
-@pytest.fixture
 def live(graph):
     """A client whose waits are real: for callbacks, which come from another thread."""
     with ActionClient(FakeNode(graph, "/me"), "act", ACTION) as client:

@@ -7,28 +7,9 @@ import pytest
 from rosproto.action import ActionClient, GoalStatus, arrivals
 from rosproto.errors import ConnectionLost
 from rosproto.time import Time
-from tests.support.clock import FakeClock
-from tests.unit.action.fakegraph import ACTION, FakeNode, Goal, Graph
+from tests.unit.action.fakegraph import ACTION, FakeNode, Goal
 
 ACTIVE, PREEMPTED, PREEMPTING = 1, 2, 6
-
-
-@pytest.fixture
-def graph():
-    graph = Graph()
-    graph.connect_server()
-    return graph
-
-
-@pytest.fixture
-def clock():
-    return FakeClock()
-
-
-@pytest.fixture
-def client(graph, clock):
-    with ActionClient(FakeNode(graph, "/me"), "act", ACTION, clock=clock) as client:
-        yield client
 
 
 def hear(graph, clock, seconds, *goals):
