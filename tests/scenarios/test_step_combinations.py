@@ -18,7 +18,7 @@ ALL = (
     Step.lateral(0.4, 0.3),
     Step.diagonal(0.5, math.pi / 4, 0.3),
     Step.turn(-1.0, 0.8),
-    Step.straight(-0.2, 0.3),
+    Step.straight(-0.8, 0.3),
 )
 
 
