@@ -277,9 +277,14 @@ class StepHandle(ActionHandle):
             return (first, *self._steps[self._index + 1 :])
 
     def pause(self) -> None:
-        """Hold the move; `resume` sends what remains."""
+        """Hold the move; `resume` sends what remains.
+
+        Raises:
+            MotionRefused: It has ended, maybe while the pause was on its way; or the chassis did not confirm.
+        """
+        ended = f"{self.goal}: it has ended and cannot be paused"
         if self.done:
-            raise MotionRefused(f"{self.goal}: it has ended and cannot be paused")
+            raise MotionRefused(ended)
         self._paused = True
         pause = self._core.action(self._name).send_goal(step_goal(StepControlMode.PAUSE, (), self._avoid))
         try:
@@ -289,6 +294,10 @@ class StepHandle(ActionHandle):
             self._refine(result)
         except RosError as error:
             self._paused = False
+            if (
+                self.done
+            ):  # the end was told before the answer to the pause: by the same server, in this order
+                raise MotionRefused(ended) from error
             raise MotionRefused(f"{self.goal}: the chassis did not confirm the pause: {error}") from error
 
     def _refine(self, result: Any) -> None:

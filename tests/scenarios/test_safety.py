@@ -18,42 +18,11 @@ import pytest
 import rosproto
 from rosproto.errors import ConnectionLost
 from tests.scenarios.test_ends_of_programs import program, start
+from tests.support.doors import held, in_thread
 from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, SimulatedChassis, awake
 from woosh_pure.rostypes import message_type
 
 # -- a stop meets what is just beginning -----------------------------------------------------------------------
-
-
-@contextlib.contextmanager
-def held(patch: pytest.MonkeyPatch, owner: Any, name: str):
-    """Let the next call of a method wait in front of its door; gives (it has come, it may go on)."""
-    came, go_on = threading.Event(), threading.Event()
-    original = getattr(owner, name)
-
-    def wait_first(*arguments: Any, **options: Any) -> Any:
-        came.set()
-        assert go_on.wait(20.0)
-        return original(*arguments, **options)
-
-    patch.setattr(owner, name, wait_first)
-    try:
-        yield came, go_on
-    finally:
-        go_on.set()
-
-
-def in_thread(call: Any) -> tuple[threading.Thread, list[BaseException]]:
-    errors: list[BaseException] = []
-
-    def run() -> None:
-        try:
-            call()
-        except BaseException as error:
-            errors.append(error)
-
-    thread = threading.Thread(target=run)
-    thread.start()
-    return thread, errors
 
 
 @pytest.mark.parametrize("door", ["wait_for_server", "send_goal"], ids=["being prepared", "being sent"])

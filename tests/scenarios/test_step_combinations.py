@@ -6,6 +6,8 @@ import math
 
 import pytest
 
+import rosproto
+from tests.support.doors import held, in_thread
 from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, SimulatedChassis
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.sim import Settings
@@ -49,11 +51,31 @@ def test_all_four_kinds_as_one_goal_on_an_omnidirectional_base(omni):
     assert seen == sorted(seen)
 
 
+def hold_in_step(monkeypatch, world, index):
+    """The world's time stands in the middle of a step until a pause arrives there."""
+    step, pause_step = world.step, world.pause_step
+    waiting = True
+
+    def step_unless_there(dt):
+        motion = world.motion
+        if not (waiting and motion and motion.index == index and motion.percent > 20.0):
+            step(dt)
+
+    def note_pause():
+        nonlocal waiting
+        waiting = False
+        return pause_step()
+
+    monkeypatch.setattr(world, "step", step_unless_there)
+    monkeypatch.setattr(world, "pause_step", note_pause)
+
+
 @pytest.mark.parametrize("paused_in", range(len(ALL)))
-def test_pausing_in_each_kind_of_step_and_resuming_what_remains(omni, until, paused_in):
+def test_pausing_in_each_kind_of_step_and_resuming_what_remains(omni, until, monkeypatch, paused_in):
+    hold_in_step(monkeypatch, omni.world, paused_in)
     with Chassis(omni.master_uri) as chassis:
         handle = chassis.steps(ALL)
-        until(lambda: handle.latest_progress and handle.latest_progress.index >= paused_in, 20.0)
+        until(lambda: handle.latest_progress and handle.latest_progress.index == paused_in, 20.0)
         handle.pause()
         before = handle.percent
         chassis.measured_velocity.wait_for(Velocity.is_standing, 5.0)
@@ -64,6 +86,22 @@ def test_pausing_in_each_kind_of_step_and_resuming_what_remains(omni, until, pau
     assert omni.pose.distance_to(end_of(ALL)) < 0.03
     assert [index for index, _ in seen] == sorted(index for index, _ in seen)
     assert all(percent >= before - 6.0 for _, percent in seen)  # progress goes on, it does not begin anew
+
+
+def test_a_pause_that_comes_when_the_move_has_just_ended_says_so(sim, chassis, until, monkeypatch):
+    """It was under way when the pause was asked for; the chassis then found nothing to pause. The move arrived."""
+    speed, sim.speed = sim.speed, 0.0  # the world's time stands
+    handle = chassis.move(0.2)
+    with held(monkeypatch, rosproto.ActionClient, "send_goal") as (came, go_on):
+        thread, errors = in_thread(handle.pause)
+        assert came.wait(10.0)
+        sim.speed = speed
+        until(lambda: handle._goal.done)
+        go_on.set()
+        thread.join(10.0)
+    assert isinstance(errors[0], MotionRefused)
+    assert "has ended" in str(errors[0])
+    assert handle.wait().arrived
 
 
 @pytest.mark.parametrize("sideways", [Step.lateral(0.2), Step.diagonal(0.2, 0.5)])

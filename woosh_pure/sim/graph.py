@@ -53,8 +53,10 @@ class Graph:
         firmware: Firmware,
         network: Network,
         assumed_types: bool,
+        patience: float,
     ) -> None:
         self._uri, self._host, self._full = master_uri, host, full
+        self._patience = patience  # s for each node to find the master
         self._firmware = firmware
         self._latch_status = latch_status
         self._network = network
@@ -73,7 +75,14 @@ class Graph:
         own, as the real one does: to agree is the client's part.
         """
         if name not in self.nodes:
-            node = RobotNode(name, self._network, master_uri=self._uri, host=self._host, intraprocess=False)
+            node = RobotNode(
+                name,
+                self._network,
+                master_uri=self._uri,
+                host=self._host,
+                intraprocess=False,
+                timeout=self._patience,
+            )
             node.revisions = NoRevisions()
             self.nodes[name] = node
         return self.nodes[name]
