@@ -8,7 +8,7 @@ from rosproto.node import replies
 from rosproto.node.api_client import ApiClient
 from rosproto.protocol.limits import Limits
 from rosproto.records import NamedTuple
-from rosproto.transport import XmlRpcClient
+from rosproto.transport import XmlRpcClient, unpack
 
 __all__ = ["BusConnection", "NodeClient"]
 
@@ -61,7 +61,12 @@ class NodeClient(ApiClient):
 
     def get_bus_stats(self, *, timeout: float | None = None) -> list[object]:
         """Statistics [publish, subscribe, service] as the node gives them; no two libraries agree on rows."""
-        return self._typed(replies.as_list, "getBusStats", timeout=timeout)
+        seconds = self._timeout if timeout is None else timeout
+        reply = self._client.call("getBusStats", self.caller_id, timeout=seconds)
+        if isinstance(reply, list) and reply and isinstance(reply[0], list):
+            return reply  # roscpp's XMLRPCManager gives the value alone, without code and text
+        value = unpack("getBusStats", reply, self.uri)
+        return replies.checked("getBusStats", self.uri, value, replies.as_list)
 
     def get_bus_info(self, *, timeout: float | None = None) -> list[BusConnection]:
         """The node's connections."""

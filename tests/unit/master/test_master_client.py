@@ -121,6 +121,13 @@ def test_every_slave_method(
     assert peer.last == (method, ["/me", *params])
 
 
+def test_roscpp_gives_its_statistics_without_code_and_text(peer: Peer) -> None:
+    """Its TopicManager overwrites the reply with the value."""
+    peer.reply = [[["/t", [[0, 624, 624, 12, 0]]]], [], []]
+    with NodeClient(peer.server.uri, "/me") as node:
+        assert node.get_bus_stats()[0] == [["/t", [[0, 624, 624, 12, 0]]]]
+
+
 @pytest.mark.parametrize("reply", ["text", 5, [], ["x", "", 0], {}, True])
 def test_a_reply_that_is_no_triple_is_the_peers_fault(peer: Peer, reply: object) -> None:
     """RemoteProtocolError, and it says what came."""
