@@ -207,7 +207,8 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         The area must be clear, and a person must watch all the time and be able to stop the robot.
 
         There is one driver: the block is refused while another program can send velocities, too. The robot's
-        own nodes do not count. `drive.others` names who comes later; that is logged as a warning.
+        own nodes do not count. `drive.others` names who comes later; that is logged as a warning, and when
+        such a program is seen to send, the drive is over.
 
             with chassis.velocity(bypasses_protection=True) as drive:
                 drive.hold(0.2, seconds=2.0)
@@ -217,9 +218,11 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             direct: Use `/base_cmd_vel` (no smoothing) instead of `/smooth_cmd_vel`.
             max_linear: A lower limit than the chassis's own, m/s.
             max_angular: A lower limit than the chassis's own, rad/s.
-            feedback_timeout: The drive ends when `/odom_twist` is silent for so long, s; None drives blind.
+            feedback_timeout: The drive ends when `/odom_twist` is silent for so long, s. None drives without
+                it: then the drive ends when the node that listens does not answer within a second.
             check: False opens and keeps it also when the known state speaks against moving (emergency stop,
-                manual mode, a severe fault), and while the robot stands although it is told to move.
+                manual mode, a severe fault), while the robot stands although it is told to move, and beside
+                a program that came later and sends.
             share: True opens it also beside another program that publishes a velocity topic: you know that
                 it is silent while you drive.
 

@@ -11,6 +11,7 @@ from rosproto.errors import ConnectionLost, RosError
 
 from . import awake
 from .errors import MotionRefused
+from .pulse import LATE
 
 if TYPE_CHECKING:
     import rosproto
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from .core import Core
     from .feed import Feed
     from .geometry import Velocity
+    from .pulse import Pulse
 
 __all__ = ["DriveWatch"]
 
@@ -35,15 +37,23 @@ class DriveWatch:
         core: The chassis.
         publisher: Of the velocity topic.
         feedback_timeout: Seconds for which `/odom_twist` may be silent; None drives without it.
+        pulse: What tells instead that the network delivers; None when `/odom_twist` does.
         check: False drives on whatever is known to speak against it.
     """
 
     def __init__(
-        self, core: Core, publisher: rosproto.Publisher, feedback_timeout: float | None, *, check: bool
+        self,
+        core: Core,
+        publisher: rosproto.Publisher,
+        feedback_timeout: float | None,
+        pulse: Pulse | None = None,
+        *,
+        check: bool,
     ) -> None:
         self._core = core
         self._publisher = publisher
         self._feedback_timeout = feedback_timeout
+        self._pulse = pulse
         self._check = check
         self._measured: Feed[Velocity] = core.feed("velocity")
         self._last = self._obeyed = awake.seconds()
@@ -80,6 +90,11 @@ class DriveWatch:
     def _lost(self, sent: Velocity) -> RosError | None:
         if self._publisher.connections == 0:
             return _connection_lost(f"{self._publisher.topic}: nobody subscribes any more")
+        if self._pulse is not None and self._pulse.late:
+            return _connection_lost(
+                f"who listens to {self._publisher.topic} has not answered within {LATE:g} s, so what is sent "
+                "would come late"
+            )
         if self._feedback_timeout is None:
             return None
         measured = self._measured.known

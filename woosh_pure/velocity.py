@@ -24,6 +24,7 @@ from .drive_watch import DriveWatch
 from .drivers import OtherDriver, other_drivers
 from .errors import MotionRefused
 from .geometry import Velocity
+from .pulse import Pulse
 from .shaper import DriveLimits, Shaper
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ logger = get_logger("woosh_pure.velocity")
 _RATE = 20.0
 _ZEROS = 5
 _LOOK_AROUND = 2.0  # seconds between two looks at who else can drive
+_LOOK_AGAIN = 0.5  # seconds to the next look at somebody who can, which tells whether he does
 
 
 class Drive:
@@ -94,7 +96,11 @@ class Drive:
             core.running.add_drive(self, since, check=self._check)
             undo.callback(core.running.remove_drive, self)
             threading.Thread(target=self._look_around, name="woosh:drivers", daemon=True).start()
-            self._watch = DriveWatch(core, publisher, self._feedback_timeout, check=self._check)
+            pulse = None
+            if self._feedback_timeout is None:
+                pulse = Pulse(core.node, publisher, self._over)
+                pulse.start()
+            self._watch = DriveWatch(core, publisher, self._feedback_timeout, pulse, check=self._check)
             self._thread.start()
             undo.pop_all()
         return self
@@ -183,7 +189,7 @@ class Drive:
     @property
     def others(self) -> tuple[str, ...]:
         """Nodes that can send velocities, too, as last seen: looked for every 2 s, each newcomer is logged
-        as a warning. The robot's own nodes are left out.
+        as a warning, and one that is seen to send ends the drive. The robot's own nodes are left out.
         """
         return tuple(driver.node for driver in self._others)
 
@@ -206,15 +212,26 @@ class Drive:
             logger.warning("%s: %s", self.topic, driver.sentence())
 
     def _look_around(self) -> None:
-        while not self._over.wait(_LOOK_AROUND):
+        while not self._over.wait(_LOOK_AGAIN if self._others else _LOOK_AROUND):
             try:
                 found = other_drivers(self._core.node)
             except RosError:
                 continue  # without its master the drive goes on: its links need none
-            known, self._others = set(self.others), found
+            before, self._others = {driver.node: driver for driver in self._others}, found
             for driver in found:
-                if driver.node not in known:
-                    logger.warning("! %s: %s; end one of the two programs", self.topic, driver.sentence())
+                self._look_at(driver, before.get(driver.node))
+
+    def _look_at(self, driver: OtherDriver, before: OtherDriver | None) -> None:
+        """Who can send is told of; who does send ends the drive: two in turn are no control."""
+        if self._check and driver.has_sent_since(before):
+            self._end(
+                MotionRefused(
+                    f"the drive is over: {driver.sentence(sends=True)}; the robot would obey both in turn, "
+                    "and obeys that program now: watch it, and end that program before you drive again"
+                )
+            )
+        elif before is None:
+            logger.warning("! %s: %s; end one of the two programs", self.topic, driver.sentence())
 
     def _end(self, error: Exception) -> None:
         with self._lock:

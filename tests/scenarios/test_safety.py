@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 import rosproto
-from rosproto.errors import ConnectionLost
+from rosproto.errors import ConnectionLost, RosTimeout
 from tests.scenarios.test_ends_of_programs import program, start
 from tests.support.doors import held, in_thread
 from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, SimulatedChassis, awake
@@ -202,6 +202,44 @@ def test_a_drive_does_not_go_on_after_its_program_was_stopped(sim, until):
     finally:
         process.kill()
         process.communicate()
+
+
+LISTENER = """
+import sys, threading, rosproto
+with rosproto.Node("/listener", master_uri=sys.argv[1]) as node:
+    node.subscriber("/smooth_cmd_vel", "geometry_msgs/Twist", callback=print)
+    print("up", flush=True)
+    threading.Event().wait()
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="sends POSIX signals to a process")
+def test_a_drive_without_feedback_ends_when_who_listens_does_not_answer():
+    """The link lives on: what is sent is kept by TCP, and would be obeyed late."""
+    with rosproto.Master() as master, Chassis(master.uri) as chassis:
+        listener = start(LISTENER, master.uri)
+        try:
+            assert listener.stdout.readline() == "up\n"
+            with chassis.velocity(bypasses_protection=True, feedback_timeout=None) as drive:
+                drive.hold(0.1, seconds=0.5)
+                listener.send_signal(signal.SIGSTOP)
+                with pytest.raises(ConnectionLost, match="has not answered within 1 s"):
+                    drive.hold(0.1, seconds=20.0)
+        finally:
+            listener.kill()
+            listener.communicate()
+
+
+def test_a_drive_without_feedback_says_when_nobody_can_be_asked(sim, chassis, monkeypatch, caplog):
+    """A firewall in front of the robot's nodes is no reason not to drive, but there is no guard then."""
+
+    def silent(client, *, timeout=None):
+        raise RosTimeout("no answer", what="getPid", seconds=timeout)
+
+    monkeypatch.setattr("rosproto.node.NodeClient.get_pid", silent)
+    with chassis.velocity(bypasses_protection=True, feedback_timeout=None) as drive:
+        drive.hold(0.1, seconds=0.2)
+    assert "nothing ends this drive when the network delivers late" in caplog.text
 
 
 def test_a_laptop_that_slept_ends_its_drive(sim, chassis, until, monkeypatch):

@@ -6,6 +6,7 @@ import logging
 import os
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -134,6 +135,50 @@ def test_a_newcomer_is_a_warning_and_the_drive_goes_on(sim, chassis, until, capl
         late.close()
         until(lambda: drive.others == ())
     assert [r.levelno for r in caplog.records if "/late" in r.message] == [logging.WARNING]
+
+
+@pytest.fixture
+def ticking(sim) -> Iterator[rosproto.Publisher]:
+    """A program that sends zero velocities all the time, as an idle joystick does."""
+    over = threading.Event()
+    with rosproto.Node("/joystick", master_uri=sim.master_uri) as node:
+        publisher = node.publisher("/base_cmd_vel", TWIST)
+
+        def tick() -> None:
+            while not over.wait(0.02):
+                publisher.publish()
+
+        thread = threading.Thread(target=tick)
+        thread.start()
+        yield publisher
+        over.set()
+        thread.join()
+
+
+@pytest.mark.parametrize("share", [False, True], ids=["came later", "was said to be silent"])
+def test_a_program_that_sends_beside_a_drive_ends_it(sim, chassis, request, monkeypatch, share):
+    """Its own counters tell: the robot would obey both in turn."""
+    monkeypatch.setattr("woosh_pure.velocity._LOOK_AROUND", 0.05)
+    monkeypatch.setattr("woosh_pure.velocity._LOOK_AGAIN", 0.1)
+    if share:
+        request.getfixturevalue("ticking")
+    with chassis.velocity(bypasses_protection=True, share=share) as drive:
+        if not share:
+            request.getfixturevalue("ticking")
+        with pytest.raises(MotionRefused, match=r"/joystick .* sends velocities, too, on /base_cmd_vel"):
+            drive.hold(0.1, seconds=20.0)
+        assert not drive.active
+
+
+def test_a_drive_that_checks_nothing_goes_on_beside_it(sim, chassis, ticking, until, caplog, monkeypatch):
+    monkeypatch.setattr("woosh_pure.velocity._LOOK_AGAIN", 0.05)
+    looks = []
+    monkeypatch.setattr(drivers.OtherDriver, "has_sent_since", lambda *two: looks.append(two) or True)
+    with chassis.velocity(bypasses_protection=True, share=True, check=False) as drive:
+        until(lambda: "/joystick" in caplog.text)
+        drive.hold(0.1, seconds=0.3)
+        assert drive.active
+    assert looks == []
 
 
 def test_an_unknown_node_on_the_robots_computer_is_taken_for_a_part_of_it(sim, chassis, caplog, monkeypatch):
