@@ -1,4 +1,4 @@
-"""genpy.message: the bases of message classes, what they refuse to send, and how they print.
+"""genpy.message: the bases of message classes, and where classes are found by their name.
 
 Two families are messages here. Classes that genpy generated derive from `Message`, a plain class. Classes
 made from definitions derive from `RosMessage`, which is our codec's with genpy's manners. `isinstance(x,
@@ -8,6 +8,7 @@ Message)` holds for both.
 import codecs
 import logging
 import struct
+import sys
 
 from rosproto.codec import Flavour
 from rosproto.codec import Message as CodecMessage
@@ -16,7 +17,9 @@ from rosproto.codec.message import MessageMeta
 from rosproto.errors import CodecError
 
 from ._check import check_type
+from ._encoding import encode_message, sendable
 from ._errors import DeserializationError, MessageException, SerializationError
+from ._filling import fill_message_args
 from ._text import strify_message
 from .rostime import Duration, Time, TVal
 
@@ -41,20 +44,31 @@ struct_I = struct.Struct("<I")
 
 
 class RosMsgUnicodeErrors:
-    """The codec error handler "rosmsg": text that is not UTF-8 is replaced, and told once per type."""
+    """The codec error handler "rosmsg": text that is not UTF-8 is replaced, and told once per type.
+
+    Attributes:
+        msg_type: What generated classes say they decode.
+    """
 
     def __init__(self):
         self.msg_type = None
         self._told = set()
 
     def __call__(self, error):
-        if self.msg_type not in self._told:
-            self._told.add(self.msg_type)
-            what = "message %s" % self.msg_type if self.msg_type else "unknown message"
+        msg_type = _decoded_type(sys._getframe(1).f_code.co_filename) or self.msg_type
+        if msg_type not in self._told:
+            self._told.add(msg_type)
+            what = "message %s" % msg_type if msg_type else "unknown message"
             logging.getLogger("rosout").error(
                 "Characters replaced when decoding %s (will print only once): %s", what, error
             )
         return codecs.replace_errors(error)
+
+
+def _decoded_type(filename):
+    """The type that a function of our codec decodes; "" for any other function."""
+    words = filename.strip("<>").split()
+    return words[2] if words[:2] == ["rosproto", "decode"] else ""
 
 
 codecs.register_error("rosmsg", RosMsgUnicodeErrors())
@@ -207,11 +221,13 @@ class RosMessage(_Checked, CodecMessage, metaclass=_RosMeta):
         buff.write(encode_message(self))
 
     def deserialize(self, str):
-        """Take the values from encoded bytes; returns this message."""
+        """Take the values from encoded bytes; returns this message. What follows them is left alone."""
         try:
             return CodecMessage.deserialize(self, str)
         except CodecError as error:
-            raise DeserializationError(error) from None
+            if error.field_path or error.offset is None:
+                raise DeserializationError(error) from None
+            return CodecMessage.deserialize(self, str[: error.offset])
 
     def serialize_numpy(self, buff, numpy):
         """As `serialize`; arrays may be numpy's in any case."""
@@ -232,62 +248,6 @@ class RosMessage(_Checked, CodecMessage, metaclass=_RosMeta):
         self._connection_header = None
 
     __reduce__ = object.__reduce__  # pickled by the name of the class, as genpy's are
-
-
-def encode_message(message):
-    """Bytes of a message of either family.
-
-    Raises:
-        SerializationError: A value does not fit its field.
-    """
-    if isinstance(message, CodecMessage):
-        try:
-            return type(message)._encode(message)
-        except (CodecError, TypeError, ValueError, AttributeError) as error:
-            refuse(message, error)
-    from io import BytesIO
-
-    buffer = BytesIO()
-    message.serialize(buffer)
-    return buffer.getvalue()
-
-
-def refuse(message, error):
-    """Raise what genpy raises for a message that cannot be encoded."""
-    _touch(message)
-    if "out of range for float32" in str(error):  # genpy looks at no range there, struct does
-        message._check_types()
-        raise OverflowError("float too large to pack with f format")
-    message._check_types(struct.error(error))
-    raise SerializationError(str(error))
-
-
-def _touch(value):
-    """Read every field as genpy's code does: one that is no message or text at all is an AttributeError."""
-    for name, type_ in zip(value.__slots__, value._slot_types):
-        inner = getattr(value, name)
-        base = type_.partition("[")[0]
-        for one in _items(inner) if type_.endswith("]") else [inner]:
-            if base == "string":
-                if hasattr(one, "__len__"):
-                    _ = one.encode
-            elif base in ("time", "duration"):
-                _ = one.secs
-            elif "/" in base or base == "Header":
-                _touch_message(one, base)
-
-
-def _items(value):
-    return value if isinstance(value, (list, tuple)) else ()
-
-
-def _touch_message(value, type_):
-    from rosproto.rospy import messages
-
-    for name in messages.message(type_).__slots__:
-        getattr(value, name)
-    if hasattr(value, "_slot_types"):
-        _touch(value)
 
 
 FLAVOUR = Flavour(
@@ -362,65 +322,3 @@ def _find(kind, name):
         return getattr(import_module("%s.%s" % (package, kind)), base, None)
     except ImportError:
         return None
-
-
-def fill_message_args(msg, msg_args, keys={}):  # noqa: B006  genpy's signature
-    """Fill a message from what YAML on a command line gives: a list of values, or a dict by field name."""
-    if msg_args is None:
-        msg_args = []
-    if len(msg_args) == 1 and type(msg_args[0]) is dict:
-        msg_args = msg_args[0]
-    _fill(msg, msg_args, keys, "")
-
-
-def _fill(msg, values, keys, prefix):
-    if not isinstance(msg, (Message, TVal)):
-        raise ValueError("msg must be a Message instance: %s" % msg)
-    if type(values) is dict:
-        pairs = [(name, "" if value is None else value) for name, value in values.items()]
-    elif type(values) is list:
-        slots = msg.__slots__
-        if len(values) != len(slots):
-            many = "Too many" if len(values) > len(slots) else "Not enough"
-            raise MessageException("%s arguments:\n * Given: %s\n * Expected: %s" % (many, values, slots))
-        pairs = zip(slots, values)
-    else:
-        raise ValueError("invalid msg_args type: %s" % str(values))
-    for name, value in pairs:
-        _fill_one(msg, name, value, keys, prefix)
-
-
-def _fill_one(msg, name, value, keys, prefix):
-    if name not in msg.__slots__:
-        raise MessageException("No field name [%s%s]" % (prefix, name))
-    present = getattr(msg, name)
-    if isinstance(present, (Message, TVal)):
-        setattr(msg, name, _filled(present, value, keys, prefix + name + "."))
-        return
-    if type(present) is not list:
-        setattr(msg, name, value)
-        return
-    if type(value) not in (list, tuple):
-        raise MessageException(
-            "Field [%s%s] must be a list or tuple instead of: %s" % (prefix, name, type(value).__name__)
-        )
-    base, _, rest = msg._slot_types[list(msg.__slots__).index(name)].partition("[")
-    length = rest.rstrip("]")
-    if length and len(value) != int(length):
-        raise MessageException(
-            "Field [%s%s] has incorrect number of elements: %s != %s" % (prefix, name, len(value), length)
-        )
-    if "/" in base or base in ("time", "duration", "Header"):
-        value = [_filled(get_message_class(base)(), item, keys, prefix) for item in value]
-    setattr(msg, name, value)
-
-
-def _filled(present, value, keys, prefix):
-    if type(value) is str:
-        if value not in keys:
-            raise MessageException("No key named [%s]" % (value))
-        return keys[value]
-    if isinstance(present, TVal) and type(value) is int:
-        return type(present).from_sec(value / 1e9)
-    _fill(present, value, keys, prefix)
-    return present

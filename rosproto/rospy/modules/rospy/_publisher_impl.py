@@ -136,10 +136,8 @@ class _PublisherImpl(_TopicImpl):
                 self.handle.publish(self._bytes(message))
             else:
                 self.handle.publish(message)
-        except CodecError as error:
-            from genpy.message import refuse
-
-            refuse(message, error)
+        except CodecError:
+            self.handle.publish(self._bytes(message))  # by genpy's rules, or with its errors
         except LocalProtocolError:
             if not core.is_shutdown():
                 raise ROSException("publish() to a closed topic") from None

@@ -118,6 +118,19 @@ def _contact(master, resolved, timeout):
 # -- calling ------------------------------------------------------------------------------------------------
 
 
+def _carried(message):
+    """A request or response as the node takes it: ours as it is, so that another firmware can be served.
+
+    Raises:
+        genpy.SerializationError: A value does not fit its field.
+    """
+    from genpy.message import encode_message, sendable
+
+    if is_known(type(message)):
+        return sendable(message)
+    return Encoded(message._type, encode_message(message))
+
+
 class _Service:
     def __init__(self, name, service_class):
         self.resolved_name = names.resolve_name(name)
@@ -187,28 +200,31 @@ class ServiceProxy(_Service):
         return client
 
     def _sent(self, request):
-        """The request as the node takes it: as it is, so that another firmware's revision can be served.
+        """The request as the node takes it.
 
         Raises:
             genpy.SerializationError: A value does not fit; but a missing provider is the more important news.
         """
         if getattr(request, "_has_header", False) and request.header.frame_id is None:
             request.header.frame_id = "0"
-        from genpy.message import encode_message
-
         try:
-            data = encode_message(request)
+            return _carried(request)
         except (genpy.SerializationError, AttributeError):
             try:
                 rosgraph.Master(names.get_caller_id()).lookupService(self.resolved_name)
             except rosgraph.MasterException:
                 raise ServiceException("service [%s] unavailable" % self.resolved_name) from None
             raise
-        return request if is_known(type(request)) else Encoded(request._type, data)
 
     def _translated(self, error):
         if core.is_shutdown():  # what rospy raises then (measured), though its documentation names another
             return ServiceException("service [%s] returned no response" % self.resolved_name)
+        if isinstance(error, Md5sumMismatch):
+            who, asked, theirs = names.get_caller_id(), error.md5sum, error.remote_md5sum
+            return ServiceException(
+                "unable to connect to service: remote error reported: "
+                "request from [%s]: md5sums do not match: [%s] vs. [%s]" % (who, asked, theirs)
+            )
         cause = error.__cause__
         if isinstance(error, ServiceError):
             if isinstance(cause, MasterError):
@@ -318,12 +334,8 @@ class Service(_Service):
         )
 
     def _answer(self, request):
-        from genpy.message import encode_message
-
         try:
-            response = convert_return_to_response(self.handler(request), self.response_class)
-            data = encode_message(response)  # also when it goes as it is: what is wrong must be known here
-            return response if is_known(type(response)) else Encoded(self.response_class._type, data)
+            return _carried(convert_return_to_response(self.handler(request), self.response_class))
         except ServiceException as error:
             core.rospydebug("handler raised ServiceException: %s", error)
             raise ServiceError(self.resolved_name, "service cannot process request: %s" % error) from None
