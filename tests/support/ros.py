@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from tests.support.ports import unused_port
 from tests.support.ros_code import (
     GENMSG_PY,
     GENSRV_PY,
@@ -139,10 +140,8 @@ def _tool(arguments: Sequence[str]) -> list[str]:
 
 
 def free_port() -> int:
-    """A port that was free a moment ago, for programs that cannot take port 0."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
+    """A port for programs that cannot take port 0."""
+    return unused_port()
 
 
 @contextmanager
