@@ -140,7 +140,7 @@ def test_marks_are_kept_and_used(sim, woosh, document, private_config):
 
 
 def test_doctor_and_status_and_stop_as_json(woosh, document):
-    assert document("status", "--wait", "2")[1]["ready"] is True
+    assert document("status", "--wait", "20")[1]["ready"] is True
     assert document("stop")[1]["standing"] is True
     assert "findings" in document("doctor", "--listen", "1")[1]
 
@@ -156,6 +156,6 @@ def test_shell_runs_code(sim, woosh, capsys):
     assert "ZeroDivisionError" in err
 
 
-def test_leaving_the_shell_ends_what_it_started(sim, woosh):
+def test_leaving_the_shell_ends_what_it_started(sim, real_time, woosh):
     assert woosh("shell", "-c", "chassis.go_to_mark('B1')")[0] == 0
     assert sim.world.tasks.state is TaskState.CANCELLED

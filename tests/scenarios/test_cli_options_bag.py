@@ -5,7 +5,6 @@ What the verbs mean in depth is in tests/unit/cli/test_bag_*.py; here each optio
 
 from __future__ import annotations
 
-import _thread
 import threading
 from collections.abc import Iterator
 from importlib.util import find_spec
@@ -17,7 +16,7 @@ import pytest
 from msgdefs.std_msgs.msg import Float64, String
 from rosproto import BagReader, BagWriter, Master, Node
 from rosproto.time import Time
-from tests.support.options import Case, covered, every_pair, leaves, path_of, run
+from tests.support.options import Case, covered, ctrl_c, every_pair, leaves, path_of, run
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +38,13 @@ def graph() -> Iterator[SimpleNamespace]:
 
         thread = threading.Thread(target=talk, daemon=True)
         thread.start()
-        yield SimpleNamespace(uri=master.uri)
+
+        def plays() -> bool:
+            """Whether a player has come, with its topics."""
+            topics = node.master.get_system_state().publishers.items()
+            return any("/play" in name for topic, names in topics if topic != "/rosout" for name in names)
+
+        yield SimpleNamespace(uri=master.uri, plays=plays)
         over.set()
         thread.join(5.0)
 
@@ -109,11 +114,11 @@ TABLE = [
 
 
 RECORD = [
-    Case("record /words --duration 0.5 -O {d}/r.bag --lz4 --force --quiet --buffsize 8 --chunksize 64 --tcpnodelay",
+    Case("record /words --duration 2 -O {d}/r.bag --lz4 --force --quiet --buffsize 8 --chunksize 64 --tcpnodelay",
          wrote("r.bag", "/words")),
-    Case("record --all --exclude '/rosout.*' --duration 0.6 --output-prefix {d}/p --bz2 --size 5", files("p*.bag")),
+    Case("record --all --exclude '/rosout.*' --duration 2 --output-prefix {d}/p --bz2 --size 5", files("p*.bag")),
     Case("record --regex '/wor.*' --limit 3 --publish --min-space 1 --output-name {d}/r.bag", wrote("r.bag", "/words")),
-    Case("record --node /ear --duration 0.5 -O {d}/r.bag --repeat-latched", wrote("r.bag", "/words")),
+    Case("record --node /ear --duration 2 -O {d}/r.bag --repeat-latched", wrote("r.bag", "/words")),
 ]  # fmt: skip
 PLAY = [
     Case("play {d}/a.bag --rate 2 --start 0.01 --duration 1 --queue 10 --quiet --delay 0.1 --topics /t"),
@@ -149,10 +154,8 @@ def test_live_option(case: Case, bags: Path, graph: SimpleNamespace) -> None:
 def test_live_option_until_ctrl_c(case: Case, bags: Path, graph: SimpleNamespace) -> None:
     """Ctrl-C is an orderly end."""
     verb, *words = case.words(d=bags)
-    timer = threading.Timer(3.0, _thread.interrupt_main)
-    timer.start()
-    result = run("rosproto", ["bag", verb, "--master", graph.uri, *words])
-    timer.cancel()
+    with ctrl_c(lambda: list(bags.glob("s_*.bag")) if verb == "record" else graph.plays()):
+        result = run("rosproto", ["bag", verb, "--master", graph.uri, *words])
     assert result.code in (0, 130), result
     ends(Case(case.line, case.check, code=result.code), result, bags)
 

@@ -7,7 +7,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -36,11 +35,9 @@ def woosh(*arguments: str) -> subprocess.Popen[str]:
 @pytest.mark.slow
 @pytest.mark.example
 def test_the_demo_drives_measures_and_ends_well():
-    began = time.monotonic()
     process = woosh("demo")
-    out, err = process.communicate(timeout=200)
+    out, err = process.communicate(timeout=100)
     assert process.returncode == 0, err
-    assert time.monotonic() - began < 20.0 or sys.platform == "win32"  # Wine's times say nothing
     for words in (
         "battery 87 %",
         "asked 0.500 m, measured 0.",
@@ -58,11 +55,11 @@ def test_the_demo_refuses_a_real_chassis(capsys):
 
 
 def test_status_reads_any_chassis(sim, capsys):
-    assert main(["--master", sim.master_uri, "status", "--wait", "3"]) == 0
+    assert main(["--master", sim.master_uri, "status", "--wait", "20"]) == 0
     out = capsys.readouterr().out
     assert "87 %" in out
     assert "differential" in out
-    assert main(["status", "--master", sim.master_uri, "--json", "--wait", "3"]) == 0
+    assert main(["status", "--master", sim.master_uri, "--json", "--wait", "20"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert document["feeds"]["battery"]["value"]["percent"] == 87
     assert document["ready"] is True
@@ -104,13 +101,13 @@ def test_an_unknown_mark_is_an_error(sim, capsys):
     assert "not known" in capsys.readouterr().err
 
 
-def test_a_timeout_is_an_error_and_the_robot_stands(sim, capsys):
+def test_a_timeout_is_an_error_and_the_robot_stands(sim, real_time, capsys):
     assert main(["--master", sim.master_uri, "goto", "B1", "--timeout", "0.3"]) == 1
     assert "timed out" in capsys.readouterr().err
     assert sim.world.body.velocity.is_standing()
 
 
-def test_stop_ends_what_somebody_else_started(sim, chassis, capsys):
+def test_stop_ends_what_somebody_else_started(sim, real_time, chassis, capsys):
     chassis.go_to_mark("B1")
     assert main(["--master", sim.master_uri, "stop"]) == 0
     assert "stands still" in capsys.readouterr().out
@@ -119,7 +116,7 @@ def test_stop_ends_what_somebody_else_started(sim, chassis, capsys):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="sends a POSIX signal")
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_ctrl_c_and_sigterm_stop_the_motion(sim, until, number, code):
+def test_ctrl_c_and_sigterm_stop_the_motion(sim, real_time, until, number, code):
     process = woosh("--master", sim.master_uri, "goto", "B1")
     until(lambda: not sim.world.body.velocity.is_standing(), 20.0)
     process.send_signal(number)

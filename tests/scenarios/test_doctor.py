@@ -17,10 +17,10 @@ from woosh_pure.doctor import Level, check_own_address, examine
 from woosh_pure.doctor_definitions import finding_of
 
 
-def findings(uri: str, **options: object) -> dict[str, list]:
+def findings(uri: str, timeout: float = 20.0) -> dict[str, list]:
     """Findings by check."""
     found: dict[str, list] = {}
-    for finding in examine(uri, listen=2.0, timeout=1.0, **options):
+    for finding in examine(uri, listen=2.0, timeout=timeout):
         found.setdefault(finding.check, []).append(finding)
     return found
 
@@ -74,7 +74,7 @@ def test_another_robots_master():
 def test_a_chassis_that_cannot_reach_us(healthy, monkeypatch):
     """The firewall case: our node turns every caller away, and a node of the robot is really asked to come."""
     monkeypatch.setattr(rosproto, "Node", functools.partial(rosproto.Node, allow=["192.0.2.1"]))
-    found = findings(healthy.master_uri)
+    found = findings(healthy.master_uri, timeout=1.0)
     assert "back" in problems(found)
     assert "firewall" in found["back"][0].advice
 

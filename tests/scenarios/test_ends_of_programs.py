@@ -88,7 +88,9 @@ def test_a_program_that_turns_sigterm_into_an_exit_stops_the_robot(sim, until):
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, getattr(signal, "SIGKILL", 9)])
-def test_a_goal_of_a_killed_program_goes_on_and_another_program_can_stop_it(sim, chassis, until, number):
+def test_a_goal_of_a_killed_program_goes_on_and_another_program_can_stop_it(
+    sim, real_time, chassis, until, number
+):
     """Nothing of ours runs any more; what was begun is the chassis's own business, and is documented so."""
     body = "chassis.go_to_mark('B1')\n    print('waiting', flush=True)\n    time.sleep(99)"
     end(start(program(body), sim.master_uri), number)

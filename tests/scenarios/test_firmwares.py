@@ -44,6 +44,7 @@ def test_tasks_navigation_and_moves(sim: SimulatedChassis, chassis: Chassis) -> 
     chassis.steps([Step.straight(0.4), Step.turn(math.pi / 2, 1.0)]).wait()
     assert before.distance_to(sim.pose) == pytest.approx(0.4, abs=0.03)
     assert abs(before.angle_to(sim.pose)) == pytest.approx(math.pi / 2, abs=0.05)
+    sim.speed = 1.0  # time to cancel it on its way
     handle = chassis.go_to_mark("B1")
     handle.cancel()
     assert handle.wait(20.0, raises=False).kind is OutcomeKind.CANCELLED
@@ -136,6 +137,7 @@ def test_a_robot_with_all_its_nodes_in_an_old_firmware() -> None:
     """Second publishers, internal listeners and competing clients speak the old definitions too."""
     with SimulatedChassis(speed=8.0, firmware="1.0.8") as sim, Chassis(sim.master_uri) as chassis:
         chassis.move(0.3).wait()
+        sim.speed = 1.0  # time to interfere
         handle = chassis.go_to(2.5, 0.0)
         chassis.measured_velocity.wait_for(lambda v: v.vx > 0.1)
         sim.compete(0.0, 1.0)

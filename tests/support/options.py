@@ -6,12 +6,15 @@ argument (`<namespace>`).
 
 from __future__ import annotations
 
+import _thread
 import argparse
 import contextlib
 import functools
 import io
 import json
 import shlex
+import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -29,6 +32,7 @@ __all__ = [
     "Result",
     "common_options",
     "covered",
+    "ctrl_c",
     "every_pair",
     "leaves",
     "offers_json",
@@ -187,6 +191,29 @@ def covered(prog: str, words: Sequence[str]) -> set[Pair]:
         if chosen is None:
             return found
         path, parser = f"{path} {chosen}", subs[chosen]
+
+
+@contextlib.contextmanager
+def ctrl_c(when: Callable[[], object], timeout: float = 60.0) -> Iterator[None]:
+    """Ctrl-C for what the block runs: as soon as something holds, or the time is up."""
+    over = threading.Event()
+    while when():  # what an earlier command has left behind: its node is leaving
+        time.sleep(0.01)
+
+    def watch() -> None:
+        end = time.monotonic() + timeout
+        while not when() and time.monotonic() < end:
+            if over.wait(0.02):
+                return
+        _thread.interrupt_main()
+
+    thread = threading.Thread(target=watch, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join(5.0)
 
 
 def run(prog: str, words: Sequence[str], stdin: str = "") -> Result:
