@@ -16,13 +16,19 @@ from rosproto.master import Master
 from tests.support import ros
 
 HERE = Path(__file__).resolve().parent
+COMPILED = {
+    "roscpp_peer",
+    "build_revised_roscpp",
+}  # fixtures: 10 s of a processor, of which there may be a tenth
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what is in this directory."""
+    """Mark what is in this directory, and give what may have to compile first the time for it."""
     for item in items:
         if HERE in item.path.parents:
             item.add_marker(pytest.mark.interop)
+            if COMPILED & set(getattr(item, "fixturenames", ())):
+                item.add_marker(pytest.mark.timeout(600))
 
 
 @pytest.fixture(scope="session")
@@ -81,12 +87,6 @@ def genpy_packages(ros_installed: None, shared_directory: Path) -> Path:
 
 
 @pytest.fixture(scope="session")
-def gencpp_headers(ros_installed: None, shared_directory: Path) -> Path:
-    """roscpp headers of our msgdefs made by gencpp."""
-    return _made_once(shared_directory / "cpp-headers", ros.generate_cpp_headers)
-
-
-@pytest.fixture(scope="session")
 def revised_packages(genpy_packages: Path, shared_directory: Path) -> Callable[[str], str]:
     """`revised_packages("1.1.0")`: woosh_msgs of that revision for rospy, made by genpy; for `packages=`."""
 
@@ -113,19 +113,16 @@ def build_revised_roscpp(ros_installed: None, shared_directory: Path) -> Callabl
             root = ros.write_revision(target / "definitions", "woosh_msgs", label.partition("+")[0])
             for path, text in (changes or {}).items():
                 (root / "woosh_msgs" / path).write_text(text)
-            return ros.generate_cpp_headers(target, root)
+            return root
 
-        headers = _made_once(shared_directory / f"cpp-revision-{label}", generate)
-        return ros.build_cpp_node(f"{name}-{label}", source, shared_directory, headers)
+        made = _made_once(shared_directory / f"cpp-revision-{label}", generate)
+        return ros.build_cpp_node(f"{name}-{label}", source, shared_directory, made / "definitions", "-O0")
 
     return build
 
 
 @pytest.fixture(scope="session")
-def build_roscpp(gencpp_headers: Path, shared_directory: Path) -> Callable[[str, str], Path]:
-    """`build_roscpp(name, source) -> executable`: a C++ node, compiled once per session."""
-
-    def build(name: str, source: str) -> Path:
-        return ros.build_cpp_node(name, source, shared_directory, gencpp_headers)
-
-    return build
+def roscpp_peer(ros_installed: None, shared_directory: Path) -> Path:
+    """The executable of roscpp_peer.cpp, compiled once per session; its first argument is a role."""
+    source = (HERE / "roscpp_peer.cpp").read_text("utf-8")
+    return ros.build_cpp_node("roscpp_peer", source, shared_directory, optimise="-O0")

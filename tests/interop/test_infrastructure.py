@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from rosproto.codec import message_class
 from tests.support import ros
 
 
@@ -20,18 +20,12 @@ def test_generated_python_packages_import_beside_debians(genpy_packages: Path, r
     assert done.stdout.startswith("/usr/lib/python3/dist-packages/std_msgs")
 
 
-def test_generated_cpp_headers_compile(build_roscpp: Callable[[str, str], Path], real_roscore: str) -> None:
-    """A C++ node with one of our own types builds and runs."""
-    source = """
-        #include <ros/ros.h>
-        #include <woosh_msgs/RobotStatus.h>
-        int main() { puts(ros::message_traits::md5sum<woosh_msgs::RobotStatus>()); }
-    """
-    headers = sorted(path.stem for path in (ros.MSGDEFS / "woosh_msgs" / "msg").glob("*.msg"))
-    program = build_roscpp("md5", source.replace("RobotStatus", headers[0]))
-    with ros.start_program(program, real_roscore) as running:
-        running.wait_for("^[0-9a-f]{32}$")
-    assert build_roscpp("md5", source.replace("RobotStatus", headers[0])) == program
+def test_generated_cpp_headers_compile(roscpp_peer: Path, shared_directory: Path) -> None:
+    """A C++ node with one of our own types builds and runs, and is built once."""
+    with ros.start_program(roscpp_peer, "http://127.0.0.1:1", "md5sum") as running:
+        running.wait_for(f"^{message_class('woosh_msgs/RobotStatus')._md5sum}$")
+    source = Path(__file__).with_name("roscpp_peer.cpp").read_text("utf-8")
+    assert ros.build_cpp_node("roscpp_peer", source, shared_directory, ros.MSGDEFS / "none") == roscpp_peer
 
 
 def test_a_hanging_program_is_ended_with_its_children(real_roscore: str) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -40,28 +39,6 @@ rospy.init_node("server")
 rospy.Service("/switch", SetBool, lambda request: SetBoolResponse(request.data, "switched"))
 print("serving", flush=True)
 rospy.spin()
-"""
-
-CPP_NODE = """
-#include <ros/ros.h>
-#include <std_msgs/String.h>
-void heard(const std_msgs::String& m) { printf("cpp heard %s\\n", m.data.c_str()); fflush(stdout); }
-int main(int argc, char** argv) {
-  ros::init(argc, argv, "cpp_node");
-  ros::NodeHandle n;
-  auto sub = n.subscribe("chatter", 10, heard);
-  auto pub = n.advertise<std_msgs::String>("cpp_chatter", 10, true);
-  std_msgs::String m; m.data = "latched by cpp"; pub.publish(m);
-  std::string value; n.setParam("/cpp/set", 42);
-  ros::param::getCached("/cpp/watched", value);
-  ros::WallTimer timer = n.createWallTimer(ros::WallDuration(0.02), [&](const ros::WallTimerEvent&) {
-    std::string now; ros::param::getCached("/cpp/watched", now);
-    if (now != value) { value = now; printf("cpp param %s\\n", now.c_str()); fflush(stdout); }
-  });
-  puts("cpp up"); fflush(stdout);
-  ros::spin();
-  puts("cpp down");
-}
 """
 
 
@@ -128,12 +105,11 @@ def test_an_innocent_node_on_a_dead_nodes_port_lives_on(our_master: Master) -> N
 
 
 def test_a_roscpp_node_works_and_can_be_replaced(
-    any_master: str, build_roscpp: Callable[[str, str], Path], request: pytest.FixtureRequest
+    any_master: str, roscpp_peer: Path, request: pytest.FixtureRequest
 ) -> None:
     """Topics both ways, parameters and cached parameters, then a second node of its name."""
-    program = build_roscpp("cpp_node", CPP_NODE)
     is_ours = request.node.callspec.params["any_master"] == "ours"
-    with client(any_master) as me, ros.start_program(program, any_master) as node:
+    with client(any_master) as me, ros.start_program(roscpp_peer, any_master, "cpp_node") as node:
         node.wait_for("^cpp up")
         with ros.start_rospy(TALKER, any_master, "talker"):
             node.wait_for("cpp heard hello from talker")
@@ -142,7 +118,7 @@ def test_a_roscpp_node_works_and_can_be_replaced(
         node.wait_for("cpp param seen")
         echo = ros.ros_tool(["rostopic", "echo", "-n1", "/cpp_chatter"], any_master)
         assert "latched by cpp" in echo.stdout
-        with ros.start_program(program, any_master) as second:
+        with ros.start_program(roscpp_peer, any_master, "cpp_node") as second:
             node.wait_for("cpp down")
             # The first one's last log line makes rosmaster end the second as well (registry.py); ours does not.
             if is_ours:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import xmlrpc.client as stdlib_client
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
@@ -144,35 +144,13 @@ def passing_on(uri: str) -> Iterator[tuple[str, list[str]]]:
             yield server.uri, methods
 
 
-ECHO_NODE = r"""
-    #include <ros/ros.h>
-    int main(int argc, char** argv) {
-        ros::init(argc, argv, "echo_node");
-        ros::NodeHandle node;
-        XmlRpc::XmlRpcValue names, value;
-        ros::param::get("/names", names);
-        for (int i = 0; i < names.size(); ++i) {
-            std::string name = names[i];
-            if (!ros::param::get("/in/" + name, value)) { printf("cannot read %s\n", name.c_str()); continue; }
-            ros::param::set("/out/" + name, value);
-        }
-        puts("done");
-        fflush(stdout);
-        ros::spin();
-    }
-"""
-
-
-def test_roscpp_reads_and_writes_every_type(
-    build_roscpp: Callable[[str, str], Path], real_roscore: str
-) -> None:
-    program = build_roscpp("xmlrpc_echo", ECHO_NODE)
+def test_roscpp_reads_and_writes_every_type(roscpp_peer: Path, real_roscore: str) -> None:
     values = {f"v{number}": value for number, value in enumerate([*VALUES, b"\0\xff"])}
     with passing_on(real_roscore) as (uri, methods), XmlRpcClient(uri) as client:
         client.call("setParam", "/me", "/names", sorted(values))
         for name, value in values.items():
             client.call("setParam", "/me", f"/in/{name}", value)
-        with ros.start_program(program, uri) as running:
+        with ros.start_program(roscpp_peer, uri, "parameter_echo") as running:
             running.wait_for("done")
             assert "cannot read" not in running.output
             back = unpack("getParam", client.call("getParam", "/me", "/out"))
@@ -187,7 +165,7 @@ def test_roscpp_reads_and_writes_every_type(
 
 def _ask_roscpp_slave(master: XmlRpcClient) -> None:
     """The slave API of the running roscpp node answers; getBusStats is malformed and still read."""
-    uri = unpack("lookupNode", master.call("lookupNode", "/me", "/echo_node"))
+    uri = unpack("lookupNode", master.call("lookupNode", "/me", "/parameter_echo"))
     assert isinstance(uri, str)
     with XmlRpcClient(uri) as slave:
         assert unpack("getPid", slave.call("getPid", "/me"))

@@ -18,7 +18,6 @@ from tests.support.ros_code import (
     GENSRV_PY,
     MSGDEFS,
     build_cpp_node,
-    generate_cpp_headers,
     generate_python_packages,
     write_revision,
 )
@@ -45,7 +44,6 @@ __all__ = [
     "environment",
     "exclusive",
     "free_port",
-    "generate_cpp_headers",
     "generate_python_packages",
     "require",
     "require_ros",
@@ -126,7 +124,7 @@ def start_tool(
 def start_program(
     path: Path | str, master_uri: str, *arguments: str, env: Mapping[str, str] | None = None
 ) -> RosProcess:
-    """Start a compiled node (`build_roscpp`); to be used in a `with`."""
+    """Start a compiled node (`build_cpp_node`); to be used in a `with`."""
     return RosProcess([str(path), *arguments], environment(master_uri, extra=env))
 
 
