@@ -6,9 +6,13 @@ It publishes each topic to read, prints what it hears, is called with and gets a
 import importlib
 import json
 import os
+import sys
+import threading
 
 import actionlib
 import rospy
+
+lock = threading.Lock()
 
 
 def find(type_name, kind="msg"):
@@ -17,7 +21,10 @@ def find(type_name, kind="msg"):
 
 
 def tell(what, name, message):
-    print(what, name, " ".join(str(message).split()), flush=True)
+    line = " ".join((what, name, " ".join(str(message).split())))
+    with lock:  # topics have a thread each, and print() writes in pieces
+        sys.stdout.write(line + "\n")
+        sys.stdout.flush()
 
 
 def some(type_name):
@@ -65,6 +72,8 @@ def answer(request, name, kind):
 def serve(name, kind):
     def run(goal):
         tell("goal", name, goal)
+        while not server.action_server.result_pub.get_num_connections():
+            rospy.sleep(0.01)  # the client is connected; this side may not know it yet
         server.publish_feedback(find(kind + "Feedback")())
         result = find(kind + "Result")()
         if hasattr(result, "result"):
