@@ -27,12 +27,14 @@ cases = [
     (Empty, [1, None, Empty()]),
 ]
 for cls, values in cases:
-    name = "t_" + cls.__name__.lower()
-    sub = rospy.Subscriber(name, cls, lambda m: None)
-    pub = rospy.Publisher(name, cls, queue_size=1)
-    while not pub.get_num_connections():
-        rospy.sleep(0.02)
-    for v in values:
+    for number, v in enumerate(values):
+        # A topic for each: what a failed publish() leaves in rospy's buffer goes out with the next message, and may
+        # close the connection.
+        name = "t_%s_%d" % (cls.__name__.lower(), number)
+        sub = rospy.Subscriber(name, cls, lambda m: None)
+        pub = rospy.Publisher(name, cls, queue_size=1)
+        while not pub.get_num_connections():
+            rospy.sleep(0.02)
         try:
             pub.publish(v)
             print(cls.__name__, repr(v)[:30].replace("\n", " "), "ok")
