@@ -40,13 +40,29 @@ class S:
 s = S()
 c = actionlib.SimpleActionClient("/gc", TestAction)
 c.wait_for_server()
-for n, w in [(2, 5), (50, 0.3), (3, 5)]:
-    c.send_goal(TestGoal(n))
+# wait_for_server() looks at this side only: what goes out before the server knows of its listener is lost.
+while not all(
+    p.get_num_connections() for p in (s.s.action_server.result_pub, s.s.action_server.feedback_pub)
+):
+    rospy.sleep(0.01)
+
+
+def send(n):
+    """Send a goal. The server looks at it when the client knows its handle: earlier answers would be lost."""
+    with s.s.action_server.lock:
+        c.send_goal(TestGoal(n))
+
+
+for n, w in [(2, 20), (5000, 0.3), (3, 20)]:
+    send(n)
+    while n == 5000 and c.get_state() != 1:
+        rospy.sleep(0.01)
     print(c.wait_for_result(rospy.Duration(w)), c.get_state(), c.get_result())
-c.send_goal(TestGoal(50))
-rospy.sleep(0.3)
+send(5000)
+while c.get_state() != 1:
+    rospy.sleep(0.01)
 c.cancel_goal()
-print(c.wait_for_result(rospy.Duration(3)), c.get_state(), c.get_goal_status_text())
+print(c.wait_for_result(rospy.Duration(20)), c.get_state(), c.get_goal_status_text())
 try:
     s.s.accept_new_goal()
 except Exception as e:
@@ -63,4 +79,7 @@ except Exception as e:
     print(type(e), e)
 b = actionlib.SimpleActionServer("notstarted", TestAction, lambda g: None, False)
 print(b.is_active(), b.is_preempt_requested(), b.get_default_result())
+for server in (s.s, a):
+    with server.action_server.lock:
+        server.action_server.started = False  # or its timer may publish while the topics are closed
 rospy.signal_shutdown("done")

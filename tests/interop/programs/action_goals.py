@@ -1,4 +1,4 @@
-# ruff: noqa: F403, F405
+# ruff: noqa: B023, F403, F405
 """ActionClient and ActionServer: goal handles, transitions, texts."""
 
 import time
@@ -12,6 +12,12 @@ rospy.init_node("ac")
 log = []
 
 
+def until(seen):
+    """Wait for what the client notes: feedback, status and result are topics of their own, in no common order."""
+    while not any(seen(*entry) for entry in log):
+        time.sleep(0.005)
+
+
 def goal_cb(gh):
     g = gh.get_goal()
     print("S", g.goal, gh.get_goal_status().status, len(gh.get_goal_id().id) > 5)
@@ -19,9 +25,10 @@ def goal_cb(gh):
         gh.set_rejected(TestResult(0), "no zeros")
         return
     gh.set_accepted("ok")
+    until(lambda state, _: state == actionlib.CommState.ACTIVE)
     for i in range(2):
         gh.publish_feedback(TestFeedback(i))
-        rospy.sleep(0.05)
+        until(lambda what, number: what == "fb" and number == i)
     if g.goal == 1:
         gh.set_succeeded(TestResult(1), "one")
     elif g.goal == 2:
@@ -30,13 +37,17 @@ def goal_cb(gh):
 
 def cancel_cb(gh):
     print("S cancel", gh.get_goal_status().status)
+    until(lambda state, _: state == actionlib.CommState.PREEMPTING)
     gh.set_canceled(TestResult(9), "cancelled")
 
 
 s = actionlib.ActionServer("raw", TestAction, goal_cb, cancel_cb, auto_start=False)
 s.start()
 c = actionlib.ActionClient("raw", TestAction)
-print(c.wait_for_server(rospy.Duration(5)))
+print(c.wait_for_server(rospy.Duration(20)))
+# wait_for_server() looks at this side only: what goes out before the server knows of its listener is lost.
+while not all(p.get_num_connections() for p in (s.result_pub, s.feedback_pub)):
+    rospy.sleep(0.01)
 
 
 def tr(gh):
@@ -50,10 +61,10 @@ def fb(gh, f):
 for n in [0, 1, 2, 3]:
     del log[:]
     gh = c.send_goal(TestGoal(n), transition_cb=tr, feedback_cb=fb)
-    rospy.sleep(0.6)
     if n == 3:
+        until(lambda what, number: what == "fb" and number == 1)
         gh.cancel()
-        rospy.sleep(0.5)
+    until(lambda state, _: state == actionlib.CommState.DONE)
     print(log)
     print(
         gh.get_comm_state(),
@@ -63,11 +74,11 @@ for n in [0, 1, 2, 3]:
         gh.get_result(),
         gh.get_terminal_state() if gh.get_comm_state() == actionlib.CommState.DONE else None,
     )
-try:
-    state = c.send_goal(TestGoal(1)).get_terminal_state()
-    rospy.sleep(0.3)  # the server prints too
-    print(state)
-except Exception as e:
-    print(type(e), e)
-rospy.sleep(0.5)
+del log[:]
+with s.lock:  # the server has not looked at it yet
+    last = c.send_goal(TestGoal(1), transition_cb=tr, feedback_cb=fb)
+    print(last.get_terminal_state())
+until(lambda state, _: state == actionlib.CommState.DONE)
 print(gh == gh, gh != gh, hash(gh) is not None)
+with s.lock:
+    s.started = False  # or its timer may publish while the topics are closed

@@ -1,6 +1,6 @@
 """Everything that a simple action client and server do with goals."""
 
-import threading
+import time
 
 import actionlib
 import rospy
@@ -34,32 +34,63 @@ class Server(object):
         if goal.goal == -4:
             self.s.set_succeeded()
             return
+        # Status, feedback and result are topics of their own: one waits until the client has heard of the one before.
+        while c.simple_state == actionlib.SimpleGoalState.PENDING:
+            time.sleep(0.005)
         for i in range(goal.goal):
             if self.s.is_preempt_requested() or rospy.is_shutdown():
                 self.s.set_preempted(TestResult(i * 0), "stopped")
                 return
             if i < 2:
                 self.s.publish_feedback(TestFeedback(i))
-            rospy.sleep(0.1)
+                while watched and i not in told:
+                    time.sleep(0.005)
+            rospy.sleep(0.05)
         self.s.set_succeeded(TestResult(goal.goal), "counted")
 
 
+class Client(actionlib.SimpleActionClient):
+    def send_goal(self, *args, **kw):
+        """The server looks at a goal when the client knows its handle: earlier answers would be lost."""
+        with srv.s.action_server.lock:
+            actionlib.SimpleActionClient.send_goal(self, *args, **kw)
+
+    def wait_for_result(self, *args, **kw):
+        """The time that a goal has begins when it is pursued: a cancel may overtake a goal."""
+        while self.gh and self.simple_state == actionlib.SimpleGoalState.PENDING:
+            time.sleep(0.005)
+        return actionlib.SimpleActionClient.wait_for_result(self, *args, **kw)
+
+
+told = []
+watched = False
 srv = Server()
-c = actionlib.SimpleActionClient("count", TestAction)
+c = Client("count", TestAction)
 print(c.get_state(), c.get_result(), repr(c.get_goal_status_text()))
 print(c.wait_for_result(rospy.Duration(0.1)))
 print(actionlib.SimpleActionClient("absent", TestAction).wait_for_server(rospy.Duration(0.3)))
-print(c.wait_for_server(rospy.Duration(5)), c.wait_for_server(timeout=rospy.Duration(1)))
+print(c.wait_for_server(rospy.Duration(20)), c.wait_for_server(timeout=rospy.Duration(1)))
+# wait_for_server() looks at this side only: what goes out before the server knows of its listener is lost.
+while not all(
+    p.get_num_connections() for p in (srv.s.action_server.result_pub, srv.s.action_server.feedback_pub)
+):
+    rospy.sleep(0.01)
 
 
-def run(n, cancel=None, **kw):
+def active():
+    """Wait until the client knows that the goal is pursued."""
+    while c.simple_state != actionlib.SimpleGoalState.ACTIVE:
+        rospy.sleep(0.01)
+
+
+def run(n, cancel=False, **kw):
     c.send_goal(TestGoal(n), **kw)
     if cancel:
-        rospy.sleep(cancel)
+        active()
         c.cancel_goal()
     print(
         "W",
-        c.wait_for_result(rospy.Duration(5)),
+        c.wait_for_result(rospy.Duration(20)),
         c.get_state(),
         GoalStatus.to_string(c.get_state()) if hasattr(GoalStatus, "to_string") else "",
         repr(c.get_goal_status_text()),
@@ -67,7 +98,7 @@ def run(n, cancel=None, **kw):
     print(c.get_result())
 
 
-told = []
+watched = True
 run(
     3,
     done_cb=lambda s, r: told.append(("done", s, r.result)),
@@ -75,36 +106,39 @@ run(
     feedback_cb=lambda f: told.append(f.feedback),
 )
 print(told)
+watched = False
 run(-1)
 run(-2)
 run(-3)
 run(-4)
-run(50, 0.4, done_cb=lambda s, r: print("D", s, r.result))
+run(5000, cancel=True, done_cb=lambda s, r: print("D", s, r.result))
 print(
-    c.send_goal_and_wait(TestGoal(2)), c.send_goal_and_wait(TestGoal(2), rospy.Duration(5), rospy.Duration(1))
+    c.send_goal_and_wait(TestGoal(2)),
+    c.send_goal_and_wait(TestGoal(2), rospy.Duration(20), rospy.Duration(1)),
 )
-print(c.send_goal_and_wait(TestGoal(50), rospy.Duration(0.3), rospy.Duration(2)), c.get_state())
-c.send_goal(TestGoal(30))
-rospy.sleep(0.3)
+print(c.send_goal_and_wait(TestGoal(5000), rospy.Duration(0.3), rospy.Duration(20)), c.get_state())
+c.send_goal(TestGoal(5000))
+active()
 print(c.get_state(), c.simple_state, actionlib.SimpleGoalState.to_string(c.simple_state))
 print(c.wait_for_result(rospy.Duration(0.2)))
 c.send_goal(TestGoal(1))
-print(c.wait_for_result(rospy.Duration(5)), c.get_state())
-c.send_goal(TestGoal(40))
-rospy.sleep(0.3)
+print(c.wait_for_result(rospy.Duration(20)), c.get_state())
+c.send_goal(TestGoal(5000))
+active()
 c.cancel_all_goals()
-print(c.wait_for_result(rospy.Duration(3)), c.get_state())
-c.send_goal(TestGoal(40))
-rospy.sleep(0.3)
+print(c.wait_for_result(rospy.Duration(20)), c.get_state())
+c.send_goal(TestGoal(5000))
+active()
 c.stop_tracking_goal()
 print(c.get_state())
 print(c.wait_for_result(rospy.Duration(0.2)))
 c.cancel_all_goals()
-rospy.sleep(0.5)
-c.send_goal(TestGoal(40))
-rospy.sleep(0.2)
+while srv.s.is_active():
+    rospy.sleep(0.01)
+c.send_goal(TestGoal(5000))
+active()
 c.cancel_goals_at_and_before_time(rospy.Time.now())
-print(c.wait_for_result(rospy.Duration(3)), c.get_state())
+print(c.wait_for_result(rospy.Duration(20)), c.get_state())
 try:
     c.send_goal(5)
 except Exception as e:
@@ -127,4 +161,6 @@ print(
     actionlib.CommState.to_string(2),
     actionlib.TerminalState.to_string(3),
 )
+with srv.s.action_server.lock:
+    srv.s.action_server.started = False  # or its timer may publish while the topics are closed
 rospy.signal_shutdown("done")

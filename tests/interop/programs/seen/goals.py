@@ -12,9 +12,14 @@ from move_base_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseGoal, M
 rospy.init_node("nav_test")
 
 
+def until(condition):
+    while not condition():
+        rospy.sleep(0.005)
+
+
 def execute(goal):
     x = goal.target_pose.pose.position.x
-    rospy.sleep(0.2)  # rospy's client may miss the state of a goal that is active for less
+    until(lambda: client.simple_state != actionlib.SimpleGoalState.PENDING)
     feedback = MoveBaseFeedback()
     feedback.base_position.header.frame_id = goal.target_pose.header.frame_id
     if x < 0:
@@ -26,14 +31,36 @@ def execute(goal):
             return
         feedback.base_position.pose.position.x = step
         server.publish_feedback(feedback)
-        rospy.sleep(0.1)
+        if x < 30:
+            until(lambda: not watched or step in steps)  # the result is another topic, and may overtake
+        rospy.sleep(0.02)
     server.set_succeeded(MoveBaseResult(), "Goal reached.")
 
 
 server = actionlib.SimpleActionServer("move_base", MoveBaseAction, execute, auto_start=False)
 server.start()
-client = actionlib.SimpleActionClient("move_base", MoveBaseAction)
-print("server:", client.wait_for_server(rospy.Duration(10)))
+
+
+class Client(actionlib.SimpleActionClient):
+    def send_goal(self, *args, **kw):
+        """The server looks at a goal when the client knows its handle: rospy loses what is earlier."""
+        with server.action_server.lock:
+            actionlib.SimpleActionClient.send_goal(self, *args, **kw)
+
+    def wait_for_result(self, *args, **kw):
+        """The time that a goal has begins when it is pursued: a cancel may overtake a goal."""
+        until(lambda: self.simple_state != actionlib.SimpleGoalState.PENDING)
+        return actionlib.SimpleActionClient.wait_for_result(self, *args, **kw)
+
+
+watched, steps = True, []
+client = Client("move_base", MoveBaseAction)
+print("server:", client.wait_for_server(rospy.Duration(20)))
+# wait_for_server() looks at this side only: what goes out before the server knows of its listener is lost.
+while not all(
+    p.get_num_connections() for p in (server.action_server.result_pub, server.action_server.feedback_pub)
+):
+    rospy.sleep(0.01)
 names = [
     "PENDING",
     "ACTIVE",
@@ -56,7 +83,7 @@ def make(x):
     return goal
 
 
-for x, timeout in ((2, 5), (-1, 5), (30, 0.35), (0, 5)):
+for x, timeout in ((2, 20), (-1, 20), (3000, 0.35), (0, 20)):
     done, steps = [], []
     client.send_goal(
         make(x),
@@ -64,20 +91,35 @@ for x, timeout in ((2, 5), (-1, 5), (30, 0.35), (0, 5)):
         active_cb=lambda: steps.append("active"),
         feedback_cb=lambda f: steps.append(f.base_position.pose.position.x),
     )
+    if x == 3000:
+        until(lambda: len(steps) >= 2)
     finished = client.wait_for_result(rospy.Duration(timeout))
     if not finished:
         print("Timed out, cancelling", names[client.get_state()], len(steps) >= 2)
         client.cancel_goal()
-        print(client.wait_for_result(rospy.Duration(5)))
+        print(client.wait_for_result(rospy.Duration(20)))
         steps = steps[:2]
     print(x, names[client.get_state()], repr(client.get_goal_status_text()), done, steps)
+watched = False
 print(client.send_goal_and_wait(make(1)), client.simple_state)
-threading.Timer(0.3, client.cancel_all_goals).start()
-print(names[client.send_goal_and_wait(make(30), rospy.Duration(10), rospy.Duration(5))])
+
+
+def cancel_soon():
+    until(
+        lambda: (
+            client.simple_state == actionlib.SimpleGoalState.ACTIVE
+            and client.get_state() == GoalStatus.ACTIVE
+        )
+    )
+    client.cancel_all_goals()
+
+
+threading.Thread(target=cancel_soon).start()
+print(names[client.send_goal_and_wait(make(3000), rospy.Duration(20), rospy.Duration(20))])
 print(
     names[
         client.send_goal_and_wait(
-            make(30), execute_timeout=rospy.Duration(0.2), preempt_timeout=rospy.Duration(5)
+            make(3000), execute_timeout=rospy.Duration(0.2), preempt_timeout=rospy.Duration(20)
         )
     ]
 )
@@ -86,4 +128,6 @@ client.cancel_goal()
 print(GoalStatus.SUCCEEDED, names[client.get_state()], client.get_result())
 other = actionlib.SimpleActionClient("nobody", MoveBaseAction)
 print(other.wait_for_server(rospy.Duration(0.2)))
+with server.action_server.lock:
+    server.action_server.started = False  # or its timer may publish while the topics are closed
 rospy.signal_shutdown("done")  # the server's thread would go on
