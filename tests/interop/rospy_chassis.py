@@ -23,10 +23,27 @@ rospy.init_node("ros_interface", disable_signals=True)
 lock = threading.Lock()
 
 
-def note(*words):
+noted = {}
+
+
+def note(kind, *words):
+    """Print it, and tell by a parameter how many of this kind there are: so the program can wait for its arrival."""
     with lock:
-        sys.stdout.write("> " + " ".join(str(word).replace("\n", " ") for word in words) + "\n")
+        sys.stdout.write("> " + " ".join([kind, *(str(word).replace("\n", " ") for word in words)]) + "\n")
         sys.stdout.flush()
+        noted[kind] = noted.get(kind, 0) + 1
+        rospy.set_param("/noted/" + kind, noted[kind])
+
+
+goals = []
+
+
+def begin(goal, server):
+    """Wait until the client knows the handle of this goal, and the server its client: rospy loses what comes earlier."""
+    publishers = server.action_server.result_pub, server.action_server.feedback_pub
+    goals.append(goal)
+    while rospy.get_param("/sent", 0) < len(goals) or not all(p.get_num_connections() for p in publishers):
+        rospy.sleep(0.01)
 
 
 def velocities(topic):
@@ -46,7 +63,7 @@ for topic in ("/smooth_cmd_vel", "/base_cmd_vel"):
 
 
 def initial(m):
-    note("initial pose", m.header.frame_id, m.pose.pose.position.x, m.pose.covariance[0])
+    note("initial_pose", m.header.frame_id, m.pose.pose.position.x, m.pose.covariance[0])
 
 
 rospy.Subscriber("/initialpose", PoseWithCovarianceStamped, initial)
@@ -81,13 +98,15 @@ rospy.Service("/exec_task", ExecTask, exec_task)
 
 def step(goal):
     note("step", goal)
+    begin(goal, steps)
     for percent in (30.0, 60.0, 100.0):
         steps.publish_feedback(StepControlFeedback(executeMode=1, percent=percent))
-        rospy.sleep(0.15)
-        if steps.is_preempt_requested():
-            note("step preempted")
-            steps.set_preempted(StepControlResult(result=-1))
-            return
+        while rospy.get_param("/percent", 0) < percent:  # the result is another topic, and may overtake
+            rospy.sleep(0.01)
+            if steps.is_preempt_requested():
+                note("step_preempted")
+                steps.set_preempted(StepControlResult(result=-1))
+                return
     steps.set_succeeded(StepControlResult(result=1, executeMode=1, percent=100.0), "done")
 
 
@@ -96,15 +115,17 @@ steps.start()
 
 
 def go(goal):
+    x = goal.target_pose.pose.position.x
     note("navigation", goal.target_pose.header.frame_id, goal.target_pose.pose)
-    for i in range(20):
-        rospy.sleep(0.05)
+    begin(goal, base)
+    if x < 5:
+        base.set_succeeded(MoveBaseResult(), "reached")
+        return
+    while x > 10:
+        rospy.sleep(0.01)
         if base.is_preempt_requested():
-            note("navigation preempted")
+            note("navigation_preempted")
             base.set_preempted(MoveBaseResult())
-            return
-        if goal.target_pose.pose.position.x < 5 and i > 5:
-            base.set_succeeded(MoveBaseResult(), "reached")
             return
     base.set_aborted(MoveBaseResult(), "unreachable")
 

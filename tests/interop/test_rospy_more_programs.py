@@ -117,7 +117,10 @@ def test_a_signal_anywhere(where: str, number: int, genpy_packages: Path) -> Non
 
 
 def chassis(packages: Path) -> Any:
-    """A peer: the rospy chassis in a process of its own; notes what it received."""
+    """A peer: the rospy chassis in a process of its own; notes what it received, sorted by kind.
+
+    Topics have a thread each: how what came by one lies to what came by another is chance.
+    """
 
     @contextmanager
     def peer(uri: str, log: list[Any]) -> Any:
@@ -126,7 +129,8 @@ def chassis(packages: Path) -> Any:
             process.wait_for("^up$")
             yield
             process.stop()
-            log.extend(line for line in normalised(process.output) if line.startswith("> "))
+            lines = [line for line in normalised(process.output) if line.startswith("> ")]
+            log.extend(sorted(lines, key=lambda line: line.split()[1]))
 
     return peer
 

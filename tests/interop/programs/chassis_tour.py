@@ -1,4 +1,5 @@
 #!/usr/bin/env python
+# ruff: noqa: B023
 """A day of a chassis: a task, navigation, steps, driving, readings. What the chassis receives is compared."""
 
 import argparse
@@ -32,8 +33,9 @@ class Tour(object):
         self.states = []
         self.last = {}
         self.lock = threading.Lock()
-        self.drive = rospy.Publisher("/smooth_cmd_vel", Twist, queue_size=1)
-        self.simple = rospy.Publisher("/move_base_simple/goal", PoseStamped, queue_size=1)
+        self.sent = 0
+        self.drive = rospy.Publisher("/smooth_cmd_vel", Twist, queue_size=10)
+        self.simple = rospy.Publisher("/move_base_simple/goal", PoseStamped, queue_size=10)
         rospy.Subscriber("/robot_status", RobotStatus, self.on_status, queue_size=10)
         rospy.Subscriber("/battery", Battery, self.keep, callback_args="battery")
         rospy.Subscriber("/movebase_pose2d", Pose2D, self.keep, "pose")
@@ -53,9 +55,16 @@ class Tour(object):
     def stop(self):
         rospy.loginfo("stopping")
         self.drive.publish(Twist())
-        rospy.sleep(0.3)
+        while rospy.get_param("/noted/velocity", 0) < 3:
+            rospy.sleep(0.02)
 
-    def wait_until(self, condition, seconds=5):
+    def send(self, client, goal, **callbacks):
+        """The chassis begins when the client knows the handle: rospy loses what comes earlier."""
+        client.send_goal(goal, **callbacks)
+        self.sent += 1
+        rospy.set_param("/sent", self.sent)
+
+    def wait_until(self, condition, seconds=20):
         end = rospy.Time.now() + rospy.Duration(seconds)
         rate = rospy.Rate(20)
         while not rospy.is_shutdown() and rospy.Time.now() < end:
@@ -65,13 +74,13 @@ class Tour(object):
         return False
 
     def task(self):
-        rospy.wait_for_service("/exec_task", timeout=5)
+        rospy.wait_for_service("/exec_task", timeout=20)
         call = rospy.ServiceProxy("/exec_task", ExecTask)
         print(self.wait_until(lambda: self.state == 7))
         request = ExecTaskRequest()
         request.task_id, request.mark_no, request.task_type = 42, self.mark, 1
         print(call(request))
-        print(self.wait_until(lambda: self.state == 3), self.wait_until(lambda: self.state == 7))
+        print(self.wait_until(lambda: (42, 3, 7) in self.states))
         print(self.states)
         print(call(mark_no="refused", task_id=3).message)
         try:
@@ -81,30 +90,36 @@ class Tour(object):
 
     def navigate(self):
         client = actionlib.SimpleActionClient("move_base", MoveBaseAction)
-        client.wait_for_server(rospy.Duration(5))
+        client.wait_for_server(rospy.Duration(20))
         turned = tf.transformations.quaternion_from_euler(0, 0, math.radians(90))
         goal = MoveBaseGoal()
         goal.target_pose.header.frame_id = "map"
         for x in (1.5, 9):
             goal.target_pose.header.stamp = rospy.Time.now()
             goal.target_pose.pose = Pose(Point(x, 2, 0), Quaternion(*turned))
-            client.send_goal(goal, done_cb=lambda s, r: rospy.loginfo("done %d %s", s, type(r).__name__))
-            client.wait_for_result(rospy.Duration(5))
+            self.send(client, goal, done_cb=lambda s, r: rospy.loginfo("done %d %s", s, type(r).__name__))
+            client.wait_for_result(rospy.Duration(20))
             print(client.get_state() == GoalStatus.SUCCEEDED, client.get_goal_status_text())
-        client.send_goal(goal)
-        rospy.sleep(0.3)
+        goal.target_pose.pose.position.x = 20
+        self.send(client, goal)
+        self.wait_until(lambda: client.get_state() == GoalStatus.ACTIVE)
         client.cancel_all_goals()
-        print(client.wait_for_result(rospy.Duration(3)), client.get_state())
+        print(client.wait_for_result(rospy.Duration(20)), client.get_state())
+
+    def on_percent(self, feedback):
+        rospy.loginfo("%.0f%%" % feedback.percent)
+        rospy.set_param("/percent", feedback.percent)
 
     def step(self):
         client = actionlib.SimpleActionClient("/cmd_vel_control", StepControlAction)
         client.wait_for_server()
         goal = StepControlGoal(mode=StepControlGoal.EXCUTE)
         goal.stepControl.append(StepControl(data=0.5))
-        client.send_goal(goal, feedback_cb=lambda f: rospy.loginfo("%.0f%%" % f.percent))
-        print(client.wait_for_result(rospy.Duration(5)), client.get_result())
-        client.send_goal(goal)
-        rospy.sleep(0.15)
+        self.send(client, goal, feedback_cb=self.on_percent)
+        print(client.wait_for_result(rospy.Duration(20)), client.get_result())
+        rospy.set_param("/percent", 0)
+        self.send(client, goal)
+        self.wait_until(lambda: client.get_state() == GoalStatus.ACTIVE)
         client.cancel_goal()
         print(client.wait_for_result(), client.get_state(), client.get_result().result)
 
@@ -118,7 +133,7 @@ class Tour(object):
         print(
             min(r for r in scan.ranges if not math.isinf(r)), scan.ranges.index(min(scan.ranges)), scan.ranges
         )
-        grid = rospy.wait_for_message("/map", OccupancyGrid, timeout=3)
+        grid = rospy.wait_for_message("/map", OccupancyGrid, timeout=20)
         print(grid.info.width, grid.info.resolution, [grid.data[i * 4 : (i + 1) * 4] for i in range(3)])
 
     def place(self):
@@ -133,8 +148,9 @@ class Tour(object):
         goal.header.frame_id = "map"
         for goal.pose.position.x in (3, 4):
             self.simple.publish(goal)
-            rospy.sleep(0.2)
         print(goal.header.seq)
+        for kind, count in (("initial_pose", 1), ("goal", 2)):
+            print(self.wait_until(lambda: rospy.get_param("/noted/" + kind, 0) >= count))
 
     def go(self):
         self.wait_until(lambda: self.drive.get_num_connections())
