@@ -119,6 +119,7 @@ def run_program(
     packages: Sequence[Path | str] = (),
     peer: Peer | None = None,
     interrupt: int | None = None,
+    ready: str = "ready",
     env: Mapping[str, str] | None = None,
     master_uri: str | None = None,
     master_params: Mapping[str, Any] | None = None,
@@ -130,7 +131,7 @@ def run_program(
         program: Name of a file in tests/interop/programs, or a path.
         real: By Debian's rospy; else by `rosproto run`.
         packages: Folders for PYTHONPATH: generated code that real rospy needs, or the user's own.
-        interrupt: Signal to send when the program has printed "ready".
+        interrupt: Signal to send when the program has printed `ready`.
         options: Of `rosproto run`.
     """
     path = PROGRAMS / program
@@ -155,22 +156,22 @@ def run_program(
             start_new_session=True,
         )
         try:
-            return _finish(process, interrupt, noted)
+            return _finish(process, interrupt, ready, noted)
         finally:
             if process.poll() is None:
                 os.killpg(process.pid, signal.SIGKILL)
                 process.wait(10)
 
 
-def _finish(process: subprocess.Popen[str], interrupt: int | None, noted: list[Any]) -> Outcome:
+def _finish(process: subprocess.Popen[str], interrupt: int | None, ready: str, noted: list[Any]) -> Outcome:
     assert process.stdout is not None
     assert process.stderr is not None
     out, err = _Reader(process.stdout), _Reader(process.stderr)
     began = time.monotonic()
     try:
         if interrupt is not None:
-            assert out.wait_for("ready", 30), f"the program never got ready:\n{out.text()}\n{err.text()}"
-            time.sleep(0.3)  # until it waits in what follows the print
+            assert out.wait_for(ready, 30), f"the program never got ready:\n{out.text()}\n{err.text()}"
+            _wait_until_it_waits(process.pid)
             began = time.monotonic()
             process.send_signal(interrupt)
         code = process.wait(TIMEOUT)
@@ -180,6 +181,21 @@ def _finish(process: subprocess.Popen[str], interrupt: int | None, noted: list[A
         raise AssertionError(f"it did not end:\n{out.text()}\n{err.text()}") from None
     seconds = time.monotonic() - began
     return Outcome(code, normalised(out.text()), normalised(err.text()), noted, seconds)
+
+
+def _wait_until_it_waits(pid: int, samples: int = 6) -> None:
+    """Until the program waits in what follows the print: its main thread sleeps in each of some looks in a row.
+
+    What is ready to run and has no processor is not asleep, so a busy machine does not deceive.
+    """
+    asleep = 0
+    end = time.monotonic() + 20
+    while asleep < samples and time.monotonic() < end:
+        time.sleep(0.05)
+        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+        if state == "Z":
+            return  # it has ended: the comparison tells
+        asleep = asleep + 1 if state == "S" else 0
 
 
 def _set_params(master_uri: str, params: Mapping[str, Any]) -> None:
