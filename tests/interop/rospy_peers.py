@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -31,16 +32,25 @@ def together(*peers: Peer) -> Peer:
 
 
 def hears(topics: Mapping[str, str], *, name: str = "/ear") -> Peer:
-    """Notes the text of every message of some topics, sorted by topic at the end."""
+    """Notes the text of every message of some topics, sorted by topic at the end.
+
+    How many they are is the parameter /heard/NAME, so that a program can stay until its last has arrived.
+    """
 
     @contextmanager
     def peer(uri: str, log: list[Any]) -> Iterator[None]:
         heard: dict[str, list[str]] = {topic: [] for topic in topics}
+        lock = threading.Lock()
         with Node(name, master_uri=uri) as node:
+
+            def note(topic: str, message: Any) -> None:
+                with lock:
+                    heard[topic].append(str(message))
+                    node.params[f"/heard{name}"] = sum(map(len, heard.values()))
+
             for topic, kind in topics.items():
-                node.subscriber(topic, kind, lambda m, t=topic: heard[t].append(str(m)), queue_size=1000)
+                node.subscriber(topic, kind, functools.partial(note, topic), queue_size=1000)
             yield
-            time.sleep(0.2)
         log.append(heard)
 
     return peer
@@ -52,8 +62,12 @@ def says(
     latch: bool = True,
     pause: float = 0.05,
     repeat: bool = False,
+    when: str = "",
 ) -> Peer:
-    """Publishes messages: `topic: (type, [fields, ...])`, when somebody is connected to all topics."""
+    """Publishes messages: `topic: (type, [fields, ...])`, when somebody is connected to all topics.
+
+    With `when`, the name of a parameter, not before that is set: the program's word that it is ready.
+    """
 
     @contextmanager
     def peer(uri: str, log: list[Any]) -> Iterator[None]:
@@ -73,11 +87,9 @@ def says(
     def speak(node: Node, topic: str, kind: str, messages: Sequence[Any], over: threading.Event) -> None:
         publisher = node.publisher(topic, kind, latch=latch, queue_size=1000)
         while not over.is_set():
-            if not publisher.connections and not latch:
+            if (not publisher.connections and not latch) or (when and when not in node.params):
                 time.sleep(0.01)
                 continue
-            if not latch:
-                time.sleep(0.2)
             for fields in messages:
                 publisher.publish(rosproto.message_class(kind)(**fields))
                 if over.wait(pause):
@@ -107,7 +119,7 @@ def answers(services: Mapping[str, tuple[str, Callable[[Any], Any]]]) -> Peer:
 
 
 def calls(sequence: Sequence[tuple[str, str, Mapping[str, Any]]]) -> Peer:
-    """Calls services of the program one after the other, and notes what comes back."""
+    """Calls services of the program one after the other, notes what comes back, and sets /called at the end."""
 
     @contextmanager
     def peer(uri: str, log: list[Any]) -> Iterator[None]:
@@ -119,6 +131,7 @@ def calls(sequence: Sequence[tuple[str, str, Mapping[str, Any]]]) -> Peer:
                         log.append((name, str(node.service_client(name, kind).call(timeout=10, **fields))))
                     except rosproto.ServiceError as error:
                         log.append((name, error.text))
+                node.params["/called"] = True
 
         thread = threading.Thread(target=work, daemon=True)
         thread.start()
@@ -129,33 +142,41 @@ def calls(sequence: Sequence[tuple[str, str, Mapping[str, Any]]]) -> Peer:
 
 
 def action_server() -> Peer:
-    """Counts up to the goal; negative goals fail."""
+    """Counts up to the goal; negative goals fail.
+
+    The program says by /sent that it knows the handle of a goal, and by /seen which feedback it has: rospy loses what
+    is earlier than the one, or comes by another topic than the other.
+    """
 
     @contextmanager
     def peer(uri: str, log: list[Any]) -> Iterator[None]:
+        def wait(node: Node, name: str, value: int, goal: Any) -> None:
+            while node.params.get(name, None) != value and not goal.cancel_requested:
+                time.sleep(0.01)
+
         def work(goal: Any) -> None:
-            log.append(("goal", goal.goal.goal))
-            time.sleep(0.1)
-            for i in range(goal.goal.goal):
+            number = goal.goal.goal
+            log.append(("goal", number))
+            wait(node, "/sent", number, goal)
+            while not all(part.connections for part in (server._feedback_out, server._result_out)):
+                time.sleep(0.01)  # the client is connected; this side may not know it yet
+            for i in range(number):
                 if goal.cancel_requested:
-                    log.append("cancelled")
                     goal.preempted(make("Result", result=i), "stopped")
                     return
                 goal.publish_feedback(make("Feedback", feedback=i))
                 time.sleep(0.05)
-            if goal.goal.goal < 0:
+            if number < 0:
                 goal.abort(make("Result"), "negative")
             else:
-                goal.succeed(make("Result", result=goal.goal.goal), "counted")
+                wait(node, "/seen", number - 1, goal)
+                goal.succeed(make("Result", result=number), "counted")
 
         with (
             Node("/counter", master_uri=uri) as node,
-            rosproto.ActionServer(node, "/count", "actionlib/TestAction", work),
+            rosproto.ActionServer(node, "/count", "actionlib/TestAction", work) as server,
         ):
             yield
-            time.sleep(0.2)
-        # How far the count came is a matter of time.
-        log[:] = [item for item in log if item != "cancelled"]
 
     return peer
 

@@ -109,7 +109,8 @@ s = rospy.Subscriber("chatter", String, lambda m: got.append(m.data))
 while not pub.get_num_connections():
     rospy.sleep(0.05)
 pub.publish(msg)
-rospy.sleep(0.2)
+while not got:
+    rospy.sleep(0.01)
 print(got)
 for q in (p, p + "o"):
     os.remove(q)

@@ -29,7 +29,8 @@ print(
 while not p.get_num_connections():
     rospy.sleep(0.05)
 p.publish("now")
-rospy.sleep(0.3)
+while not got:
+    rospy.sleep(0.01)
 print(got, s.get_num_connections())
 for f in [
     lambda: rospy.init_node("late"),

@@ -17,12 +17,10 @@ got = []
 rospy.Subscriber("readings", Reading, got.append)
 pub = rospy.Publisher("readings", Reading, queue_size=5)
 while not pub.get_num_connections():
-    rospy.sleep(0.05)
-rospy.sleep(0.3)
+    rospy.sleep(0.01)
 pub.publish(reading)
-end = rospy.Time.now() + rospy.Duration(5)
-while not got and rospy.Time.now() < end:
-    rospy.sleep(0.05)
+while not got:
+    rospy.sleep(0.01)
 print(type(got[0]) is Reading, got[0].values, got[0].names, got[0].raw, got[0].header.seq, got[0].at)
 try:
     pub.publish(Reading(count=-1))

@@ -28,10 +28,13 @@ rospy.Subscriber("n", Int8, cb2, l)
 rospy.Subscriber("n", Int8, cb2, callback_args=(1, 2))
 rospy.Subscriber("n", Int8, callback=cb3)
 rospy.Subscriber("n", Int8, lambda: None)
+through = []
+rospy.Subscriber("n", Int8, through.append)  # the last that is called
 p = rospy.Publisher("n", Int8, queue_size=10)
 while p.get_num_connections() < 1:
     rospy.sleep(0.05)
 for i in range(3):
     p.publish(i)
-    rospy.sleep(0.1)
+    while len(through) <= i:
+        rospy.sleep(0.01)
 print(l)

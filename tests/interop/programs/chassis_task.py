@@ -35,8 +35,7 @@ class Runner:
 
 
 rospy.init_node("task_runner", anonymous=True)
-rospy.sleep(1)
-battery = rospy.wait_for_message("/battery", Battery, timeout=5)
+battery = rospy.wait_for_message("/battery", Battery, timeout=20)
 print(battery.batteryPercentage > 0, type(battery).__name__)
 Runner(sys.argv[1]).run()
 bad = rospy.ServiceProxy("exec_task", ExecTask)(task_exect=1, task_id=78, task_type=4, mark_no="no such mark")

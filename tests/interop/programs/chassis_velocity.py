@@ -18,4 +18,4 @@ for _ in range(30):
 pub.publish(Twist())
 rospy.sleep(0.5)
 moved = ((poses[-1].x - begin.x) ** 2 + (poses[-1].y - begin.y) ** 2) ** 0.5
-print(moved > 0.02, moved < 4.0)
+print(moved > 0.02)

@@ -4,14 +4,15 @@ import rospy
 from std_msgs.msg import Float64
 
 rospy.init_node("hooks")
-pub = rospy.Publisher("stop", Float64, queue_size=1)
+pub = rospy.Publisher("stop", Float64, queue_size=10)
 print(rospy.core.is_initialized(), rospy.is_shutdown())
 
 
 def first():
     print("first", rospy.is_shutdown())
     pub.publish(0.0)
-    rospy.sleep(0.2)
+    while rospy.get_param("/heard/ear", 0) < 2:
+        rospy.sleep(0.02)
 
 
 def broken():

@@ -19,9 +19,8 @@ class Watcher(rospy.SubscribeListener):
 pub = rospy.Publisher("greeting", String, subscriber_listener=Watcher(), queue_size=3)
 any_messages = []
 rospy.Subscriber("given", rospy.AnyMsg, any_messages.append)
-end = rospy.Time.now() + rospy.Duration(8)
-while (len(events) < 2 or not any_messages) and rospy.Time.now() < end:
-    rospy.sleep(0.05)
+while not (events and any_messages):
+    rospy.sleep(0.01)
 print(events)
 raw = any_messages[0]
 print(type(raw).__name__, raw._buff, raw._connection_header["type"], isinstance(raw, rospy.Message))
@@ -30,4 +29,5 @@ while not relay.get_num_connections():
     rospy.sleep(0.05)
 relay.publish(raw)
 print(String().deserialize(raw._buff).data)
-rospy.sleep(0.4)
+while rospy.get_param("/heard/ear", 0) < 1 or rospy.get_param("/heard/other_ear", 0) < 1:
+    rospy.sleep(0.01)

@@ -33,4 +33,5 @@ for name in ("", "/a/b"):
         print(e)
 print(sorted(map(tuple, rospy.get_published_topics())))
 print(rospy.get_master().getUri()[:2], rospy.get_master().target is not None)
-rospy.sleep(0.8)
+while rospy.get_param("/heard/ear", 0) < (1 if "--anonymous" in sys.argv else 2):
+    rospy.sleep(0.01)

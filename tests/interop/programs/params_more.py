@@ -88,7 +88,8 @@ except KeyError as e:
 print(rospy.get_param("nope", None), rospy.get_param("nope", default=[1]))
 print(rospy.get_param_cached("/speed"), rospy.get_param_cached("/speed"))
 rospy.set_param("/speed", 0.75)
-rospy.sleep(0.3)
+while rospy.get_param_cached("/speed") != 0.75:  # the master tells of it
+    rospy.sleep(0.01)
 print(rospy.get_param_cached("/speed"))
 try:
     rospy.get_param_cached("nopec")

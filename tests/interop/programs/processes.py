@@ -13,7 +13,8 @@ def child(number, queue):
         rospy.sleep(0.05)
     message = String("from %d" % number)
     pub.publish(message)
-    rospy.sleep(0.3)
+    while rospy.get_param("/heard/ear", 0) < 2:
+        rospy.sleep(0.02)
     queue.put(message)
 
 

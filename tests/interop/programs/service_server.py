@@ -25,13 +25,16 @@ try:
     rospy.Service("switch", SetBool, switch)
 except rospy.ServiceException as e:
     print(e)
+
+
+def end(event):
+    while not rospy.has_param("/called"):  # the answer has arrived
+        rospy.sleep(0.01)
+    rospy.signal_shutdown("asked")
+
+
 quit_service = rospy.Service(
-    "quit",
-    Empty,
-    lambda r: (
-        rospy.Timer(rospy.Duration(0.2), lambda e: rospy.signal_shutdown("asked"), oneshot=True),
-        EmptyResponse(),
-    )[1],
+    "quit", Empty, lambda r: (rospy.Timer(rospy.Duration(0.01), end, oneshot=True), EmptyResponse())[1]
 )
 quit_service.spin()
 print("over")

@@ -39,8 +39,10 @@ def later():
     rospy.signal_shutdown("my reason")
 
 
-threading.Thread(target=later).start()
+thread = threading.Thread(target=later)
+thread.start()
 rospy.spin()
+thread.join()  # the hooks run there
 print("after spin", rospy.is_shutdown())
 rospy.signal_shutdown("again")
 rospy.on_shutdown(lambda: print("late hook"))

@@ -1,20 +1,24 @@
-"""/use_sim_time: sleeping, rates and now() follow /clock."""
+"""/use_sim_time: sleeping, rates and now() follow /clock, which runs a thousand times as fast as real time."""
+
+import time
 
 import rospy
 
 rospy.init_node("simulated")
 while rospy.Time.now() == rospy.Time(0):
-    rospy.sleep(0.01) if False else __import__("time").sleep(0.01)
+    time.sleep(0.01)
+began = time.time()
 begin = rospy.get_time()
-rospy.sleep(2)
-spent = rospy.get_time() - begin
-print(2.0 <= spent < 3.5)
-rate = rospy.Rate(2)
+rospy.sleep(200)
+print(rospy.get_time() - begin >= 200, time.time() - began < 100)
 begin = rospy.Time.now()
+rate = rospy.Rate(0.01)
 for _ in range(4):
     rate.sleep()
-print(1.4 <= (rospy.Time.now() - begin).to_sec() < 4.0, rospy.rostime.is_wallclock())
+print((rospy.Time.now() - begin).to_sec() >= 400, rospy.rostime.is_wallclock())
 fired = []
-rospy.Timer(rospy.Duration(1), lambda e: fired.append(e.current_real))
-rospy.sleep(3.5)
-print(2 <= len(fired) <= 4)
+begin = rospy.get_time()
+rospy.Timer(rospy.Duration(100), lambda e: fired.append(e.current_real))
+while len(fired) < 3:
+    time.sleep(0.01)
+print(len(fired) <= (rospy.get_time() - begin) / 100 + 1)

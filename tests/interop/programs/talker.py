@@ -18,7 +18,8 @@ def talker():
         count += 1
         rate.sleep()
     print("sent", count)
-    rospy.sleep(0.3)
+    while rospy.get_param("/heard/ear", 0) < 5:
+        rospy.sleep(0.01)
 
 
 if __name__ == "__main__":

@@ -26,7 +26,8 @@ def w(k):
 ts = [threading.Thread(target=w, args=(k,)) for k in range(3)]
 [t.start() for t in ts]
 [t.join() for t in ts]
-time.sleep(0.4)
+while q.qsize() < 60:
+    time.sleep(0.01)
 got = []
 while not q.empty():
     got.append(q.get().data)
@@ -60,11 +61,9 @@ def spin_thread():
 
 s = threading.Thread(target=spin_thread)
 s.start()
-try:
-    threading.Thread(target=lambda: rospy.init_node("x")).start()
-    time.sleep(0.2)
-except Exception as e:
-    print(e)
+again = threading.Thread(target=lambda: rospy.init_node("x"))
+again.start()
+again.join()
 rospy.signal_shutdown("done")
 s.join()
 print("joined")

@@ -12,21 +12,24 @@ rospy.init_node("timers")
 ticks, shots = [], []
 timer = rospy.Timer(rospy.Duration(0.1), lambda event: ticks.append(event))
 rospy.Timer(rospy.Duration(0.05), lambda event: shots.append(event), oneshot=True)
-rospy.sleep(0.55)
+while len(ticks) < 4 or not shots:
+    rospy.sleep(0.01)
 timer.shutdown()
+timer.join()
 count = len(ticks)
-rospy.sleep(0.3)
-print(count in (4, 5), len(ticks) - count <= 1, len(shots))
+rospy.sleep(0.15)
+print(len(ticks) == count, len(shots))
 print(
-    ticks[0].last_expected, ticks[1].last_expected == ticks[0].current_expected, ticks[1].last_duration < 0.05
+    ticks[0].last_expected, ticks[1].last_expected == ticks[0].current_expected, ticks[1].last_duration >= 0
 )
-print(abs((ticks[1].current_real - ticks[0].current_real).to_sec() - 0.1) < 0.05)
+print([tick.current_expected - ticks[0].current_expected for tick in ticks[:4]])
+print(all(tick.current_real - tick.current_expected > rospy.Duration(-0.02) for tick in ticks))
 rate = rospy.Rate(20)
 begin = rospy.Time.now()
 for _ in range(6):
     rate.sleep()
 spent = rospy.Time.now() - begin
-print(type(spent).__name__, abs(spent.to_sec() - 0.3) < 0.06, rospy.Duration(2) > rospy.Duration(1.5))
+print(type(spent).__name__, spent.to_sec() > 0.24, rospy.Duration(2) > rospy.Duration(1.5))
 print(
     repr(rospy.Duration(1.5)),
     repr(rospy.Time(3, 5)),
@@ -66,6 +69,5 @@ def broken(event):
     raise RuntimeError("in a timer")
 
 
-rospy.Timer(rospy.Duration(0.05), broken)
-rospy.sleep(0.3)
+rospy.Timer(rospy.Duration(0.05), broken).join()
 print("still here")

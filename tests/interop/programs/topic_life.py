@@ -14,16 +14,21 @@ class L(rospy.SubscribeListener):
 
     def peer_unsubscribe(self, t, n):
         print("unsub", t, n)
+        gone.append(t)
 
 
+gone = []
 p = rospy.Publisher("w", String, subscriber_listener=L(), queue_size=5)
 got = []
 s = rospy.Subscriber("w", String, lambda m: got.append(m.data))
-rospy.sleep(0.5)
+while len(got) < 1:
+    rospy.sleep(0.01)
 p.publish("x")
-rospy.sleep(0.2)
+while len(got) < 2:
+    rospy.sleep(0.01)
 s.unregister()
-rospy.sleep(0.4)
+while not gone:
+    rospy.sleep(0.01)
 print(got, p.get_num_connections())
 a = []
 sa = rospy.Subscriber(
@@ -33,7 +38,8 @@ pp = rospy.Publisher("/pt", PointStamped, queue_size=5)
 while not pp.get_num_connections():
     rospy.sleep(0.05)
 pp.publish(PointStamped(header=Header(seq=9, frame_id="f")))
-rospy.sleep(0.2)
+while not a:
+    rospy.sleep(0.01)
 print(a)
 n = []
 
@@ -47,18 +53,21 @@ so = rospy.Subscriber("o", Int32, once)
 po = rospy.Publisher("o", Int32, queue_size=5)
 while not po.get_num_connections():
     rospy.sleep(0.05)
-for i in range(3):
-    po.publish(i)
-    rospy.sleep(0.1)
+po.publish(0)
+while po.get_num_connections():
+    rospy.sleep(0.01)
+po.publish(1)
 print(n, po.get_num_connections())
 lp = rospy.Publisher("lat", String, latch=True, queue_size=1)
 lp.publish("first")
 lp.publish("second")
 r = []
 s1 = rospy.Subscriber("lat", String, lambda m: r.append(("a", m.data)))
-rospy.sleep(0.4)
+while not r:
+    rospy.sleep(0.01)
 s2 = rospy.Subscriber("lat", String, lambda m: r.append(("b", m.data)))
-rospy.sleep(0.3)
+while len(r) < 2:
+    rospy.sleep(0.01)
 print(r)
 print(rospy.wait_for_message("lat", String, timeout=2).data)
 try:

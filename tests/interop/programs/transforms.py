@@ -21,17 +21,15 @@ fixed = tf2_ros.StaticTransformBroadcaster()
 moving = tf2_ros.TransformBroadcaster()
 now = rospy.Time.now()
 fixed.sendTransform(stamped("base", "laser", 0.5, now))
-end = rospy.Time.now() + rospy.Duration(8)
 i = 0
-while not buffer.can_transform("map", "laser", rospy.Time(0)) and rospy.Time.now() < end:
+while not buffer.can_transform("map", "laser", rospy.Time(0)) or i < 2:
     moving.sendTransform(stamped("map", "base", 1.0, now + rospy.Duration(0.1 * i)))
     i += 1
     rospy.sleep(0.1)
 moving.sendTransform(
     [stamped("map", "base", 3.0, now + rospy.Duration(60)), stamped("island", "tree", 1.0, now)]
 )
-rospy.sleep(0.5)
-found = buffer.lookup_transform("map", "laser", now + rospy.Duration(60), rospy.Duration(1.0))
+found = buffer.lookup_transform("map", "laser", now + rospy.Duration(60), rospy.Duration(20))
 print(
     found.header.frame_id,
     found.child_frame_id,

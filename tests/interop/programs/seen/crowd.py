@@ -28,7 +28,8 @@ def slow(req):
     with lock:
         busy[0] += 1
         busy[1] = max(busy)
-    rospy.sleep(0.2)
+    while busy[1] < 2:  # until another one is in here
+        rospy.sleep(0.01)
     with lock:
         busy[0] -= 1
     return {"success": req.data, "message": "done"}
@@ -49,14 +50,11 @@ with ThreadPoolExecutor(8) as pool:
     print(sorted(pool.map(work, range(8))))
     calls = [pool.submit(rospy.ServiceProxy("slow", SetBool), True) for _ in range(4)]
     print([c.result().success for c in calls], busy[1] > 1)
-for _ in range(200):
-    with lock:
-        if sum(sums.values()) == 8 * 1225:
-            break
+while sum(list(sums.values())) < 8 * 1225:
     rospy.sleep(0.02)
 print(sorted(sums.items()), names)
 proxy = rospy.ServiceProxy("slow", SetBool, persistent=True)
-with ThreadPoolExecutor(2) as pool:
+with ThreadPoolExecutor(1) as pool:  # a persistent proxy of rospy's belongs to one thread
     print(sorted(r.message for r in pool.map(lambda b: proxy(b), [True, False])))
 proxy.close()
 rospy.wait_for_service("~get_loggers", 5)

@@ -36,7 +36,8 @@ scan = LaserScan(range_max=30, scan_time=0.1, ranges=[1, 9, 2, 3, 50, 4, float("
 scan.intensities = [100.0] * 8
 for i, limit in enumerate((5.0, 20.0)):
     rospy.set_param("~max", limit)
-    rospy.sleep(0.2)
+    while rospy.get_param_cached("~max") != limit:  # the master tells of it
+        rospy.sleep(0.01)
     source.publish(scan)
     while len(got) <= i:
         rospy.sleep(0.01)

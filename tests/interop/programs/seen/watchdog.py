@@ -39,7 +39,7 @@ class Watchdog:
 
 rospy.init_node("watchdog", log_level=rospy.WARN)
 rospy.loginfo("not seen")
-dog = Watchdog(0.25)
+dog = Watchdog(1000)
 safe = []
 rospy.Subscriber("cmd_safe", Twist, lambda m: safe.append(m.linear.x))
 cmd, reset = rospy.Publisher("cmd", Twist, queue_size=5), rospy.Publisher("reset", Empty, queue_size=1)
@@ -47,12 +47,16 @@ while not (cmd.get_num_connections() and reset.get_num_connections() and dog.out
     rospy.sleep(0.02)
 for value in (0.1, 0.2):
     cmd.publish(Twist(linear=type(Twist().linear)(value, 0, 0)))
-    rospy.sleep(0.05)
+while len(safe) < 2:
+    rospy.sleep(0.01)
+dog.timeout = rospy.Duration(0.25)  # now that both have come
 while dog.events[-1:] != ["stale"]:
     rospy.sleep(0.02)
 reset.publish()
+while "reset" not in dog.events:
+    rospy.sleep(0.01)
 cmd.publish(Twist())
-while dog.events.count("stale") < 2:
+while dog.events.count("stale") < 2 or len(safe) < 5:
     rospy.sleep(0.02)
 dog.timer.shutdown()
 dog.timer.join(2)
