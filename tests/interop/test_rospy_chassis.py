@@ -11,6 +11,7 @@ import pytest
 
 from rosproto.errors import RosTimeout
 from rosproto.master import Master
+from rosproto.node import MasterClient
 from tests.support import ros
 from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind
 
@@ -45,7 +46,8 @@ def exec_task(r):
 rospy.Service("/exec_task", ExecTask, exec_task)
 def step(goal):
     for percent in (30.0, 60.0, 100.0):
-        steps.publish_feedback(StepControlFeedback(executeMode=1, percent=percent)); rospy.sleep(0.05)
+        steps.publish_feedback(StepControlFeedback(executeMode=1, percent=percent))
+        while rospy.get_param("/percent", 100.0) < percent: rospy.sleep(0.01)
         if steps.is_preempt_requested(): steps.set_preempted(StepControlResult(result=-1)); return
     good = goal.stepControl[0].data > 0
     steps.set_succeeded(StepControlResult(result=1 if good else -3, executeMode=1, percent=100.0))
@@ -93,9 +95,16 @@ def test_tasks_end_as_they_should(robot: Chassis) -> None:
     assert outcome(robot.go_to_mark("never ends"), 0.5) is OutcomeKind.TIMED_OUT
 
 
-def test_steps_and_navigation_end_as_they_should(robot: Chassis) -> None:
-    handle = robot.move(0.5)
-    assert [report.percent for report in handle.progress()][-1] == 100.0
+def test_steps_and_navigation_end_as_they_should(robot: Chassis, our_master: Master) -> None:
+    # The result is another topic than the feedback, and may overtake it: the robot waits until that has been seen.
+    with MasterClient(our_master.uri, "/test") as master:
+        master.set_param("/percent", 0.0)
+        handle = robot.move(0.5)
+        seen = []
+        for report in handle.progress():
+            seen.append(report.percent)
+            master.set_param("/percent", report.percent)
+    assert seen == [30.0, 60.0, 100.0]
     assert handle.wait(10.0).code == 1
     with pytest.raises(GoalFailed) as caught:
         robot.move(-0.5).wait(10.0)  # actionlib says succeeded, the result is -3
