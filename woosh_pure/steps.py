@@ -68,6 +68,11 @@ class Step:
         """How long it takes without obstacles, roughly."""
         return abs(self.data) / self.highest_speed + 2.0
 
+    @property
+    def in_range(self) -> bool:
+        """Whether `data` is within the interface's limits."""
+        return abs(self.data) <= (MAX_ANGLE if self.mode is StepMode.ROTATE else MAX_DISTANCE)
+
     def direction(self) -> Velocity:
         """Unit velocity of this step, signed."""
         sign = math.copysign(1.0, self.data)
@@ -137,7 +142,7 @@ def _check(step: Step) -> None:
         raise ValueError(f"{step!r}: every number must be finite")
     rotating = step.mode is StepMode.ROTATE
     most, unit = (MAX_ANGLE, "rad") if rotating else (MAX_DISTANCE, "m")
-    if abs(step.data) > most:
+    if not step.in_range:
         hint = "; for degrees say degrees=True" if rotating else "; use go_to for longer ways"
         raise ValueError(f"{step.data} {unit} is more than the {most} {unit} one step may have{hint}")
     if step.mode is StepMode.DIAGONAL and abs(step.angle) > 2.0 * math.pi + 1e-6:

@@ -77,6 +77,8 @@ class TaskMachine:
             as /ros_interface does; alone, the world is told directly.
     """
 
+    AT_MARK = 0.5
+    """How far from its mark a given path may end, m (assumed; that it must end there is the vendor's)."""
     CARRY_SECONDS = 2.0
     CHARGE_SECONDS = 1.0
 
@@ -130,6 +132,9 @@ class TaskMachine:
         target = self._target(request)
         if target is None:
             return self._reply(False, f"mark {request.mark!r} is not known", 140801000141)
+        mark = self._world.site.marks.get(request.mark)
+        if mark is not None and target[-1].distance_to(mark.pose) > self.AT_MARK:
+            return self._reply(False, f"the path does not end at mark {request.mark!r}", 140801000151)
         self._begin(request, target)
         return self._reply(True, "ok")
 
@@ -137,6 +142,8 @@ class TaskMachine:
         world = self._world
         if world.emergency_stop:
             return "emergency stop", 110201000013
+        if world.bumper:
+            return "bumper", 110202000013
         if world.robot_mode is not RobotMode.AUTOMATIC:
             return "not in automatic mode", 140801000081
         if world.work_mode is not WorkMode.TASK:

@@ -194,8 +194,7 @@ class World:
         """Start a list of steps."""
         motion = StepMotion(steps, avoid=avoid)
         refused = self._cannot_move(needs_location=False)
-        sideways = any(abs(step.direction().vy) > 1e-6 for step in steps)
-        if not refused and (not steps or (sideways and not self.body.limits.omnidirectional)):
+        if not refused and (not steps or not all(map(self._reachable, steps))):
             refused = 120301000032
         if refused:
             motion.end(MotionState.FAILED, refused)
@@ -203,6 +202,10 @@ class World:
         else:
             self._start(motion)
         return motion
+
+    def _reachable(self, step: Step) -> bool:
+        sideways = abs(step.direction().vy) > 1e-6
+        return step.in_range and (self.body.limits.omnidirectional or not sideways)
 
     def pause_step(self) -> bool:
         """Hold the running step goal; what remains is kept for `resume_step`."""

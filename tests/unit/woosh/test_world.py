@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -115,6 +116,15 @@ def test_a_step_ends_where_it_should(step, expected):
     assert motion.percent == 100.0
 
 
+@pytest.mark.parametrize("step", [Step.straight(-10.1), Step.turn(62.9)])
+def test_a_step_beyond_the_interfaces_limits_is_not_begun(step):
+    """Also one of a program that does not check it, as rospy does not."""
+    world = World()
+    motion = world.step_control([Step.straight(0.1), step], avoid=True)
+    assert (motion.state, motion.code) == (MotionState.FAILED, 120301000032)
+    assert world.motion is None
+
+
 def test_a_lateral_step_is_rejected_by_a_differential_base_and_done_by_an_omnidirectional_one():
     step = Step(StepMode.LATERAL, 0.3)
     assert World().step_control([step], avoid=True).state is MotionState.FAILED
@@ -195,6 +205,7 @@ def test_a_second_task_is_refused_while_one_runs():
         World.press_emergency_stop,
         World.lose_localization,
         World.plug_cable,
+        lambda world: (world.command_velocity(Velocity(-0.5), smooth=True), run(world, 10.0)),
         lambda world: world.set_mode(RobotMode.MANUAL),
     ],
 )
@@ -202,6 +213,14 @@ def test_a_task_is_refused_when_the_robot_is_not_ready(spoil):
     world = World()
     spoil(world)
     assert not world.tasks.request(execute()).success
+
+
+def test_a_path_that_is_given_with_a_mark_must_end_there():
+    world = World()
+    mark = world.site.marks["A1"].pose
+    to_another = TaskRequest(TaskCommand.EXECUTE, 17, mark="A1", poses=[mark, Pose2D(0.0, 0.0)])
+    assert "does not end at mark 'A1'" in world.tasks.request(to_another).message
+    assert world.tasks.request(replace(to_another, poses=[Pose2D(0.0, 0.0), mark])).success
 
 
 @pytest.mark.parametrize("spoil", [World.press_emergency_stop, World.lose_localization])
