@@ -16,6 +16,7 @@ from rosproto.bag.records import (
     encode_fields,
     encode_index,
     index_header,
+    message_header,
     op_of,
 )
 from rosproto.errors import BagError
@@ -94,6 +95,26 @@ def test_a_connection_without_type_or_md5sum_is_a_bag_error(lost):
     del header[lost]
     with pytest.raises(BagError, match=lost):
         connection_from_fields({"conn": b"\0\0\0\0", "topic": b"/t"}, header)
+
+
+def test_a_connection_without_a_topic_is_a_bag_error():
+    with pytest.raises(BagError, match="names no topic"):
+        connection_from_fields({"conn": bytes(4)}, {"type": "a/B", "md5sum": "m"})
+
+
+@pytest.mark.parametrize("times", [{}, {"start_time": b"seven b"}])
+def test_chunk_info_without_its_times_is_a_bag_error(times):
+    fields, data = header_of(ChunkInfo(1, 0, 0, {0: 7}).encode())
+    del fields["start_time"]
+    with pytest.raises(BagError, match="'start_time'"):
+        ChunkInfo.from_record(fields | times, data)
+
+
+@pytest.mark.parametrize("time", [{}, {"time": b"seven b"}])
+def test_a_message_without_its_time_is_a_bag_error(time):
+    assert message_header({"conn": b"\x05\0\0\0", "time": b"\x01\0\0\0\x02\0\0\0"}) == (5, 1, 2)
+    with pytest.raises(BagError, match="'time'"):
+        message_header({"conn": bytes(4)} | time)
 
 
 def test_chunk_info_round_trips():

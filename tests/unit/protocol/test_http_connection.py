@@ -208,6 +208,13 @@ def test_the_response_is_one_that_roscpps_client_accepts() -> None:
     assert b"chunked" not in data
 
 
+def test_a_405_lists_the_methods_that_are_allowed() -> None:
+    """RFC 9110, section 15.5.6."""
+    head = http.HttpServerConnection(LIMITS).encode_response(405, allow="POST").partition(b"\r\n\r\n")[0]
+    assert head.startswith(b"HTTP/1.1 405 ")
+    assert b"\r\nAllow: POST\r\n" in head
+
+
 def test_client_and_server_joined_exchange_messages() -> None:
     client, server = http.HttpClientConnection(LIMITS), http.HttpServerConnection(LIMITS)
     for number in range(3):
