@@ -124,8 +124,9 @@ class SpareFinder:
         Raises:
             ModuleNotFoundError: An import asks for what cannot be served; it says what to use instead.
         """
-        if fullname in SPARE:
-            return stock().spec(fullname, fullname)
+        parts = fullname.split(".")
+        if parts[0] in SPARE:
+            return stock().spec(fullname, *parts)
         from rosproto.rospy.absent import absence, is_imported
 
         text = absence(fullname)

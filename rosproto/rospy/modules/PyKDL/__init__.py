@@ -1,0 +1,49 @@
+"""PyKDL's geometry: vectors, rotations, frames, twists, wrenches. Its chains and solvers are C++ only.
+
+Served when the real one is not installed. Source: orocos-kdl 1.5, as measured: results, texts, conventions.
+"""
+
+from ._frame import Frame
+from ._numbers import Equal
+from ._rotation import Rotation
+from ._vectors import Twist, Vector, Wrench
+
+__all__ = ["Equal", "Frame", "Rotation", "Twist", "Vector", "Wrench", "addDelta", "diff", "dot"]
+
+for _made in (Equal, Frame, Rotation, Twist, Vector, Wrench):
+    _made.__module__ = __name__  # as pickles name them
+
+
+def __getattr__(name):
+    if name.startswith("__"):
+        raise AttributeError("module %r has no attribute %r" % (__name__, name))
+    raise ImportError(
+        "PyKDL.%s: without the real PyKDL there are only Vector, Rotation, Frame, Twist, Wrench, dot, diff, "
+        "addDelta and Equal; chains, trees and solvers are C++: install PyKDL "
+        "(conda: python-orocos-kdl, Debian: python3-pykdl)" % name,
+        name=__name__,
+    )
+
+
+def dot(a, b):
+    """The product of two vectors, or of a twist and a wrench."""
+    return sum(one * other for one, other in zip(a._n, b._n))
+
+
+def diff(a, b, dt=1.0):
+    """What leads from `a` to `b` in `dt` seconds, told where both are told."""
+    if isinstance(a, Rotation):
+        return a * (a.Inverse() * b).GetRot() / dt
+    if isinstance(a, Frame):
+        return Twist(diff(a.p, b.p, dt), diff(a.M, b.M, dt))
+    return (b - a) / dt
+
+
+def addDelta(a, da, dt=1.0):
+    """Where that leads from `a`."""
+    if isinstance(a, Rotation):
+        own = a.Inverse() * da
+        return a * Rotation.Rot(own, own.Norm() * dt)
+    if isinstance(a, Frame):
+        return Frame(addDelta(a.M, da.rot, dt), addDelta(a.p, da.vel, dt))
+    return a + da * dt

@@ -1,0 +1,97 @@
+"""Vectors, and the pairs of them: twists and wrenches."""
+
+from math import sqrt
+
+from ._numbers import EPS, Sum, numbers_of
+
+
+class Vector(Sum):
+    """Three numbers."""
+
+    def __init__(self, *args):
+        self._n = numbers_of(Vector, args, 3) or [0.0, 0.0, 0.0]
+
+    def __reduce__(self):
+        return Vector, tuple(self._n)
+
+    def __mul__(self, other):
+        if isinstance(other, Vector):  # the cross product
+            (a, b, c), (x, y, z) = self._n, other._n
+            return Vector(b * z - c * y, c * x - a * z, a * y - b * x)
+        return super().__mul__(other)
+
+    def _axis(index):
+        def axis(self, value=None):
+            if value is None:
+                return self._n[index]
+            self._n[index] = float(value)
+            return None
+
+        return axis
+
+    x, y, z = _axis(0), _axis(1), _axis(2)
+
+    def Norm(self, eps=EPS):
+        """Its length."""
+        return sqrt(sum(a * a for a in self._n))
+
+    def Normalize(self, eps=EPS):
+        """Make its length 1 (x when it has none); the length before."""
+        length = self.Norm()
+        self._n = [1.0, 0.0, 0.0] if length < eps else [a / length for a in self._n]
+        return length
+
+
+class Pair(Sum):
+    """Two vectors."""
+
+    def __init__(self, *args):
+        if len(args) == 1:
+            args = (args[0]._first, args[0]._second)
+        elif len(args) not in (0, 2):
+            raise TypeError("%s() takes two Vectors; not %d values" % (type(self).__name__, len(args)))
+        self._first, self._second = (Vector(vector) for vector in args or (Vector(), Vector()))
+
+    def __reduce__(self):
+        return type(self), (self._first, self._second)
+
+    @property
+    def _n(self):
+        return self._first._n + self._second._n
+
+    @_n.setter
+    def _n(self, numbers):
+        self._first._n, self._second._n = list(numbers[:3]), list(numbers[3:])
+
+    def __setitem__(self, index, value):
+        self[index]
+        (self._first if index < 3 else self._second)[index % 3] = value
+
+    def _named(which):
+        def get(self):
+            return getattr(self, which)
+
+        def put(self, vector):
+            setattr(self, which, Vector(vector))
+
+        return property(get, put)
+
+
+class Twist(Pair):
+    """A velocity `vel` of a point and a rate `rot`."""
+
+    vel, rot = Pair._named("_first"), Pair._named("_second")
+
+    def RefPoint(self, v):
+        """The same movement, told of another point."""
+        return Twist(self.vel + self.rot * v, self.rot)
+
+
+class Wrench(Pair):
+    """A `force` at a point and a `torque`."""
+
+    force, torque = Pair._named("_first"), Pair._named("_second")
+
+    def RefPoint(self, v):
+        """The same load, told of another point."""
+        return Wrench(self.force, self.torque + self.force * v)
