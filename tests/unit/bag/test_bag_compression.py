@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import random
+
 import pytest
 
 from rosproto.bag.compression import compressor, decompress, decompress_prefix
@@ -27,7 +29,7 @@ def test_a_size_that_differs_from_the_headers_is_a_bag_error(name):
 @pytest.mark.parametrize("name", ["bz2", "lz4"])
 def test_a_flipped_byte_is_noticed(name):
     packed = bytearray(compressor(name)(DATA))
-    for at in range(0, len(packed), max(len(packed) // 60, 1)):
+    for at in range(0, len(packed), max(len(packed) // 20, 1)):
         packed[at] ^= 0x10
         with pytest.raises(BagError):
             decompress(name, bytes(packed), len(DATA))
@@ -36,7 +38,7 @@ def test_a_flipped_byte_is_noticed(name):
 
 @pytest.mark.parametrize("name", ["bz2", "lz4"])
 def test_of_a_cut_chunk_a_true_prefix_is_given(name):
-    data = bytes((i * i >> 7) & 255 for i in range(2_500_000))
+    data = random.Random(name).randbytes(1_500_000).translate(bytes(i & 15 for i in range(256)))
     packed = compressor(name)(data)
     plain, complete = decompress_prefix(name, packed[: len(packed) * 3 // 4], len(data))
     assert not complete
@@ -46,7 +48,7 @@ def test_of_a_cut_chunk_a_true_prefix_is_given(name):
 
 @pytest.mark.parametrize("name", ["bz2", "lz4"])
 def test_a_bomb_gives_no_more_than_the_size_it_claims(name):
-    packed = compressor(name)(bytes(50_000_000))
+    packed = compressor(name)(bytes(10_000_000))
     plain, complete = decompress_prefix(name, packed, 1000)
     assert len(plain) <= 1000
     assert not complete

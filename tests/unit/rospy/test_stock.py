@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import inspect
 import subprocess
 import sys
@@ -17,10 +18,9 @@ from rosproto.rospy.stock import MODULES, FileStock, PackedStock
 
 PROGRAM = """
 import sys
+from pathlib import Path
 from rosproto.rospy import finder, stock
-from rosproto.msg.packed import make_pack
-from rosproto.rospy.shortened import shortened
-packed = stock.PackedStock(make_pack(stock.MODULES, (".py",), shortened))
+packed = stock.PackedStock(Path(sys.argv[1]).read_text("utf-8"))
 finder.stock = lambda: packed
 finder.serve()
 import rospy, rospy.impl.init, actionlib.action_client, rosbag, tf.transformations as tf, PyKDL
@@ -35,13 +35,22 @@ tf.euler_from_quaternion("no quaternion at all")
 """
 
 
-def packed() -> PackedStock:
-    return PackedStock(make_pack(MODULES, (".py",), shortened))
+short = functools.cache(shortened)
 
 
-def test_the_pack_serves_what_the_files_do() -> None:
+@pytest.fixture(scope="module")
+def text_of_pack() -> str:
+    return make_pack(MODULES, (".py",), short)
+
+
+@pytest.fixture
+def packed(text_of_pack: str) -> PackedStock:
+    return PackedStock(text_of_pack)
+
+
+def test_the_pack_serves_what_the_files_do(packed: PackedStock) -> None:
     """Every file, under the same path and as the same kind of module; and nothing else."""
-    files, one = FileStock(), packed()
+    files, one = FileStock(), packed
     assert files.names() == one.names()
     for path in Path(MODULES).rglob("*.py"):
         inner = path.relative_to(MODULES)
@@ -53,16 +62,16 @@ def test_the_pack_serves_what_the_files_do() -> None:
             theirs.origin,
             theirs.submodule_search_locations,
         )
-        assert ours.loader.get_source("name") == shortened(path.read_text("utf-8"))  # type: ignore[union-attr]
+        assert ours.loader.get_source("name") == short(path.read_text("utf-8"))  # type: ignore[union-attr]
         assert ours.loader.is_package("name") is (path.stem == "__init__")  # type: ignore[union-attr]
     for absent in (("nothing",), ("rospy", "nothing"), ("angles", "inside")):
         assert one.spec("name", *absent) is None
         assert files.spec("name", *absent) is None
 
 
-def test_source_lines_are_known(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_source_lines_are_known(packed: PackedStock, monkeypatch: pytest.MonkeyPatch) -> None:
     """`inspect.getsource` and tracebacks ask the loader: the file is not there."""
-    spec = packed().spec("angles_from_a_pack", "angles")
+    spec = packed.spec("angles_from_a_pack", "angles")
     assert spec is not None
     spec.origin = spec.loader.path = "/nowhere/angles.py"  # type: ignore[union-attr]
     module = module_from_spec(spec)
@@ -71,10 +80,12 @@ def test_source_lines_are_known(monkeypatch: pytest.MonkeyPatch) -> None:
     assert inspect.getsource(module.normalize_angle).startswith("def normalize_angle(")
 
 
-def test_a_program_runs_from_the_pack() -> None:
+def test_a_program_runs_from_the_pack(text_of_pack: str, tmp_path: Path) -> None:
     """Modules, packages, modules inside packages, what lies in message packages; errors name their place."""
+    pack = tmp_path / "modules.txt"
+    pack.write_text(text_of_pack, "utf-8")
     done = subprocess.run(
-        [sys.executable, "-c", PROGRAM], capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-c", PROGRAM, str(pack)], capture_output=True, text=True, timeout=60, check=False
     )
     assert done.returncode == 1
     assert done.stdout == "No module named 'rospy.nothing'\n"
@@ -95,13 +106,13 @@ def test_packed_texts_are_the_same_program_on_the_same_lines() -> None:
     """What is left out of a wheel are remarks, and nothing else."""
     for path in Path(MODULES).rglob("*.py"):
         text = path.read_text("utf-8")
-        short = shortened(text)
-        assert without_docstrings(short) == without_docstrings(text), path
-        assert len(short.splitlines()) == len(text.splitlines())
+        rest = short(text)
+        assert without_docstrings(rest) == without_docstrings(text), path
+        assert len(rest.splitlines()) == len(text.splitlines())
 
 
 @pytest.mark.parametrize(
-    ("text", "short"),
+    ("text", "rest"),
     [
         ('"""The module\'s."""\nx = 1  # one\n# end\n', '"""The module\'s."""\nx = 1\n\n'),
         ('def f():\n    """Two\n    lines."""\n    return "#"\n', 'def f():\n\n\n    return "#"\n'),
@@ -113,5 +124,5 @@ def test_packed_texts_are_the_same_program_on_the_same_lines() -> None:
         ),
     ],
 )
-def test_what_is_left_out_of_a_packed_text(text: str, short: str) -> None:
-    assert shortened(text) == short
+def test_what_is_left_out_of_a_packed_text(text: str, rest: str) -> None:
+    assert shortened(text) == rest
