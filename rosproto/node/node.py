@@ -40,7 +40,6 @@ from rosproto.node.registrations import Registrations
 from rosproto.node.revisions import Revisions
 from rosproto.node.slave import SlaveApi
 from rosproto.node.subscriber import Subscriber
-from rosproto.node.tcpros_link import TcprosLink
 from rosproto.node.topic_types import TypeGiven, resolve_type
 from rosproto.node.topics import TopicTable
 from rosproto.node.watchdog import Watchdog
@@ -55,13 +54,11 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from rosproto.node.parameters import Parameters
-    from rosproto.node.publisher_link import PublisherLink
     from rosproto.node.rosout import Rosout
     from rosproto.node.service_client import ServiceClient
     from rosproto.node.service_server import ServiceServer
     from rosproto.node.services import Services
     from rosproto.node.stats import NodeStats
-    from rosproto.node.subscription import Subscription
     from rosproto.node.tcpros_server import TcprosServer
 
 __all__ = ["Node"]
@@ -258,6 +255,7 @@ class Node:
         queue_size: int = 10,
         raw: bool = False,
         tcp_nodelay: bool = False,
+        unreliable: bool = False,
         on_error: Callable[[Exception], object] | None = None,
         inline: bool = False,
     ) -> Subscriber:
@@ -273,6 +271,8 @@ class Node:
             tcp_nodelay: Ask publishers to send each message at once. It removes stalls of 40 ms with peers
                 that use Nagle's algorithm (rospy, roscpp), and costs them more than half their rate in bursts
                 (performance.md section 5), therefore off. Our own publishers send at once in any case.
+            unreliable: Take datagrams (UDPROS) from publishers that offer them, as roscpp does: what the
+                network loses is lost, and nothing comes late. For states and sensors over Wi-Fi.
             on_error: Called with each error of a link (lost, refused), in a thread of the library.
             inline: Call `callback` in the thread that received the message even when it is slow; the
                 connection is not read meanwhile (what rospy does). Callbacks for two publishers may then
@@ -292,6 +292,7 @@ class Node:
             queue_size=options.queue_length(queue_size),
             raw=raw,
             tcp_nodelay=tcp_nodelay,
+            unreliable=unreliable,
             on_error=on_error,
             inline=inline,
         )
@@ -491,9 +492,3 @@ class Node:
 
     def _wall_time(self) -> float:
         return time.time()
-
-    def _make_link(self, subscription: Subscription, uri: str) -> PublisherLink:
-        """A link to the publisher with that URI: in this process without sockets."""
-        if self._intraprocess and intraprocess.find_node(uri) is not None:
-            return intraprocess.LocalLink(subscription, uri, self._next_link_id())
-        return TcprosLink(subscription, uri, self._next_link_id())

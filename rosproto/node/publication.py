@@ -90,7 +90,7 @@ class Publication:
     kind = "publisher"
 
     def __init__(self, node: Node, name: str, type_: TopicType) -> None:
-        self._node = node
+        self.node = node
         self.name = name
         self.type = type_
         self.links: tuple[OutgoingLink, ...] = ()
@@ -112,10 +112,10 @@ class Publication:
     # -- master ---------------------------------------------------------------------------------------------
 
     def register(self, master: MasterClient) -> None:
-        master.register_publisher(self.name, self.type.name, self._node.uri)
+        master.register_publisher(self.name, self.type.name, self.node.uri)
 
     def unregister(self, master: MasterClient) -> None:
-        master.unregister_publisher(self.name, self._node.uri)
+        master.unregister_publisher(self.name, self.node.uri)
 
     # -- handles --------------------------------------------------------------------------------------------
 
@@ -178,7 +178,7 @@ class Publication:
         address = format_address(*peer[:2])
         try:
             output = self.output_for(fields, address)
-            write_header(sock, self.header(output), Deadline(self._node.limits.handshake_seconds))
+            write_header(sock, self.header(output), Deadline(self.node.limits.handshake_seconds))
         except RosError as error:
             self._refused(sock, address, error)
             return
@@ -188,9 +188,9 @@ class Publication:
             address=address,
             topic=self.name,
             queue_size=self.queue_size,
-            monitor=self._node._monitor,
-            on_closed=self._link_closed,
-            id=self._node._next_link_id(),
+            monitor=self.node._monitor,
+            on_closed=self.link_closed,
+            id=self.node._next_link_id(),
         )
         if not self.linger:
             link.set_linger(False)
@@ -217,9 +217,9 @@ class Publication:
 
     def _revise(self, fields: dict[str, str], mismatch: Md5sumMismatch) -> RevisedOutput:
         definition = fields.get("message_definition", "")
-        ours, revisions = self.type.message_class, self._node.revisions
+        ours, revisions = self.type.message_class, self.node.revisions
         theirs = revisions.message(ours, fields["md5sum"], definition) or revisions.fetched.fetch(
-            self._node, self.name, ours, fields["md5sum"]
+            self.node, self.name, ours, fields["md5sum"]
         )
         if theirs is None:
             raise explained(mismatch, self.type.message_class, definition) from None
@@ -239,7 +239,7 @@ class Publication:
             return
         _log.warning("! %s: subscriber refused: %s", self.name, error)
         refuse(sock, str(error))
-        self._node._emit(Event(EventKind.REFUSED, self.name, address, without_frames(error)))
+        self.node._emit(Event(EventKind.REFUSED, self.name, address, without_frames(error)))
 
     def header(self, output: RevisedOutput | None = None) -> dict[str, str]:
         """What we answer a subscriber."""
@@ -248,7 +248,7 @@ class Publication:
             topic=self.name,
             type_name=type_.name,
             md5sum=type_.md5sum,
-            callerid=self._node.name,
+            callerid=self.node.name,
             message_definition=type_.definition,
             latching=self.latching,
         )
@@ -272,7 +272,7 @@ class Publication:
             return
         link.start()
         _log.debug("= %s: %s at %s subscribes", self.name, link.caller_id, address)
-        self._node._emit(Event(EventKind.CONNECTED, self.name, address, peer=link.caller_id, direction="out"))
+        self.node._emit(Event(EventKind.CONNECTED, self.name, address, peer=link.caller_id, direction="out"))
         for callback in callbacks:
             self._call(callback, link.caller_id)
 
@@ -293,11 +293,12 @@ class Publication:
         except BaseException:  # as in callbacks.py
             _log.exception("! %s: on_connect(%s) raised", self.name, caller_id)
 
-    def _link_closed(self, link: OutgoingLink, error: ConnectionLost | None) -> None:
+    def link_closed(self, link: OutgoingLink, error: ConnectionLost | None) -> None:
+        """A link has ended; `error` says why, None when we ended it."""
         self.detach(link)
         if error is not None:
             kind = EventKind.DISCONNECTED
-            self._node._emit(Event(kind, self.name, error.peer, error, peer=link.caller_id, direction="out"))
+            self.node._emit(Event(kind, self.name, error.peer, error, peer=link.caller_id, direction="out"))
 
     def detach(self, link: OutgoingLink) -> None:
         """Forget a subscriber that is gone."""

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from rosproto.errors import MasterError, RosError
 from rosproto.logs import get_logger
+from rosproto.protocol.udpros import UDPROS, DatagramRequest
 from rosproto.protocol.xmlrpc import Fault
 
 if TYPE_CHECKING:
@@ -42,6 +43,8 @@ class Topics(Protocol):
     def bus_stats(self) -> list[list[Any]]: ...
 
     def is_published(self, topic: str) -> bool: ...
+
+    def request_datagrams(self, topic: str, request: DatagramRequest) -> list[object]: ...
 
     def update_publishers(self, topic: str, uris: list[str]) -> None: ...
 
@@ -151,16 +154,25 @@ class SlaveApi:
         return [1, "publications", self._topics.publications()]
 
     def _request_topic(self, peer: str, caller_id: str, topic: Any, protocols: Any) -> Reply:
-        """First protocol of the list that we speak (only TCPROS); the list may hold unknown ones."""
+        """First protocol of the list that we speak; the list may hold unknown ones."""
         if not isinstance(protocols, list) or not protocols:
             raise _BadArgument("parameter [protocols] must be a list that is not empty")
         if not self._topics.is_published(_topic(topic)):
             return [-1, f"Not a publisher of [{topic}]", []]
+        refusal = "no supported protocol implementations"
         for protocol in protocols:
-            if isinstance(protocol, list) and protocol and protocol[0] == "TCPROS":
+            name = protocol[0] if isinstance(protocol, list) and protocol else ""
+            if name == "TCPROS":
                 host, port = self._tcpros_address()
                 return [1, f"ready on {host}:{port}", ["TCPROS", host, port]]
-        return [0, "no supported protocol implementations", []]
+            if name == UDPROS:
+                try:
+                    answer = self._topics.request_datagrams(topic, DatagramRequest.parse(protocol))
+                    return [1, f"datagrams of {topic}", answer]
+                except RosError as error:
+                    _log.debug("! %s: no datagrams to %s at %s: %s", topic, caller_id[:200], peer, error)
+                    refusal = str(error)
+        return [0, refusal, []]
 
     # -- news -----------------------------------------------------------------------------------------------
 

@@ -18,11 +18,11 @@ class LinkStats:
         direction: "out" to a subscriber, "in" from a publisher.
         peer: The other node's name, "" before it said so.
         address: "host:port" of the connection, or the publisher's XML-RPC URI while there is none.
-        transport: "TCPROS" or "INTRAPROCESS".
+        transport: "TCPROS", "UDPROS" or "INTRAPROCESS".
         connected: True while messages can flow.
         bytes: Bytes of messages, lengths included.
         messages: Messages sent, or received.
-        dropped: Messages given up because a queue was full.
+        dropped: Messages given up because a queue was full; by UDPROS also those lost on the way.
         reconnects: Times the connection was made again.
         queued: Messages waiting now.
         state: State of the link, in words.

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.codec import AnyMsg
 from rosproto.errors import LocalProtocolError, Md5sumMismatch
 from rosproto.logs import get_logger
+from rosproto.node.links import make_link
 from rosproto.node.revisions import RevisedType, note_differences, revised_type
 from rosproto.node.sink import RevisedSink, Sink, encoded
 from rosproto.node.topic_types import TopicType, learn_type
@@ -54,11 +55,14 @@ class Subscription:
 
     kind = "subscriber"
 
-    def __init__(self, node: Node, name: str, type_: TopicType, *, tcp_nodelay: bool) -> None:
+    def __init__(
+        self, node: Node, name: str, type_: TopicType, *, tcp_nodelay: bool, unreliable: bool = False
+    ) -> None:
         self.node = node
         self.name = name
         self.type = type_
         self.tcp_nodelay = tcp_nodelay
+        self.unreliable = unreliable
         self.links: dict[str, PublisherLink] = {}
         self.errors: deque[Exception] = deque(maxlen=MOST_ERRORS)
         self.skipped = 0
@@ -112,7 +116,7 @@ class Subscription:
             for link in gone:
                 self._latched.pop(link, None)
             links = {key: link for key, link in self.links.items() if key in wanted}
-            made = {key: self.node._make_link(self, uri) for key, uri in new.items()}
+            made = {key: make_link(self, uri) for key, uri in new.items()}
             self.links = {**links, **kept, **made}
             self._condition.notify_all()
         for link in gone:

@@ -47,7 +47,9 @@ class TcprosLink(PublisherLink):
 
     def _open(self) -> None:
         deadline = Deadline(TRY_SECONDS)
-        host, port = self._request_topic(deadline)
+        self._connect(*self._tcp_address(self._request_topic([["TCPROS"]], deadline)), deadline)
+
+    def _connect(self, host: str, port: int, deadline: Deadline) -> None:
         self._step(LinkEvent.ADDRESS)
         self.address = format_address(host, port)
         sock = connect(host, port, deadline)
@@ -60,11 +62,13 @@ class TcprosLink(PublisherLink):
         self.caller_id = reply.callerid
         self._reader = FrameReader(sock, self._node.limits.message_bytes, peer=self.address)
 
-    def _request_topic(self, deadline: Deadline) -> tuple[str, int]:
+    def _request_topic(self, protocols: list[list[object]], deadline: Deadline) -> list[object]:
         from rosproto.node.slave_client import NodeClient
 
         with NodeClient(self.uri, self._node.name, limits=self._node.limits) as publisher:
-            answer = publisher.request_topic(self.topic, timeout=deadline.remaining())
+            return publisher.request_topic(self.topic, protocols, timeout=deadline.remaining())
+
+    def _tcp_address(self, answer: list[object]) -> tuple[str, int]:
         if len(answer) < 3 or answer[0] != "TCPROS":
             raise ConnectionLost(
                 f"{self.topic}: {self.uri} offers no TCPROS connection (answered {str(answer)[:100]});"

@@ -66,6 +66,15 @@ class TcprosServer:
     def port(self) -> int:
         return self._server.port
 
+    @property
+    def host(self) -> str:
+        """What it listens on."""
+        return self._server.host
+
+    def allows(self, address: str) -> bool:
+        """Whether that peer may connect."""
+        return self._server.allows(address)
+
     def close(self, timeout: float = 2.0) -> None:
         """Stop listening and end what is still in its handshake or in a service."""
         self._server.close(timeout)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import LocalProtocolError
 from rosproto.logs import get_logger
+from rosproto.node import datagram_link
 from rosproto.node.publication import Publication
 from rosproto.node.publisher import Publisher
 from rosproto.node.subscriber import Subscriber
@@ -22,6 +23,7 @@ from rosproto.node.turns import Turns
 if TYPE_CHECKING:
     from rosproto.node.node import Node
     from rosproto.node.stats import LinkStats
+    from rosproto.protocol.udpros import DatagramRequest
     from rosproto.transport.deadline import Deadline
 
 __all__ = ["TopicTable"]
@@ -106,6 +108,7 @@ class TopicTable:
         queue_size: int,
         raw: bool = False,
         tcp_nodelay: bool = False,
+        unreliable: bool = False,
         on_error: Callable[[Exception], object] | None = None,
         inline: bool = False,
         deadline: Deadline | None = None,
@@ -115,7 +118,9 @@ class TopicTable:
             subscription = self._subscriptions.get(name)
             new = subscription is None
             if subscription is None:
-                subscription = Subscription(self._node, name, type_, tcp_nodelay=tcp_nodelay)
+                subscription = Subscription(
+                    self._node, name, type_, tcp_nodelay=tcp_nodelay, unreliable=unreliable
+                )
             else:
                 subscription.check_type(type_)
             subscriber = Subscriber(
@@ -202,6 +207,15 @@ class TopicTable:
         for subscription in list(self._subscriptions.values()):
             subscription.reconnect()
 
+    def datagram_links(self) -> list[datagram_link.DatagramLink]:
+        """The subscribers that get datagrams, of all topics."""
+        return [
+            link
+            for publication in list(self._publications.values())
+            for link in publication.all_links
+            if isinstance(link, datagram_link.DatagramLink)
+        ]
+
     def link_stats(self) -> list[LinkStats]:
         """Every link of every topic."""
         topics: list[Publication | Subscription] = [
@@ -220,6 +234,10 @@ class TopicTable:
 
     def is_published(self, topic: str) -> bool:
         return topic in self._publications
+
+    def request_datagrams(self, topic: str, request: DatagramRequest) -> list[object]:
+        publication = self._publications.get(topic)
+        return [] if publication is None else datagram_link.accept(publication, request)
 
     def update_publishers(self, topic: str, uris: list[str]) -> None:
         subscription = self._subscriptions.get(topic)

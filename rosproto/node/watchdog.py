@@ -7,6 +7,7 @@
 * Now and then the whole graph is compared: a registration that got lost for any other reason is made again,
   and publishers that we were not told of are asked for. Behind a firewall that lets nobody in, which is where
   most laptops are, the master's `publisherUpdate` never arrives.
+* Subscribers that got datagrams and are gone are forgotten.
 * A link that cannot reach its publisher has the master asked too: the publisher may be elsewhere by now.
 * The computer slept (a laptop's lid): every subscriber's link is made anew at once, and the graph compared.
   What the links bring from before the sleep is late, and many are dead without knowing.
@@ -17,6 +18,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
@@ -29,6 +31,7 @@ from rosproto.transport.os_errors import no_route
 from rosproto.transport.sleep import SleepDetector
 
 if TYPE_CHECKING:
+    from rosproto.node.datagram_link import DatagramLink
     from rosproto.node.master_client import SystemState
     from rosproto.node.node import Node
     from rosproto.node.registrations import Registration
@@ -170,9 +173,11 @@ class Watchdog:
     def _graph_has_all(self) -> bool:
         node = self._node
         before = node._registrations.confirmed()
+        datagram_links = node._topics.datagram_links()
         state = node._master.get_system_state(timeout=CALL_TIMEOUT)
         tables = {"publisher": state.publishers, "subscriber": state.subscribers, "service": state.services}
         self._note_unknown_publishers(state)
+        self._forget_unsubscribed(datagram_links, state)
         return all(
             node.name in tables[registration.kind].get(registration.name, ())
             for registration in self._still(before)
@@ -193,6 +198,17 @@ class Watchdog:
             publishers = state.publishers.get(registration.name, ())
             if subscription is not None and not subscription.knows(publishers):
                 self.verify(subscription)
+
+    @staticmethod
+    def _forget_unsubscribed(links: Sequence[DatagramLink], state: SystemState) -> None:
+        """Let go of those who got datagrams and do not subscribe any more: their end is seen nowhere else.
+
+        A restarted master knows nobody, and roscpp does not register again: who is unknown altogether stays.
+        """
+        known = {node for table in state for nodes in table.values() for node in nodes} if links else set()
+        for link in links:
+            if link.caller_id in known and link.caller_id not in state.subscribers.get(link.topic, ()):
+                link.close()
 
     def _verify_some(self) -> None:
         with self._wake:

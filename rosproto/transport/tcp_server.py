@@ -236,7 +236,7 @@ class TcpServer:
                 )
 
     def _admit(self, sock: socket.socket, peer: tuple[str, int]) -> bool:
-        if not self._allowed(peer[0]):
+        if not self.allows(peer[0]):
             self.stats.not_allowed += 1
             log.warning("! %s: %s may not connect (allow=)", self._name, peer[0])
             return False
@@ -259,7 +259,8 @@ class TcpServer:
             self._pending[sock] = self._clock.monotonic()
         return True
 
-    def _allowed(self, host: str) -> bool:
+    def allows(self, host: str) -> bool:
+        """Whether that address may connect."""
         if self._allow is None:
             return True
         return self._allow(host) if callable(self._allow) else host in self._allow

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from rosproto.errors import MasterError
+from rosproto.errors import MasterError, RosError
 from rosproto.master import Master
 from rosproto.node import Node
 from rosproto.node.slave import SlaveApi
@@ -51,6 +51,9 @@ class FakeTopics:
 
     def is_published(self, topic: str) -> bool:
         return topic == "/a"
+
+    def request_datagrams(self, topic, request):
+        raise RosError("not here")
 
     def update_publishers(self, topic: str, uris: list[str]) -> None:
         self.told.append(("update", topic, uris))
@@ -198,7 +201,7 @@ def test_bus_info_and_stats_of_a_live_link(pair: tuple[Node, Node]) -> None:
     subscriber = b.subscriber("/t", "std_msgs/String")
     publisher.wait_for_connection()
     publisher.publish(data="12345")
-    subscriber.next(5)
+    subscriber.next(20)
     out = xmlrpc.client.ServerProxy(a.uri)
     into = xmlrpc.client.ServerProxy(b.uri)
     (row,) = [row for row in out.getBusInfo("/test")[2] if row[4] == "/t"]  # type: ignore[index,misc,union-attr]
@@ -226,7 +229,7 @@ def test_rosnode_kill_closes_the_node(pair: tuple[Node, Node]) -> None:
     a.on_shutdown(reasons.append)
     with xmlrpc.client.ServerProxy(a.uri) as proxy:
         assert proxy.shutdown("/rosnode", "enough") == [1, "shutdown", 0]
-    assert a.wait(5)
+    assert a.wait(20)
     assert a.closed
     assert "enough" in reasons[0]
 

@@ -1,0 +1,256 @@
+"""UDPROS: the messages of a topic in datagrams. What is lost is lost, and what comes is never late.
+
+A subscriber offers its UDP port, and its connection header, in `requestTopic` already; the answer has the
+publisher's header and the number that stands in every datagram of this connection. A message is the same
+bytes as over TCP, its length and its body, cut into blocks:
+
+    uint32 connection, uint8 opcode, uint8 message, uint16 block, then the bytes
+
+Opcode DATA0 begins a message, and its `block` is the number of blocks; DATAN brings the others, and its
+`block` is which. Messages are numbered 1 to 255 and then from 1 again: roscpp takes 0 for none.
+
+Source: wiki.ros.org/ROS/UDPROS; for the parameters of requestTopic roscpp (topic_manager.cpp,
+transport_udp.cpp).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from struct import Struct
+
+from rosproto.errors import LocalProtocolError, RemoteProtocolError, TooLarge
+from rosproto.protocol.header import decode_header, encode_header
+from rosproto.records import NamedTuple
+
+__all__ = ["DATAGRAM_BYTES", "UDPROS", "DatagramAnswer", "DatagramRequest", "Reassembly", "datagrams"]
+
+UDPROS = "UDPROS"
+DATAGRAM_BYTES = 1472
+"""What fits into an Ethernet frame with IP's and UDP's headers (roscpp asks for 1500, and IP cuts them)."""
+
+MOST_DATAGRAM_BYTES = 65507
+MOST_BLOCKS = 0xFFFF
+LAST_NUMBER = 255
+NUMBERS = 256
+IN_PROGRESS = 4  # messages whose blocks may overtake each other
+DATA0, DATAN = 0, 1  # 2 and 3 are a ping and an error, which nobody sends
+
+_header = Struct("<IBBH")
+_length = Struct("<I")
+HEADER_BYTES = _header.size
+
+
+# -- requestTopic ------------------------------------------------------------------------------------------
+
+
+class DatagramRequest(NamedTuple):
+    """What a subscriber asks for.
+
+    Attributes:
+        header: Its connection header.
+        host, port: Where it waits for datagrams.
+        datagram_bytes: The longest datagram it wants, UDPROS's own 8 bytes included.
+    """
+
+    header: dict[str, str]
+    host: str
+    port: int
+    datagram_bytes: int
+
+    def as_protocol(self) -> list[object]:
+        """As an entry of requestTopic's `protocols`."""
+        return [UDPROS, _pack_header(self.header), self.host, self.port, self.datagram_bytes]
+
+    @classmethod
+    def parse(cls, protocol: Sequence[object]) -> DatagramRequest:
+        """An entry of requestTopic's `protocols`, from the wire.
+
+        Raises:
+            RemoteProtocolError: It is none.
+        """
+        match protocol:
+            case [_, bytes(header), str(host), int(port), int(size)] if _is_port(port) and host:
+                return cls(decode_header(header), host, port, _checked_size(size))
+        raise RemoteProtocolError(
+            f"a request for UDPROS is [UDPROS, header in base64, host, port, most bytes of a datagram], not"
+            f" {str(protocol)[:100]}"
+        )
+
+
+class DatagramAnswer(NamedTuple):
+    """What the publisher answers.
+
+    Attributes:
+        host, port: Where the publisher has its UDP socket; roscpp sends from another one.
+        connection: Stands in each of its datagrams.
+        datagram_bytes: Its longest datagram.
+        header: The publisher's connection header.
+    """
+
+    host: str
+    port: int
+    connection: int
+    datagram_bytes: int
+    header: dict[str, str]
+
+    def as_answer(self) -> list[object]:
+        """As requestTopic's value."""
+        return [UDPROS, self.host, self.port, self.connection, self.datagram_bytes, _pack_header(self.header)]
+
+    @classmethod
+    def parse(cls, answer: Sequence[object]) -> DatagramAnswer:
+        """requestTopic's value, from the wire.
+
+        Raises:
+            RemoteProtocolError: It is none.
+        """
+        match answer:
+            case [_, str(host), int(port), int(connection), int(size), bytes(header)]:
+                return cls(host, port, connection & 0xFFFFFFFF, _checked_size(size), decode_header(header))
+        raise RemoteProtocolError(
+            f"an answer for UDPROS is [UDPROS, host, port, connection, most bytes of a datagram, header in"
+            f" base64], not {str(answer)[:100]}"
+        )
+
+
+def _pack_header(fields: Mapping[str, str]) -> bytes:
+    return encode_header(fields)[_length.size :]  # the fields alone, as roscpp has it
+
+
+def _is_port(port: int) -> bool:
+    return 0 < port < 65536
+
+
+def _checked_size(size: int) -> int:
+    if not HEADER_BYTES < size <= MOST_DATAGRAM_BYTES:
+        raise RemoteProtocolError(
+            f"UDPROS: datagrams of {size} bytes; expected {HEADER_BYTES + 1} to {MOST_DATAGRAM_BYTES}"
+        )
+    return size
+
+
+# -- datagrams ---------------------------------------------------------------------------------------------
+
+
+def datagrams(
+    frame: bytes | memoryview, connection: int, message: int, datagram_bytes: int = DATAGRAM_BYTES
+) -> Iterator[bytes]:
+    """Cut one message.
+
+    Args:
+        frame: Length and body, as over TCP.
+        connection: The connection's number.
+        message: The message's number, 1 to 255.
+        datagram_bytes: The longest datagram.
+
+    Raises:
+        LocalProtocolError: It needs more than 65535 blocks.
+    """
+    room = datagram_bytes - HEADER_BYTES
+    blocks = -(-len(frame) // room)
+    if blocks > MOST_BLOCKS:
+        raise LocalProtocolError(
+            f"a message of {len(frame)} bytes does not fit into {MOST_BLOCKS} datagrams of {datagram_bytes}"
+            " bytes; use TCPROS for it"
+        )
+    yield _header.pack(connection, DATA0, message, blocks) + frame[:room]
+    for block in range(1, blocks):
+        yield _header.pack(connection, DATAN, message, block) + frame[block * room : (block + 1) * room]
+
+
+class _Partial:
+    """A message of which blocks are missing."""
+
+    __slots__ = ("blocks", "bytes", "total")
+
+    def __init__(self) -> None:
+        self.blocks: dict[int, bytes] = {}
+        self.bytes = 0
+        self.total = 0  # 0: its first block has not come
+
+    def add(self, block: int, data: bytes) -> None:
+        if block not in self.blocks:
+            self.blocks[block] = data
+            self.bytes += len(data)
+
+    @property
+    def complete(self) -> bool:
+        return len(self.blocks) == self.total and max(self.blocks) < self.total
+
+
+class Reassembly:
+    """Puts the messages of one connection together.
+
+    Blocks may come in any order, twice, or never. Messages keep their order: one that is complete only after
+    a later one is given up, like those of which something is missing.
+
+    Args:
+        connection: Datagrams with another number are passed over.
+        limit: Most bytes of a message.
+
+    Attributes:
+        lost: Messages that were sent and did not come, as their numbers tell.
+        strays: Datagrams passed over: of another connection, or no UDPROS at all.
+    """
+
+    def __init__(self, connection: int, limit: int) -> None:
+        self._connection = connection
+        self._limit = limit
+        self._partial: dict[int, _Partial] = {}
+        self._last: int | None = None
+        self._counts_zero = False
+        self.lost = 0
+        self.strays = 0
+
+    def add(self, datagram: bytes) -> bytes | None:
+        """Take a datagram; the body of the message that it completes, or None.
+
+        Raises:
+            TooLarge: The message is longer than the limit; it is given up.
+        """
+        if len(datagram) < HEADER_BYTES:
+            self.strays += 1
+            return None
+        connection, opcode, message, block = _header.unpack_from(datagram)
+        if connection != self._connection or opcode > DATAN or block == 0:
+            self.strays += 1
+            return None
+        if self._last is not None and not 0 < (message - self._last) % NUMBERS < NUMBERS // 2:
+            return None  # late, or twice
+        data = datagram[HEADER_BYTES:]
+        if opcode == DATA0 and block == 1:  # by far the most frequent case: a whole message
+            return self._finished(message, data)
+        return self._gather(message, opcode, block, data)
+
+    def _gather(self, message: int, opcode: int, block: int, data: bytes) -> bytes | None:
+        partial = self._partial.get(message)
+        if partial is None:
+            partial = self._partial[message] = _Partial()
+            for oldest in list(self._partial)[:-IN_PROGRESS]:
+                del self._partial[oldest]
+        if opcode == DATA0:
+            partial.total, block = block, 0
+        partial.add(block, data)
+        if partial.bytes > self._limit:
+            del self._partial[message]
+            raise TooLarge("message_bytes", partial.bytes, self._limit)
+        if not partial.complete:
+            return None
+        return self._finished(message, b"".join(partial.blocks[index] for index in range(partial.total)))
+
+    def _finished(self, message: int, frame: bytes) -> bytes | None:
+        """The body of a whole message; those before it are not waited for any more."""
+        self._count(message)
+        for number in [n for n in self._partial if (message - n) % NUMBERS < NUMBERS // 2]:
+            del self._partial[number]
+        if len(frame) < _length.size or _length.unpack_from(frame)[0] != len(frame) - _length.size:
+            self.strays += 1
+            return None
+        return frame[_length.size :]
+
+    def _count(self, message: int) -> None:
+        last, self._last = self._last, message
+        self._counts_zero |= message == 0  # goroslib does, roscpp does not
+        if last is not None:
+            skips_zero = message < last and not self._counts_zero
+            self.lost += (message - last) % NUMBERS - 1 - skips_zero

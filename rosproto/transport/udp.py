@@ -1,0 +1,60 @@
+"""UDP sockets, for topics in datagrams (UDPROS)."""
+
+from __future__ import annotations
+
+import socket
+
+from rosproto.transport.address import format_address, resolve
+from rosproto.transport.deadline import Deadline
+from rosproto.transport.os_errors import translate
+
+__all__ = ["open_receiver", "open_sender"]
+
+BUFFER_BYTES = 2 << 20  # asked for; systems give what they allow. A picture is a thousand datagrams at once
+
+
+def open_receiver(host: str) -> socket.socket:
+    """A socket for datagrams to this address of ours, on a free port.
+
+    Raises:
+        ConnectionLost: It is no address of this computer.
+    """
+    address = resolve(host)[0]
+    sock = _socket(address)
+    try:
+        sock.bind((address, 0))
+        _widen(sock, socket.SO_RCVBUF)
+    except OSError as error:
+        sock.close()
+        raise translate(error, f"wait for datagrams at {address}", address) from error
+    return sock
+
+
+def open_sender(host: str, port: int, deadline: Deadline) -> socket.socket:
+    """A socket that sends there and nowhere else, so that it is told when nobody takes the datagrams.
+
+    Raises:
+        ConnectionLost: The host is unknown, or there is no way to it.
+        RosTimeout: The name server does not answer.
+    """
+    peer = format_address(host, port)
+    address = resolve(host, deadline)[0]
+    sock = _socket(address)
+    try:
+        sock.connect((address, port))
+        _widen(sock, socket.SO_SNDBUF)
+    except OSError as error:
+        sock.close()
+        raise translate(error, f"send datagrams to {peer}", peer) from error
+    return sock
+
+
+def _socket(address: str) -> socket.socket:
+    return socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_DGRAM)
+
+
+def _widen(sock: socket.socket, option: int) -> None:
+    try:
+        sock.setsockopt(socket.SOL_SOCKET, option, BUFFER_BYTES)
+    except OSError:
+        pass  # a wish; some systems refuse what is too much in place of giving less
