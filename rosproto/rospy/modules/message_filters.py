@@ -120,15 +120,17 @@ class Cache(SimpleFilter):
 class TimeSynchronizer(SimpleFilter):
     """Messages of several filters with the very same stamp, together."""
 
-    def __init__(self, fs, queue_size):
+    def __init__(self, fs, queue_size, reset=False):
         SimpleFilter.__init__(self)
         self.queue_size = queue_size
+        self.enable_reset = reset
         self.lock = threading.Lock()
         self.connectInput(fs)
 
     def connectInput(self, fs):
         """Take messages of those filters."""
         self.queues = [{} for _ in fs]
+        self.latest_stamps = [rospy.Time(0) for _ in fs]
         self.input_connections = [
             f.registerCallback(self.add, queue, index)
             for index, (f, queue) in enumerate(zip(fs, self.queues))
@@ -137,11 +139,23 @@ class TimeSynchronizer(SimpleFilter):
     def add(self, msg, my_queue, my_queue_index=None):
         """Take a message."""
         with self.lock:
+            settled = self._settled_after_jump(my_queue, my_queue_index)
             stamp = msg.header.stamp
             self._keep(my_queue, stamp, msg)
-            if all(stamp in queue for queue in self.queues):
+            if settled and all(stamp in queue for queue in self.queues):
                 found = [queue.pop(stamp) for queue in self.queues]
                 self.signalMessage(*found)
+
+    def _settled_after_jump(self, queue, index):
+        """With `reset`, a queue forgets when simulated time jumped back; True when all queues have."""
+        if not self.enable_reset or index is None or rospy.rostime.is_wallclock():
+            return True
+        now = rospy.Time.now()
+        if now < self.latest_stamps[index]:
+            rospy.logdebug("Detected jump back in time. Clearing message filter queue")
+            queue.clear()
+        self.latest_stamps[index] = now
+        return max(self.latest_stamps) == now
 
     def _keep(self, queue, stamp, message):
         queue[stamp] = message
@@ -153,10 +167,9 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
     """Messages of several filters whose stamps differ by less than `slop` seconds, together."""
 
     def __init__(self, fs, queue_size, slop, allow_headerless=False, reset=False):
-        TimeSynchronizer.__init__(self, fs, queue_size)
+        TimeSynchronizer.__init__(self, fs, queue_size, reset)
         self.slop = rospy.Duration.from_sec(slop)
         self.allow_headerless = allow_headerless
-        self._reset = reset
         self.last_added = rospy.Time()
 
     def add(self, msg, my_queue, my_queue_index=None):
@@ -168,7 +181,7 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
             )
             return
         with self.lock:
-            if self._reset:
+            if self.enable_reset:
                 self._drop_after_jump()
             self._keep(my_queue, stamp, msg)
             self._match(stamp, my_queue)

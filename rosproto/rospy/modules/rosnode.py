@@ -30,6 +30,14 @@ class ROSNodeIOException(ROSNodeException):
     """The master cannot be reached."""
 
 
+def _succeed(args):
+    """The value of a reply of a node's API."""
+    code, text, value = args
+    if code != 1:
+        raise ROSNodeException("remote call failed: %s" % text)
+    return value
+
+
 def get_node_names(namespace=None):
     """Sorted names of all nodes, or of those below a namespace."""
     try:

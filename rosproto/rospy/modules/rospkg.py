@@ -3,18 +3,51 @@
 import os
 import sys
 
-__all__ = ["ResourceNotFound", "RosPack", "get_log_dir", "get_ros_home"]
+from roslib.packages import _find, _packages
+
+__all__ = ["ResourceNotFound", "RosPack", "get_log_dir", "get_ros_home", "get_ros_paths"]
 
 
 class ResourceNotFound(Exception):
-    """There is no such package."""
+    """There is no such package.
+
+    Attributes:
+        ros_paths: Where it was looked for.
+    """
+
+    def __init__(self, msg, ros_paths=None):
+        super().__init__(msg)
+        self.ros_paths = ros_paths
+
+    def __str__(self):
+        looked = ["\nROS path [%d]=%s" % pair for pair in enumerate(self.ros_paths or ())]
+        return self.args[0] + "".join(looked)
+
+
+def get_ros_paths(env=None):
+    """The folders of ROS_PACKAGE_PATH."""
+    path = (os.environ if env is None else env).get("ROS_PACKAGE_PATH", "")
+    return [folder for folder in path.split(os.pathsep) if folder]
 
 
 class RosPack:
     """Finds packages: folders with a package.xml, below ROS_PACKAGE_PATH and around the program."""
 
     def __init__(self, ros_paths=None):
-        self._paths = ros_paths
+        self.ros_paths = ros_paths or get_ros_paths()
+
+    @classmethod
+    def get_instance(cls, ros_paths=None):
+        """One that looks there."""
+        return cls(ros_paths)
+
+    def get_ros_paths(self):
+        """Where it looks."""
+        return list(self.ros_paths)
+
+    def list(self):
+        """Names of all packages."""
+        return [name for name, _ in _packages(os.pathsep.join(self.ros_paths))]
 
     def get_path(self, name):
         """The folder of a package.
@@ -22,12 +55,9 @@ class RosPack:
         Raises:
             ResourceNotFound: There is none of that name.
         """
-        from roslib.packages import _find
-
-        paths = self._paths or os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
-        found = _find(name, os.pathsep.join(paths)) or self._around(name)
+        found = _find(name, os.pathsep.join(self.ros_paths)) or self._around(name)
         if found is None:
-            raise ResourceNotFound(name)
+            raise ResourceNotFound(name, self.ros_paths)
         return found
 
     @staticmethod

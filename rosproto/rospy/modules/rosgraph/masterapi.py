@@ -23,12 +23,29 @@ ROSMasterException = MasterException
 Error = MasterError
 Failure = MasterFailure
 
-_METHODS = """
-    deleteParam setParam getParam searchParam subscribeParam unsubscribeParam hasParam getParamNames
-    registerService lookupService unregisterService registerSubscriber unregisterSubscriber
-    registerPublisher unregisterPublisher lookupNode getPublishedTopics getTopicTypes getSystemState
-    getUri getPid
-""".split()
+_METHODS = {  # and how rosgraph calls their arguments
+    "deleteParam": "key",
+    "getParam": "key",
+    "getParamNames": "",
+    "getPid": "",
+    "getPublishedTopics": "subgraph",
+    "getSystemState": "",
+    "getTopicTypes": "",
+    "getUri": "",
+    "hasParam": "key",
+    "lookupNode": "node_name",
+    "lookupService": "service",
+    "registerPublisher": "topic topic_type caller_api",
+    "registerService": "service service_api caller_api",
+    "registerSubscriber": "topic topic_type caller_api",
+    "searchParam": "key",
+    "setParam": "key value",
+    "subscribeParam": "caller_api key",
+    "unregisterPublisher": "topic caller_api",
+    "unregisterService": "service service_api",
+    "unregisterSubscriber": "topic caller_api",
+    "unsubscribeParam": "caller_api key",
+}
 
 
 def is_online(master_uri=None):
@@ -71,8 +88,11 @@ class Master:
             return False
 
 
-def _method(name):
-    def method(self, *args):
+def _method(name, expected):
+    def method(self, *args, **kwds):
+        args += tuple(kwds.pop(one) for one in expected[len(args) :] if one in kwds)
+        if kwds or len(args) != len(expected):
+            raise TypeError("%s() takes these arguments: %s" % (name, ", ".join(expected) or "none"))
         return self._call(name, *args)
 
     method.__name__ = name
@@ -80,5 +100,5 @@ def _method(name):
     return method
 
 
-for _name in _METHODS:
-    setattr(Master, _name, _method(_name))
+for _name, _arguments in _METHODS.items():
+    setattr(Master, _name, _method(_name, _arguments.split()))

@@ -2,6 +2,7 @@
 
 from genpy import DeserializationError, Duration, Message, SerializationError, Time, TVal
 from genpy.message import (
+    check_type,
     fill_message_args,
     get_message_class,
     get_printable_message_args,
@@ -16,6 +17,7 @@ __all__ = [
     "SerializationError",
     "TVal",
     "Time",
+    "check_type",
     "fill_message_args",
     "get_message_class",
     "get_printable_message_args",

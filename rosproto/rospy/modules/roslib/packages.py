@@ -3,7 +3,11 @@
 import os
 
 
-class InvalidROSPkgException(Exception):
+class ROSPkgException(Exception):
+    """A package cannot be used."""
+
+
+class InvalidROSPkgException(ROSPkgException):
     """There is no such package."""
 
 
@@ -15,11 +19,43 @@ def get_pkg_dir(package, required=True, ros_root=None, ros_package_path=None):
     return found
 
 
-def _find(package, path):
+def get_pkg_subdir(package, subdir, required=True, env=None):
+    """A folder inside a package, made when it is `required` and not there."""
+    path = (os.environ if env is None else env).get("ROS_PACKAGE_PATH", "")
+    found = os.path.join(get_pkg_dir(package, ros_package_path=path), subdir)
+    if required:
+        os.makedirs(found, exist_ok=True)
+    return found if os.path.isdir(found) else None
+
+
+def resource_file(package, subdir, resource_name):
+    """Where a file of a package's folder is, or would be."""
+    return os.path.join(get_pkg_subdir(package, subdir, False) or "", resource_name)
+
+
+def find_resource(pkg, resource_name, filter_fn=None, rospack=None):
+    """Every file of that name in a package, hidden folders left out."""
+    found = []
+    for folder, inner, files in os.walk(get_pkg_dir(pkg)):
+        inner[:] = sorted(name for name in inner if not name.startswith("."))
+        if resource_name in files:
+            found.append(os.path.join(folder, resource_name))
+    return [path for path in found if filter_fn is None or filter_fn(path)]
+
+
+def find_node(pkg, node_type, rospack=None):
+    """The programs of that name in a package."""
+    return find_resource(pkg, node_type, lambda path: os.access(path, os.X_OK), rospack)
+
+
+def _packages(path):
+    """(name, folder) of every package below the folders of a path."""
     for root in filter(None, path.split(os.pathsep)):
         for folder, inner, files in os.walk(root):
             if "package.xml" in files:
                 inner[:] = []
-                if os.path.basename(folder) == package:
-                    return folder
-    return None
+                yield os.path.basename(folder), folder
+
+
+def _find(package, path):
+    return next((folder for name, folder in _packages(path) if name == package), None)

@@ -11,6 +11,7 @@ import rosgraph.names
 
 from . import core, names, rostime
 from .core import add_client_shutdown_hook as on_shutdown
+from .core import logdebug, logerr, loginfo, logwarn
 from .exceptions import ROSException, ROSInitException, ROSInterruptException
 from .impl import init, rosout, simtime
 from .msproxy import MasterProxy
@@ -32,6 +33,10 @@ __all__ = [
     "has_param",
     "init_node",
     "load_command_line_node_params",
+    "logdebug",
+    "logerr",
+    "loginfo",
+    "logwarn",
     "myargv",
     "on_shutdown",
     "search_param",

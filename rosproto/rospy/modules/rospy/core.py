@@ -11,8 +11,10 @@ import traceback
 
 from rosgraph import roslogging
 
+from .exceptions import *  # noqa: F403  programs name the exceptions by this module too
 from .exceptions import ROSException
 from .impl.validators import ParameterInvalid
+from .names import *  # noqa: F403
 from .names import get_caller_id, get_mappings, get_name, get_namespace, resolve_name
 
 __all__ = [

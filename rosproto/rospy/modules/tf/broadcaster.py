@@ -1,15 +1,14 @@
 """tf.TransformBroadcaster."""
 
-import rospy
+import tf2_ros
 from geometry_msgs.msg import TransformStamped
-from tf2_msgs.msg import TFMessage
 
 
 class TransformBroadcaster:
-    """Publishes /tf."""
+    """Publishes /tf. `queue_size` is tf2's."""
 
     def __init__(self, queue_size=100):
-        self.pub_tf = rospy.Publisher("/tf", TFMessage, queue_size=queue_size)
+        self.tf2_broadcaster = tf2_ros.TransformBroadcaster()
 
     def sendTransform(self, translation, rotation, time, child, parent):
         """The pose of `child` in `parent`: (x, y, z), (x, y, z, w), at a time."""
@@ -22,4 +21,4 @@ class TransformBroadcaster:
 
     def sendTransformMessage(self, transform):
         """A TransformStamped."""
-        self.pub_tf.publish(TFMessage([transform]))
+        self.tf2_broadcaster.sendTransform([transform])

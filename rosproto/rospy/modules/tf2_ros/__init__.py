@@ -20,7 +20,9 @@ from .buffer_interface import (
     TypeException,
     convert,
 )
-from .listeners import StaticTransformBroadcaster, TransformBroadcaster, TransformListener
+from .static_transform_broadcaster import StaticTransformBroadcaster
+from .transform_broadcaster import TFMessage, TransformBroadcaster, TransformStamped
+from .transform_listener import TransformListener
 
 __all__ = [
     "Buffer",
@@ -35,11 +37,13 @@ __all__ = [
     "NotImplementedException",
     "Stamped",
     "StaticTransformBroadcaster",
+    "TFMessage",
     "TimeoutException",
     "TransformBroadcaster",
     "TransformException",
     "TransformListener",
     "TransformRegistration",
+    "TransformStamped",
     "TypeException",
     "convert",
 ]

@@ -1,4 +1,4 @@
-"""TransformListener and the broadcasters."""
+"""tf2_ros.TransformListener."""
 
 import threading
 
@@ -65,25 +65,3 @@ class TransformListener:
         who = data._connection_header.get("callerid", "default_authority")
         for transform in data.transforms:
             take(transform, who)
-
-
-class TransformBroadcaster:
-    """Publishes /tf."""
-
-    def __init__(self):
-        self.pub_tf = rospy.Publisher("/tf", TFMessage, queue_size=100)
-
-    def sendTransform(self, transform):
-        """Send a TransformStamped, or a list of them."""
-        self.pub_tf.publish(TFMessage(transform if isinstance(transform, list) else [transform]))
-
-
-class StaticTransformBroadcaster:
-    """Publishes /tf_static, latched: who comes late gets what was sent last."""
-
-    def __init__(self):
-        self.pub_tf = rospy.Publisher("/tf_static", TFMessage, queue_size=100, latch=True)
-
-    def sendTransform(self, transform):
-        """Send a TransformStamped, or a list of them."""
-        self.pub_tf.publish(TFMessage(transform if isinstance(transform, list) else [transform]))
