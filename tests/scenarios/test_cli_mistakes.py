@@ -93,3 +93,11 @@ def test_a_refusal_does_not_talk_of_stopping(capsys: Captured) -> None:
         assert said.out == ""
         assert main(["--master", sim.master_uri, "move", "500"]) == 2
         assert "for longer ways: woosh goto --pose X Y DEGREES" in capsys.readouterr().err
+
+
+def test_a_chassis_that_is_registered_and_silent_is_not_ready(sim, woosh):
+    """Its computer is up and its nodes hang: that nothing speaks against moving is no answer then."""
+    sim.fall_silent(60.0)
+    code, out, _ = woosh("ready", "--listen", "0.2")
+    assert code == 3
+    assert out == "NOT READY: nothing comes from the chassis: is it up? try `woosh doctor`\n"

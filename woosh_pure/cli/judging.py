@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rosproto.errors import RosTimeout
+
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
     from woosh_pure.readiness import Readiness
 
 __all__ = ["is_there", "nobody_there", "readiness_of"]
+
+_STEADY = 1.0  # seconds within which the measured velocity comes, also over a slow network
 
 
 def is_there(chassis: Chassis) -> bool:
@@ -29,7 +33,22 @@ def readiness_of(chassis: Chassis) -> Readiness:
     from woosh_pure.readiness import Readiness, Reason
 
     found = chassis.readiness()
-    if is_there(chassis):
+    if not is_there(chassis):
+        missing = Reason("no_chassis", nobody_there(chassis))
+    elif _is_silent(chassis):
+        missing = Reason("silent", "nothing comes from the chassis: is it up? try `woosh doctor`")
+    else:
         return found
     known = [reason for reason in found.reasons if reason.key != "unknown"]
-    return Readiness((Reason("no_chassis", nobody_there(chassis)), *known))
+    return Readiness((missing, *known))
+
+
+def _is_silent(chassis: Chassis) -> bool:
+    """Whether not even what it sends all the time comes: its nodes are registered, but do not run."""
+    if chassis.status.heard or chassis.battery.heard:
+        return False
+    try:
+        chassis.measured_velocity.wait(_STEADY, new=False)
+    except RosTimeout:
+        return True
+    return False
