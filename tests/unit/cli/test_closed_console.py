@@ -4,37 +4,46 @@ from __future__ import annotations
 
 import signal
 import threading
+import time
 
 import pytest
 
+from rosproto.cli import closed_console
 from rosproto.cli.closed_console import close_handler
 from rosproto.cli.failure import Terminated, signals_unwind
 
 NUMBER = getattr(signal, "SIGBREAK", signal.SIGTERM)
 
 
-def test_a_closed_console_terminates_the_command_and_waits_for_its_end() -> None:
+def test_a_closed_console_terminates_the_command_and_waits_for_its_end(monkeypatch) -> None:
     """With the handlers that the commands have. Windows ends the process as soon as this one has returned."""
-    done, never, answers = threading.Event(), threading.Event(), []
+    monkeypatch.setattr(closed_console, "_WINDOWS_PATIENCE", 60.0)
+    done, answers, busy = threading.Event(), [], threading.Lock()
     handle = close_handler(done)
-    thread = threading.Thread(target=lambda: answers.append(handle(2)))
 
-    def close_and_go_on() -> None:
-        thread.start()
-        wait_in_slices(never, 5.0)
+    def close() -> None:
+        with busy:
+            answers.append(handle(2))
 
+    thread = threading.Thread(target=close)
+    busy.acquire()
+    thread.start()
     with signals_unwind(), pytest.raises(Terminated):
-        close_and_go_on()
+        go_on_for_a_minute(busy)
     assert answers == []
     done.set()
-    thread.join(5.0)
+    thread.join(20)
     assert answers == [True]
 
 
-def wait_in_slices(event: threading.Event, seconds: float) -> None:
-    """Windows' Python handles what it noted of a signal between two waits."""
-    for _ in range(int(seconds / 0.01)):
-        event.wait(0.01)
+def go_on_for_a_minute(busy: threading.Lock) -> None:
+    """In calls of C only: raised inside `threading`, the exception would leave a lock of it taken or released twice.
+
+    In slices: Windows' Python handles what it noted of a signal between two of them.
+    """
+    busy.release()
+    for _ in range(6000):
+        time.sleep(0.01)
 
 
 @pytest.mark.parametrize("handler", [signal.SIG_IGN, signal.SIG_DFL])
