@@ -16,6 +16,9 @@ from tests.support.proxy import FaultProxy
 
 OPEN = """
 import os, sys, rosproto
+from rosproto.node import closing
+if sys.argv[2] != "as it is":
+    closing.EXIT_SECONDS = closing.CLOSE_SECONDS = float(sys.argv[2])
 node = rosproto.Node("/forgetful", master_uri=sys.argv[1])
 publisher = node.publisher("/chatter", "std_msgs/String", latch=True)
 node.service_server("/serve", "std_srvs/SetBool", lambda request: (True, ""))
@@ -26,10 +29,13 @@ sys.stdin.readline()
 
 
 @contextmanager
-def program(uri: str, code: str = "") -> Iterator[subprocess.Popen[str]]:
-    """A program that opens a node, waits for a line on its stdin, and does what `code` says."""
+def program(uri: str, code: str = "", patience: str = "20") -> Iterator[subprocess.Popen[str]]:
+    """A program that opens a node, waits for a line on its stdin, and does what `code` says.
+
+    It has `patience` seconds for its end, so that a busy computer does not have it give up its farewell.
+    """
     process = subprocess.Popen(
-        [sys.executable, "-c", OPEN + code, uri],
+        [sys.executable, "-c", OPEN + code, uri, patience],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -62,7 +68,7 @@ def registered(master: Master) -> list[str]:
 def test_a_node_that_was_not_closed_is_taken_off_the_master(code: str) -> None:
     with Master() as master, program(master.uri, code) as process:
         assert "/forgetful" in registered(master)
-        out, _ = process.communicate("\n", timeout=30)
+        out, _ = process.communicate("\n", timeout=90)
         assert (process.returncode, out) == (0, "shutdown ''\n")
         assert registered(master) == []
 
@@ -86,13 +92,13 @@ heard.wait(20)
 def test_a_program_that_ends_amid_its_callbacks_says_nothing() -> None:
     """From CPython 3.12 on no thread can be begun then; links and servers that wanted one are no news."""
     with Master() as master, program(master.uri, BUSY) as process:
-        out, errors = process.communicate("\n", timeout=30)
+        out, errors = process.communicate("\n", timeout=90)
         assert (process.returncode, out, errors) == (0, "shutdown ''\n", "")
 
 
 def test_it_is_taken_off_after_an_error_too() -> None:
     with Master() as master, program(master.uri, "1 / 0") as process:
-        _, errors = process.communicate("\n", timeout=30)
+        _, errors = process.communicate("\n", timeout=90)
         assert process.returncode == 1
         assert errors.count("Traceback") == 1
         assert registered(master) == []
@@ -100,7 +106,7 @@ def test_it_is_taken_off_after_an_error_too() -> None:
 
 def test_a_closed_node_is_not_closed_again() -> None:
     with Master() as master, program(master.uri, "node.close(); print('closed')") as process:
-        out, errors = process.communicate("\n", timeout=30)
+        out, errors = process.communicate("\n", timeout=90)
         assert (out, errors) == ("shutdown ''\nclosed\n", "")
 
 
@@ -114,7 +120,7 @@ def test_the_child_of_a_fork_leaves_its_parents_nodes_alone() -> None:
         "    print(os.waitpid(pid, 0)[1], rosproto.node.MasterClient(sys.argv[1], '/x').lookup_node('/forgetful') != '')\n"
     )
     with Master() as master, program(master.uri, code) as process:
-        out, _ = process.communicate("\n", timeout=30)
+        out, _ = process.communicate("\n", timeout=90)
         assert out == "0 True\nshutdown ''\n"
         assert registered(master) == []
 
@@ -122,7 +128,7 @@ def test_the_child_of_a_fork_leaves_its_parents_nodes_alone() -> None:
 def test_a_master_that_hangs_does_not_hold_the_program_up() -> None:
     """The end is bounded (`EXIT_SECONDS`), and nothing is raised or logged as an error."""
     with Master() as master, FaultProxy("127.0.0.1", master.port) as proxy:
-        with program(f"http://127.0.0.1:{proxy.port}") as process:
+        with program(f"http://127.0.0.1:{proxy.port}", patience="as it is") as process:
             proxy.stall()
             _, errors = process.communicate("\n", timeout=closing_module.EXIT_SECONDS + 20)
             assert process.returncode == 0

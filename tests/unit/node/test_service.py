@@ -29,7 +29,7 @@ def test_a_request_gets_its_response(node, persistent):
     node.service_server("/set", SetBool, tell)
     with node.service_client("/set", SetBool, persistent=persistent) as client:
         for data in (True, False, True):
-            answer = client.call(SetBool.Request(data=data), timeout=5.0)
+            answer = client.call(SetBool.Request(data=data), timeout=20)
             assert (answer.success, answer.message) == (data, f"data={data}")
         assert client.call(data=True).success
         assert client(data=True).message == "data=True"
@@ -101,7 +101,7 @@ def test_a_remembered_address_that_has_fallen_silent_leaves_time_for_the_new_one
     client.call(data=True)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         client._address = silent.getsockname()
-        assert client.call(data=True, timeout=0.5).success
+        assert client.call(data=True, timeout=2.0).success  # of which a half is spent on the old one
         assert client.stats()["lookups"] == 2
 
 
@@ -160,15 +160,15 @@ def test_threads_share_a_persistent_client_and_each_gets_its_own_answer(node, pe
 
 def test_waiting_for_a_turn_is_within_the_deadline(node):
     gate, entered = threading.Event(), threading.Event()
-    node.service_server("/set", SetBool, lambda request: (entered.set(), gate.wait(5), tell(request))[2])
+    node.service_server("/set", SetBool, lambda request: (entered.set(), gate.wait(20), tell(request))[2])
     client = node.service_client("/set", SetBool, persistent=True)
     first = threading.Thread(target=lambda: client.call(data=True))
     first.start()
-    assert entered.wait(5)
+    assert entered.wait(20)
     with pytest.raises(RosTimeout, match="not sent"):
         client.call(data=True, timeout=0.05)
     gate.set()
-    first.join(5)
+    first.join(20)
 
 
 def test_a_probe_tells_the_type_and_is_silent(node, caplog):
@@ -198,19 +198,19 @@ def test_a_probe_tells_the_type_and_is_silent(node, caplog):
 def test_waiting_ends_when_the_service_appears(node):
     timer = threading.Timer(0.05, lambda: node.service_server("/late", SetBool, tell))
     timer.start()
-    node.service_client("/late", SetBool).wait(5.0)
+    node.service_client("/late", SetBool).wait(20)
     timer.join()
 
 
 def test_waiting_in_vain_says_what_was_missing(node):
-    with pytest.raises(RosTimeout, match=r"/never did not appear within 0\.05 s.*no node provides"):
-        node.service_client("/never", SetBool).wait(0.05)
+    with pytest.raises(RosTimeout, match=r"/never did not appear within 0\.5 s.*no node provides"):
+        node.service_client("/never", SetBool).wait(0.5)
     assert 2 <= node.master.count("lookupService") < 20
 
 
 def test_closing_a_client_ends_its_wait_and_its_calls(node, persistent):
     entered, gate = threading.Event(), threading.Event()
-    node.service_server("/set", SetBool, lambda request: (entered.set(), gate.wait(5), tell(request))[2])
+    node.service_server("/set", SetBool, lambda request: (entered.set(), gate.wait(20), tell(request))[2])
     client = node.service_client("/set", SetBool, persistent=persistent)
     problems: list[Exception] = []
 
@@ -222,10 +222,10 @@ def test_closing_a_client_ends_its_wait_and_its_calls(node, persistent):
 
     thread = threading.Thread(target=call)
     thread.start()
-    assert entered.wait(5)
+    assert entered.wait(20)
     client.close()
     client.close()
-    thread.join(5)
+    thread.join(20)
     gate.set()
     assert [type(problem) for problem in problems] == [ConnectionLost]
     with pytest.raises(LocalProtocolError, match="closed"):
@@ -258,11 +258,11 @@ def test_closing_a_server_with_a_hanging_handler_is_bounded(node):
 
     thread = threading.Thread(target=call)
     thread.start()
-    assert entered.wait(5)
+    assert entered.wait(20)
     server.close(timeout=0.05)
-    assert lost.wait(5)
+    assert lost.wait(20)
     gate.set()
-    thread.join(5)
+    thread.join(20)
 
 
 def test_a_handler_may_close_its_own_server(node):
@@ -307,7 +307,7 @@ def test_closing_the_node_is_bounded_with_many_hanging_handlers():
             small.service_server(f"/hang{n}", Empty, hang)
             client = small.service_client(f"/hang{n}", Empty)
             threading.Thread(target=call, args=(client,), daemon=True).start()
-            assert entered.acquire(timeout=5)
+            assert entered.acquire(timeout=20)
         deadline = Deadline(10)
         small._services.close()
         assert deadline.remaining() > 7
