@@ -74,7 +74,7 @@ def test_transitions_and_feedback_come_in_order_in_one_thread_and_the_end_before
 
     def transition(handle):
         seen.append((handle.state.name, threading.current_thread().name))
-        gate.wait(5)
+        gate.wait(20)
 
     handle = live.send_goal(
         Goal(), transition=transition, feedback=lambda h, f: seen.append((f.percent, h.goal_id))
@@ -83,10 +83,10 @@ def test_transitions_and_feedback_come_in_order_in_one_thread_and_the_end_before
     graph.feedback(handle.goal_id, 0.5)
     graph.result(handle.goal_id, PREEMPTED)
     woken = []
-    waiter = threading.Thread(target=lambda: (handle.wait(5), woken.append(len(seen))))
+    waiter = threading.Thread(target=lambda: (handle.wait(20), woken.append(len(seen))))
     waiter.start()
     gate.set()
-    waiter.join(5)
+    waiter.join(20)
     names = [entry[0] for entry in seen]
     assert names == ["ACTIVE", 0.5, "PREEMPTING", "WAITING_FOR_RESULT", "DONE"]
     assert {entry[1] for entry in seen if entry[0] != 0.5} == {"rosproto:action callbacks /act"}
@@ -99,7 +99,7 @@ def test_a_callback_may_wait_for_its_own_goal_and_cancel_it(graph, live):
         Goal(), transition=lambda h: results.append(h.wait(1).percent) if h.done else None
     )
     graph.result(handle.goal_id, SUCCEEDED)
-    handle.wait(5)
+    handle.wait(20)
     assert results
     assert set(results) == {1.0}
 
@@ -110,7 +110,7 @@ def test_a_callback_that_raises_is_logged_and_the_goal_goes_on(graph, live, capl
 
     handle = live.send_goal(Goal(), transition=bad)
     graph.result(handle.goal_id, SUCCEEDED)
-    assert handle.wait(5)
+    assert handle.wait(20)
     assert "mine" in caplog.text
 
 

@@ -60,7 +60,7 @@ async def test_messages_are_iterated(uri):
         with pytest.raises(RosTimeout, match="no message within"):
             await sub.next(timeout=0.01)
         pub.publish(data="more")
-        assert (await sub.next(timeout=5)).data == "more"
+        assert (await sub.next(timeout=20)).data == "more"
         assert sub.latest.data == "more"
 
 
@@ -108,7 +108,7 @@ async def test_the_oldest_messages_are_dropped_when_nobody_reads(uri):
             pub.publish(data=str(n))
         while sub.latest is None or sub.latest.data != "49":
             await asyncio.sleep(0.001)
-        while (await sub.next(5)).data != "49":
+        while (await sub.next(20)).data != "49":
             pass
 
 
@@ -132,7 +132,7 @@ async def test_a_coroutine_serves_calls_of_many_tasks_at_once(uri):
         one.service_server("/set", SetBool, handler),
         other.service_client("/set", SetBool) as client,
     ):
-        await client.wait(5)
+        await client.wait(20)
         answers = await asyncio.gather(*(client.call(data=True, timeout=10) for _ in range(5)))
         assert most == 5
         assert {answer.message for answer in answers} == {threading.current_thread().name}
@@ -176,7 +176,7 @@ async def test_cancelling_a_call_ends_it_and_the_next_one_works(uri, persistent)
         call.cancel()
         with pytest.raises(asyncio.CancelledError):
             await call
-        assert (await client.call(data=True, timeout=5)).message == "done"
+        assert (await client.call(data=True, timeout=20)).message == "done"
         gate.set()
 
 
@@ -233,7 +233,7 @@ async def test_a_view_shares_a_node_and_leaves_it_open(uri):
             while not sub.connections:
                 await asyncio.sleep(0.001)
             pub.publish(data="hello")
-            assert (await sub.next(5)).data == "hello"
+            assert (await sub.next(20)).data == "hello"
         assert not node.closed
         node.params["/still"] = True
 
@@ -275,5 +275,5 @@ def test_threads_are_shared_by_calls_that_follow_each_other(uri):
     assert len(asyncio.run(main())) <= 4
     for thread in threading.enumerate():
         if thread.name.startswith("rosproto:aio share"):
-            thread.join(5)
+            thread.join(20)
             assert not thread.is_alive()

@@ -39,7 +39,7 @@ def test_no_more_threads_than_allowed_run_at_a_time():
                 most[0] = max(most[0], running[0])
                 if running[0] == 3:
                     gate.set()
-            gate.wait(5)
+            gate.wait(20)
             with lock:
                 running[0] -= 1
 
@@ -55,7 +55,7 @@ def test_cancelling_the_task_tells_the_call():
 
         def block() -> None:
             started.set()
-            told.wait(5)
+            told.wait(20)
 
         task = asyncio.create_task(pool.run(block, cancel=told.set))
         while not started.is_set():
@@ -71,7 +71,7 @@ def test_cancelling_the_task_tells_the_call():
 def test_what_was_cancelled_before_it_began_is_not_called():
     async def main() -> list[str]:
         pool, gate, called = Pool(1), threading.Event(), []
-        first = asyncio.create_task(pool.run(lambda: gate.wait(5)))
+        first = asyncio.create_task(pool.run(lambda: gate.wait(20)))
         second = asyncio.create_task(pool.run(lambda: called.append("second")))
         await asyncio.sleep(0)
         second.cancel()
@@ -95,7 +95,7 @@ def test_a_closed_pool_keeps_no_idle_thread_but_still_works():
     pool = asyncio.run(main())
     for thread in threading.enumerate():
         if thread.name == "rosproto:close-test":
-            thread.join(5)
+            thread.join(20)
     assert pool._threads == 0
 
 
@@ -108,7 +108,7 @@ def test_an_idle_thread_ends():
     pool = asyncio.run(main())
     for thread in threading.enumerate():
         if thread.name == "rosproto:idle-test":
-            thread.join(5)
+            thread.join(20)
     assert pool._threads == 0
 
 
@@ -119,7 +119,7 @@ def test_what_was_opened_for_a_cancelled_task_is_closed_again():
 
         def opens() -> str:
             started.set()
-            gate.wait(5)
+            gate.wait(20)
             return "link"
 
         def dispose(opened: str) -> None:
@@ -132,7 +132,7 @@ def test_what_was_opened_for_a_cancelled_task_is_closed_again():
         task.cancel()
         await asyncio.sleep(0)
         gate.set()
-        await pool.run(lambda: done.wait(5))
+        await pool.run(lambda: done.wait(20))
         return closed
 
     assert asyncio.run(main()) == ["link"]

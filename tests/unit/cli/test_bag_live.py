@@ -43,7 +43,7 @@ def graph() -> Iterator[tuple[str, Node]]:
         thread.start()
         yield master.uri, node
         ended.set()
-        thread.join(5)
+        thread.join(20)
 
 
 def test_record_until_a_limit(
@@ -76,7 +76,7 @@ def test_record_what_a_node_hears(graph: tuple[str, Node], tmp_path: Path) -> No
     """--node takes the topics that node subscribes."""
     uri, _ = graph
     with Node("/hearer", master_uri=uri) as hearer, hearer.subscriber("/kept", String) as kept:
-        kept.next(5)
+        kept.next(20)
         words = ["--node", "/hearer", "-O", str(tmp_path / "run.bag"), "-l", "1"]
         assert main(["bag", "record", "--master", uri, *words]) == 0
     with BagReader(tmp_path / "run.bag") as bag:
@@ -106,7 +106,7 @@ def test_recording_in_simulated_time_waits_for_the_clock(
         assert main(["bag", "record", "--master", uri, *words]) == 0
     finally:
         ended.set()
-        thread.join(5)
+        thread.join(20)
     assert "waiting for /clock" in capsys.readouterr().err
     with BagReader(tmp_path / "run.bag") as bag:
         assert bag.start_time is not None
@@ -198,7 +198,7 @@ def test_play(graph: tuple[str, Node], tmp_path: Path, capsys: pytest.CaptureFix
     with node.subscriber("/re/y", "std_msgs/String", queue_size=100) as heard:
         words = ["--wait-for-subscribers", "x:=y", "-p", "/re", "-r", "2"]
         assert main(["bag", "play", "--master", uri, str(tmp_path / "run.bag"), *words]) == 0
-        assert [heard.next(5).data for _ in range(10)] == [str(i) for i in range(10)]
+        assert [heard.next(20).data for _ in range(10)] == [str(i) for i in range(10)]
     assert "10 messages" in capsys.readouterr().err
 
 

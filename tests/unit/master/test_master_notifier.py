@@ -11,7 +11,7 @@ from rosproto.master import notifier as notifier_module
 from rosproto.master.notifications import Notification, ParamUpdate, PublisherUpdate
 from rosproto.master.notifier import Delivery, Notifier
 
-DEADLINE = 10.0
+DEADLINE = 20.0
 
 
 class Nodes:

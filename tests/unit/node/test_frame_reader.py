@@ -211,4 +211,4 @@ def test_a_real_socket_with_a_message_larger_than_its_buffers() -> None:
     sender.start()
     with right:
         assert read_all(right) == [body, b"after"]
-    sender.join(5)
+    sender.join(20)

@@ -29,7 +29,7 @@ def test_a_waiting_program_is_woken_by_a_message_and_by_close() -> None:
     while not got and thread.is_alive() and len(inbox):
         pass
     inbox.close()
-    thread.join(5)
+    thread.join(20)
     assert got == [("a", 1.0), None]
 
 
@@ -54,7 +54,7 @@ def test_a_slow_callback_gets_a_thread_and_sees_the_newest() -> None:
             threading.Event().wait(SLOW_CALL * 3)
         elif n == 1:
             entered.set()
-            gate.wait(5)
+            gate.wait(20)
         else:
             finished.set()
 
@@ -62,11 +62,11 @@ def test_a_slow_callback_gets_a_thread_and_sees_the_newest() -> None:
     runner.offer([0], 0.0)
     assert runner.has_thread
     runner.offer([1], 0.0)
-    assert entered.wait(5)
+    assert entered.wait(20)
     for n in range(2, 100):
         runner.offer([n], 0.0)  # does not wait for the callback
     gate.set()
-    assert finished.wait(5)
+    assert finished.wait(20)
     inbox.close()
     assert seen == [0, 1, 99]
 
@@ -83,15 +83,15 @@ def test_one_slow_first_call_does_not_leave_a_thread_for_ever() -> None:
 
     runner = CallbackRunner(callback, inbox, "/t")
     runner.offer_one(0)
-    assert called.acquire(timeout=5)
+    assert called.acquire(timeout=20)
     thread = runner._thread
     assert thread is not None
     for n in range(1, 50):
         runner.offer_one(n)
-        assert called.acquire(timeout=5)
+        assert called.acquire(timeout=20)
         if not runner.has_thread:
             break
-    thread.join(5)
+    thread.join(20)
     assert not thread.is_alive()
     inbox.close()
 

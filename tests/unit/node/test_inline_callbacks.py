@@ -55,7 +55,7 @@ def test_all_messages_of_a_publisher_come_in_one_thread_even_when_slow() -> None
     def callback(message: Any) -> None:
         threads.append(threading.get_ident())
         if len(threads) == 1:
-            go.wait(5)
+            go.wait(20)
         if len(threads) == 3:
             done.set()
 
@@ -66,5 +66,5 @@ def test_all_messages_of_a_publisher_come_in_one_thread_even_when_slow() -> None
         for word in "abc":
             publisher.publish(data=word)
         go.set()
-        assert done.wait(5)
+        assert done.wait(20)
     assert len(set(threads)) == 1

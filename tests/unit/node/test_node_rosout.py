@@ -20,7 +20,7 @@ def test_the_nodes_logger_goes_to_rosout() -> None:
         Node("/listener", master_uri=master.uri, rosout=False) as other,
     ):
         node.logger.error("it is %s", "broken")
-        heard = other.subscriber("/rosout", "rosgraph_msgs/Log").next(5)
+        heard = other.subscriber("/rosout", "rosgraph_msgs/Log").next(20)
         assert (heard.name, heard.msg, heard.level) == ("/talker", "it is broken", 8)
         assert heard.file == "test_node_rosout.py"
         assert heard.line > 0
@@ -48,7 +48,7 @@ def test_rosout_goes_to_a_logger_without_a_loop() -> None:
         logger.addHandler(Keep())
         log_messages(both, logger).wait_for_connection()
         talker.logger.warning("once")
-        assert came.wait(5)
+        assert came.wait(20)
         assert [(r.getMessage(), r.levelno, r.ros_node) for r in records] == [  # type: ignore[attr-defined]
             ("once", logging.WARNING, "/talker")
         ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -12,6 +12,7 @@ import pytest
 from rosproto.master import Master
 from rosproto.node import MasterClient, Node
 from rosproto.transport.sleep import SleepDetector
+from tests.support.victim import eventually
 
 String = "std_msgs/String"
 
@@ -37,13 +38,6 @@ class Sleep:
 def master() -> Iterator[Master]:
     with Master() as master:
         yield master
-
-
-def eventually(condition: Callable[[], object], timeout: float = 10.0) -> None:
-    end = time.monotonic() + timeout
-    while not condition():
-        assert time.monotonic() < end, "it did not happen"
-        time.sleep(0.005)
 
 
 def test_links_to_publishers_are_made_anew_and_links_to_subscribers_are_kept(master: Master) -> None:

@@ -170,7 +170,7 @@ def test_a_session_that_is_not_persistent_ends_after_one_answer(pair):
     while part := pair[0].recv(100):
         got += part
     assert got == answer(b"x")
-    thread.join(5)
+    thread.join(20)
     assert not thread.is_alive()
 
 
@@ -180,7 +180,7 @@ def test_a_client_that_leaves_anywhere_ends_its_session_quietly(pair, sent, capl
     _, thread = serving(pair[1], lambda request: calls.append(request) or answer(b""))
     pair[0].sendall(sent)
     pair[0].close()
-    thread.join(5)
+    thread.join(20)
     assert not thread.is_alive()
     assert calls == []
     assert [r for r in caplog.records if r.levelname in ("WARNING", "ERROR")] == []
@@ -190,7 +190,7 @@ def test_an_enormous_request_ends_the_session(pair):
     _, thread = serving(pair[1], echo, limits=Limits(message_bytes=1000))
     pair[0].sendall(struct.pack("<I", 1001))
     assert pair[0].recv(10) == b""
-    thread.join(5)
+    thread.join(20)
 
 
 def test_a_request_that_stalls_ends_the_session_but_an_idle_link_stays(pair):
@@ -198,17 +198,17 @@ def test_a_request_that_stalls_ends_the_session_but_an_idle_link_stays(pair):
     _, thread = serving(idle, echo, stall_seconds=0.02)
     link = link_on(pair[0])
     assert link.call(b"x", Deadline(10)) == b"x"
-    assert idle.timed_out_twice.wait(5)
+    assert idle.timed_out_twice.wait(20)
     assert link.call(b"y", Deadline(10)) == b"y"
     pair[0].sendall(b"\x05\0\0\0ab")
-    thread.join(5)
+    thread.join(20)
     assert not thread.is_alive()
 
 
 def test_a_client_that_never_reads_its_answers_ends_its_session(pair):
     _, thread = serving(pair[1], lambda request: answer(bytes(50_000_000)), stall_seconds=0.05)
     pair[0].sendall(struct.pack("<I", 0))
-    thread.join(5)
+    thread.join(20)
     assert not thread.is_alive()
 
 
@@ -216,8 +216,8 @@ def test_finishing_an_idle_session_ends_it(pair):
     session, thread = serving(pair[1], echo)
     link_on(pair[0]).call(b"x", Deadline(10))
     session.finish()
-    assert session.join(5)
-    thread.join(5)
+    assert session.join(20)
+    thread.join(20)
     assert not thread.is_alive()
 
 
@@ -226,15 +226,15 @@ def test_finishing_lets_the_answer_in_progress_out(pair):
 
     def slow(request: bytes) -> bytes:
         called.set()
-        go.wait(5)
+        go.wait(20)
         return answer(b"late")
 
     session, _ = serving(pair[1], slow)
     pair[0].sendall(struct.pack("<I", 0))
-    assert called.wait(5)
+    assert called.wait(20)
     session.finish()
     go.set()
-    assert session.join(5)
+    assert session.join(20)
     assert pair[0].recv(100) == answer(b"late")
     assert pair[0].recv(100) == b""
 
@@ -249,9 +249,9 @@ def test_a_hanging_handler_is_cut_off_in_time(pair):
 
     session, thread = serving(pair[1], hang)
     pair[0].sendall(struct.pack("<I", 0))
-    assert called.wait(5)
+    assert called.wait(20)
     session.finish()
     assert not session.join(0.02)
     assert pair[0].recv(100) == b""
     go.set()
-    thread.join(5)
+    thread.join(20)

@@ -151,7 +151,7 @@ def test_what_must_not_come_late_is_thrown_away(end: str, monitor: Monitor) -> N
         link.set_linger(False)
     link.send(b"frame")
     with theirs:
-        theirs.settimeout(5)
+        theirs.settimeout(20)
         assert received(theirs, 5) == b"frame"
         if end == "orderly":
             link.close()

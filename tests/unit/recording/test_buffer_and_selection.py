@@ -52,14 +52,14 @@ def test_the_writer_is_woken_by_much_and_by_the_end() -> None:
 
     thread = threading.Thread(target=write, daemon=True)
     thread.start()
-    ready.wait(5)
+    ready.wait(20)
     for number in range(4):
         buffer.put(entry(number))
     while not got and thread.is_alive():
         thread.join(0.01)
     buffer.put(entry(9))
     buffer.close()
-    thread.join(5)
+    thread.join(20)
     assert not thread.is_alive()
     assert sum(got) == 5
     buffer.put(entry(10))

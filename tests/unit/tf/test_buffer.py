@@ -199,13 +199,13 @@ def test_waiting_ends_as_soon_as_the_transform_comes():
     asked = threading.Event()
 
     def later():
-        asked.wait(5)
+        asked.wait(20)
         buffer.set_transform(edge("a", "b", 4, 1.0))
 
     thread = threading.Thread(target=later)
     thread.start()
     asked.set()
-    assert buffer.lookup("a", "b", timeout=5.0).translation[0] == 4
+    assert buffer.lookup("a", "b", timeout=20).translation[0] == 4
     thread.join()
 
 

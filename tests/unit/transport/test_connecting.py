@@ -14,7 +14,7 @@ from rosproto.transport import connecting, tcp
 from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
 
-SOON = 5.0
+SOON = 20.0
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from rosproto.transport.tcpros_io import read_exactly
 from tests.support.marks import needs_rst
 from tests.support.proxy import FaultProxy
 
-SOON = 5.0
+SOON = 20.0
 
 
 def echo(sock: socket.socket, _peer: object) -> None:

@@ -27,7 +27,7 @@ from rosproto.transport.tcpros_io import (
     write_header,
 )
 
-SOON = 5.0
+SOON = 20.0
 
 
 @pytest.fixture

@@ -18,7 +18,7 @@ from rosproto.transport.xmlrpc_client import XmlRpcClient, unpack
 from rosproto.transport.xmlrpc_server import XmlRpcServer
 from tests.support.proxy import FaultProxy
 
-SOON = 5.0
+SOON = 20.0
 
 
 def dispatch(method: str, params: list[object], _peer: str) -> object:
