@@ -5,7 +5,7 @@ from __future__ import annotations
 from rosproto.errors import DefinitionError
 from rosproto.msg.full_text import split_full_text
 from rosproto.msg.library import DefinitionLibrary
-from rosproto.msg.limits import DefinitionLimits, check_limits
+from rosproto.msg.limits import DefinitionLimits, check_length, check_limits
 from rosproto.msg.parser import parse_message
 
 __all__ = ["library_from_full_text"]
@@ -46,6 +46,7 @@ def library_from_full_text(
         )
     library = DefinitionLibrary(base=base)
     for part, body in parts.items():
+        check_length(part, body, limits)
         library.add(parse_message(body, part, lenient=True))
     if "roslib/Header" in parts and "std_msgs/Header" not in parts:
         # Texts from before REP 100 (in old bags) call it so; `Header` has meant std_msgs/Header since.

@@ -428,6 +428,16 @@ class TestLimits:
         ):
             library_from_full_text("p/T0", text)
 
+    def test_a_flood_of_lines_is_refused_unread(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        text = "\n".join(f"int32 f{n}" for n in range(50_000))
+        monkeypatch.setattr("rosproto.msg.learned.parse_message", lambda *_, **__: pytest.fail("it was read"))
+        with pytest.raises(DefinitionError, match=r"p/T0: fields is 50000, .* DefinitionLimits.fields"):
+            library_from_full_text("p/T0", text)
+
+    def test_comments_and_empty_lines_are_no_fields(self) -> None:
+        text = "\n".join(["int8 a", *["  # why", ""] * 10_000, "int8 b"])
+        assert len(library_from_full_text("p/T0", text).message("p/T0").fields) == 2
+
     def test_a_limit_can_be_raised(self) -> None:
         text = chain(17, "{} x")
         learned = library_from_full_text("p/T0", text, limits=DefinitionLimits(nesting=17))
