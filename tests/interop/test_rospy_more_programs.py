@@ -61,8 +61,7 @@ CASES: dict[str, dict[str, Any]] = {
         "env": {"ROSCONSOLE_FORMAT": "[${severity}] [${logger}] [${node}] [${function}] ${line}: ${message}"}
     },
     "callback_errors.py": {},
-    "times.py": {},
-    "messages_more.py": {},
+    "in_one_process.py": {"arguments": ["messages.py", "messages_more.py", "definitions.py", "times.py"]},
     "wrong_values_more.py": {},
     "topic_arguments.py": {},
     "before_init.py": {},
@@ -84,7 +83,6 @@ CASES: dict[str, dict[str, Any]] = {
     "logger_levels.py": {},
     "action_callbacks.py": {},
     "action_states.py": {},
-    "definitions.py": {},
     "graph_tools.py": {},
     "unit_tests.py": {},
 }

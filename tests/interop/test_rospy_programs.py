@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import subprocess
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -142,7 +142,6 @@ CASES: dict[str, dict[str, Any]] = {
     "callbacks.py": {
         "peer": says({"/pose": ("geometry_msgs/PoseStamped", [{}] * 5)}, latch=False, when="/ready")
     },
-    "messages.py": {},
     "processes.py": {"peer": hears({"/never": "std_msgs/String", "/from_children": "std_msgs/String"})},
     "listeners.py": {
         "peer": together(
@@ -263,7 +262,6 @@ def test_a_package_of_definitions_only(my_msgs: tuple[Path, Path], genpy_package
         ("ctrl_c_wait.py", signal.SIGINT, []),
         ("ctrl_c_python.py", signal.SIGINT, []),
         ("ctrl_c_python.py", signal.SIGINT, ["again"]),
-        ("ctrl_c_call.py", signal.SIGINT, []),
     ],
 )
 def test_a_signal_ends_a_program_as_with_rospy(
@@ -285,28 +283,44 @@ def test_no_master_then_ctrl_c(tmp_path: Path, both: Run) -> None:
     assert "Unable to register with master node" in ours.out[0]
 
 
-@pytest.mark.parametrize(
-    ("program", "arguments"),
-    [("chassis_task.py", ["A1"]), ("chassis_step.py", []), ("chassis_velocity.py", [])],
-)
-def test_a_chassis_program(program: str, arguments: list[str], genpy_packages: Path) -> None:
-    """The same programs against the same simulated chassis."""
+CHASSIS_PROGRAMS: dict[str, list[str]] = {
+    "chassis_velocity.py": [],
+    "chassis_step.py": [],
+    "chassis_task.py": ["A1"],
+}
+
+
+def on_a_chassis(
+    programs: Sequence[str], *, firmware: str = "", real_packages: Path | None = None
+) -> list[Outcome]:
+    """Run chassis programs one after the other on one simulated chassis; by real rospy where its packages are given."""
     from woosh_pure import SimulatedChassis
 
-    outcomes = []
-    for real in (True, False):
-        with SimulatedChassis(speed=5) as sim:
-            outcomes.append(
-                run_program(
-                    program,
-                    *arguments,
-                    real=real,
-                    packages=[genpy_packages] if real else [],
-                    master_uri=sim.master_uri,
-                )
+    options = {"firmware": firmware} if firmware else {}
+    with SimulatedChassis(speed=5, **options) as sim:
+        return [
+            run_program(
+                program,
+                *CHASSIS_PROGRAMS[program],
+                real=real_packages is not None,
+                packages=[real_packages] if real_packages else [],
+                master_uri=sim.master_uri,
             )
-    assert outcomes[1].compared() == outcomes[0].compared()
-    assert outcomes[1].code == 0, outcomes[1].err
+            for program in programs
+        ]
+
+
+def test_chassis_programs(genpy_packages: Path) -> None:
+    """The same programs against the same simulated chassis."""
+    names = list(CHASSIS_PROGRAMS)
+    with ThreadPoolExecutor(2) as pool:
+        real = pool.submit(on_a_chassis, names, real_packages=genpy_packages)
+        ours = on_a_chassis(names)
+        theirs = real.result()
+    assert [(n, o.compared()) for n, o in zip(names, ours, strict=True)] == [
+        (n, o.compared()) for n, o in zip(names, theirs, strict=True)
+    ]
+    assert [o.code for o in ours] == [0, 0, 0], [o.err for o in ours]
 
 
 def test_sim_option(genpy_packages: Path) -> None:
@@ -318,12 +332,8 @@ def test_sim_option(genpy_packages: Path) -> None:
 
 
 @pytest.mark.parametrize("firmware", ["1.0.7", "page"])
-@pytest.mark.parametrize(("program", "arguments"), [("chassis_task.py", ["A1"]), ("chassis_step.py", [])])
-def test_a_chassis_with_other_definitions(program: str, arguments: list[str], firmware: str) -> None:
+def test_a_chassis_with_other_definitions(firmware: str) -> None:
     """What real rospy refuses by md5sum: topics, services and actions of another firmware."""
-    from woosh_pure import SimulatedChassis
-
-    with SimulatedChassis(speed=5, firmware=firmware) as sim:
-        ours = run_program(program, *arguments, real=False, master_uri=sim.master_uri)
-    assert ours.code == 0, ours.err
-    assert ours.out[:1] in (["True Battery"], ["True 3 1"])
+    ours = on_a_chassis(["chassis_step.py", "chassis_task.py"], firmware=firmware)
+    assert [o.code for o in ours] == [0, 0], [o.err for o in ours]
+    assert [o.out[0] for o in ours] == ["True 3 1", "True Battery"]

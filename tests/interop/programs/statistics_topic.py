@@ -8,7 +8,8 @@ from std_msgs.msg import Header, String
 rospy.init_node("st")
 got = []
 ss = rospy.Subscriber("/statistics", TopicStatistics, got.append)
-s = rospy.Subscriber("x", PointStamped, lambda m: None)
+seen = []
+s = rospy.Subscriber("x", PointStamped, seen.append)
 p = rospy.Publisher("x", PointStamped, queue_size=10)
 while not p.get_num_connections():
     rospy.sleep(0.05)
@@ -20,7 +21,10 @@ def reports():
 
 
 while not reports():
+    count = len(seen)
     p.publish(PointStamped(header=Header(stamp=rospy.Time.now())))
+    while len(seen) == count:  # rospy counts the bytes of all that it reads at a time with the first
+        rospy.sleep(0.005)
     rospy.sleep(0.05)
 m = reports()[0]
 print(
