@@ -133,7 +133,8 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             )
 
     def __repr__(self) -> str:
-        return f"<Chassis {self.master_uri}, {len(self._core.running.goals)} goals under way>"
+        goals = ", ".join(goal.goal for goal in self._core.running.goals) or "nothing"
+        return f"<Chassis {self.master_uri}, {self._core.state}: {goals} under way>"
 
     @property
     def moved(self) -> bool:
@@ -257,25 +258,29 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             ),
         )
 
-    def stop(self, *, everything: bool = False, timeout: float = 5.0) -> StopReport:
+    def stop(
+        self, *, everything: bool = False, end_drivers: bool = False, timeout: float = 5.0
+    ) -> StopReport:
         """Stop: zero velocity, and cancel what this client started. From any thread, at any time, in any
         state.
 
         It is NO emergency stop: it goes through the network and the chassis's software. Zero goes to
         `/smooth_cmd_vel` and `/base_cmd_vel`, cancels go to `/move_base`, `/cmd_vel_control` and
-        `/exec_task`, and `/odom_twist` tells whether the robot stands.
+        `/exec_task`, and `/odom_twist` tells whether the robot stands. What is not there is not waited for.
 
         Args:
             everything: Also cancel goals and tasks that others have started. Another program's velocities
-                cannot be cancelled; the report names such programs.
+                cannot be cancelled: the robot obeys what comes last, so it goes on after our zeros. The
+                report names such programs.
+            end_drivers: Also ask programs that can send velocities to end, as `rosnode kill` does, and send
+                zero after them. The robot's own nodes are left alone, and what runs on its computer.
             timeout: Seconds until the stop must be confirmed by the measured velocity.
 
         Returns:
             What was done, and whether the robot is known to stand still. It never raises for what did not
-            work:
-            the report says it.
+            work: the report says it.
         """
-        return _stop(self._core, everything=everything, timeout=timeout)
+        return _stop(self._core, everything=everything, end_drivers=end_drivers, timeout=timeout)
 
     # -- everything else -------------------------------------------------------------------------------------
 

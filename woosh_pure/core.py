@@ -101,6 +101,13 @@ class Core:
                 )
             return self._node
 
+    @property
+    def state(self) -> str:
+        """Whether there is a connection, in words."""
+        if self._closed:
+            return "closed"
+        return "not connected yet" if self._node is None else "connected"
+
     def require_open(self) -> None:
         """Refuse everything after `close`.
 

@@ -14,11 +14,10 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
 
-from .drivers import other_drivers
-from .enums import TaskCommand, TaskState
 from .goal import NOT_CONFIRMED
-from .interface import actions
 from .outcome import OutcomeKind
+from .roster import Roster
+from .stop_others import OtherPrograms, cancel_others
 from .velocity_topics import VELOCITY_TOPICS
 
 if TYPE_CHECKING:
@@ -30,7 +29,9 @@ if TYPE_CHECKING:
 __all__ = ["StopReport", "cancel_goals", "stop"]
 
 _REPEATS = 6
-_TASK_FIRST = 0.5
+_LISTENERS = 1.0  # seconds for those to connect who listen for velocities
+_LOOK = 1.0  # seconds at least to look for other programs
+_STEADY = 1.0  # seconds for which it must stand beside another program that may drive it
 
 
 @dataclass(slots=True)
@@ -69,7 +70,7 @@ class StopReport:
         return "; ".join(parts)
 
 
-def stop(core: Core, *, everything: bool, timeout: float) -> StopReport:
+def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> StopReport:
     """See `Chassis.stop`."""
     if not 0.0 <= timeout < math.inf:
         timeout = 5.0  # whatever was given: a stop is not refused for its arguments
@@ -79,21 +80,43 @@ def stop(core: Core, *, everything: bool, timeout: float) -> StopReport:
     for drive in core.running.drives:
         drive.halt("stop() was called")
         report.cancelled.append("the velocity block")
-    # Zero and cancelling at the same time: neither waits for the other.
-    zeros = threading.Thread(target=_zeros, args=(core, report), name="woosh:stop", daemon=True)
+    roster = Roster(core)
+    # Zero, cancelling and looking for others at the same time: none waits for another.
+    zeros = threading.Thread(target=_zeros, args=(core, roster, report), name="woosh:stop", daemon=True)
     zeros.start()
+    programs = OtherPrograms(core, end=end_drivers) if everything or end_drivers else None
     cancel_goals(core, report, min(timeout, 3.0))
     if everything:
-        _cancel_foreign(core, report)
+        cancel_others(core, roster, report)
     zeros.join(max(0.1, deadline - time.monotonic()))
-    try:
-        report.standing = core.wait_standing(max(0.2, deadline - time.monotonic()))
-    except RosError as error:
-        report.problems.append(f"looking whether it stands ({error})")
+    if programs is not None:
+        programs.wait(max(_LOOK, deadline - time.monotonic()), report)
+        if programs.ended:
+            _zeros(core, roster, report)  # they may have ended without one
+    report.standing = _standing(core, roster, report, deadline, programs is not None and programs.drive_on)
+    if missing := roster.sentence():
+        report.problems.append(missing)
     return report
 
 
-def _zeros(core: Core, report: StopReport) -> None:
+def _standing(core: Core, roster: Roster, report: StopReport, deadline: float, driven: bool) -> bool | None:
+    """Whether it stands; where another program drives on, whether it goes on standing."""
+    try:
+        feed = core.feed("velocity").open()
+        if not feed.publishers and roster.lacks_publisher(feed.topic):
+            roster.miss(feed.topic)
+            return None
+        standing = core.wait_standing(max(0.2, deadline - time.monotonic()))
+        end = time.monotonic() + _STEADY
+        while standing and driven and (left := end - time.monotonic()) > 0.0:
+            standing = feed.wait(left + 1.0).is_standing()
+        return standing
+    except RosError as error:
+        report.problems.append(f"looking whether it stands ({error})")
+        return None
+
+
+def _zeros(core: Core, roster: Roster, report: StopReport) -> None:
     """Zeros on both topics, on each as soon as somebody listens there."""
     waiting: dict[str, rosproto.Publisher] = {}
     for topic in VELOCITY_TOPICS.values():
@@ -103,25 +126,32 @@ def _zeros(core: Core, report: StopReport) -> None:
             report.problems.append(f"zero velocity on {topic} ({error})")
     acquired = list(waiting)
     try:
-        _send_zeros(core, waiting, report)
+        _send_zeros(core, roster, waiting, report)
     finally:
         for topic in acquired:
             core.velocity.release(topic)
 
 
-def _send_zeros(core: Core, waiting: dict[str, rosproto.Publisher], report: StopReport) -> None:
-    end = time.monotonic() + 1.0
+def _send_zeros(
+    core: Core, roster: Roster, waiting: dict[str, rosproto.Publisher], report: StopReport
+) -> None:
+    end = time.monotonic() + _LISTENERS
     sent: dict[str, int] = {}
     while waiting and any(sent.get(topic, 0) < _REPEATS for topic in waiting):
         for topic, publisher in list(waiting.items()):
             if publisher.connections and sent.get(topic, 0) < _REPEATS:
                 core.velocity.zero(topic)
                 sent[topic] = sent.get(topic, 0) + 1
-            elif not sent.get(topic) and time.monotonic() > end:
-                report.problems.append(f"zero velocity on {topic} (nobody listens there)")
-                del waiting[topic]
-            elif not publisher.connections and sent.get(topic):
+            elif publisher.connections:
+                continue
+            elif sent.get(topic):
                 del waiting[topic]  # it took some, and has gone away
+            elif roster.lacks_subscriber(topic):
+                roster.miss(topic)
+                del waiting[topic]
+            elif time.monotonic() > end:
+                report.problems.append(f"zero velocity on {topic} (nobody has connected to it)")
+                del waiting[topic]
         time.sleep(0.05 if sent else 0.01)
 
 
@@ -149,67 +179,3 @@ def _cancel(goal: GoalHandle[object], report: StopReport, timeout: float) -> Non
             report.cancelled.append(f"{goal.goal} ({outcome.kind.value})")
     except RosError as error:
         report.problems.append(f"cancelling {goal.goal} ({error})")
-
-
-def _cancel_foreign(core: Core, report: StopReport) -> None:
-    # A task ends as cancelled when it is told so first, and as failed when its navigation is taken from it.
-    # But nobody waits long for that: the navigation is stopped anyway.
-    task = threading.Thread(target=_cancel_task, args=(core, report), name="woosh:cancel", daemon=True)
-    task.start()
-    task.join(_TASK_FIRST)
-    workers = [
-        threading.Thread(target=_cancel_action, args=(core, name, report), name="woosh:cancel", daemon=True)
-        for name in _servers_that_move(core)
-    ]
-    for worker in workers:
-        worker.start()
-    for worker in [*workers, task]:
-        worker.join(3.0)
-    _tell_of_drivers(core, report)
-
-
-def _servers_that_move(core: Core) -> list[str]:
-    """Action servers that drive the robot: those every chassis has, and the others where they are there."""
-    rows = [row for row in actions() if row.moves_base]
-    try:
-        there = core.node.master.get_system_state(timeout=2.0).publishers
-    except RosError:
-        there = {}
-    return [row.name for row in rows if row.source == "page" or f"{row.name}/status" in there]
-
-
-def _cancel_action(core: Core, name: str, report: StopReport) -> None:
-    try:
-        core.action(name).cancel_all()
-        report.cancelled.append(f"all goals of {name}")
-    except RosError as error:
-        report.problems.append(f"cancelling {name} ({error})")
-
-
-def _tell_of_drivers(core: Core, report: StopReport) -> None:
-    """Velocities of another program cannot be cancelled: after our zeros it goes on."""
-    try:
-        drivers = other_drivers(core.node)
-    except RosError as error:
-        report.problems.append(f"looking for other programs that drive by velocity ({error})")
-        return
-    for driver in drivers:
-        if not driver.on_robot:
-            report.problems.append(f"{driver.sentence()}, which only its end stops: end it")
-
-
-def _cancel_task(core: Core, report: StopReport) -> None:
-    try:
-        status = core.feed("status").latest
-    except RosError:
-        status = None
-    under_way = (TaskState.RUNNING, TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
-    if status is not None and status.task_state not in under_way:
-        return
-    task_id = 0 if status is None else status.task_id
-    try:
-        reply = core.exec_task(TaskCommand.CANCEL, task_id, timeout=3.0)
-        if reply.success:
-            report.cancelled.append(f"task {task_id}" if status is not None else "the running task")
-    except RosError as error:
-        report.problems.append(f"cancelling the task ({error})")

@@ -13,6 +13,11 @@ HELP = "stop: zero velocity and cancel everything, whoever started it (no emerge
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
+    parser.add_argument(
+        "--end-drivers",
+        action="store_true",
+        help="also ask other programs that can send velocities to end (not the robot's own)",
+    )
     parser.add_argument("--timeout", type=positive, default=5.0, metavar="S", help="to confirm the stop (5)")
 
 
@@ -23,7 +28,7 @@ def run(args: Namespace, out: Output) -> int:
     with connect(args, out) as chassis:
         # This process has started nothing itself: what runs was started by somebody else.
         with out.working("stopping"):
-            report = chassis.stop(everything=True, timeout=args.timeout)
+            report = chassis.stop(everything=True, end_drivers=args.end_drivers, timeout=args.timeout)
         out.line(report.sentence())
         out.result(asdict(report))
         return 0 if report.standing else 1

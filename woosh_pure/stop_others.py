@@ -1,0 +1,177 @@
+"""Stopping what others have started: tasks and goals are cancelled; programs that drive by velocity cannot
+be, so they are named, or asked to end.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+from rosproto.errors import RosError
+from rosproto.node import NodeClient
+
+from .drivers import OtherDriver, other_drivers
+from .enums import TaskCommand, TaskState
+from .interface import actions
+
+if TYPE_CHECKING:
+    from .core import Core
+    from .roster import Roster
+    from .stop import StopReport
+
+__all__ = ["OtherPrograms", "cancel_others"]
+
+_TASK_FIRST = 0.5
+_CANCEL = 3.0
+"""Seconds for one cancel to be taken."""
+_LOOK_AGAIN = 0.5
+_END = 3.0
+"""Seconds for programs to end that were asked to."""
+_UNDER_WAY = (TaskState.RUNNING, TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
+
+
+# -- tasks and goals -----------------------------------------------------------------------------------------
+
+
+def cancel_others(core: Core, roster: Roster, report: StopReport) -> None:
+    """Cancel the robot's task, and every goal of the action servers that move it, whoever sent it."""
+    # A task ends as cancelled when it is told so first, and as failed when its navigation is taken from it.
+    # But nobody waits long for that: the navigation is stopped anyway.
+    task = _begin(partial(_cancel_task, core, roster, report))
+    roster.wait(_TASK_FIRST)
+    task.join(_TASK_FIRST)
+    waiting = {"the task": task}
+    for row in actions():
+        # Those that every chassis has; the others where they are there.
+        if not row.moves_base or (row.source != "page" and roster.lacks_subscriber(f"{row.name}/cancel")):
+            continue
+        waiting[row.name] = _begin(partial(_cancel_action, core, roster, row.name, report))
+    end = time.monotonic() + _CANCEL + 0.5
+    for name, worker in waiting.items():
+        worker.join(max(0.0, end - time.monotonic()))
+        if worker.is_alive():
+            report.problems.append(f"cancelling {name} (no answer yet)")
+
+
+def _begin(work: Callable[[], None]) -> threading.Thread:
+    thread = threading.Thread(target=work, name="woosh:cancel", daemon=True)
+    thread.start()
+    return thread
+
+
+def _cancel_action(core: Core, roster: Roster, name: str, report: StopReport) -> None:
+    """The empty id and no time mean all goals (wiki.ros.org/actionlib/DetailedDescription). Without a client:
+    its five topics would be registered first.
+    """
+    topic = f"{name}/cancel"
+    if roster.lacks_subscriber(topic):
+        roster.miss(name)
+        return
+    try:
+        with core.node.publisher(topic, "actionlib_msgs/GoalID", queue_size=1) as publisher:
+            publisher.wait_for_connection(timeout=_CANCEL)
+            publisher.publish()
+            publisher.flush(1.0)
+        report.cancelled.append(f"all goals of {name}")
+    except RosError as error:
+        report.problems.append(f"cancelling {name} ({error})")
+
+
+def _cancel_task(core: Core, roster: Roster, report: StopReport) -> None:
+    try:
+        status = core.feed("status").latest
+    except RosError:
+        status = None
+    if status is not None and status.task_state not in _UNDER_WAY:
+        return
+    if roster.lacks_service("/exec_task"):
+        roster.miss("/exec_task")
+        return
+    task_id = 0 if status is None else status.task_id
+    try:
+        reply = core.exec_task(TaskCommand.CANCEL, task_id, timeout=_CANCEL)
+        if reply.success:
+            report.cancelled.append(f"task {task_id}" if status is not None else "the running task")
+    except RosError as error:
+        report.problems.append(f"cancelling the task ({error})")
+
+
+# -- programs that drive by velocity -------------------------------------------------------------------------
+
+
+class OtherPrograms:
+    """Programs that can send velocities, too, looked at twice in the background: their counters tell whether
+    they do. The robot's own nodes are left out, and so is what runs on its computer.
+
+    Args:
+        core: The chassis.
+        end: Ask them to end (`shutdown` of wiki.ros.org/ROS/Slave_API, as `rosnode kill` does).
+    """
+
+    def __init__(self, core: Core, *, end: bool) -> None:
+        self._core = core
+        self._end = end
+        self._left: dict[str, tuple[OtherDriver, bool]] = {}
+        self._ended: list[str] = []
+        self._problem = ""
+        self._thread = _begin(self._look)
+
+    @property
+    def drive_on(self) -> bool:
+        """Whether the robot may stand for a moment only."""
+        return bool(self._left)
+
+    @property
+    def ended(self) -> bool:
+        """Whether some were there that have ended now, perhaps without a last zero."""
+        return bool(self._ended)
+
+    def wait(self, timeout: float, report: StopReport) -> None:
+        """Wait, with a bound, until all was looked at, and tell of it."""
+        self._thread.join(timeout)
+        if self._thread.is_alive() and not self._left:
+            self._problem = "looking for other programs that drive by velocity (no answer yet)"
+        report.cancelled += [f"the program {name}" for name in self._ended]
+        for driver, sends in self._left.values():
+            what = "it was asked to end and has not" if self._end else f"which only its end stops: {_HOW}"
+            report.problems.append(f"{driver.sentence(sends=sends)}, {what}")
+        if self._problem:
+            report.problems.append(self._problem)
+
+    def _look(self) -> None:
+        try:
+            first = self._others()
+            self._left = {name: (driver, False) for name, driver in first.items()}
+            if not first:
+                return
+            if self._end:
+                self._end_all(first)
+            else:
+                time.sleep(_LOOK_AGAIN)
+            self._left = {
+                name: (driver, driver.has_sent_since(first.get(name)))
+                for name, driver in self._others().items()
+            }
+        except RosError as error:
+            self._problem = f"looking for other programs that drive by velocity ({error})"
+
+    def _others(self) -> dict[str, OtherDriver]:
+        return {driver.node: driver for driver in other_drivers(self._core.node) if not driver.on_robot}
+
+    def _end_all(self, drivers: dict[str, OtherDriver]) -> None:
+        for driver in drivers.values():
+            try:
+                with NodeClient(driver.uri, self._core.node.name, timeout=1.0) as node:
+                    node.shutdown("woosh: the robot is to stop")
+            except (RosError, ValueError):
+                continue  # that it is still there will be seen
+        end = time.monotonic() + _END
+        while (left := self._others()) and time.monotonic() < end:
+            time.sleep(0.05)
+        self._ended = [name for name in drivers if name not in left]
+
+
+_HOW = "end it (end_drivers=True, `woosh stop --end-drivers`)"
