@@ -30,8 +30,8 @@ class MotionRefused(ChassisError):
     """
 
     def __init__(self, message: str, *, readiness: Readiness | None = None) -> None:
-        if readiness is not None and readiness.reasons:
-            message = f"{message}; {readiness.sentence()}"
+        against = () if readiness is None else readiness.reasons
+        message = "; ".join([message, *(reason.text for reason in against if reason.key != "unknown")])
         super().__init__(message)
         self.readiness = readiness
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.logs import get_logger
 
-from .enums import Direction, TaskCommand, TaskState, TaskType
+from .enums import Direction, RobotState, TaskCommand, TaskState, TaskType
 from .errors import MotionRefused
 from .geometry import Pose2D
 from .goal import GoalHandle
@@ -249,6 +249,6 @@ def _send(
     if not reply.success:
         raise MotionRefused(
             f"{handle.goal}: refused by the chassis: {reply.message or 'no reason given'} "
-            f"(robot state {reply.statusCode})",
+            f"(robot state: {RobotState(reply.statusCode)})",
             readiness=core.readiness(),
         )

@@ -77,6 +77,11 @@ class Drive:
         self._told = False  # whether the caller has seen it
         self._thread = threading.Thread(target=self._run, name="woosh:drive", daemon=True)
 
+    def __repr__(self) -> str:
+        state = "over" if self._over.is_set() else "open" if self._entered else "not entered"
+        sent = self.sending
+        return f"<Drive {self.topic}, {state}: {sent.vx:g} {sent.vy:g} m/s, {sent.wz:g} rad/s>"
+
     def __enter__(self) -> Drive:
         if self._entered:
             raise MotionRefused("this drive was used before; open a new one with chassis.velocity(...)")

@@ -182,6 +182,12 @@ class SimulatedChassis:
     ) -> None:
         self.close()
 
+    def __repr__(self) -> str:
+        if self._thread is None:
+            return "<SimulatedChassis, not started>"
+        state = "closed" if self.closing else f"{self.speed:g} times real time, {self.world.robot_state}"
+        return f"<SimulatedChassis {self.master_uri}, {state}, at {self.world.body.pose}>"
+
     @property
     def master_uri(self) -> str:
         """Where to connect."""
