@@ -11,6 +11,7 @@ Source: wiki.ros.org/ROS/UDPROS.
 
 from __future__ import annotations
 
+from time import monotonic
 from typing import TYPE_CHECKING
 
 from rosproto.errors import CodecError, ConnectionLost, MasterError, TooLarge
@@ -26,6 +27,8 @@ from rosproto.transport.deadline import Deadline
 from rosproto.transport.udp import open_receiver
 
 if TYPE_CHECKING:
+    import socket
+
     from rosproto.node.stats import LinkStats
     from rosproto.node.subscription import Subscription
 
@@ -34,6 +37,7 @@ __all__ = ["UdprosLink"]
 _log = get_logger("rosproto.node")
 
 QUIET_SECONDS = 3.0  # of silence, after which the publisher is asked
+LATE_SECONDS = 0.5
 MOST_BYTES = 1 << 16  # of a datagram, by UDP
 
 
@@ -113,7 +117,7 @@ class UdprosLink(TcprosLink):
             try:
                 datagram = sock.recv(MOST_BYTES)
             except TimeoutError:
-                self._ask_whether_connected()
+                self._ask_whether_connected(sock)
                 continue
             if self._broken_off or self.closed:
                 raise ConnectionLost(
@@ -138,8 +142,12 @@ class UdprosLink(TcprosLink):
         sink = self.subscription.sink if self._revised is None else self.subscription.sink_for(self._revised)
         sink.deliver([sink.decode(body, 0, len(body))], self.header, self)
 
-    def _ask_whether_connected(self) -> None:
-        """Raises ConnectionLost when the publisher does not have us among its connections, or is gone."""
+    def _ask_whether_connected(self, sock: socket.socket) -> None:
+        """Raises ConnectionLost when the publisher does not have us among its connections, or is gone.
+
+        What came while a slow answer was waited for is late, and passed over.
+        """
+        began = monotonic()
         with NodeClient(self.uri, self._node.name, limits=self._node.limits) as publisher:
             connections = publisher.get_bus_info(timeout=QUIET_SECONDS)
         if not any(
@@ -150,6 +158,13 @@ class UdprosLink(TcprosLink):
                 f"{self.topic}: {self.caller_id} at {self.uri} does not send here any more; restarted?",
                 peer=self.address,
             )
+        if monotonic() - began > LATE_SECONDS:
+            sock.setblocking(False)
+            try:
+                while True:
+                    self._bytes += len(sock.recv(MOST_BYTES))
+            except BlockingIOError:
+                sock.settimeout(QUIET_SECONDS)
 
     # -- end ------------------------------------------------------------------------------------------------
 

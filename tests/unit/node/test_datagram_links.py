@@ -6,6 +6,7 @@ import errno
 import logging
 import socket
 import struct
+import threading
 from collections.abc import Iterator
 from typing import Any
 
@@ -118,6 +119,34 @@ def test_a_publisher_that_forgot_us_is_asked_again(nodes: tuple[Node, Node]) -> 
     publisher.publish(data="again")
     assert subscriber.next(timeout=10).data == "again"
     eventually(lambda: only_link(listener).reconnects == 1)
+
+
+def test_what_came_during_a_slow_answer_is_passed_over(
+    nodes: tuple[Node, Node], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is late by then."""
+    talker, listener = nodes
+    publisher = talker.publisher("/words", "std_msgs/String")
+    asked = threading.Event()
+    ask = NodeClient.get_bus_info
+
+    def slowly(client: NodeClient, **options: Any) -> Any:
+        if not asked.is_set():
+            publisher.publish(data="late")
+            asked.set()
+        return ask(client, **options)
+
+    monkeypatch.setattr(udpros_link, "LATE_SECONDS", 0.0)
+    monkeypatch.setattr(NodeClient, "get_bus_info", slowly)
+    subscriber = listener.subscriber("/words", "std_msgs/String", unreliable=True)
+    assert asked.wait(10)
+    while True:  # now and then one comes while it is being asked again
+        publisher.publish(data="present")
+        try:
+            assert subscriber.next(timeout=0.1).data == "present"
+            break
+        except RosTimeout:
+            continue
 
 
 def test_who_asks_again_has_one_connection(nodes: tuple[Node, Node]) -> None:
