@@ -2,7 +2,7 @@
 
 from _robot import robot
 
-with robot(speed=2.0) as chassis:
+with robot(speed=1.0) as chassis:
     task = chassis.go_to_mark("A1")
     task.pause()
     chassis.measured_velocity.wait_for(lambda v: v.is_standing(), timeout=10)

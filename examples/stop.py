@@ -4,7 +4,7 @@ import threading
 
 from _robot import robot
 
-with robot() as chassis:
+with robot(speed=1.0) as chassis:
     handle = chassis.go_to(2.5, 0.0)
     threading.Timer(0.5, lambda: print(chassis.stop().sentence())).start()
     outcome = handle.wait(timeout=30, raises=False)

@@ -35,14 +35,14 @@ def test_a_robot_is_driven_by_clocks_that_go_in_steps(coarse) -> None:
         chassis.move(0.2).wait(timeout=10.0)
         assert sim.pose.x == pytest.approx(0.2, abs=0.02)
         with chassis.velocity(bypasses_protection=True, direct=True) as drive:
-            drive.set(0.1, valid_for=0.5)
+            drive.set(0.1, valid_for=1.5)
             chassis.measured_velocity.wait_for(lambda v: v.vx > 0.05, 5.0)
-            chassis.measured_velocity.wait_for(lambda v: v.is_standing(), 5.0)  # lapsed by itself
+            chassis.measured_velocity.wait_for(lambda v: v.is_standing(), 10.0)  # lapsed by itself
         began = time.perf_counter()
         with pytest.raises(RosTimeout), spy.subscriber("/nobody", "std_msgs/Empty") as silent:
             silent.next(timeout=0.2)
         assert time.perf_counter() - began >= 0.2 - STEP
     moving = [at for at, vx in sent if vx > 0.0]
     assert len(moving) >= 3
-    assert 0.2 < moving[-1] - moving[0] < 3.0
+    assert 0.2 < moving[-1] - moving[0] < 10.0  # it was told once, for 1.5 s
     assert len(moving) / (moving[-1] - moving[0]) < 100.0  # steady, not as fast as it can

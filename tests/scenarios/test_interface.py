@@ -123,8 +123,9 @@ def test_a_feed_iterates_and_calls_back(chassis):
         if number == 3:
             break
     off()
+    chassis.measured_velocity.wait(5.0)  # what was on its way to the callback then has arrived
     count = len(seen)
-    chassis.measured_velocity.wait(2.0)
+    chassis.measured_velocity.wait(5.0)
     assert len(seen) == count >= 3
 
 
@@ -310,5 +311,8 @@ def test_md5sums_of_all_rows_are_those_of_the_vendors_package(full):
 def test_every_other_action_is_carried_out_and_can_be_cancelled(full, row):
     with Chassis(full.master_uri) as chassis:
         goal = message_type(f"{row.type}Goal")
+        full.speed = 50.0
         assert chassis.action(row.name, goal()).wait(10.0)
+        full.speed = 0.1  # it lasts
         assert chassis.action(row.name, goal()).cancel().kind is OutcomeKind.CANCELLED
+        full.speed = 4.0

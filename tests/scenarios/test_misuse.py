@@ -157,7 +157,7 @@ def test_stop_never_raises_whatever_the_state():
     assert Chassis("127.0.0.1:1", timeout=0.5).stop(everything=True, timeout=1.0).problems
 
 
-def test_a_goal_and_a_velocity_block_do_not_fight_for_the_base(sim, chassis, until):
+def test_a_goal_and_a_velocity_block_do_not_fight_for_the_base(sim, real_time, chassis, until):
     with chassis.velocity(bypasses_protection=True):
         for call in (
             lambda: chassis.move(0.1),
@@ -174,6 +174,7 @@ def test_a_goal_and_a_velocity_block_do_not_fight_for_the_base(sim, chassis, unt
     with chassis.velocity(bypasses_protection=True) as drive:  # a held task may be driven around
         assert drive.active
     task.resume()
+    real_time()
     assert task.wait(30.0)
 
 
@@ -216,7 +217,7 @@ def test_waiting_for_a_goal_in_its_own_callback_is_an_error_and_not_a_hang(sim, 
     assert "would wait for itself" in str(problems[0])
 
 
-def test_a_callback_may_cancel_and_may_stop(sim, chassis):
+def test_a_callback_may_cancel_and_may_stop(sim, real_time, chassis):
     handle = chassis.go_to(2.5, 0.0)
     handle.on_progress(lambda _: handle.cancel())
     assert handle.wait(20.0, raises=False).kind is OutcomeKind.CANCELLED
@@ -275,7 +276,7 @@ def test_stop_does_not_wait_for_a_verb_that_cannot_connect(sim, chassis, until):
         talker.join(20.0)
 
 
-def test_two_programs_that_compete_are_told_of_each_other(sim, chassis, until):
+def test_two_programs_that_compete_are_told_of_each_other(sim, real_time, chassis, until):
     with Chassis(sim.master_uri) as other:
         theirs = other.go_to_mark("B1")
         until(lambda: any(r.key == "other_client" for r in chassis.readiness().reasons))
@@ -288,6 +289,7 @@ def test_two_programs_that_compete_are_told_of_each_other(sim, chassis, until):
         with pytest.raises(GoalFailed) as caught:
             drive.wait(20.0)
         assert caught.value.outcome.kind is OutcomeKind.REPLACED
+        real_time()
         assert ours.wait(20.0)
 
 
@@ -298,7 +300,7 @@ def test_stopping_everything_names_another_program_that_drives_by_velocity(sim, 
         assert any(other.node.name in problem and "end it" in problem for problem in problems)
 
 
-def test_a_fault_that_ends_a_task_here_ends_it_on_the_robot_too(sim, chassis, until):
+def test_a_fault_that_ends_a_task_here_ends_it_on_the_robot_too(sim, real_time, chassis, until):
     """The robot may recover by itself and drive on, while the program has been told that it failed."""
     handle = chassis.go_to_mark("B1")
     until(lambda: not sim.world.body.velocity.is_standing())

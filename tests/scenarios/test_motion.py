@@ -43,7 +43,7 @@ def test_a_place_that_cannot_be_reached_is_an_error(chassis):
     assert caught.value.outcome.kind is OutcomeKind.FAILED
 
 
-def test_a_goal_of_the_robot_itself_replaces_ours_and_is_told(sim, chassis, until):
+def test_a_goal_of_the_robot_itself_replaces_ours_and_is_told(sim, real_time, chassis, until):
     handle = chassis.go_to(2.5, 0.0)
     until(lambda: not sim.world.body.velocity.is_standing())
     sim.compete(0.0, 1.0)
@@ -52,7 +52,7 @@ def test_a_goal_of_the_robot_itself_replaces_ours_and_is_told(sim, chassis, unti
     assert caught.value.outcome.kind is OutcomeKind.REPLACED
 
 
-def test_a_navigation_timeout_cancels_and_confirms_the_stop(sim, chassis):
+def test_a_navigation_timeout_cancels_and_confirms_the_stop(sim, real_time, chassis):
     with pytest.raises(GoalFailed) as caught:
         chassis.go_to(2.8, 0.0).wait(0.3)
     outcome = caught.value.outcome
@@ -80,7 +80,7 @@ def test_several_steps_as_one_goal(sim, chassis):
     assert handle.percent == 100.0
 
 
-def test_pause_and_resume_of_steps_send_what_remains(sim, chassis, until):
+def test_pause_and_resume_of_steps_send_what_remains(sim, real_time, chassis, until):
     handle = chassis.steps([Step.straight(0.8), Step.turn(1.0, 1.0)])
     until(lambda: handle.latest_progress and handle.latest_progress.percent > 20)
     handle.pause()
@@ -91,9 +91,9 @@ def test_pause_and_resume_of_steps_send_what_remains(sim, chassis, until):
     assert not handle.done
     assert len(handle.remaining()) == 2
     handle.resume()
+    real_time()
     handle.wait(20.0)
-    # Steps are resent from the last report, a tenth of a second old at eight times real time.
-    assert sim.pose.x == pytest.approx(0.8, abs=0.25)
+    assert sim.pose.x == pytest.approx(0.8, abs=0.1)  # the steps are resent from what the pause reported
     assert sim.pose.yaw == pytest.approx(1.0, abs=0.02)
 
 
@@ -141,35 +141,35 @@ def test_a_blocked_step_is_an_error(sim, chassis):
 # -- velocity --------------------------------------------------------------------------------------------------
 
 
-def test_a_velocity_block_moves_and_ends_in_zero(sim, chassis, until):
+def test_a_velocity_block_moves_and_ends_in_zero(sim, real_time, chassis, until):
     with chassis.velocity(bypasses_protection=True) as drive:
         # By distance: how far it gets in a time depends on how busy this computer is.
         while sim.pose.x < 0.3:
             drive.hold(0.2, seconds=0.1)
         drive.set(0.2)
         until(lambda: sim.world.body.velocity.vx > 0.1)
-    until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 3.0)
+    until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0))
 
 
-def test_an_exception_in_the_block_ends_in_zero(sim, chassis, until):
+def test_an_exception_in_the_block_ends_in_zero(sim, real_time, chassis, until):
     with pytest.raises(ZeroDivisionError), chassis.velocity(bypasses_protection=True) as drive:  # noqa: PT012  (the error must come out of the block)
         drive.set(0.2, valid_for=5.0)
         until(lambda: sim.world.body.velocity.vx > 0.1)
         raise ZeroDivisionError
-    until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 3.0)
+    until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0))
 
 
-def test_a_command_that_is_not_refreshed_lapses(sim, chassis, until):
+def test_a_command_that_is_not_refreshed_lapses(sim, real_time, chassis, until):
     with chassis.velocity(bypasses_protection=True) as drive:
         drive.set(0.2, valid_for=2.0)
         until(lambda: sim.world.body.velocity.vx > 0.02)
-        until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 6.0)
+        until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0))
         assert drive.active
         drive.set(0.1, valid_for=2.0)
         until(lambda: sim.world.body.velocity.vx > 0.02)
 
 
-def test_an_emergency_stop_ends_a_drive_and_releasing_it_resumes_nothing(sim, chassis, until):
+def test_an_emergency_stop_ends_a_drive_and_releasing_it_resumes_nothing(sim, real_time, chassis, until):
     with (  # noqa: PT012
         pytest.raises(MotionRefused, match="emergency stop") as caught,
         chassis.velocity(bypasses_protection=True) as drive,
@@ -186,20 +186,20 @@ def test_an_emergency_stop_ends_a_drive_and_releasing_it_resumes_nothing(sim, ch
     assert sim.world.body.velocity.is_standing(0.0, 0.0)
 
 
-def test_turning_the_key_to_manual_ends_a_drive(sim, chassis, until):
+def test_turning_the_key_to_manual_ends_a_drive(sim, real_time, chassis, until):
     with pytest.raises(MotionRefused, match="manual"), chassis.velocity(bypasses_protection=True) as drive:  # noqa: PT012
         sim.set_mode(RobotMode.MANUAL)
         drive.hold(0.1, seconds=10.0)
 
 
-@pytest.mark.parametrize(("silence", "ends"), [(0.15, False), (30.0, True)])
-def test_the_feedback_timeout_is_what_the_caller_says(sim, chassis, silence, ends):
+@pytest.mark.parametrize(("silence", "ends"), [(0.3, False), (30.0, True)])
+def test_the_feedback_timeout_is_what_the_caller_says(sim, real_time, chassis, silence, ends):
     """A shorter silence is survived; a longer one ends the drive, and an error that was raised comes once."""
-    with chassis.velocity(bypasses_protection=True, feedback_timeout=0.6) as drive:
+    with chassis.velocity(bypasses_protection=True, feedback_timeout=2.0) as drive:
         chassis.measured_velocity.wait(5.0)
         sim.fall_silent(silence)
         if ends:
-            with pytest.raises(ConnectionLost, match=r"0\.6 s"):
+            with pytest.raises(ConnectionLost, match=r"2\.0 s"):
                 drive.hold(0.1, seconds=15.0)
         else:
             chassis.measured_velocity.wait(5.0)
@@ -242,7 +242,7 @@ def test_a_silent_parameter_topic_leaves_the_careful_limits():
             assert chassis.velocity(bypasses_protection=True).limits == DriveLimits(0.3, 0.5)
 
 
-def test_stop_ends_a_drive_and_it_cannot_be_revived(sim, chassis, until):
+def test_stop_ends_a_drive_and_it_cannot_be_revived(sim, real_time, chassis, until):
     with pytest.raises(MotionRefused, match="stop"), chassis.velocity(bypasses_protection=True) as drive:  # noqa: PT012  (the error must come out of the block)
         drive.set(0.2, valid_for=5.0)
         until(lambda: sim.world.body.velocity.vx > 0.1)
@@ -255,32 +255,34 @@ def test_stop_ends_a_drive_and_it_cannot_be_revived(sim, chassis, until):
     assert sim.world.body.velocity.is_standing(0.0, 0.0)
 
 
-def test_a_lost_subscriber_ends_the_drive_at_once_and_zero_comes_first_afterwards(sim, chassis, until):
+def test_a_lost_subscriber_ends_the_drive_at_once_and_zero_comes_first_afterwards(
+    sim, real_time, chassis, until
+):
     base = sim.graph.nodes["/mobile_base_nodelet_manager"]
     with pytest.raises(ConnectionLost), chassis.velocity(bypasses_protection=True) as drive:  # noqa: PT012  (the error must come out of the block)
         drive.set(0.2, valid_for=5.0)
         until(lambda: sim.world.body.velocity.vx > 0.1)
         for subscription in [s for s in sim.graph._keep if getattr(s, "topic", "") == "/smooth_cmd_vel"]:
             subscription.close()
-        until(lambda: not drive.active, 3.0)
+        until(lambda: not drive.active)
         drive.set(0.1)
     received: list[float] = []
     again = base.subscriber(
         "/smooth_cmd_vel", "geometry_msgs/Twist", callback=lambda m: received.append(m.linear.x)
     )
-    until(lambda: received, 5.0)
+    until(lambda: received)
     time.sleep(0.2)
     again.close()
     assert set(received) == {0.0}
 
 
-def test_a_chassis_that_falls_silent_ends_the_drive_with_zero(sim, chassis, until):
+def test_a_chassis_that_falls_silent_ends_the_drive_with_zero(sim, real_time, chassis, until):
     with pytest.raises(ConnectionLost, match="silent"), chassis.velocity(bypasses_protection=True) as drive:  # noqa: PT012  (the error must come out of the block)
         drive.set(0.2, valid_for=5.0)
         until(lambda: sim.world.body.velocity.vx > 0.1)
         sim.fall_silent(3.0)
         drive.hold(0.2, seconds=5.0)
-    until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 3.0)
+    until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0))
 
 
 def test_a_chassis_that_tells_no_velocity_is_not_driven_blind():
@@ -299,7 +301,7 @@ def test_only_one_block_is_open_at_a_time(chassis):
         pass
 
 
-def test_what_remains_of_a_killed_process_is_the_chassis_own_behaviour(sim, until):
+def test_what_remains_of_a_killed_process_is_the_chassis_own_behaviour(sim, real_time, until):
     publisher_side = Chassis(sim.master_uri)
     drive = publisher_side.velocity(bypasses_protection=True)
     drive.__enter__()
@@ -340,22 +342,22 @@ print("the program ends")
 
 
 @pytest.mark.parametrize("what", ["goal", "velocity"])
-def test_an_orderly_exit_without_with_stops_the_robot_too(sim, until, what):
+def test_an_orderly_exit_without_with_stops_the_robot_too(sim, real_time, until, what):
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])}
     command = [sys.executable, "-c", PROGRAM, sim.master_uri, what]
     result = subprocess.run(command, capture_output=True, text=True, timeout=60, env=environment)
     assert result.stdout == "the program ends\n", result.stderr
-    until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 3.0)
+    until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0))
     assert not sim.world.tasks.busy
 
 
-def test_closing_the_chassis_from_another_thread_ends_the_drive_with_zero(sim, until):
+def test_closing_the_chassis_from_another_thread_ends_the_drive_with_zero(sim, real_time, until):
     chassis = Chassis(sim.master_uri)
     with pytest.raises(MotionRefused, match="closed"), chassis.velocity(bypasses_protection=True) as drive:  # noqa: PT012
         drive.set(0.2, valid_for=5.0)
         until(lambda: sim.world.body.velocity.vx > 0.1)
         chassis.close()
-    until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 3.0)
+    until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0))
 
 
 KILLED = """
@@ -377,7 +379,7 @@ def test_after_a_kill_only_the_chassis_own_behaviour_remains(until, on_silence):
         environment = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])}
         process = subprocess.Popen([sys.executable, "-c", KILLED, sim.master_uri], env=environment)
         try:
-            until(lambda: sim.world.body.velocity.vx > 0.09, 20.0)
+            until(lambda: sim.world.body.velocity.vx > 0.09, 60.0)
         finally:
             process.kill()
             process.wait(10.0)
@@ -385,7 +387,7 @@ def test_after_a_kill_only_the_chassis_own_behaviour_remains(until, on_silence):
             time.sleep(1.5)
             assert sim.world.body.velocity.vx > 0.09
         else:
-            until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 5.0)
+            until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0))
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="freezes a process with a POSIX signal")
@@ -404,7 +406,7 @@ def test_velocities_that_were_stuck_on_the_way_move_nothing_afterwards(until):
                 process.send_signal(signal.SIGSTOP)
                 drive.hold(0.2, seconds=10.0)
             process.send_signal(signal.SIGCONT)
-            chassis.measured_velocity.wait_for(lambda v: v.is_standing(0.0, 0.0), 5.0)
+            chassis.measured_velocity.wait_for(lambda v: v.is_standing(0.0, 0.0))
             for _ in range(10):
                 assert chassis.measured_velocity.wait(5.0).is_standing(0.0, 0.0)
     finally:

@@ -30,6 +30,7 @@ def test_a_stop_also_stops_the_goal_that_another_thread_is_just_about_to_send(
     sim, chassis, monkeypatch, door
 ):
     chassis.readiness()
+    sim.speed = 0.1  # it does not get far meanwhile
     with held(monkeypatch, rosproto.ActionClient, door) as (came, go_on):
         thread, errors = in_thread(lambda: chassis.go_to(2.5, 0.0))
         assert came.wait(10.0)
@@ -73,7 +74,7 @@ def test_a_stop_keeps_a_velocity_block_from_opening_that_is_just_being_opened(si
         block.set(0.1)
 
 
-def test_a_resume_that_a_stop_overtakes_does_not_move(sim, chassis, until, monkeypatch):
+def test_a_resume_that_a_stop_overtakes_does_not_move(sim, real_time, chassis, until, monkeypatch):
     handle = chassis.move(2.0)
     until(lambda: handle.latest_progress and handle.latest_progress.percent > 5)
     handle.pause()
@@ -262,7 +263,7 @@ def test_a_clock_that_is_set_changes_nothing(sim, chassis, monkeypatch, jump):
     """No wait and no lapse looks at the wall: an hour that NTP takes back must not let a velocity live longer."""
     real = time.time
     with chassis.velocity(bypasses_protection=True) as drive:
-        drive.set(0.05, valid_for=0.3)
+        drive.set(0.05, valid_for=1.0)
         monkeypatch.setattr(time, "time", lambda: real() + jump)
         assert wait_for(lambda: not sim.world.body.velocity.is_standing(0.0, 0.0))
         assert wait_for(lambda: drive.sending.is_standing(0.0, 0.0))
@@ -312,10 +313,12 @@ def test_limits_of_the_chassis_that_cannot_be_meant_leave_the_careful_ones(sim, 
     publisher = sim.graph.first("/driver_base/parameter")
     parameters = publisher.message_class(maxLinear=1500.0, maxAngular=1e30)
     chassis.parameters.wait(5.0)
+    sim.fall_silent(60.0)
+    with sim.lock:
+        for _ in range(2):  # what was being published has been
+            sim.lock.wait(10.0)
     publisher.publish(parameters)
     chassis.parameters.wait_for(lambda p: p.max_linear == 1500.0)
-    feed = chassis._core.feed("parameters")
-    feed._receive(parameters)
     limits = chassis.velocity(bypasses_protection=True).limits
     assert (limits.linear, limits.angular) == (0.3, 0.5)
 
@@ -397,8 +400,9 @@ def test_a_chassis_that_dies_is_an_error_within_seconds(until, monkeypatch, what
             robot.communicate()
 
 
-def test_a_chassis_that_restarts_in_the_middle_of_a_task_ends_it(until):
-    """It comes back within a second and is idle; nobody there knows the task that we wait for."""
+def test_a_chassis_that_restarts_in_the_middle_of_a_task_ends_it(until, monkeypatch):
+    """It comes back soon and is idle; nobody there knows the task that we wait for."""
+    monkeypatch.setattr("woosh_pure.core._LOST_AFTER", 60.0)  # soon, on a busy computer, too
     with contextlib.ExitStack() as stack:
         master = stack.enter_context(rosproto.Master())
         first = SimulatedChassis(master_uri=master.uri, full_graph=False).start()
@@ -409,20 +413,20 @@ def test_a_chassis_that_restarts_in_the_middle_of_a_task_ends_it(until):
         second = stack.enter_context(SimulatedChassis(master_uri=master.uri, full_graph=False))
         stack.enter_context(chassis)
         with pytest.raises(GoalFailed, match=r"restarted|no longer|no task") as caught:
-            handle.wait(20.0)
+            handle.wait(60.0)
         assert not caught.value.outcome.arrived
         assert not second.world.tasks.busy
 
 
-def test_a_paused_move_is_lost_with_its_chassis(sim, chassis, until, monkeypatch):
+def test_a_paused_move_is_lost_with_its_chassis(sim, real_time, chassis, until, monkeypatch):
     """The goal of a paused move has ended; only the chassis itself can tell that there is nothing left to resume."""
-    monkeypatch.setattr("woosh_pure.core._LOST_AFTER", 0.5)
+    monkeypatch.setattr("woosh_pure.core._LOST_AFTER", 2.0)
     handle = chassis.move(2.0)
     until(lambda: handle.latest_progress and handle.latest_progress.percent > 5)
     handle.pause()
     chassis.measured_velocity.wait(5.0)
     assert not handle.done
-    sim.fall_silent(3.0)
+    sim.fall_silent(30.0)
     assert handle.wait(20.0, raises=False).kind is OutcomeKind.CONNECTION_LOST
 
 

@@ -29,9 +29,11 @@ def test_a_stale_completion_of_the_previous_task_is_no_arrival(latch, until):
             if latch:
                 until(lambda: second.status.heard)
                 assert second.status.latest.task_state is TaskState.COMPLETED
+            sim.speed = 1.0  # it does not arrive meanwhile
             handle = second.go_to_mark("B1")
             time.sleep(0.2)
             assert not handle.done
+            sim.speed = 8.0
             handle.wait(20.0)
             assert sim.pose.distance_to(sim.world.site.marks["B1"].pose) < 0.03
 
@@ -41,11 +43,9 @@ def test_a_completion_that_comes_before_the_reply_is_not_lost():
         SimulatedChassis(speed=20, full_graph=False, reply_delay=1.5) as sim,
         Chassis(sim.master_uri) as chassis,
     ):
-        began = time.monotonic()
         handle = chassis.go_to_mark("P1")
         assert handle.state is TaskState.COMPLETED
         handle.wait(1.0)
-        assert time.monotonic() - began < 4.0
 
 
 def test_a_failing_task_is_an_error_with_the_chassis_words(sim, chassis):
@@ -62,7 +62,7 @@ def test_an_outcome_that_is_no_arrival_is_false_even_when_it_is_not_raised(sim, 
     assert not outcome
 
 
-def test_a_timeout_cancels_the_task_and_confirms_that_the_robot_stands(sim, chassis):
+def test_a_timeout_cancels_the_task_and_confirms_that_the_robot_stands(sim, real_time, chassis):
     with pytest.raises(GoalFailed) as caught:
         chassis.go_to_mark("B1").wait(0.5)
     assert caught.value.outcome.kind is OutcomeKind.TIMED_OUT
@@ -72,20 +72,20 @@ def test_a_timeout_cancels_the_task_and_confirms_that_the_robot_stands(sim, chas
         assert sim.world.body.velocity.is_standing()
 
 
-def test_cancelling_ends_the_task(sim, chassis):
+def test_cancelling_ends_the_task(sim, real_time, chassis):
     handle = chassis.go_to_mark("B1")
     outcome = handle.cancel()
     assert outcome.kind is OutcomeKind.CANCELLED
     assert sim.world.tasks.state is TaskState.CANCELLED
 
 
-def test_leaving_the_with_block_cancels_what_is_running(sim, until):
+def test_leaving_the_with_block_cancels_what_is_running(sim, real_time, until):
     with Chassis(sim.master_uri) as chassis:
         chassis.go_to_mark("B1")
     until(lambda: sim.world.tasks.state is TaskState.CANCELLED)
 
 
-def test_leave_running_lets_it_run(sim):
+def test_leave_running_lets_it_run(sim, real_time):
     with Chassis(sim.master_uri, leave_running=True) as chassis:
         chassis.go_to_mark("B1")
     assert sim.world.tasks.busy
@@ -145,7 +145,7 @@ def test_a_refusal_of_the_chassis_is_an_error_too(sim, chassis):
     assert chassis._core.running.goals == []
 
 
-def test_an_emergency_stop_ends_the_running_task_as_failed(sim, chassis, until):
+def test_an_emergency_stop_ends_the_running_task_as_failed(sim, real_time, chassis, until):
     handle = chassis.go_to_mark("B1")
     until(lambda: not sim.world.body.velocity.is_standing())
     sim.press_emergency_stop()
@@ -158,18 +158,19 @@ def test_an_emergency_stop_ends_the_running_task_as_failed(sim, chassis, until):
 def test_a_task_without_a_visible_end_is_not_started():
     with SimulatedChassis(speed=8, full_graph=False) as sim:
         sim.graph.publishers["/ros_interface", "/robot_status"].close()
-        with Chassis(sim.master_uri, timeout=0.5) as chassis, pytest.raises(StaleState, match="robot_status"):
+        with Chassis(sim.master_uri, timeout=3.0) as chassis, pytest.raises(StaleState, match="robot_status"):
             chassis.go_to_mark("A1")
         assert not sim.world.tasks.busy
 
 
-def test_pause_resume_and_progress(sim, chassis, until):
+def test_pause_resume_and_progress(sim, real_time, chassis, until):
     handle = chassis.go_to_mark("B2")
     seen: list[TaskState] = []
     handle.on_progress(lambda status: seen.append(status.task_state))
     handle.pause()
     until(lambda: TaskState.PAUSED in seen)
     handle.resume()
+    real_time()
     handle.wait(20.0)
     assert seen[-1] is TaskState.COMPLETED
 
@@ -215,7 +216,7 @@ def test_two_robots_in_one_program():
         assert a.pose.distance_to(b.pose) > 1.0
 
 
-def test_stop_from_another_thread_ends_the_task(sim, chassis, until):
+def test_stop_from_another_thread_ends_the_task(sim, real_time, chassis, until):
     handle = chassis.go_to_mark("B1")
     until(lambda: not sim.world.body.velocity.is_standing())
     reports = []
@@ -227,7 +228,7 @@ def test_stop_from_another_thread_ends_the_task(sim, chassis, until):
     assert reports[0].standing is True
 
 
-def test_stop_everything_ends_what_another_program_started(sim, chassis, until):
+def test_stop_everything_ends_what_another_program_started(sim, real_time, chassis, until):
     with Chassis(sim.master_uri) as other:
         handle = other.go_to_mark("B1")
         assert not chassis.stop(timeout=1.0).standing
@@ -236,7 +237,7 @@ def test_stop_everything_ends_what_another_program_started(sim, chassis, until):
         assert handle.wait(5.0, raises=False).kind is OutcomeKind.CANCELLED
 
 
-def test_a_chassis_that_falls_silent_is_a_lost_connection(sim, chassis, until, monkeypatch):
+def test_a_chassis_that_falls_silent_is_a_lost_connection(sim, real_time, chassis, until, monkeypatch):
     monkeypatch.setattr("woosh_pure.core._LOST_AFTER", 0.5)
     handle = chassis.go_to_mark("B1")
     chassis.measured_velocity.wait(5.0)
