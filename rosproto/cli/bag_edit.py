@@ -9,7 +9,9 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Literal
 
-from .bag_progress import Progress, human_bytes
+from rosproto.bag.summary import human_bytes
+
+from .bag_progress import Progress
 from .expression import Expression
 from .graph import CommandError
 

@@ -9,7 +9,7 @@ from typing import TextIO
 
 from .width import cut, padded, width
 
-__all__ = ["Progress", "human_bytes"]
+__all__ = ["Progress"]
 
 FIRST_AFTER = 1.0
 EVERY = 0.25
@@ -84,12 +84,3 @@ class Progress:
             self._stream.write("\r" + " " * self._shown + "\r")
             self._stream.flush()
             self._shown = 0
-
-
-def human_bytes(size: float) -> str:
-    """As rosbag writes sizes: "1.5 MB"."""
-    for suffix in ("KB", "MB", "GB", "TB", "PB"):
-        size /= 1024.0
-        if size < 1024.0:
-            return f"{size:.1f} {suffix}"
-    return "-"

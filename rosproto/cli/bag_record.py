@@ -8,7 +8,8 @@ import shutil
 import sys
 from typing import TYPE_CHECKING, Any
 
-from .bag_progress import human_bytes
+from rosproto.bag.summary import human_bytes
+
 from .bag_signals import interrupt_on_signals
 from .bag_words import collect_words
 from .graph import CommandError, add_graph_options, open_node

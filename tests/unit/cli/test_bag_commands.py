@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 
 from rosproto.bag import BagReader, BagWriter
+from rosproto.bag.summary import human_bytes
 from rosproto.cli import main
-from rosproto.cli.bag_progress import Progress, human_bytes
+from rosproto.cli.bag_progress import Progress
 from rosproto.codec import message_class
 
 String = message_class("std_msgs/String")
