@@ -56,15 +56,15 @@ class Remote:
     def __exit__(self, *exc: object) -> None:
         self.close()
 
-    def do(self, code: str, timeout: float = 20.0) -> None:
+    def do(self, code: str, timeout: float = 60.0) -> None:
         """Run statements."""
         self._exchange({"do": code}, timeout)
 
-    def ask(self, expression: str, timeout: float = 20.0) -> Any:
+    def ask(self, expression: str, timeout: float = 60.0) -> Any:
         """The value of an expression, through JSON."""
         return self._exchange({"ask": expression}, timeout)
 
-    def eventually(self, expression: str, timeout: float = 10.0) -> float:
+    def eventually(self, expression: str, timeout: float = 60.0) -> float:
         """Wait, over there, until an expression is true and does not raise; `time.monotonic()` of that moment."""
         return float(self._exchange({"eventually": expression, "timeout": timeout}, timeout + 10.0))
 

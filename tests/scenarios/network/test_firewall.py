@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.air import is_tcp_opening
 
-from .conftest import MASTER, SLACK, Network, heard_again, start_laptop, start_robot, wait
+from .conftest import MASTER, Network, heard_again, soon, start_laptop, start_robot, wait
 
 pytestmark = pytest.mark.slow
 
@@ -33,11 +33,11 @@ def test_what_we_ask_for_comes(behind_a_firewall: Network) -> None:
     laptop.python.do("later = Heard(node, '/later')")
     talk = f"from rosproto import Node\nnode = Node('/talker', master_uri={MASTER!r})\ntick = Ticker(node, '/later', 20)"
     talker.do(talk)
-    laptop.python.eventually("later.messages", 8.0 + SLACK)  # the graph is compared every five seconds
+    laptop.python.eventually("later.messages", soon(8.0))  # the graph is compared every five seconds
     talker.kill()
     robot.another().do(talk)
     again = wait(0.0)
-    laptop.python.eventually(f"later.first_sent_after({again!r})", 3.0 + SLACK)
+    laptop.python.eventually(f"later.first_sent_after({again!r})", soon(3.0))
     assert heard_again(laptop.python, again) < 1.0
     assert laptop.python.ask("tick.publisher.connections") == 0  # the robot would have to come in for that
 

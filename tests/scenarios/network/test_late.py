@@ -7,7 +7,7 @@ import pytest
 from tests.support.hosts import ROBOT
 from tests.support.ros import PYTHON, environment, require_ros
 
-from .conftest import MASTER, Network, wait
+from .conftest import MASTER, Network, soon, wait
 
 pytestmark = pytest.mark.slow
 
@@ -44,10 +44,10 @@ def test_a_goal_sent_into_a_connection_that_the_server_gave_up(connected: Networ
     robot.python.do(SERVER)
     laptop.python.do(CLIENT, 40)
     air.silence()
-    robot.python.eventually("not any(s.connected for s in node.stats().links if s.topic == '/act/goal')", 12)
+    robot.python.eventually("not any(s.connected for s in node.stats().links if s.topic == '/act/goal')")
     laptop.python.do("goal = client.send_goal(MoveBaseGoal())")
     air.clear()
-    laptop.python.eventually("goal.done", 15.0)
+    laptop.python.eventually("goal.done", soon(15.0))
     assert laptop.python.ask("(goal.status.name, goal.state.name)") == ["LOST", "DONE"]
     assert "has not mentioned it" in laptop.python.ask("goal.text")
     assert robot.python.ask("len(ran)") == 0
@@ -59,7 +59,7 @@ def test_a_goal_that_arrives_after_it_was_given_up(network: Network) -> None:
     robot, laptop, air = network
     env = environment(MASTER, extra={"ROS_IP": ROBOT})
     robot.start(PYTHON, "/usr/bin/rosmaster", "--core", "-p", "11311", env=env)
-    robot.python.eventually(f"reachable({ROBOT!r}, 11311)", 20)
+    robot.python.eventually(f"reachable({ROBOT!r}, 11311)")
     server = robot.start(PYTHON, "-c", ROSPY_SERVER, env=env)
     laptop.python.do(f"from rosproto import Node\nnode = Node('/laptop', master_uri={MASTER!r})")
     laptop.python.do(CLIENT, 40)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from .conftest import LINK_SECONDS, MASTER_SECONDS, SLACK, Network, heard_again, start_robot, wait
+from .conftest import LINK_SECONDS, MASTER_SECONDS, Network, heard_again, soon, start_robot, wait
 
 pytestmark = pytest.mark.slow
 
@@ -15,13 +15,13 @@ def test_the_same_master_again(connected: Network) -> None:
     air.silence()
     gone = wait(0.0)
     laptop.python.do("try: node.master.get_pid(timeout=2)\nexcept Exception as error: said = str(error)\n")
-    assert wait(0.0) - gone < 3.0
+    assert wait(0.0) - gone < soon(2.0)
     assert "no answer within 2 s" in laptop.python.ask("said")
-    laptop.python.eventually("node.stats().master_lost", 15)
+    laptop.python.eventually("node.stats().master_lost")
     back = wait(3.0)
     air.clear()
-    assert laptop.python.eventually("not node.stats().master_lost") - back < MASTER_SECONDS + SLACK
-    assert heard_again(laptop.python, back) < LINK_SECONDS + SLACK
+    assert laptop.python.eventually("not node.stats().master_lost") - back < soon(MASTER_SECONDS)
+    assert heard_again(laptop.python, back) < soon(LINK_SECONDS)
 
 
 def test_a_robot_that_was_switched_off_and_on(network: Network) -> None:
@@ -49,9 +49,9 @@ def test_a_robot_that_was_switched_off_and_on(network: Network) -> None:
         " and '/laptop' in node.master.get_system_state().subscribers.get('/t', ())"
         " and '/echo' in node.master.get_system_state().services"
     )
-    assert registered - back < MASTER_SECONDS + SLACK
-    assert heard_again(laptop.python, back) < MASTER_SECONDS + LINK_SECONDS + SLACK
-    assert heard_again(robot.python, back) < MASTER_SECONDS + LINK_SECONDS + SLACK
+    assert registered - back < soon(MASTER_SECONDS)
+    assert heard_again(laptop.python, back) < soon(MASTER_SECONDS + LINK_SECONDS)
+    assert heard_again(robot.python, back) < soon(MASTER_SECONDS + LINK_SECONDS)
 
 
 def test_laptops_that_are_out_of_reach_delay_nobody_at_the_robot(network: Network) -> None:
@@ -70,11 +70,11 @@ def test_laptops_that_are_out_of_reach_delay_nobody_at_the_robot(network: Networ
     air.silence()
     began = wait(0.0)
     robot.python.do("tick2 = Ticker(node, '/new', 20)")
-    assert robot.python.eventually("heard2.messages") - began < 1.0 + SLACK
+    assert robot.python.eventually("heard2.messages") - began < soon(1.0)
     for number in range(5):  # further changes pile up for those nodes, and for nobody else
         began = wait(0.0)
         robot.python.do(f"more{number} = Ticker(node, '/new{number}', 1); near.params['/key'] = {number}")
-        assert wait(0.0) - began < 1.0 + SLACK
+        assert wait(0.0) - began < soon(1.0)
     assert robot.python.ask("master.stats()['threads']") < 30
     air.clear()
-    laptop.python.eventually("all(s.connections == 1 for s in subscribers)", 20)
+    laptop.python.eventually("all(s.connections == 1 for s in subscribers)")

@@ -5,9 +5,10 @@ from __future__ import annotations
 import pytest
 
 from tests.support.hosts import ROBOT
+from tests.support.load import crowd
 from tests.support.ros import PYTHON, environment, require_ros
 
-from .conftest import FRESH, LINK_SECONDS, MASTER, SLACK, Network, heard_again, start_laptop, wait
+from .conftest import FRESH, LINK_SECONDS, MASTER, Network, heard_again, soon, start_laptop, wait
 
 pytestmark = pytest.mark.slow
 
@@ -31,17 +32,18 @@ def test_both_ways(connected: Network) -> None:
     robot, laptop, air = connected
     air.silence()
     gone = wait(SILENT)
-    assert "DISCONNECTED" in laptop.python.ask("[event.kind.name for event in node._events]")
-    assert laptop.python.ask("node.stats().master_lost") is True
+    laptop.python.eventually("'DISCONNECTED' in [event.kind.name for event in node._events]")
+    laptop.python.eventually("node.stats().master_lost")
+    gone = wait(0.0)
     air.clear()
     for host in (laptop, robot):
-        assert heard_again(host.python, gone) < LINK_SECONDS + SLACK
-        assert host.python.ask(f"heard.latest_after({gone!r})") < FRESH
+        assert heard_again(host.python, gone) < soon(LINK_SECONDS)
+        assert host.python.ask(f"heard.latest_after({gone!r})") < FRESH * crowd()
     laptop.python.eventually("not node.stats().master_lost")
     assert laptop.python.ask("heard.subscriber.stats()[0].reconnects") == 1
     assert laptop.python.ask("tick.longest") < 1.0  # publish() never waited
     wait(1.0)  # and nothing comes late later
-    assert laptop.python.ask(f"heard.latest_after({gone!r})") < FRESH
+    assert laptop.python.ask(f"heard.latest_after({gone!r})") < FRESH * crowd()
 
 
 def test_short_ones_cost_no_connection(connected: Network) -> None:
@@ -50,7 +52,7 @@ def test_short_ones_cost_no_connection(connected: Network) -> None:
     air.silence()
     gone = wait(2.0)
     air.clear()
-    assert heard_again(laptop.python, gone) < 2.0 + SLACK  # systems before Linux 6.15 repeat later
+    assert heard_again(laptop.python, gone) < soon(2.0)  # systems before Linux 6.15 repeat later
     assert laptop.python.ask("heard.subscriber.stats()[0].reconnects") == 0
     numbers = laptop.python.ask("[number for _, _, number in heard.messages]")
     assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
@@ -96,8 +98,8 @@ def test_one_way(way: str, connected: Network) -> None:
     direction.open = False
     gone = wait(SILENT)
     direction.open = True
-    assert heard_again(laptop.python, gone) < LINK_SECONDS + SLACK
-    assert heard_again(robot.python, gone) < LINK_SECONDS + SLACK
+    assert heard_again(laptop.python, gone) < soon(LINK_SECONDS)
+    assert heard_again(robot.python, gone) < soon(LINK_SECONDS)
 
 
 def test_a_robot_with_real_ros(network: Network) -> None:
@@ -106,15 +108,15 @@ def test_a_robot_with_real_ros(network: Network) -> None:
     robot, laptop, air = network
     env = environment(MASTER, extra={"ROS_IP": ROBOT})
     robot.start(PYTHON, "/usr/bin/rosmaster", "--core", "-p", "11311", env=env)
-    robot.python.eventually(f"reachable({ROBOT!r}, 11311)", 20)
+    robot.python.eventually(f"reachable({ROBOT!r}, 11311)")
     talker = robot.start(PYTHON, "-c", TALKER, env=env)
     start_laptop(laptop.python)
     talker.wait_for("^heard")
     air.silence()
     gone = wait(SILENT)
     air.clear()
-    assert heard_again(laptop.python, gone) < LINK_SECONDS + SLACK
-    assert laptop.python.ask(f"heard.latest_after({gone!r})") < FRESH
+    assert heard_again(laptop.python, gone) < soon(LINK_SECONDS)
+    assert laptop.python.ask(f"heard.latest_after({gone!r})") < FRESH * crowd()
     laptop.python.eventually("tick.publisher.connections")
     wait(2.0)  # its kernel may repeat, and ours, once a second
     heard = [line.split() for line in talker.output.splitlines() if line.startswith("heard")]

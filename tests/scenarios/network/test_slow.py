@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from tests.support.load import crowd
+
 from .conftest import Network, wait
 
 pytestmark = pytest.mark.slow
@@ -51,7 +53,7 @@ def test_a_link_that_begins_on_a_slow_network(connected: Network) -> None:
         way.delay = 0.7
     laptop.python.do("other = Heard(node, '/t2')", 40)
     robot.python.do("tick2 = Ticker(node, '/t2', 20)", 40)
-    laptop.python.eventually("other.messages", 30)
+    laptop.python.eventually("other.messages")
 
 
 def test_a_command_topic_beside_large_images(connected: Network) -> None:
@@ -66,14 +68,14 @@ def test_a_command_topic_beside_large_images(connected: Network) -> None:
     robot.python.do("tick.longest = images.longest = 0.0")
     wait(6.0)
     delays = sorted(got - sent for got, sent, _ in laptop.python.ask(f"heard.since({full!r})"))
-    assert len(delays) > 60
-    assert delays[len(delays) // 2] < 0.3
-    assert delays[-1] < 1.5
+    assert len(delays) > 60 / crowd()
+    assert delays[len(delays) // 2] < 0.3 * crowd()
+    assert delays[-1] < 1.5 * crowd()
     # Old images are dropped where they wait, not carried: what comes is from the last seconds.
     images = [got - sent for got, sent, _ in laptop.python.ask(f"seen.since({full!r})")]
     assert len(images) >= 3
-    assert max(images) < 5.0
+    assert max(images) < 5.0 * crowd()
     dropped, queued = robot.python.ask("[(s.dropped, s.queued) for s in images.publisher.stats()][0]")
-    assert dropped > 30
+    assert dropped > 30 / crowd()
     assert queued <= 2
-    assert robot.python.ask("max(tick.longest, images.longest)") < 1.0
+    assert robot.python.ask("max(tick.longest, images.longest)") < 1.0 * crowd()
