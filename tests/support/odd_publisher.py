@@ -91,7 +91,7 @@ class OddPublisher:
 
     def _serve(self, sock: socket.socket) -> None:
         with sock:
-            sock.settimeout(10)
+            sock.settimeout(60)
             try:
                 self.script(sock, self)
             except (OSError, AssertionError):

@@ -10,7 +10,7 @@ from rosproto.protocol import Fault, publisher_header
 from rosproto.protocol.limits import Limits
 from rosproto.transport import Deadline, TcpServer, XmlRpcServer, read_header, write_header
 
-DEADLINE = 10.0
+DEADLINE = 60.0
 
 
 class RecordingNode:
@@ -64,7 +64,7 @@ class RecordingNode:
             return [params for name, params in self.calls if name == method]
 
     def wait_for(self, condition: Callable[[RecordingNode], bool]) -> None:
-        """Wait until `condition(self)` holds; fails after ten seconds."""
+        """Wait until `condition(self)` holds; fails after a minute."""
         with self._changed:
             assert self._changed.wait_for(lambda: condition(self), DEADLINE), self.calls
 

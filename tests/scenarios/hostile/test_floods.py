@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from tests.support import attacks
+from tests.support.load import crowd
 from tests.support.victim import Victim, eventually
 
 Unharmed = Callable[..., AbstractContextManager[None]]
@@ -25,7 +26,7 @@ def test_a_thousand_silent_connections(door: str, victim: Victim, unharmed: Unha
     """Connected, nothing sent: at most `pending_handshakes` of them are kept, and those end in time."""
     with unharmed(memory=96), attacks.many(getattr(victim, door), 1000):
         key = {"master": "master", "node": "slave", "tcpros": "tcpros"}[door]
-        eventually(lambda: victim.ask()[key] <= 20, 20, "the end of the silent connections")
+        eventually(lambda: victim.ask()[key] <= 20, what="the end of the silent connections")
 
 
 @pytest.mark.parametrize("door", DOORS)
@@ -39,9 +40,7 @@ def test_a_thousand_half_open_connections(door: str, victim: Victim, unharmed: U
             except OSError:
                 pass  # it has been dropped already
         key = {"master": "master", "node": "slave", "tcpros": "tcpros"}[door]
-        eventually(
-            lambda: victim.ask()[key] <= 20, Victim.HANDSHAKE_SECONDS + 10, "the end of half-open links"
-        )
+        eventually(lambda: victim.ask()[key] <= 20, what="the end of half-open links")
 
 
 @pytest.mark.parametrize("door", DOORS)
@@ -55,13 +54,13 @@ def test_one_byte_at_a_time_buys_no_time(door: str, victim: Victim, unharmed: Un
     with unharmed(), attacks.many(getattr(victim, door), 50) as sockets:
         began = time.monotonic()
         left = list(sockets)
-        for number in range(400):
+        limit = (Victim.HANDSHAKE_SECONDS + 6) * crowd()
+        for number in range(len(data) - 1):
             left = [sock for sock in left if _goes_on(sock, data[number : number + 1])]
-            if not left:
+            if not left or time.monotonic() - began > limit:
                 break
             time.sleep(0.05)
         assert not left, f"{len(left)} connections live after {time.monotonic() - began:.1f} s"
-        assert time.monotonic() - began < Victim.HANDSHAKE_SECONDS + 6
 
 
 def _goes_on(sock: socket.socket, data: bytes) -> bool:
@@ -74,7 +73,7 @@ def _goes_on(sock: socket.socket, data: bytes) -> bool:
     except OSError:
         return False
     finally:
-        sock.settimeout(10)
+        sock.settimeout(60)
 
 
 @pytest.mark.parametrize("door", DOORS)
@@ -174,14 +173,14 @@ def test_connections_are_counted_with_their_links(victim: Victim) -> None:
         publisher = node.publisher("/t", "std_msgs/String")
         address = ("127.0.0.1", node._tcpros.port)
         with attacks.many(address, 15, attacks.subscriber_header("/t")):
-            publisher.wait_for_connection(10, 15)
+            publisher.wait_for_connection(60, 15)
             with attacks.many(address, 30, attacks.subscriber_header("/t")) as more:
-                refused = sum(attacks.ended_by_peer(sock, 0.5) for sock in more)
-                assert refused >= 20
+                eventually(lambda: sum(attacks.ended_by_peer(sock, 0.01) for sock in more) >= 20)
             assert publisher.connections <= 20
-        eventually(lambda: publisher.connections == 0)
+        # The links, and the connections that were refused, which may be counted for a moment longer.
+        eventually(lambda: publisher.connections == node._tcpros._server.connections == 0)
         with attacks.many(address, 20, attacks.subscriber_header("/t")):
-            publisher.wait_for_connection(10, 20)
+            publisher.wait_for_connection(60, 20)
 
 
 def test_latched_topics_forget_subscribers_that_are_gone_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -207,7 +206,7 @@ def test_latched_topics_forget_subscribers_that_are_gone_at_once(monkeypatch: py
         gone.set()
         for _ in range(100):
             attacks.reset(attacks.connect(address, attacks.subscriber_header("/kept")))
-        eventually(lambda: publisher.connections == 0, 10, "the end of the links")
+        eventually(lambda: publisher.connections == 0, what="the end of the links")
         with attacks.connect(address, attacks.subscriber_header("/kept")) as sock:
             attacks.read_header(sock)
             assert attacks.read_frame(sock)[4:] == b"x"

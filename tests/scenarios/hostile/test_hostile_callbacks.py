@@ -15,6 +15,7 @@ from rosproto.errors import RosTimeout, ServiceError
 from rosproto.master import Master
 from rosproto.node import Node
 from tests.support import attacks
+from tests.support.load import crowd
 from tests.support.victim import eventually
 
 STRING = "std_msgs/String"
@@ -53,11 +54,11 @@ def test_a_callback_that_raises_gets_the_next_message(
 
     bad = b.subscriber("/raise", STRING, callback)
     fine = b.subscriber("/raise", STRING, queue_size=100)
-    publisher.wait_for_connection(10)
+    publisher.wait_for_connection(60)
     for number in range(20):
         publisher.publish(data=str(number))
-    assert [fine.next(5).data for _ in range(20)] == [str(n) for n in range(20)]
-    eventually(lambda: called[-1:] == ["19"], 5, "the last callback")
+    assert [fine.next(60).data for _ in range(20)] == [str(n) for n in range(20)]
+    eventually(lambda: called[-1:] == ["19"], what="the last callback")
     assert bad.stats()[0].reconnects == 0
 
 
@@ -73,14 +74,14 @@ def test_callbacks_about_connections_that_raise(master: Master) -> None:
         publisher = a.publisher("/events", STRING, latch=True, on_connect=raises)
         publisher.publish(data="x")
         wrong = b.subscriber("/events", STRING, on_error=raises)
-        assert wrong.next(5).data == "x"
+        assert wrong.next(60).data == "x"
         attacks.connect(
             ("127.0.0.1", a._tcpros.port), attacks.subscriber_header("/events", md5sum="0" * 32)
         ).close()
         subscription = b._topics.subscription("/events")
         assert subscription is not None
         subscription.reconnect()
-        assert wrong.next(5).data == "x"
+        assert wrong.next(60).data == "x"
     assert a.closed
 
 
@@ -91,23 +92,23 @@ def test_a_callback_that_never_returns_holds_up_nobody(nodes: tuple[Node, Node])
     try:
         publisher, other = a.publisher("/block", STRING, queue_size=1000), a.publisher("/free", STRING)
         a.service_server("/ask", "std_srvs/Empty", lambda request: {})
-        stuck = b.subscriber("/block", STRING, lambda message: release.wait(30), queue_size=5)
+        stuck = b.subscriber("/block", STRING, lambda message: release.wait(200), queue_size=5)
         free = b.subscriber("/free", STRING, queue_size=1000)
-        publisher.wait_for_connection(10)
-        other.wait_for_connection(10)
+        publisher.wait_for_connection(60)
+        other.wait_for_connection(60)
         slowest = 0.0
         for number in range(300):
             began = time.monotonic()
             publisher.publish(data="x" * 1000)
             slowest = max(slowest, time.monotonic() - began)
             other.publish(data=str(number))
-        assert [free.next(5).data for _ in range(300)] == [str(n) for n in range(300)]
-        b.service_client("/ask", "std_srvs/Empty").call(timeout=5)
-        assert slowest < 1.0
+        assert [free.next(60).data for _ in range(300)] == [str(n) for n in range(300)]
+        b.service_client("/ask", "std_srvs/Empty").call(timeout=60)
+        assert slowest < 1.0 * crowd()
         began = time.monotonic()
         stuck.close()
         b.close()
-        assert time.monotonic() - began < 8
+        assert time.monotonic() - began < 8 * crowd()
     finally:
         release.set()
 
@@ -122,7 +123,7 @@ def test_publish_never_waits_for_a_slow_subscriber_and_a_fast_one_gets_all(maste
         fast = b.subscriber("/big", "std_msgs/UInt8MultiArray", queue_size=100)
         header = attacks.subscriber_header("/big", type="*", md5sum="*")
         with attacks.many(("127.0.0.1", a._tcpros.port), 12, header) as slow:
-            publisher.wait_for_connection(10, 13)
+            publisher.wait_for_connection(60, 13)
             reading = threading.Thread(target=_sip, args=(slow[0],), daemon=True)
             reading.start()
             data = np.zeros(200_000, "u1")
@@ -132,8 +133,8 @@ def test_publish_never_waits_for_a_slow_subscriber_and_a_fast_one_gets_all(maste
                 began = time.monotonic()
                 publisher.publish(data=data)
                 slowest = max(slowest, time.monotonic() - began)
-                assert fast.next(5).data[-1] == number
-            assert slowest < 1.0
+                assert fast.next(60).data[-1] == number
+            assert slowest < 1.0 * crowd()
             stats = publisher.stats()
             assert sum(link.dropped for link in stats if link.peer == "/attacker") > 300
             assert all(link.queued <= 5 for link in stats)
@@ -153,13 +154,13 @@ def test_queue_size_one_is_the_newest(nodes: tuple[Node, Node]) -> None:
     a, b = nodes
     publisher = a.publisher("/newest", STRING, queue_size=100_000)
     subscriber = b.subscriber("/newest", STRING, queue_size=1)
-    publisher.wait_for_connection(10)
+    publisher.wait_for_connection(60)
     for round_ in range(3):
         for number in range(2000):
             publisher.publish(data=f"{round_}:{number}")
         last = f"{round_}:1999"
         eventually(lambda last=last: subscriber.latest is not None and subscriber.latest.data == last)  # type: ignore[misc]
-        assert subscriber.next(1).data == last
+        assert subscriber.next(60).data == last
         with pytest.raises(RosTimeout):
             subscriber.next(0.05)
     assert subscriber.dropped == 3 * 1999
@@ -173,7 +174,7 @@ def test_handlers_that_never_return_hold_up_their_own_callers_only(master: Maste
             server.service_server(
                 "/hang",
                 "std_srvs/SetBool",
-                lambda r: release.wait(30) and {} if r.data else {"message": "ok"},
+                lambda r: release.wait(200) and {} if r.data else {"message": "ok"},
             )
             server.publisher("/alive", STRING, latch=True).publish(data="yes")
             with Node("/client", master_uri=master.uri, rosout=False, intraprocess=False) as client:
@@ -190,14 +191,14 @@ def test_handlers_that_never_return_hold_up_their_own_callers_only(master: Maste
                     thread.start()
                 quick = client.service_client("/hang", "std_srvs/SetBool")
                 for _ in range(20):
-                    assert quick.call(data=False, timeout=5).message == "ok"
-                assert client.subscriber("/alive", STRING).next(5).data == "yes"
+                    assert quick.call(data=False, timeout=60).message == "ok"
+                assert client.subscriber("/alive", STRING).next(60).data == "yes"
                 for thread in threads:
-                    thread.join(10)
+                    thread.join(120)
                 assert len(problems) == 50
             began = time.monotonic()
             server.close()
-            assert time.monotonic() - began < 8
+            assert time.monotonic() - began < 8 * crowd()
         finally:
             release.set()
 
@@ -220,8 +221,8 @@ def test_handlers_that_raise(error: type[BaseException], master: Master) -> None
             caller = client.service_client("/raises", "std_srvs/SetBool", persistent=persistent)
             for _ in range(3):
                 with pytest.raises(ServiceError, match="the reason"):
-                    caller.call(data=True, timeout=5)
-                assert caller.call(data=False, timeout=5).message == "ok"
+                    caller.call(data=True, timeout=60)
+                assert caller.call(data=False, timeout=60).message == "ok"
 
 
 @pytest.mark.parametrize("error", [ValueError, SystemExit])
@@ -248,9 +249,9 @@ def test_goal_handlers_and_timers_that_raise(error: type[BaseException], master:
     ):
         asking.wait_for_server(10)
         bad = asking.send_goal(asking.type.goal(goal=0), feedback=raises, transition=raises)
-        bad.wait(10)
+        bad.wait(60)
         assert bad.status.name == "ABORTED"
         assert "the reason" in bad.text
         good = asking.send_goal(asking.type.goal(goal=1))
-        good.wait(10)
+        good.wait(60)
         eventually(lambda: len(ticks) > 3)

@@ -24,6 +24,7 @@ from rosproto.node import Node, Subscriber
 from rosproto.protocol.header import encode_header
 from rosproto.protocol.limits import Limits
 from tests.support import attacks
+from tests.support.load import crowd
 from tests.support.odd_publisher import OddPublisher, good_header, message
 from tests.support.victim import eventually
 
@@ -59,7 +60,7 @@ def then_wait(*parts: bytes) -> Callable[[socket.socket, OddPublisher], None]:
         attacks.read_header(sock)
         for part in parts:
             sock.sendall(part)
-        odd.ended.wait(20)
+        odd.ended.wait(120)
 
     return script
 
@@ -95,7 +96,7 @@ def flood(sock: socket.socket, odd: OddPublisher) -> None:
 
 
 ODD: dict[str, tuple[Any, type[Exception]]] = {
-    "never answers the header": (lambda sock, odd: odd.ended.wait(20), RosError),
+    "never answers the header": (lambda sock, odd: odd.ended.wait(120), RosError),
     "closes at once": (lambda sock, odd: None, ConnectionLost),
     "resets at once": (lambda sock, odd: attacks.reset(sock), RosError),
     "answers garbage": (then_wait(b"HTTP/1.1 400 Bad Request\r\n\r\n" * 20), RosError),
@@ -130,7 +131,7 @@ def works_beside(publisher: Any, subscriber: Subscriber) -> None:
     """Ten messages of the good publisher arrive, each at once."""
     for number in range(10):
         publisher.publish(data=f"good {number}")
-        while not (got := subscriber.next(5).data).startswith("good"):
+        while not (got := subscriber.next(60).data).startswith("good"):
             pass
         assert got == f"good {number}"
 
@@ -144,15 +145,15 @@ def test_a_bad_publisher_costs_its_own_link_and_is_taken_back_when_it_is_good(
     with OddPublisher(master.uri, script) as odd:
         publisher = good.publisher("/t", STRING)
         subscriber = hearer.subscriber("/t", STRING, queue_size=1000)
-        publisher.wait_for_connection(10)
+        publisher.wait_for_connection(60)
         began = time.monotonic()
         works_beside(publisher, subscriber)
-        eventually(lambda: any(isinstance(e, error) for e in subscriber.errors), 5, f"{error.__name__}")
+        eventually(lambda: any(isinstance(e, error) for e in subscriber.errors), what=f"{error.__name__}")
         works_beside(publisher, subscriber)
         took = time.monotonic() - began
         assert odd.connections <= 4 + 12 * took, "it is tried again without a pause"
         odd.script = then_wait(good_header(), message("mended"))
-        eventually(lambda: subscriber.connections == 2, 15, "the mended publisher's connection")
+        eventually(lambda: subscriber.connections == 2, what="the mended publisher's connection")
         if kind == "only an error":
             assert "nobody is allowed in here" in " ".join(map(str, subscriber.errors))
 
@@ -165,20 +166,20 @@ def test_a_publisher_that_floods_delays_no_other(master: Master, good: Node, hea
         hearer.subscriber(
             "/t", STRING, lambda m: heard.append(m.data) if m.data != "flood" else None, queue_size=10
         )
-        publisher.wait_for_connection(10)
+        publisher.wait_for_connection(60)
         mixed = hearer._topics.subscription("/t")
         assert mixed is not None
         other = hearer.subscriber("/other", STRING)
         quiet = good.publisher("/other", STRING)
-        quiet.wait_for_connection(10)
+        quiet.wait_for_connection(60)
         for number in range(20):
             publisher.publish(data=f"good {number}")
             quiet.publish(data="quiet")
-            assert other.next(5).data == "quiet"
+            assert other.next(60).data == "quiet"
         received = lambda: sum(link.messages for link in mixed.stats() if link.peer == "/good")  # noqa: E731
-        eventually(lambda: received() == 20, 10, "the good publisher's last message")
+        eventually(lambda: received() == 20, what="the good publisher's last message")
         # Which of them the callback gets is chance, but some it does.
-        eventually(lambda: heard or publisher.publish(data="good again"), 10, "one of them")
+        eventually(lambda: heard or publisher.publish(data="good again"), what="one of them")
 
 
 def test_header_and_messages_in_one_piece(master: Master, hearer: Node) -> None:
@@ -186,7 +187,7 @@ def test_header_and_messages_in_one_piece(master: Master, hearer: Node) -> None:
     whole = good_header() + b"".join(message(str(n)) for n in range(100))
     with OddPublisher(master.uri, then_wait(whole), topic="/one", name="/one_piece"):
         subscriber = hearer.subscriber("/one", STRING, queue_size=1000)
-        assert [subscriber.next(5).data for _ in range(100)] == [str(n) for n in range(100)]
+        assert [subscriber.next(60).data for _ in range(100)] == [str(n) for n in range(100)]
 
 
 @pytest.mark.parametrize("answer", [[], 0, "", "no", {}, ["TCPROS"], ["TCPROS", "127.0.0.1"], ["TCPROS", 5, "x"],
@@ -201,10 +202,10 @@ def test_answers_to_request_topic(code: int, answer: Any, master: Master, hearer
     ) as odd:
         odd.answer, odd.code = answer, code
         with hearer.subscriber("/asked", STRING) as subscriber:
-            eventually(lambda: subscriber.errors, 5, "an error")
+            eventually(lambda: subscriber.errors, what="an error")
             assert isinstance(subscriber.errors[0], RosError)
             odd.answer = None
-            assert subscriber.next(15).data == "late"
+            assert subscriber.next(60).data == "late"
 
 
 def test_definitions_that_are_bombs(master: Master, good: Node, hearer: Node) -> None:
@@ -220,11 +221,11 @@ def test_definitions_that_are_bombs(master: Master, good: Node, hearer: Node) ->
         with OddPublisher(master.uri, then_wait(header), topic=f"/bomb{number}", name=f"/bomber{number}"):
             tracemalloc.start()
             try:
-                began = time.monotonic()
+                began = time.process_time()
                 with hearer.subscriber(f"/bomb{number}") as subscriber:
-                    eventually(lambda s=subscriber: s.errors, 10, f"the refusal of definition {number}")  # type: ignore[misc]
+                    eventually(lambda s=subscriber: s.errors, what=f"the refusal of definition {number}")  # type: ignore[misc]
                     assert isinstance(subscriber.errors[0], (RosError, ValueError))
-                assert time.monotonic() - began < 8
+                assert time.process_time() - began < 2.0, "it was read to the end"
                 assert tracemalloc.get_traced_memory()[1] < 64 * MIB
             finally:
                 tracemalloc.stop()
@@ -242,7 +243,7 @@ def test_element_counts_that_are_bombs(master: Master, hearer: Node) -> None:
         tracemalloc.start()
         try:
             with hearer.subscriber("/count") as subscriber:
-                eventually(lambda: subscriber.errors, 10)
+                eventually(lambda: subscriber.errors)
                 assert isinstance(subscriber.errors[0], CodecError)
             assert tracemalloc.get_traced_memory()[1] < 64 * MIB
         finally:
@@ -261,23 +262,23 @@ def test_dividers_in_a_definition(divider: str, master: Master, hearer: Node) ->
         OddPublisher(master.uri, then_wait(header, message("inside")), topic="/divided", name="/divider"),
         hearer.subscriber("/divided") as subscriber,
     ):
-        assert subscriber.next(10).i.data == "inside"
+        assert subscriber.next(60).i.data == "inside"
 
 
 def test_the_own_uri_and_a_restart_on_the_same_one(master: Master, hearer: Node) -> None:
     """28, 29: a node hears itself once; a publisher that comes back under its old URI is found by its dead link."""
     own = hearer.publisher("/self", STRING)
     subscriber = hearer.subscriber("/self", STRING, queue_size=10)
-    own.wait_for_connection(10)
+    own.wait_for_connection(60)
     own.publish(data="me")
-    assert subscriber.next(5).data == "me"
+    assert subscriber.next(60).data == "me"
     assert subscriber.connections == 1
     with OddPublisher(
         master.uri, then_wait(good_header(), message("first")), topic="/again", name="/back"
     ) as first:
         port = int(first.uri.rstrip("/").rpartition(":")[2])
         again = hearer.subscriber("/again", STRING)
-        assert again.next(5).data == "first"
+        assert again.next(60).data == "first"
         first._master.close()  # it dies without a word to the master
         first.ended.set()
         first._server.close()
@@ -287,6 +288,6 @@ def test_the_own_uri_and_a_restart_on_the_same_one(master: Master, hearer: Node)
             master.uri, then_wait(good_header(), message("second")), topic="/again", name="/back", port=port
         ):
             began = time.monotonic()
-            assert again.next(5).data == "second"
-            assert time.monotonic() - began < 2
+            assert again.next(60).data == "second"
+            assert time.monotonic() - began < 2 * crowd()
         first._master = type(first._master)(master.uri, "/back")

@@ -16,6 +16,7 @@ from rosproto.node import MasterClient, Node
 from rosproto.protocol.limits import Limits
 from rosproto.protocol.xmlrpc import encode_call
 from tests.support import attacks
+from tests.support.load import crowd
 from tests.support.victim import Victim
 
 Unharmed = Callable[..., AbstractContextManager[None]]
@@ -75,7 +76,7 @@ def test_flat_arrays_without_end(door: str, item: bytes, victim: Victim, unharme
     )
     with unharmed(memory=320), attacks.many(getattr(victim, door), 4) as sockets:
         for sock in sockets:
-            sock.settimeout(30)
+            sock.settimeout(120)
             sock.sendall(body)
         for sock in sockets:
             assert b"200 OK" in attacks.read_http(sock)[0]
@@ -90,12 +91,12 @@ def test_a_struct_of_endless_members(door: str, victim: Victim, unharmed: Unharm
     )
     with unharmed(memory=256), attacks.many(getattr(victim, door), 4) as sockets:
         for sock in sockets:
-            sock.settimeout(30)
+            sock.settimeout(120)
             sock.sendall(body)
         for sock in sockets:
             assert b"200 OK" in attacks.read_http(sock)[0]
         with MasterClient(victim.master_uri, "/attacker") as master:
-            assert door == "node" or len(master.get_param("/victim_deep", timeout=30)) == 50_000
+            assert door == "node" or len(master.get_param("/victim_deep", timeout=120)) == 50_000
             if door == "master":
                 master.delete_param("/victim_deep")
 
@@ -306,7 +307,7 @@ def test_values_cross_unchanged(victim: Victim) -> None:
 def test_multicall_floods(victim: Victim, unharmed: Unharmed) -> None:
     """24: rospy needs it; ten thousand calls in one, and multicalls inside a multicall."""
     with unharmed(memory=96), MasterClient(victim.master_uri, "/x") as client:
-        answers = client.multicall([("getPid", ())] * 10_000, timeout=20)
+        answers = client.multicall([("getPid", ())] * 10_000, timeout=120)
         assert len(answers) == 10_000
         inner = b"<array><data></data></array>"
         for _ in range(20):
@@ -333,7 +334,7 @@ def test_no_name_server_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
         Node("/b", master_uri=master.uri, intraprocess=False) as b,
     ):
         a.publisher("/t", "std_msgs/String", latch=True).publish(data="x")
-        assert b.subscriber("/t", "std_msgs/String").next(5).data == "x"
+        assert b.subscriber("/t", "std_msgs/String").next(60).data == "x"
         a.service_server("/s", "std_srvs/Empty", lambda request: {})
         b.service_client("/s", "std_srvs/Empty").call()
 
@@ -354,7 +355,7 @@ def odd_server(answer: Callable[[socket.socket], None]) -> Iterator[str]:
 
         def one(sock: socket.socket) -> None:
             with sock:
-                sock.settimeout(10)
+                sock.settimeout(60)
                 try:
                     attacks.read_http(sock)
                     answer(sock)
@@ -426,4 +427,4 @@ def test_servers_that_answer_oddly(kind: str) -> None:
         began = time.monotonic()
         with pytest.raises(RosError):
             client.get_pid(timeout=1.0)
-        assert time.monotonic() - began < 4
+        assert time.monotonic() - began < 4 * crowd()
