@@ -1,7 +1,6 @@
 """rosbag.Bag over rosproto's reader and writer, with rosbag's tuples and errors."""
 
 import io
-import itertools
 import os
 import sys
 import time
@@ -12,6 +11,9 @@ from rospy.rostime import Time
 
 from rosproto.bag import BagReader, BagWriter, Connection
 from rosproto.errors import BagError
+
+from ._errors import ROSBagException, ROSBagFormatException, ROSBagUnindexedException
+from ._told import Compression, Told
 
 __all__ = [
     "Bag",
@@ -24,47 +26,14 @@ __all__ = [
 ]
 
 
-class ROSBagException(Exception):
-    """A bag cannot be used."""
-
-    def __init__(self, value=None):
-        self.value = value
-        self.args = (value,)
-
-    def __str__(self):
-        return self.value
-
-
-class ROSBagFormatException(ROSBagException):
-    """It is no bag, or damaged."""
-
-
-class ROSBagUnindexedException(ROSBagException):
-    """It has no table of contents."""
-
-    def __init__(self, *args):
-        super().__init__("Unindexed bag")
-
-
-class Compression:
-    """What chunks may be compressed with."""
-
-    NONE = "none"
-    BZ2 = "bz2"
-    LZ4 = "lz4"
-
-
 BagMessage = namedtuple("BagMessage", "topic message timestamp")
 BagMessageWithConnectionHeader = namedtuple(
     "BagMessageWithConnectionHeader", "topic message timestamp connection_header"
 )
-_TopicTuple = namedtuple("TopicTuple", "msg_type message_count connections frequency")
-_TypesAndTopicsTuple = namedtuple("TypesAndTopicsTuple", "msg_types topics")
-_CompressionTuple = namedtuple("CompressionTuple", "compression uncompressed compressed")
 _ALLOWED = (Compression.NONE, Compression.BZ2, Compression.LZ4)
 
 
-class Bag:
+class Bag(Told):
     """A bag file, opened for reading ("r"), writing ("w") or appending ("a")."""
 
     def __init__(
@@ -100,15 +69,22 @@ class Bag:
         if mode == "r":
             self._reader = self._opened(allow_unindexed)
         else:
-            self._writer = BagWriter(
-                f, compression, max(1, chunk_threshold), append=mode == "a" and self._has_something(f)
-            )
+            self._writer = self._begun()
             if mode == "a":
                 self._connections = {one.topic: one for one in self._readable().connections.values()}
 
     @staticmethod
     def _has_something(f):
         return isinstance(f, io.IOBase) or (os.path.exists(f) and os.path.getsize(f) > 0)
+
+    def _begun(self):
+        append = self._mode == "a" and self._has_something(self._file)
+        try:
+            return BagWriter(self._file, self._compression, max(1, self._chunk_threshold), append=append)
+        except BagError as error:
+            if isinstance(error.__cause__, OSError):
+                raise error.__cause__ from None
+            raise
 
     def _opened(self, allow_unindexed=True):
         if self._filename is not None:
@@ -253,63 +229,6 @@ class Bag:
             made = generate_dynamic(connection.type, connection.definition)
             found = self._classes[key] = made[connection.type]
         return found
-
-    def get_message_count(self, topic_filters=None):
-        """How many messages there are."""
-        if topic_filters is None:
-            return self._readable().message_count
-        info = self.get_type_and_topic_info(topic_filters)
-        return sum(topic.message_count for topic in info.topics.values())
-
-    def get_start_time(self):
-        """Seconds of the first message."""
-        return self._stamp("start_time")
-
-    def get_end_time(self):
-        """Seconds of the last message."""
-        return self._stamp("end_time")
-
-    def _stamp(self, which):
-        stamp = getattr(self._readable(), which)
-        if stamp is None:
-            raise ROSBagException("Bag contains no message")
-        return genpy.Time(stamp.secs, stamp.nsecs).to_sec()
-
-    def get_type_and_topic_info(self, topic_filters=None):
-        """(types and their md5sums, topics with type, message count, connections, median frequency)."""
-        reader = self._readable()
-        if topic_filters is not None and not isinstance(topic_filters, list):
-            topic_filters = [topic_filters]
-        types = {one.type: one.md5sum for one in sorted(reader.connections.values(), key=lambda c: c.type)}
-        topics = {}
-        for topic in sorted(reader.topics if topic_filters is None else set(topic_filters)):
-            if topic not in reader.topics:
-                continue
-            info = reader.topics[topic]
-            connections = [one for one in reader.connections.values() if one.topic == topic]
-            topics[topic] = _TopicTuple(
-                connections[0].type, info.message_count, len(connections), self._frequency(reader, topic)
-            )
-        return _TypesAndTopicsTuple(types, topics)
-
-    @staticmethod
-    def _frequency(reader, topic):
-        stamps = [genpy.Time(*divmod(int(t), 10**9)).to_sec() for t in reader.times(topic)]
-        periods = sorted(b - a for a, b in itertools.pairwise(stamps))
-        if not periods:
-            return None
-        half = len(periods) // 2
-        median = periods[half] if len(periods) % 2 else float(periods[half] + periods[half - 1]) / 2
-        return 1.0 / median if median > 0.0 else None
-
-    def get_compression_info(self):
-        """The compression that most chunks have, and their sizes."""
-        found = self._readable().compression()
-        if not found:
-            return _CompressionTuple(Compression.NONE, 0, 0)
-        main = max(found, key=lambda name: found[name].chunks)
-        every = found.values()
-        return _CompressionTuple(main, sum(c.plain_bytes for c in every), sum(c.stored_bytes for c in every))
 
     # -- writing --------------------------------------------------------------------------------------------
 
