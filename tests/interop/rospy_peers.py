@@ -187,7 +187,7 @@ def make(part: str, **fields: Any) -> Any:
 
 
 def action_caller(goals: Sequence[tuple[int, float | None]], then: Callable[[str], None]) -> Peer:
-    """Sends goals `(goal, seconds until it is cancelled)` to /count and notes how they end."""
+    """Sends goals `(goal, seconds from its start until it is cancelled)` to /count and notes how they end."""
 
     @contextmanager
     def peer(uri: str, log: list[Any]) -> Iterator[None]:
@@ -200,6 +200,8 @@ def action_caller(goals: Sequence[tuple[int, float | None]], then: Callable[[str
                 for number, cancel_after in goals:
                     handle = client.send_goal(make("Goal", goal=number))
                     if cancel_after is not None:
+                        while handle.status.name == "PENDING":  # a cancel may overtake its goal
+                            time.sleep(0.01)
                         time.sleep(cancel_after)
                         handle.cancel()
                     result = handle.wait(timeout=20)

@@ -114,8 +114,8 @@ def test_steps_and_navigation_end_as_they_should(robot: Chassis, our_master: Mas
 
 
 def test_velocity_ends_in_zero(robot: Chassis) -> None:
-    with robot.velocity(bypasses_protection=True) as drive:
-        drive.set(0.2, valid_for=2.0)
+    with robot.velocity(bypasses_protection=True, feedback_timeout=10.0) as drive:
+        drive.set(0.2, valid_for=5.0)
         robot.measured_velocity.wait_for(lambda v: v.vx > 0.15, 5.0)
     robot.measured_velocity.wait_for(lambda v: v.is_standing(0.0, 0.0), 5.0)
     time.sleep(0.2)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import signal
 import subprocess
 import time
@@ -102,7 +103,8 @@ def end_node(uri: str) -> None:
     """What `rosnode kill` does."""
     from rosproto.node import MasterClient, NodeClient
 
-    with MasterClient(uri, "/killer") as master:
+    with MasterClient(uri, "/killer") as master, contextlib.suppress(rosproto.ConnectionLost):
+        # rospy may be gone before it has answered.
         NodeClient(master.lookup_node("/action_server"), "/killer").shutdown("user request")
 
 
@@ -116,7 +118,7 @@ CASES: dict[str, dict[str, Any]] = {
     "service_server.py": {"peer": SERVER_CALLS},
     "service_client.py": {"peer": SERVICES},
     "action_client.py": {"peer": action_server()},
-    "action_server.py": {"peer": action_caller([(3, None), (-2, None), (7, None), (1000, 0.4)], end_node)},
+    "action_server.py": {"peer": action_caller([(3, None), (-2, None), (7, None), (1000, 0.1)], end_node)},
     "timers.py": {},
     "hooks.py": {"peer": hears({"/stop": "std_msgs/Float64"})},
     "uncaught.py": {},

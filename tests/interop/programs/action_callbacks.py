@@ -19,8 +19,8 @@ class S:
 
     def goal(self):
         g = self.s.accept_new_goal()
-        self.n = g.goal
         print("accepted", g.goal)
+        self.n = g.goal
 
     def pre(self):
         print("preempt", self.s.is_new_goal_available())
@@ -53,14 +53,19 @@ def send(n):
         c.send_goal(TestGoal(n))
 
 
+def active():
+    """Wait until the server has printed that it pursues the long goal, and the client knows it."""
+    while c.get_state() != 1 or s.n is None or s.n < 1000:
+        rospy.sleep(0.01)
+
+
 for n, w in [(2, 20), (5000, 0.3), (3, 20)]:
     send(n)
-    while n == 5000 and c.get_state() != 1:
-        rospy.sleep(0.01)
+    if n == 5000:
+        active()
     print(c.wait_for_result(rospy.Duration(w)), c.get_state(), c.get_result())
 send(5000)
-while c.get_state() != 1:
-    rospy.sleep(0.01)
+active()
 c.cancel_goal()
 print(c.wait_for_result(rospy.Duration(20)), c.get_state(), c.get_goal_status_text())
 try:

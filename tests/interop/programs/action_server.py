@@ -13,6 +13,8 @@ class Counter:
         self.server.start()
 
     def execute(self, goal):
+        while not self.server.action_server.result_pub.get_num_connections():
+            rospy.sleep(0.01)  # the client is connected; this side may not know it yet
         for i in range(abs(goal.goal)):
             if self.server.is_preempt_requested() or rospy.is_shutdown():
                 rospy.loginfo("preempted")

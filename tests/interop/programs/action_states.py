@@ -24,6 +24,7 @@ class Server(object):
             self.s.is_new_goal_available(),
             self.s.is_preempt_requested(),
         )
+        begun.append(goal.goal)
         if goal.goal == -1:
             self.s.set_aborted(TestResult(-1), "neg")
             return
@@ -52,6 +53,7 @@ class Server(object):
 class Client(actionlib.SimpleActionClient):
     def send_goal(self, *args, **kw):
         """The server looks at a goal when the client knows its handle: earlier answers would be lost."""
+        sent.append(args)
         with srv.s.action_server.lock:
             actionlib.SimpleActionClient.send_goal(self, *args, **kw)
 
@@ -62,7 +64,7 @@ class Client(actionlib.SimpleActionClient):
         return actionlib.SimpleActionClient.wait_for_result(self, *args, **kw)
 
 
-told = []
+told, sent, begun = [], [], []
 watched = False
 srv = Server()
 c = Client("count", TestAction)
@@ -78,8 +80,8 @@ while not all(
 
 
 def active():
-    """Wait until the client knows that the goal is pursued."""
-    while c.simple_state != actionlib.SimpleGoalState.ACTIVE:
+    """Wait until the server has printed that it pursues the goal, and the client knows it."""
+    while c.simple_state != actionlib.SimpleGoalState.ACTIVE or len(begun) < len(sent):
         rospy.sleep(0.01)
 
 

@@ -24,8 +24,8 @@ print(
 )
 print([tick.current_expected - ticks[0].current_expected for tick in ticks[:4]])
 print(all(tick.current_real - tick.current_expected > rospy.Duration(-0.02) for tick in ticks))
-rate = rospy.Rate(20)
 begin = rospy.Time.now()
+rate = rospy.Rate(20)
 for _ in range(6):
     rate.sleep()
 spent = rospy.Time.now() - begin

@@ -43,6 +43,6 @@ for i, data in enumerate((bytes(range(48)), bytearray(range(48))[::-1], [7] * 48
         rospy.sleep(0.01)
 for result in sorted(results, key=str):
     print(result)
-got = rospy.wait_for_message("camera_info", CameraInfo, 5)
+got = rospy.wait_for_message("camera_info", CameraInfo, 20)
 print(type(got.K), got.K[0], got.P[3], type(got.D), got.D, got.roi.do_rectify, got.R == (0.0,) * 9)
 print(str(image).splitlines()[-1][:40], len(str(image)))

@@ -39,7 +39,7 @@ for i in range(3):
 trajectory.points[1].velocities = [0.0] * 3
 command.publish(trajectory)
 ear = rospy.Subscriber("command", JointTrajectory, lambda m: None)
-got = rospy.wait_for_message("command", JointTrajectory, 5)
+got = rospy.wait_for_message("command", JointTrajectory, 20)
 
 
 def at(t):

@@ -19,7 +19,7 @@ pub.publish(grid)
 rospy.Service("static_map", GetMap, lambda req: GetMapResponse(map=grid))
 rospy.wait_for_service("static_map", timeout=5.0)
 by_service = rospy.ServiceProxy("static_map", GetMap)().map
-by_topic = rospy.wait_for_message("map", OccupancyGrid, timeout=5)
+by_topic = rospy.wait_for_message("map", OccupancyGrid, timeout=20)
 print(
     by_service.data == by_topic.data,
     type(by_topic.data),
@@ -53,7 +53,7 @@ by_topic.data = inflated
 by_topic.header.stamp = rospy.Time(12, 5)
 pub.publish(by_topic)
 rospy.sleep(0.1)
-got = rospy.wait_for_message("map", OccupancyGrid, timeout=5)
+got = rospy.wait_for_message("map", OccupancyGrid, timeout=20)
 print(got.data, sum(1 for c in got.data if c > 0), got.header.stamp)
 try:
     by_topic.data = [200]

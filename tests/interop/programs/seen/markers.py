@@ -49,6 +49,6 @@ for i, step in enumerate(steps):
         rospy.sleep(0.01)
     print(batches, sorted(shown.items()))
 single.publish(array.markers[3])
-got = rospy.wait_for_message("marker", Marker, 5)
+got = rospy.wait_for_message("marker", Marker, 20)
 print(got.color, got.points[1:], got.mesh_use_embedded_materials, round(got.scale.x, 6), got.frame_locked)
 print(Marker.MODIFY, Marker.SPHERE_LIST, InteractiveMarkerFeedback.MENU_SELECT, len(Marker._full_text) > 2000)

@@ -50,7 +50,7 @@ for i, (name, x) in enumerate((("nav", 1), ("joy", 2), ("nav", 3), ("joy", 4))):
     pubs[name].publish(message)
     while len(through) <= i or len(heard) < len(log):
         rospy.sleep(0.01)
-print(log, heard, rospy.wait_for_message("selected", String, 5).data)
+print(log, heard, rospy.wait_for_message("selected", String, 20).data)
 print([s.name for s in subs], out.name, out.resolved_name, [s.callback is not None for s in subs])
 subs[0].unregister()
 print(subs[0].callback, rospy.get_name(), rospy.get_namespace(), rospy.get_caller_id())

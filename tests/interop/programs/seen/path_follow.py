@@ -26,7 +26,7 @@ for i in range(20):
     path.poses.append(p)
 pub = rospy.Publisher("plan", Path, queue_size=1, latch=True)
 pub.publish(path)
-plan = rospy.wait_for_message("plan", Path, timeout=10)
+plan = rospy.wait_for_message("plan", Path, timeout=20)
 print(
     len(plan.poses),
     plan.poses[3].pose.position.x,

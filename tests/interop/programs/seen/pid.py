@@ -37,7 +37,7 @@ def plant(msg):
 
 
 rospy.Subscriber("control_effort", Float64, plant)
-assert rospy.wait_for_message("pid_enable", Bool, timeout=5).data
+assert rospy.wait_for_message("pid_enable", Bool, timeout=20).data
 while not effort.get_num_connections():
     rospy.sleep(0.02)
 for i in range(30):

@@ -45,10 +45,10 @@ for name, value in (("text", String("hello")), ("small", Int8(-5)), ("array", ar
 for g in got:
     print(g)
 print(
-    rospy.wait_for_message("text_relayed", String, 5).data,
-    rospy.wait_for_message("small_relayed", Int8, 5).data,
+    rospy.wait_for_message("text_relayed", String, 20).data,
+    rospy.wait_for_message("small_relayed", Int8, 20).data,
 )
-back = rospy.wait_for_message("array_relayed", Float32MultiArray, 5)
+back = rospy.wait_for_message("array_relayed", Float32MultiArray, 20)
 print(back.data, back.layout.dim[0].label, back._connection_header["callerid"] == rospy.get_name())
 print(
     rostopic.get_topic_type(rospy.resolve_name("small"))[0],

@@ -67,9 +67,11 @@ sent = [
 ]
 sent[0].publish(t)
 sent[1].publish(data=d)
-print(repr(rospy.wait_for_message("t", Time, 5).data), repr(rospy.wait_for_message("d", DurationMsg, 5).data))
-rate = rospy.Rate(20)
+print(
+    repr(rospy.wait_for_message("t", Time, 20).data), repr(rospy.wait_for_message("d", DurationMsg, 20).data)
+)
 began = time.time()
+rate = rospy.Rate(20)
 for _ in range(6):
     rate.sleep()
 print(time.time() - began > 0.2, rate.sleep_dur, rate.remaining() <= rospy.Duration(0.05))

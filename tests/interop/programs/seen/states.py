@@ -60,7 +60,7 @@ for event, state in (
         rospy.sleep(0.01)
     print(event, machine.wait_for(state, 5), machine.state)
 print(machine.history, machine.wait_for(State.IDLE, 0.1))
-print(rospy.wait_for_message("~state", String, 5).data)
+print(rospy.wait_for_message("~state", String, 20).data)
 loop = rospy.Rate(50)
 for _ in range(3):
     loop.sleep()

@@ -61,7 +61,7 @@ while dog.events.count("stale") < 2 or len(safe) < 5:
 dog.timer.shutdown()
 dog.timer.join(2)
 print(sorted(dog.events), dog.events[0], dog.events[-1], safe, dog.timer.is_alive())
-print(rospy.wait_for_message("stale", Bool, 5))
+print(rospy.wait_for_message("stale", Bool, 20))
 once = []
 rospy.Timer(rospy.Duration(0.05), lambda e: once.append(e.last_real), oneshot=True).join(5)
 print(once)
