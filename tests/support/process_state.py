@@ -37,7 +37,7 @@ def state() -> dict[str, Any]:
         "signals": {number: signal.getsignal(number) for number in signal.valid_signals()},
         "signal wakeup": wakeup,
         "threads": [thread.name for thread in threading.enumerate()],
-        "open files": sorted(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else [],
+        "open files": sorted(os.listdir("/proc/self/fd")) if sys.platform.startswith("linux") else [],
         "environment": dict(os.environ),
         "directory": os.getcwd(),
         "umask": umask,
