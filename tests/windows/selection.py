@@ -1,0 +1,100 @@
+"""Which tests a process under Wine takes; a plugin of pytest, `-p tests.windows.selection`.
+
+`--passed FILE` leaves out what earlier processes noted there, and notes what passes or skips: after a crash of
+Wine's server the next process goes on where that one ended.
+
+`--few` runs three cases of each test of pure logic, and ten examples of each property. What touches no socket, file,
+clock, thread, process, console or array of numpy (whose default integer has 32 bits on Windows) is the same there;
+Linux runs every case.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from hypothesis import settings
+
+PURE = tuple(
+    f"tests/unit/{name}" for name in ("msg/", "codec/", "protocol/", "tf/", "woosh/", "woosh_cli/", "test_")
+)
+SYSTEM = frozenset(
+    "asyncio concurrent ctypes datetime io locale mmap multiprocessing numpy os queue select selectors shutil signal socket"
+    " subprocess sys tempfile threading time".split()
+)
+SYSTEM_FIXTURES = frozenset({"tmp_path", "tmp_path_factory", "capfd", "capfdbinary"})
+KEPT = 3
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Both are off unless they are asked for."""
+    group = parser.getgroup("windows", "CPython for Windows under Wine")
+    group.addoption("--passed", type=Path, help="leave out the tests named in this file, add those that pass")
+    group.addoption("--few", action="store_true", help="three cases of each test of pure logic")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """After tests/conftest.py, which has loaded its profile; before any test is imported."""
+    if config.getoption("--few"):
+        settings.register_profile("few", deadline=None, max_examples=10)
+        settings.load_profile("few")
+    file = config.getoption("--passed")
+    if file is not None:
+        config.pluginmanager.register(Passed(file), "windows-passed")
+
+
+@pytest.hookimpl(tryfirst=True)  # before other plugins shuffle them
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Take out what is represented by other cases of the same test."""
+    if not config.getoption("--few"):
+        return
+    cases: dict[str, list[pytest.Item]] = defaultdict(list)
+    for item in items:
+        if isinstance(item, pytest.Function) and is_pure(item):
+            cases[item.nodeid.partition("[")[0]].append(item)
+    spared = {item for same in cases.values() for item in same if item not in representatives(same)}
+    leave_out(config, items, spared)
+
+
+def is_pure(item: pytest.Function) -> bool:
+    """Whether a test can only compute: by where it is, what its module imports, and what it asks for."""
+    if not item.nodeid.startswith(PURE) or SYSTEM_FIXTURES & set(item.fixturenames):
+        return False
+    modules = (value for value in vars(item.module).values() if isinstance(value, ModuleType))
+    return not SYSTEM & {module.__name__.partition(".")[0] for module in modules}
+
+
+def representatives(same: list[pytest.Item]) -> list[pytest.Item]:
+    """The first case by name, the one in the middle, and the last: the same ones in every run."""
+    same = sorted(same, key=lambda item: item.nodeid)
+    return same if len(same) <= KEPT else [same[0], same[len(same) // 2], same[-1]]
+
+
+def leave_out(config: pytest.Config, items: list[pytest.Item], spared: set[pytest.Item]) -> None:
+    """Take these from the list, and let pytest count them."""
+    if spared:
+        config.hook.pytest_deselected(items=[item for item in items if item in spared])
+        items[:] = [item for item in items if item not in spared]
+
+
+class Passed:
+    """Keeps the names of what has passed, one per line, in a file that outlives this process."""
+
+    def __init__(self, file: Path) -> None:
+        self.file = file
+        self.before = set(file.read_text("utf-8").splitlines()) if file.exists() else set()
+        self.failed: set[str] = set()
+
+    def pytest_collection_modifyitems(self, config: pytest.Config, items: list[pytest.Item]) -> None:
+        """Leave out what passed before."""
+        leave_out(config, items, {item for item in items if repr(item.nodeid) in self.before})
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Note it when its teardown is over too. A name may hold anything, so it is written as Python writes it."""
+        if report.failed:
+            self.failed.add(report.nodeid)
+        elif report.when == "teardown" and report.nodeid not in self.failed:
+            with self.file.open("a", encoding="utf-8") as noted:
+                noted.write(f"{report.nodeid!r}\n")
