@@ -25,6 +25,7 @@ def nodes(master: Master, request: pytest.FixtureRequest) -> Iterator[tuple[Node
     """Two nodes that exchange messages over TCP, or in the process."""
     name = f"n{threading.get_ident()}_{time.monotonic_ns()}"
     options: Any = {"master_uri": master.uri, "intraprocess": request.param, "rosout": False}
+    options["timeout"] = 20.0
     with Node(f"/a_{name}", **options) as a, Node(f"/b_{name}", **options) as b:
         yield a, b
 

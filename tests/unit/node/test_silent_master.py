@@ -38,7 +38,7 @@ def test_waiting_for_a_message_has_one_deadline(node: Node, proxy: FaultProxy) -
     with pytest.raises(RosTimeout, match="registerSubscriber"):
         node.wait_for_message("/t", "std_msgs/Empty", timeout=0.3)
     proxy.resume()
-    other.join(10)
+    other.join(20)
 
 
 def test_what_is_closed_meanwhile_leaves_the_graph_afterwards(
@@ -60,4 +60,4 @@ def test_what_is_closed_meanwhile_leaves_the_graph_afterwards(
     # What was asked to be taken back may reach the master late; it is registered again then.
     eventually(lambda: "/gone" not in published() and "/again" in published())
     kept.close()
-    assert "/again" not in published()
+    eventually(lambda: "/again" not in published())  # again in a tenth of a second, or by the watchdog

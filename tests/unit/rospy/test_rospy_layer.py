@@ -313,13 +313,15 @@ def test_images_without_opencv(tmp_path: Path) -> None:
 def test_killed_by_a_tool(tmp_path: Path) -> None:
     """`rosnode kill`: hooks run, spin returns, the request is printed."""
     code = """
-        import threading, time
+        import threading
         import rospy, rosnode
+        hooked = threading.Event()
         rospy.init_node("victim")
-        rospy.on_shutdown(lambda: print("hook"))
-        threading.Timer(0.3, rosnode.kill_nodes, [["/victim"]]).start()
+        rospy.on_shutdown(lambda: (print("hook"), hooked.set()))
         print(rosnode.get_node_names(), rosnode.rosnode_ping("/victim", 1))
+        threading.Thread(target=rosnode.kill_nodes, args=[["/victim"]]).start()
         rospy.spin()
+        hooked.wait(20)  # spin looks twice a second, and may do so amid the shutdown
         print("over")
     """
     with Master() as master:
