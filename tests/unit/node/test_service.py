@@ -115,13 +115,13 @@ def test_threads_that_call_at_the_same_time_share_the_remembered_address(node):
     def call() -> None:
         together.wait(10)
         for _ in range(10):
-            client.call(data=True)
+            client.call(data=True, timeout=60)  # half of it is for the remembered address
 
     threads = [threading.Thread(target=call) for _ in range(8)]
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(20)
+        thread.join(90)
     stats = client.stats()
     assert (stats["calls"], stats["errors"], stats["lookups"]) == (81, 0, 1)
 
