@@ -62,10 +62,10 @@ class Core:
         self.timeout = timeout
         self._name, self._host = name, host
         self._msg_path = msg_path
-        self._lock = threading.RLock()  # for the lists; never held while the network is waited for
-        self._making = (
-            threading.RLock()
-        )  # one node, publisher, client ... is made at a time; this may take long
+        # For the lists; never held while the network is waited for.
+        self._lock = threading.RLock()
+        # One node, publisher, client ... is made at a time; this may take long.
+        self._making = threading.RLock()
         self._node: rosproto.Node | None = None
         self._feeds: dict[str, Feed[Any]] = {}
         self._publishers: dict[str, rosproto.Publisher] = {}

@@ -50,14 +50,14 @@ def examine(
     yield reached
     if reached.level is Level.PROBLEM:
         return
-    client = rosproto.MasterClient(master_uri, "/woosh_doctor", timeout=timeout)
-    answered = _master(client)
-    yield answered
-    if answered.level is Level.PROBLEM:
-        return
-    state = client.get_system_state()
-    yield _rows(state)
-    yield from _nodes(client, state, timeout)
+    with rosproto.MasterClient(master_uri, "/woosh_doctor", timeout=timeout) as client:
+        answered = _master(client)
+        yield answered
+        if answered.level is Level.PROBLEM:
+            return
+        state = client.get_system_state()
+        yield _rows(state)
+        yield from _nodes(client, state, timeout)
     yield from _competitors(state)
     yield from _with_a_node(master_uri, host, state, listen, timeout)
 

@@ -289,10 +289,10 @@ class Feed(Generic[T]):
         """
         if not new:
             return self.wait_for(lambda value: True, timeout)
-        with self._condition:
-            before = (
-                self._count
-            )  # before the topic is opened: a latched value comes with its link, and only then
+        with (
+            self._condition
+        ):  # before the topic is opened: a latched value comes with its link, and only then
+            before = self._count
         deadline = self._begin_wait(timeout)
         with self._condition:
             while self._count <= before:

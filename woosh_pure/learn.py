@@ -16,10 +16,10 @@ from rosproto.msg import DefinitionLibrary, MessageSpec, bundled, library_from_f
 
 from .survey import Answer
 
-__all__ = ["Finding", "Knowledge", "judge"]
+__all__ = ["Judgement", "Knowledge", "judge"]
 
 
-class Finding(NamedTuple):
+class Judgement(NamedTuple):
     """What was found out about one answer.
 
     Attributes:
@@ -66,27 +66,27 @@ class Knowledge:
         return None
 
 
-def judge(answer: Answer, knowledge: Knowledge) -> Finding:
+def judge(answer: Answer, knowledge: Knowledge) -> Judgement:
     """What an answer tells."""
     if answer.error:
-        return Finding(answer, "silent", note=answer.error)
+        return Judgement(answer, "silent", note=answer.error)
     kind = "msg" if answer.kind == "topic" else "srv"
     known = knowledge.find(kind, answer.type, answer.md5sum)
     if known is not None:
         verdict, source, note, library = known
         lines = () if verdict == "bundled" else _compare(answer.type, kind, library)
-        return Finding(answer, verdict, source, note, lines, library)
+        return Judgement(answer, verdict, source, note, lines, library)
     if kind == "srv":
-        return Finding(answer, "unknown", note=_service_advice(answer))
+        return Judgement(answer, "unknown", note=_service_advice(answer))
     try:
         library = library_from_full_text(answer.type, answer.definition)
         md5sum = library.md5sum(answer.type)
     except (DefinitionError, ValueError) as error:
-        return Finding(answer, "unusable", note=f"the definition it sent cannot be used: {error}")
+        return Judgement(answer, "unusable", note=f"the definition it sent cannot be used: {error}")
     if md5sum != answer.md5sum:
         note = f"it announces md5sum {answer.md5sum}, but the definition it sent has {md5sum}"
-        return Finding(answer, "unusable", note=note)
-    return Finding(answer, "new", "", "", _compare(answer.type, kind, library), library)
+        return Judgement(answer, "unusable", note=note)
+    return Judgement(answer, "new", "", "", _compare(answer.type, kind, library), library)
 
 
 def _service_advice(answer: Answer) -> str:

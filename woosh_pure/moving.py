@@ -10,7 +10,7 @@ from .action_goal import NavigationHandle, StepHandle, start_navigation, start_s
 from .enums import Direction, ExecutionMode, StepMode, TaskType
 from .geometry import Pose2D
 from .steps import Step
-from .task import TaskHandle, start_task
+from .task import TaskHandle, TaskOrder, start_task
 
 if TYPE_CHECKING:
     from .core import Core
@@ -75,17 +75,9 @@ class Moving:
             ConnectionLost, RosTimeout, ServiceError: The chassis did not answer; what it may have begun was
                 cancelled again if possible.
         """
-        return start_task(
-            self._core,
-            task_type,
-            mark,
-            [pose.require_sensible() for pose in poses],
-            direction=direction,
-            type_number=type_number,
-            custom=custom,
-            timeout=timeout,
-            check=check,
-        )
+        way = [pose.require_sensible() for pose in poses]
+        order = TaskOrder(TaskType(task_type), mark, way, Direction(direction), type_number, custom)
+        return start_task(self._core, order, timeout=timeout, check=check)
 
     def park(
         self,

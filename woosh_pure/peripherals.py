@@ -13,6 +13,7 @@ from rosproto.errors import RosTimeout
 from .convert import pose_of
 from .enums import LedState, NavDirection, NavigationMode
 from .errors import StaleState
+from .firmware_limits import require_message
 from .geometry import Footprint, Pose2D
 from .gridmap_message import grid_from_message, grid_message
 from .localisation import require_success
@@ -62,6 +63,7 @@ class Peripherals:
 
         Raises:
             ValueError: A number is out of range.
+            FirmwareLimit: The chassis's definition has no field for a value given; nothing was sent.
             RosTimeout: No such strip listens.
         """
         if not 0 <= module <= 8:
@@ -82,6 +84,7 @@ class Peripherals:
             self._core.wait_any(publishers, self._core.timeout)
             heard = [p for p in publishers if p.connections]
         for publisher in heard:
+            require_message(publisher.topic, publisher, message)
             publisher.publish(message)
             publisher.flush(self._core.timeout)
 

@@ -136,8 +136,7 @@ class Readings:
 
         Args:
             timeout: Seconds to wait for feeds that are silent so far. Cameras are included only when they
-                were
-                opened before: they are large.
+                were opened before: they are large.
         """
         heavy = {"camera", "depth", "points", "obstacle_points"}
         opened = self._core.opened_feeds

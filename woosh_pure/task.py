@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
@@ -21,7 +22,7 @@ from .values import RobotStatus
 if TYPE_CHECKING:
     from .core import Core
 
-__all__ = ["TaskHandle", "start_task"]
+__all__ = ["TaskHandle", "TaskOrder", "start_task"]
 
 logger = get_logger("woosh_pure.task")
 _REPLY_SECONDS = 10.0
@@ -140,89 +141,84 @@ class TaskHandle(GoalHandle[RobotStatus]):
         return f"{feed.topic} comes from another process now: the chassis was restarted, and its task is gone"
 
 
-def start_task(
-    core: Core,
-    task_type: TaskType,
-    mark: str,
-    poses: Sequence[Pose2D],
-    *,
-    direction: Direction,
-    type_number: int,
-    custom: int,
-    timeout: float | None,
-    check: bool,
-) -> TaskHandle:
+@dataclass(frozen=True, slots=True)
+class TaskOrder:
+    """What a task is to do; the meanings are those of `Chassis.task`."""
+
+    task_type: TaskType
+    mark: str
+    poses: Sequence[Pose2D]
+    direction: Direction
+    type_number: int
+    custom: int
+
+    @property
+    def target(self) -> str:
+        """Where to, in words."""
+        return self.mark or str(self.poses[-1])
+
+    def check(self) -> None:
+        """Refuse what the interface does not have.
+
+        Raises:
+            ValueError: A number is out of range, or nothing says where to.
+        """
+        if self.task_type not in _TYPES:
+            raise ValueError(f"task type {self.task_type}: expected one of {', '.join(map(str, _TYPES))}")
+        if not isinstance(self.mark, str):
+            raise ValueError(f"mark {self.mark!r}: give its name as text, as it is on the map")
+        if not self.mark and not self.poses:
+            raise ValueError("a task needs a mark or poses; give the mark's name as it is on the map")
+        if not self.direction.known:
+            raise ValueError(f"direction {int(self.direction)}: expected load, unload or undefined")
+        for name, value, least, most in (
+            ("type_number", self.type_number, 0, 2**32 - 1),
+            ("custom", self.custom, -128, 127),
+        ):
+            if not (isinstance(value, int) and least <= value <= most):
+                raise ValueError(f"{name}={value!r}: expected a whole number of {least} to {most}")
+
+    def fields(self) -> dict[str, Any]:
+        """The fields of woosh_msgs/ExecTask that say it."""
+        return {
+            "task_type": int(self.task_type),
+            "direction": int(self.direction),
+            "task_type_no": self.type_number,
+            "mark_no": self.mark,
+            "poses": [stamped_pose(pose) for pose in self.poses],
+            "custom": self.custom,
+        }
+
+
+def start_task(core: Core, order: TaskOrder, *, timeout: float | None, check: bool) -> TaskHandle:
     """Listen first, then call the service: whatever comes in whatever order is seen."""
-    task_type, direction = TaskType(task_type), Direction(direction)
-    _check_task(task_type, mark, poses, direction, type_number, custom)
+    order.check()
     since = core.running.stops
     core.require_ready("task", check)
     if check:
         core.running.require_free_base("task")
     status = core.feed("status")
     core.require_publisher(status)
-    where = f" to {mark}" if mark else f" to {poses[-1]}"
     tracker = TaskTracker(new_task_id())
-    handle = TaskHandle(core, tracker, f"{task_type} task {tracker.task_id}{where}", timeout)
+    text = f"{order.task_type} task {tracker.task_id} to {order.target}"
+    handle = TaskHandle(core, tracker, text, timeout)
     try:
         core.running.add_goal(handle, since, check=check)
     except Exception:
         handle._off()
         raise
-    _send(core, handle, task_type, mark, poses, direction, type_number, custom)
+    _send(core, handle, order)
     return handle
 
 
-def _check_task(
-    task_type: TaskType,
-    mark: str,
-    poses: Sequence[Pose2D],
-    direction: Direction,
-    type_number: int,
-    custom: int,
-) -> None:
-    if task_type not in _TYPES:
-        raise ValueError(f"task type {task_type}: expected one of {', '.join(map(str, _TYPES))}")
-    if not isinstance(mark, str):
-        raise ValueError(f"mark {mark!r}: give its name as text, as it is on the map")
-    if not mark and not poses:
-        raise ValueError("a task needs a mark or poses; give the mark's name as it is on the map")
-    if not direction.known:
-        raise ValueError(f"direction {int(direction)}: expected load, unload or undefined")
-    for name, value, least, most in (
-        ("type_number", type_number, 0, 2**32 - 1),
-        ("custom", custom, -128, 127),
-    ):
-        if not (isinstance(value, int) and least <= value <= most):
-            raise ValueError(f"{name}={value!r}: expected a whole number of {least} to {most}")
-
-
-def _send(
-    core: Core,
-    handle: TaskHandle,
-    task_type: TaskType,
-    mark: str,
-    poses: Sequence[Pose2D],
-    direction: Direction,
-    type_number: int,
-    custom: int,
-) -> None:
+def _send(core: Core, handle: TaskHandle, order: TaskOrder) -> None:
     def execute() -> Any:
         if handle._cancelled_by_us:
             raise MotionRefused(f"{handle.goal}: it was stopped before it was sent; nothing was sent")
-        reply = core.exec_task(
-            TaskCommand.EXECUTE,
-            handle.task_id,
-            timeout=_REPLY_SECONDS,
-            task_type=int(task_type),
-            direction=int(direction),
-            task_type_no=type_number,
-            mark_no=mark,
-            poses=[stamped_pose(pose) for pose in poses],
-            custom=custom,
-        )
+        command, task_id = TaskCommand.EXECUTE, handle.task_id
+        reply = core.exec_task(command, task_id, timeout=_REPLY_SECONDS, **order.fields())
         if handle._cancelled_by_us:  # the cancel did not wait long enough for this reply: repeat it
-            core.exec_task(TaskCommand.CANCEL, handle.task_id, timeout=2.0)
+            core.exec_task(TaskCommand.CANCEL, task_id, timeout=2.0)
         return reply
 
     try:

@@ -12,7 +12,7 @@ from ..connection import chosen, reaching, simulated
 from ..output import Output
 
 if TYPE_CHECKING:
-    from woosh_pure.learn import Finding
+    from woosh_pure.learn import Judgement
 
 HELP = "ask the robot for its message definitions and keep what is new; moves nothing"
 
@@ -57,44 +57,44 @@ def run(args: Namespace, out: Output) -> int:
         answers = survey(node, timeout=args.timeout, parallel=args.parallel)
         learned = () if args.no_learned else learned_paths(folder)
         knowledge = Knowledge([*learned, *map(Path, args.msg_path or ()), *map(Path, environment_paths())])
-        findings = [judge(answer, knowledge) for answer in answers]
-    _print(findings, out, everything=args.all)
-    written = _keep(findings, folder, uri, out, dry=args.dry_run)
+        judgements = [judge(answer, knowledge) for answer in answers]
+    _print(judgements, out, everything=args.all)
+    written = _keep(judgements, folder, uri, out, dry=args.dry_run)
     out.result(
         {
             "master_uri": uri,
             "folder": str(folder),
             "written": [str(path) for path in written],
-            "findings": [_document(finding) for finding in findings],
+            "findings": [_document(judgement) for judgement in judgements],
         }
     )
-    return 0 if any(finding.verdict != "silent" for finding in findings) else 1
+    return 0 if any(judgement.verdict != "silent" for judgement in judgements) else 1
 
 
-def _print(findings: list[Finding], out: Output, *, everything: bool) -> None:
+def _print(judgements: list[Judgement], out: Output, *, everything: bool) -> None:
     """One line for each topic and service, with what differs below it; each type's differences once."""
     shown: set[tuple[str, str]] = set()
-    for finding in findings:
-        answer = finding.answer
-        if finding.verdict == "bundled" and not everything:
+    for judgement in judgements:
+        answer = judgement.answer
+        if judgement.verdict == "bundled" and not everything:
             continue
-        what = _WORDS[finding.verdict] + (f" {finding.source}" if finding.source else "")
+        what = _WORDS[judgement.verdict] + (f" {judgement.source}" if judgement.source else "")
         out.line(f"{answer.name:38s} {answer.type:36s} {answer.md5sum[:8]:8s}  {what}")
         if (answer.type, answer.md5sum) in shown and answer.md5sum:
             continue
         shown.add((answer.type, answer.md5sum))
-        for line in (*finding.differences, *([finding.note] if finding.note else [])):
+        for line in (*judgement.differences, *([judgement.note] if judgement.note else [])):
             out.line(f"    {line}")
-    counts = {word: sum(f.verdict == word for f in findings) for word in _WORDS}
+    counts = {word: sum(f.verdict == word for f in judgements) for word in _WORDS}
     out.line(", ".join(f"{counts[word]} {text.lower()}" for word, text in _WORDS.items() if counts[word]))
 
 
-def _keep(findings: list[Finding], folder: Path, uri: str, out: Output, *, dry: bool) -> list[Path]:
+def _keep(judgements: list[Judgement], folder: Path, uri: str, out: Output, *, dry: bool) -> list[Path]:
     """Write what is new."""
     from rosproto.transport.address import parse_uri
     from woosh_pure.learned_sets import make_sets, write_set
 
-    new = [(f.answer.type, f.library) for f in findings if f.verdict == "new" and f.library is not None]
+    new = [(f.answer.type, f.library) for f in judgements if f.verdict == "new" and f.library is not None]
     sets = make_sets(new)
     if not sets:
         out.line("nothing new to keep")
@@ -108,16 +108,16 @@ def _keep(findings: list[Finding], folder: Path, uri: str, out: Output, *, dry: 
     return written
 
 
-def _document(finding: Finding) -> dict[str, Any]:
-    answer = finding.answer
+def _document(judgement: Judgement) -> dict[str, Any]:
+    answer = judgement.answer
     return {
         "kind": answer.kind,
         "name": answer.name,
         "type": answer.type,
         "md5sum": answer.md5sum,
         "peer": answer.peer,
-        "verdict": finding.verdict,
-        "source": finding.source,
-        "note": finding.note,
-        "differences": list(finding.differences),
+        "verdict": judgement.verdict,
+        "source": judgement.source,
+        "note": judgement.note,
+        "differences": list(judgement.differences),
     }
