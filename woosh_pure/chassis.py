@@ -142,6 +142,12 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         return self._core.running.moved
 
     @property
+    def under_way(self) -> bool:
+        """True while something that this object has started may move the robot."""
+        running = self._core.running
+        return bool(running.goals) or any(not drive.finished for drive in running.drives)
+
+    @property
     def node(self) -> rosproto.Node:
         """The node underneath, for everything this class does not offer."""
         return self._core.node

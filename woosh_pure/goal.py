@@ -59,7 +59,7 @@ class GoalHandle(Generic[P]):
         self._condition = threading.Condition()
         self._outcome: Outcome | None = None
         self._started = time.monotonic()
-        self._progress: list[P] = []
+        self._newest: P | None = None
         self._callbacks: list[Callable[[P], object]] = []
         self._calling: set[int] = set()
         self._cancelled_by_us = False
@@ -156,8 +156,7 @@ class GoalHandle(Generic[P]):
 
     def _advance(self, progress: P) -> None:
         with self._condition:
-            self._progress.append(progress)
-            del self._progress[:-1000]
+            self._newest = progress
             callbacks = list(self._callbacks)
             self._condition.notify_all()
         me = threading.get_ident()
@@ -195,8 +194,7 @@ class GoalHandle(Generic[P]):
     @property
     def latest_progress(self) -> P | None:
         """The newest progress, None before the first."""
-        with self._condition:
-            return self._progress[-1] if self._progress else None
+        return self._newest
 
     def progress_line(self) -> str:
         """The newest progress in words, "" before the first."""
@@ -225,7 +223,13 @@ class GoalHandle(Generic[P]):
             with self._condition:
                 self._condition.wait(_SLICE)
 
-    def wait(self, timeout: float | _Default | None = _OWN_DEFAULT, *, raises: bool = True) -> Outcome:
+    def wait(
+        self,
+        timeout: float | _Default | None = _OWN_DEFAULT,
+        *,
+        raises: bool = True,
+        meanwhile: Callable[[], object] | None = None,
+    ) -> Outcome:
         """Wait for the end.
 
         When `timeout` passes the goal is cancelled and the stop is confirmed before this returns.
@@ -233,6 +237,8 @@ class GoalHandle(Generic[P]):
         Args:
             timeout: Seconds; None waits for ever; left out: `default_timeout`.
             raises: False returns an outcome that is no arrival instead of raising it.
+            meanwhile: Called in this thread about ten times a second, to show how far it is. What it raises
+                ends the wait and not the goal.
 
         Raises:
             GoalFailed: It ended in anything but an arrival; `error.outcome` says how.
@@ -245,7 +251,7 @@ class GoalHandle(Generic[P]):
                 f"{self.goal}: waiting for it in a callback of its own news would wait for itself; "
                 "wait in another thread"
             )
-        if not self._wait_until_done(seconds):
+        if not self._wait_until_done(seconds, meanwhile):
             self._time_out(seconds or 0.0)
         outcome = self._confirmed()
         if raises and not outcome.arrived:
@@ -274,7 +280,7 @@ class GoalHandle(Generic[P]):
             self._outcome = outcome = replace(outcome, stopped=self._core.wait_standing(2.0))
         return outcome
 
-    def _wait_until_done(self, timeout: float | None) -> bool:
+    def _wait_until_done(self, timeout: float | None, meanwhile: Callable[[], object] | None = None) -> bool:
         deadline = None if timeout is None else time.monotonic() + timeout
         while not self.done:
             rest = _SLICE if deadline is None else min(_SLICE, deadline - time.monotonic())
@@ -283,6 +289,8 @@ class GoalHandle(Generic[P]):
             with self._condition:
                 if self._outcome is None:
                     self._condition.wait(rest)
+            if meanwhile is not None:
+                meanwhile()
         return True
 
     def _time_out(self, seconds: float) -> None:

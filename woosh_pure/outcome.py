@@ -66,7 +66,8 @@ class Outcome:
         if self.code is not None:
             parts.append(f"code {self.code}")
         if not self.arrived:
-            parts.append(_STOPPED[self.stopped])
+            if self.kind is not OutcomeKind.REPLACED or self.stopped:
+                parts.append(_STOPPED[self.stopped])
             parts.append(_NEXT[self.kind])
         return "; ".join(parts)
 
@@ -81,7 +82,7 @@ _NEXT = {
     OutcomeKind.FAILED: "look at chassis.readiness() and chassis.faults",
     OutcomeKind.CANCELLED: "somebody cancelled it, here or on the robot",
     OutcomeKind.REJECTED: "look at chassis.readiness() for what is in the way",
-    OutcomeKind.REPLACED: "another client commands this robot; only one should",
+    OutcomeKind.REPLACED: "another client commands this robot now, and may move it; only one should",
     OutcomeKind.TIMED_OUT: "it was cancelled; give a longer timeout if it was on its way",
     OutcomeKind.CONNECTION_LOST: "check the network; the robot may go on with what it was told",
 }

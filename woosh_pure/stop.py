@@ -119,11 +119,14 @@ def _standing(core: Core, roster: Roster, report: StopReport, deadline: float, d
 def _zeros(core: Core, roster: Roster, report: StopReport) -> None:
     """Zeros on both topics, on each as soon as somebody listens there."""
     waiting: dict[str, rosproto.Publisher] = {}
+    failed: dict[str, list[str]] = {}  # the same words for both topics are said once
     for topic in VELOCITY_TOPICS.values():
         try:
             waiting[topic] = core.velocity.acquire(topic)
         except RosError as error:
-            report.problems.append(f"zero velocity on {topic} ({error})")
+            failed.setdefault(str(error), []).append(topic)
+    for why, topics in failed.items():
+        report.problems.append(f"zero velocity on {' and '.join(topics)} ({why})")
     acquired = list(waiting)
     try:
         _send_zeros(core, roster, waiting, report)

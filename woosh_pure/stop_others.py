@@ -43,17 +43,19 @@ def cancel_others(core: Core, roster: Roster, report: StopReport) -> None:
     task = _begin(partial(_cancel_task, core, roster, report))
     roster.wait(_TASK_FIRST)
     task.join(_TASK_FIRST)
-    waiting = {"the task": task}
+    waiting, cancelled = {"the task": task}, list[str]()
     for row in actions():
         # Those that every chassis has; the others where they are there.
         if not row.moves_base or (row.source != "page" and roster.lacks_subscriber(f"{row.name}/cancel")):
             continue
-        waiting[row.name] = _begin(partial(_cancel_action, core, roster, row.name, report))
+        waiting[row.name] = _begin(partial(_cancel_action, core, roster, row.name, report, cancelled))
     end = time.monotonic() + _CANCEL + 0.5
     for name, worker in waiting.items():
         worker.join(max(0.0, end - time.monotonic()))
         if worker.is_alive():
             report.problems.append(f"cancelling {name} (no answer yet)")
+    if cancelled:
+        report.cancelled.append(f"all goals of {', '.join(sorted(cancelled))}")
 
 
 def _begin(work: Callable[[], None]) -> threading.Thread:
@@ -62,7 +64,7 @@ def _begin(work: Callable[[], None]) -> threading.Thread:
     return thread
 
 
-def _cancel_action(core: Core, roster: Roster, name: str, report: StopReport) -> None:
+def _cancel_action(core: Core, roster: Roster, name: str, report: StopReport, cancelled: list[str]) -> None:
     """The empty id and no time mean all goals (wiki.ros.org/actionlib/DetailedDescription). Without a client:
     its five topics would be registered first.
     """
@@ -75,7 +77,7 @@ def _cancel_action(core: Core, roster: Roster, name: str, report: StopReport) ->
             publisher.wait_for_connection(timeout=_CANCEL)
             publisher.publish()
             publisher.flush(1.0)
-        report.cancelled.append(f"all goals of {name}")
+        cancelled.append(name)
     except RosError as error:
         report.problems.append(f"cancelling {name} ({error})")
 

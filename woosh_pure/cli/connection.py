@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, RosTimeout
 from woosh_pure.errors import ChassisError, MotionRefused
+from woosh_pure.outcome import OutcomeKind
 
 from . import config
 from .output import Output
@@ -21,7 +22,10 @@ if TYPE_CHECKING:
     from woosh_pure.goal import GoalHandle
     from woosh_pure.outcome import Outcome
 
-__all__ = ["chosen", "connect", "follow", "reaching", "report"]
+__all__ = ["chosen", "connect", "follow", "reaching", "report", "stop_and_tell"]
+
+_ENDED_THERE = (OutcomeKind.REPLACED, OutcomeKind.CANCELLED, OutcomeKind.REJECTED)
+"""Ends that the chassis has told: nothing of ours goes on."""
 
 
 def chosen(args: Namespace) -> tuple[str | None, str | None]:
@@ -66,8 +70,10 @@ def connect(args: Namespace, out: Output, *, sim_speed: float = 1.0) -> Iterator
         try:
             yield chassis
         except BaseException as error:
-            _stop(chassis, out, refused=isinstance(error, MotionRefused))
-            if isinstance(error, BrokenPipeError) and chassis.moved:
+            if not _may_move(chassis, error):
+                raise
+            stop_and_tell(chassis, out)
+            if isinstance(error, BrokenPipeError):
                 # A motion is not followed by a command that nobody listens to.
                 raise ChassisError("nobody reads the output any more: the motion was stopped") from error
             raise
@@ -93,17 +99,23 @@ def simulated(args: Namespace, out: Output, stack: ExitStack, speed: float = 1.0
     return sim.master_uri
 
 
-def _stop(chassis: Chassis, out: Output, *, refused: bool) -> None:
-    # A second Ctrl-C must not interrupt the stopping; it is bounded to a few seconds.
+def _may_move(chassis: Chassis, error: BaseException) -> bool:
+    """Whether something of ours may still move the robot. What moves it for others is left to them: a stop
+    of ours would send zeros into it.
+    """
+    if chassis.under_way:
+        return True
+    outcome = getattr(error, "outcome", None)
+    if outcome is not None:
+        return outcome.kind not in _ENDED_THERE
+    return chassis.moved and not isinstance(error, (MotionRefused, BrokenPipeError))
+
+
+def stop_and_tell(chassis: Chassis, out: Output) -> None:
+    """Stop, and say what came of it; a second Ctrl-C does not interrupt it, it is bounded to some seconds."""
     with _signals_ignored():
-        if not chassis.moved:
-            return
-        if not refused:
-            _try_line(out, "stopping ...")
-        report = chassis.stop(timeout=4.0)
-        # Refused: nothing began, and it is said why; unless it moves after all.
-        if not refused or not report.standing or report.cancelled or report.problems:
-            _try_line(out, report.sentence())
+        _try_line(out, "stopping ...")
+        _try_line(out, chassis.stop(timeout=4.0).sentence())
 
 
 def _try_line(out: Output, text: str) -> None:
@@ -133,16 +145,16 @@ def _signals_ignored() -> Iterator[None]:
 def follow(handle: GoalHandle[Any], out: Output, describe: str, timeout: float | None) -> Outcome:
     """Wait for a goal with a line now and then; raises what is not an arrival."""
     out.line(f"{describe} ...")
-    last = time.monotonic()
+    last, said = time.monotonic(), handle.latest_progress
 
-    def show(_: object) -> None:
-        nonlocal last
-        if time.monotonic() - last > 1.0:
-            last = time.monotonic()
+    def show() -> None:
+        nonlocal last, said
+        news = handle.latest_progress
+        if news is not said and time.monotonic() - last > 1.0:
+            last, said = time.monotonic(), news
             out.line(f"  {handle.progress_line()}")
 
-    handle.on_progress(show)
-    return handle.wait(timeout)
+    return handle.wait(timeout, meanwhile=show)
 
 
 def report(outcome: Outcome, out: Output, **more: Any) -> int:

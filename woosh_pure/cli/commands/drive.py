@@ -11,9 +11,10 @@ from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosTimeout
+from woosh_pure.errors import MotionRefused
 
 from ..arguments import positive
-from ..connection import connect
+from ..connection import connect, stop_and_tell
 from ..console import is_terminal, size
 from ..output import Output
 
@@ -65,7 +66,12 @@ def run(args: Namespace, out: Output) -> int:
         chassis.readiness()
         if not args.acknowledged:
             _ask(out)
-        _drive(chassis, args, out)
+        try:
+            _drive(chassis, args, out)
+        except MotionRefused:
+            if chassis.moved:  # and was stopped by something else than its keys
+                stop_and_tell(chassis, out)
+            raise
         try:
             chassis.measured_velocity.wait_for(lambda v: v.is_standing(), 3.0)
             out.line("the robot stands still")
@@ -75,8 +81,6 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _ask(out: Output) -> None:
-    from woosh_pure.errors import MotionRefused
-
     out.line(_WARNING)
     try:
         answer = input("Type yes to drive: ")
