@@ -19,6 +19,7 @@ from rosproto.cli.bag_play import _Console, _split_remappings
 from rosproto.cli.bag_record import _Line, add_record_arguments, recorder_options, seconds_of
 from rosproto.cli.graph import CommandError
 from rosproto.codec import message_class
+from rosproto.node.clock import NodeClock
 from rosproto.recording import RecorderStats
 from rosproto.time import Time
 
@@ -64,7 +65,7 @@ def test_record_until_a_limit(
 def test_record_by_pattern_for_some_time(graph: tuple[str, Node], tmp_path: Path) -> None:
     """-e and -x take whole names, -o adds the date, --duration ends it, -q says nothing."""
     uri, _ = graph
-    words = ["-e", "/s.*", "/k.*", "-x", "/kep.", "-o", str(tmp_path / "run"), "--duration", "0.5s", "-q"]
+    words = ["-e", "/s.*", "/k.*", "-x", "/kep.", "-o", str(tmp_path / "run"), "--duration", "2s", "-q"]
     assert main(["bag", "record", "--master", uri, *words]) == 0
     (path,) = tmp_path.iterdir()
     assert path.name.startswith("run_20")
@@ -84,16 +85,27 @@ def test_record_what_a_node_hears(graph: tuple[str, Node], tmp_path: Path) -> No
 
 
 def test_recording_in_simulated_time_waits_for_the_clock(
-    graph: tuple[str, Node], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    graph: tuple[str, Node],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Nothing is stamped with 0: recording begins with the first /clock, in its time."""
     uri, node = graph
     node.params["/use_sim_time"] = True
-    ended = threading.Event()
+    ended, asked = threading.Event(), threading.Semaphore(0)
+    wait_for_time = NodeClock.wait_for_time
+
+    def counted(clock: NodeClock, timeout: float | None = 10.0) -> bool:
+        asked.release()
+        return wait_for_time(clock, timeout)
+
+    monkeypatch.setattr(NodeClock, "wait_for_time", counted)
 
     def tick() -> None:
         seconds = 5000
-        ended.wait(1.0)
+        for _ in range(2):  # asked again, it has said that it waits
+            asked.acquire(timeout=20)
         with node.publisher("/clock", "rosgraph_msgs/Clock") as clock:
             while not ended.wait(0.01):
                 clock.publish(clock=Time(seconds, 0))
