@@ -47,7 +47,7 @@ async def test_messages_are_iterated(uri):
     one, other = pair(uri)
     async with one, other, other.subscriber("/chat", String, queue_size=100) as sub:
         pub = await one.publisher("/chat", String)
-        await pub.wait_for_connection(5)
+        await pub.wait_for_connection(20)
         assert (pub.connections, sub.connections) == (1, 1)
         for n in range(10):
             pub.publish(data=str(n))
@@ -103,7 +103,7 @@ async def test_the_oldest_messages_are_dropped_when_nobody_reads(uri):
     one, other = pair(uri)
     async with one, other, other.subscriber("/fast", String, queue_size=1) as sub:
         pub = await one.publisher("/fast", String, queue_size=100)
-        await pub.wait_for_connection(5)
+        await pub.wait_for_connection(20)
         for n in range(50):
             pub.publish(data=str(n))
         while sub.latest is None or sub.latest.data != "49":

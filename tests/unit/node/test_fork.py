@@ -44,7 +44,7 @@ publisher = talker.publisher("/words", "std_msgs/String")
 subscriber = listener.subscriber("/words", "std_msgs/String")
 server = talker.service_server("/serve", "std_srvs/SetBool", serve)
 client = listener.service_client("/serve", "std_srvs/SetBool", persistent=True)
-publisher.wait_for_connection(10)
+publisher.wait_for_connection(20)
 client.call(data=True, timeout=10)
 links = [link.id for link in publisher._publication.all_links]
 """

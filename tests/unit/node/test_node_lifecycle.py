@@ -136,7 +136,7 @@ def test_a_publisher_that_is_elsewhere_now_is_asked_for() -> None:
         with Node("/a", master_uri=master.uri, intraprocess=False) as a:
             a.publisher("/p", String)
             subscriber = b.subscriber("/p", String)
-            subscriber.wait_for_connection(5)
+            subscriber.wait_for_connection(20)
         eventually(lambda: not subscriber.connections)
         with Node("/a", master_uri=master.uri, intraprocess=False) as a:
             a.publisher("/p", String)

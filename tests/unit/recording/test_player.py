@@ -146,7 +146,7 @@ def test_the_clock_stands_while_paused_and_ticks_on(nodes: tuple[Node, Node], ba
         two.subscriber("/clock", "rosgraph_msgs/Clock", queue_size=1000) as clock,
         Player(one, bags, topics=["/a"], clock_hz=200.0, paused=True, duration=0.9) as player,
     ):
-        clock.wait_for_connection(5)
+        clock.wait_for_connection(20)
         thread = threading.Thread(target=player.play, daemon=True)
         thread.start()
         paused = [clock.next(20).clock.to_sec() for _ in range(30)]
@@ -200,7 +200,7 @@ def test_playing_waits_for_a_topic_that_tells_how_far_somebody_is(
 
     options = {"topics": ["/a"], "rate": 100.0, "rate_control": "/done", "rate_control_delay": 2.0}
     with Player(one, bags, on_tick=tick, **options) as player:  # type: ignore[arg-type]
-        stamped.wait_for_connection(5)
+        stamped.wait_for_connection(20)
         assert player.play(lambda topic, stamp: order.append(stamp.secs)) == 10
     assert set(waited) == {"/done"}
     assert order == [100] * 5 + [160] * 5
@@ -222,7 +222,7 @@ def test_a_rate_control_topic_without_header_counts_when_it_comes(
 
     options = {"topics": ["/a"], "rate": 200.0, "rate_control": "/told", "rate_control_delay": 20.0}
     with Player(one, bags, on_tick=tick, **options) as player:  # type: ignore[arg-type]
-        told.wait_for_connection(5)
+        told.wait_for_connection(20)
         assert player.play() == 10
     assert waits >= 2  # a minute in steps of 20 s and a little
 

@@ -28,7 +28,7 @@ def nodes():
         yield one, two
 
 
-def wait(what, seconds=10.0):
+def wait(what, seconds=20.0):
     end = time.monotonic() + seconds
     while not what():
         assert time.monotonic() < end
@@ -40,7 +40,7 @@ def test_what_is_published_is_in_the_bag_with_its_publishers_header(nodes, tmp_p
     one, two = nodes
     chatter = one.publisher("/chatter", String, latch=True, queue_size=1000)
     with Recorder(two, tmp_path / "a.bag", ["/chatter"], compression=compression) as recorder:
-        chatter.wait_for_connection(10)
+        chatter.wait_for_connection(20)
         for i in range(100):
             chatter.publish(String(data=str(i)))
         wait(lambda: recorder.messages == 100)
@@ -59,7 +59,7 @@ def test_a_pattern_finds_topics_as_they_appear_and_exclude_leaves_some_out(nodes
         found = one.publisher("/a/b", String)
         one.publisher("/a/secret", String)
         one.publisher("/other", String)
-        found.wait_for_connection(10)
+        found.wait_for_connection(20)
         wait(lambda: recorder.topics == ["/a/b"])
         found.publish(String(data="x"))
         wait(lambda: recorder.messages == 1)
@@ -74,8 +74,8 @@ def test_splitting_begins_each_bag_with_what_was_latched(nodes, tmp_path):
     with Recorder(
         two, tmp_path / "run.bag", ["/map", "/chatter"], split_bytes=20_000, chunk_bytes=5000
     ) as recorder:
-        map_.wait_for_connection(10)
-        chatter.wait_for_connection(10)
+        map_.wait_for_connection(20)
+        chatter.wait_for_connection(20)
         map_.publish(String(data="the map"))
         wait(lambda: recorder.messages == 1)
         for i in range(300):
@@ -98,7 +98,7 @@ def test_a_limit_and_a_full_buffer(nodes, tmp_path):
         Recorder(two, tmp_path / "limit.bag", ["/chatter"], limit=3) as limited,
         Recorder(two, tmp_path / "small.bag", ["/chatter"], buffer_bytes=10) as small,
     ):
-        chatter.wait_for_connection(10)
+        chatter.wait_for_connection(20)
         for _ in range(10):
             chatter.publish(String(data="twelve bytes"))
         wait(lambda: small.dropped == 10 and limited.messages == 3)
@@ -114,7 +114,7 @@ def test_a_disk_that_is_full_ends_the_recording_with_an_error(nodes, tmp_path, m
         raise OSError(28, "No space left on device")
 
     recorder = Recorder(two, tmp_path / "a.bag", ["/chatter"], chunk_bytes=1)
-    chatter.wait_for_connection(10)
+    chatter.wait_for_connection(20)
     monkeypatch.setattr(Output, "put", full)
     chatter.publish(String(data="x"))
     wait(lambda: recorder.error is not None)
@@ -206,7 +206,7 @@ def test_the_clock_of_the_bag(nodes, bag):
         two.subscriber("/clock", "rosgraph_msgs/Clock", queue_size=1000) as clock,
         Player(one, bag, topics=["/chatter"], clock_hz=200.0) as player,
     ):
-        clock.wait_for_connection(10)
+        clock.wait_for_connection(20)
         player.play()
         times = [clock.next(20).clock.to_sec() for _ in range(5)]  # of 80, on a quiet computer
     assert times == sorted(times)

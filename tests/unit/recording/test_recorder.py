@@ -41,11 +41,11 @@ def test_publishers_that_disagree_are_both_recorded(nodes: tuple[Node, Node, Nod
     other = define("my_msgs/Other", "int32 x\nstring name\n")
     strings, others = one.publisher("/a", String), two.publisher("/a", other)
     with Recorder(recorder_node, tmp_path / "a.bag", ["/a"], limit=2) as recorder:
-        strings.wait_for_connection(5)
-        others.wait_for_connection(5)
+        strings.wait_for_connection(20)
+        others.wait_for_connection(20)
         strings.publish(data="text")
         others.publish(other(x=7, name="seven"))
-        assert recorder.wait(10)
+        assert recorder.wait(20)
     with BagReader(tmp_path / "a.bag") as bag:
         found = {c.callerid: (c.type, c.md5sum) for c in bag.connections.values()}
         messages = sorted((getattr(m, "data", None) or m.name) for _, m, _ in bag.read_messages())
@@ -61,7 +61,7 @@ def test_it_ends_by_size_and_by_time(nodes: tuple[Node, Node, Node], tmp_path: P
         Recorder(node, tmp_path / "size.bag", ["/a"], most_bytes=20_000) as by_size,
         Recorder(node, tmp_path / "time.bag", ["/a"], most_seconds=0.2) as by_time,
     ):
-        publisher.wait_for_connection(5)
+        publisher.wait_for_connection(20)
         assert by_time.wait(20)
         assert (tmp_path / "time.bag").exists()
         assert not by_size.wait(0)
@@ -81,7 +81,7 @@ def test_topics_of_the_recording_process_itself(nodes: tuple[Node, Node, Node], 
         assert recorder.topics == []
         latched = node.publisher("/own", String, latch=True)
         latched.publish(data="mine")
-        assert recorder.wait(10)
+        assert recorder.wait(20)
     with BagReader(tmp_path / "a.bag") as bag:
         assert [(t, m.data) for t, m, _ in bag.read_messages()] == [("/own", "mine")]
 
@@ -92,7 +92,7 @@ def test_stats_tell_how_it_stands(nodes: tuple[Node, Node, Node], tmp_path: Path
     publisher = one.publisher("/a", String)
     with Recorder(node, prefix=str(tmp_path / "run"), topics=["/a", "/nobody"]) as recorder:
         recorder.wait_for_topics(1)
-        publisher.wait_for_connection(5)
+        publisher.wait_for_connection(20)
         publisher.publish(data="x")
         while recorder.stats().messages < 1:
             recorder.wait(0.01)
@@ -180,7 +180,7 @@ def test_writing_that_fails_is_raised_once(
     one, _, node = nodes
     publisher = one.publisher("/a", String)
     recorder = Recorder(node, tmp_path / "a.bag", ["/a"], chunk_bytes=1)
-    publisher.wait_for_connection(5)
+    publisher.wait_for_connection(20)
 
     def full(self: Output, pieces: object, at: int) -> int:
         raise OSError(28, "No space left on device")
@@ -188,7 +188,7 @@ def test_writing_that_fails_is_raised_once(
     monkeypatch.setattr(Output, "put", full)
     publisher.publish(data="x")
     with pytest.raises(BagError, match="No space left"):
-        recorder.wait(10)
+        recorder.wait(20)
     recorder.close()
     assert isinstance(recorder.error, BagError)
 
@@ -200,7 +200,7 @@ def test_the_error_names_the_bag_that_is_left(
     one, _, node = nodes
     publisher = one.publisher("/a", String)
     recorder = Recorder(node, tmp_path / "a.bag", ["/a"], chunk_bytes=1)
-    publisher.wait_for_connection(5)
+    publisher.wait_for_connection(20)
     put = Output.put
 
     def full(self: Output, pieces: Sequence[bytes], at: int) -> int:
@@ -210,7 +210,7 @@ def test_the_error_names_the_bag_that_is_left(
     monkeypatch.setattr(Output, "put", full)
     publisher.publish(data="x")
     with pytest.raises(BagError, match=r"a\.bag: cannot write: No space left") as caught:
-        recorder.wait(10)
+        recorder.wait(20)
     recorder.close()
     assert caught.value.path is not None
     with BagReader(caught.value.path) as bag:
@@ -225,7 +225,7 @@ def test_the_name_of_each_bag_is_told(nodes: tuple[Node, Node, Node], tmp_path: 
         two.subscriber("/begin_write", String, queue_size=10) as told,
         Recorder(node, tmp_path / "a", ["/a"], split_bytes=5000, chunk_bytes=1, announce=True) as recorder,
     ):
-        publisher.wait_for_connection(5)
+        publisher.wait_for_connection(20)
         assert told.next(20).data == str(tmp_path / "a_0.bag")
         for _ in range(3):
             publisher.publish(data="x" * 3000)
@@ -243,10 +243,10 @@ def test_a_disk_with_too_little_room_ends_it_before_it_is_full(
     room = shutil.disk_usage(tmp_path)
     monkeypatch.setattr(shutil, "disk_usage", lambda folder: room._replace(free=90 << 20))
     recorder = Recorder(node, tmp_path / "a.bag", ["/a"], least_free_bytes=100 << 20)
-    publisher.wait_for_connection(5)
+    publisher.wait_for_connection(20)
     publisher.publish(data="x")
     with pytest.raises(BagError, match="90 MB are left on the disk, less than the 100"):
-        recorder.wait(10)
+        recorder.wait(20)
     recorder.close()
     with BagReader(tmp_path / "a.bag") as bag:
         assert bag.damage == []

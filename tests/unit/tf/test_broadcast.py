@@ -35,7 +35,7 @@ def test_what_is_sent_can_be_looked_up_at_its_exact_time(nodes):
     robot, laptop = nodes
     stamp = Time(1_700_000_000, 123_456_789)
     with TransformListener(laptop) as listener, TransformBroadcaster(robot) as broadcaster:
-        broadcaster._publisher.wait_for_connection(5)
+        broadcaster._publisher.wait_for_connection(20)
         message = Transform.planar("odom", "base", 3.0, 0.0, 0.0, stamp=stamp).to_message()
         broadcaster.send(Transform.planar("map", "odom", 1.0, 2.0, 0.5, stamp=stamp), message)
         found = listener.buffer.lookup("map", "base", stamp, timeout=20)
@@ -69,7 +69,7 @@ def test_nonsense_from_the_wire_is_counted_and_named_once(nodes, caplog):
     bad = Transform("a", "b").to_message()
     bad.transform.rotation.w = 0.0
     with TransformListener(laptop) as listener, robot.publisher("/tf", TFMessage) as publisher:
-        publisher.wait_for_connection(5)
+        publisher.wait_for_connection(20)
         for _ in range(3):
             publisher.publish(transforms=[bad])
         publisher.publish(transforms=[Transform.planar("/map", "/good", 1.0, 0, 0, stamp=1.0).to_message()])
