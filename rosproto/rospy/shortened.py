@@ -1,8 +1,7 @@
 """The texts of the stand-ins as a wheel packs them: the same program on the same lines, without its remarks.
 
 A wheel is limited in size (1 MB), and each program that uses the stand-ins compiles them at its start. What
-only a reader of the files needs is left to the source tree: comments, docstrings below the module's own, and
-wide indentation.
+only a reader of the files needs is left to the source tree: comments, docstrings, wide indentation.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ INDENT = 4  # blanks
 
 
 def shortened(text: str) -> str:
-    """A module's text without comments and docstrings of its classes and functions, a blank for each indent.
+    """A module's text without comments and docstrings, a blank for each indent.
 
     Every statement stays on its line, so tracebacks name the lines of the files.
     """
@@ -51,11 +50,11 @@ def _docstrings(tree: ast.Module, lines: list[str]) -> list[tuple[int, int]]:
     """First and last line of those that have their lines to themselves, and whose body holds more."""
     found = []
     for node in ast.walk(tree):
-        if not isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+        if not isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             continue
-        inside = node.body[0]
         if ast.get_docstring(node, clean=False) is None or len(node.body) == 1:
             continue
+        inside = node.body[0]
         first, last = inside.lineno, inside.end_lineno or inside.lineno
         alone = not lines[first - 1][: inside.col_offset].strip()
         if alone and lines[last - 1].rstrip().endswith(('"', "'")):

@@ -98,7 +98,7 @@ def without_docstrings(text: str) -> str:
     for node in ast.walk(tree):
         if hasattr(node, "col_offset"):
             node.col_offset = node.end_col_offset = 0
-        documented = isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
+        documented = isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
         if documented and ast.get_docstring(node) is not None and len(node.body) > 1:
             del node.body[0]
     return ast.dump(tree, include_attributes=True)
@@ -116,7 +116,7 @@ def test_packed_texts_are_the_same_program_on_the_same_lines() -> None:
 @pytest.mark.parametrize(
     ("text", "rest"),
     [
-        ('"""The module\'s."""\nx = 1  # one\n# end\n', '"""The module\'s."""\nx = 1\n\n'),
+        ('"""The module\'s."""\nx = 1  # one\n# end\n', "\nx = 1\n\n"),
         ('def f():\n    """Two\n    lines."""\n    return "#"\n', 'def f():\n\n\n return "#"\n'),
         ('def f():\n    """Only this."""\n', 'def f():\n """Only this."""\n'),
         (
