@@ -322,12 +322,12 @@ class Player:
                 self.position_ns = max(self.position_ns, time_ns)  # /clock must not go back
                 return True
             due = self._anchor + (time_ns - self._anchor_ns) / NS / self._rate
-            if self._wait_or_tick(now, due):
+            if self._wait_or_tick(now, due, time_ns):
                 self.position_ns = max(self.position_ns, time_ns)  # /clock must not go back
                 return True
         return False
 
-    def _wait_or_tick(self, now: float, due: float) -> bool:
+    def _wait_or_tick(self, now: float, due: float, time_ns: int) -> bool:
         """Wait for a message that is due then, or for what comes before it; True when the message is due."""
         if due <= now:
             return True
@@ -338,7 +338,8 @@ class Player:
         if until == due:
             return True
         passed = (self._pacer.now() - self._anchor) * self._rate
-        self.position_ns = max(self.position_ns, self._anchor_ns + int(passed * NS))
+        # Who is woken late is not ahead of the message: what waits for this time would see it go by unplayed.
+        self.position_ns = max(self.position_ns, min(time_ns, self._anchor_ns + int(passed * NS)))
         return False
 
     def _stand(self, now: float) -> None:

@@ -13,6 +13,7 @@ from rosproto.bag import BagReader, BagWriter
 from rosproto.codec import define, message_class
 from rosproto.errors import BagError, RosTimeout
 from rosproto.recording import Player
+from rosproto.recording.pacer import Pacer
 from rosproto.time import Time
 
 String = message_class("std_msgs/String")
@@ -204,6 +205,29 @@ def test_playing_waits_for_a_topic_that_tells_how_far_somebody_is(
         assert player.play(lambda topic, stamp: order.append(stamp.secs)) == 10
     assert set(waited) == {"/done"}
     assert order == [100] * 5 + [160] * 5
+
+
+def test_who_is_woken_late_does_not_pass_the_next_message_by(
+    nodes: tuple[Node, Node], bags: list[BagReader]
+) -> None:
+    """/clock and who is waited for go by the bags' time: ahead of what was played, it would wait for ever."""
+    now = 0.0
+
+    def sleep(seconds: float) -> None:
+        nonlocal now
+        now += seconds + (3.0 if seconds > 0.01 else 1e-4)
+
+    seen: list[tuple[int, int]] = []
+
+    def tick(player: Player) -> None:
+        seen.append((player.published, player.position_ns))
+
+    pacer = Pacer(lambda: now, sleep)
+    with Player(nodes[0], bags, topics=["/a"], rate=100.0, pacer=pacer, on_tick=tick) as player:
+        times = [entry.time_ns for entry in player.timeline]
+        assert player.play() == 10
+    assert len(seen) > 1
+    assert all(position <= times[published] for published, position in seen)
 
 
 def test_a_rate_control_topic_without_header_counts_when_it_comes(
