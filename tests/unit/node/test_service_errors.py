@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import struct
 import threading
@@ -128,22 +129,31 @@ class OddProvider:
                 sock, _ = self._listener.accept()
             except OSError:
                 return
-            with sock:
-                fields = read_header(sock, Limits(), Deadline(5))
-                if fields.get("probe") != "1":
-                    sock.settimeout(0.05)
-                    try:
-                        self.early += sock.recv(100)
-                    except TimeoutError:
-                        pass
-                    sock.settimeout(20)
-                sock.sendall(encode_header({"md5sum": SetBool._md5sum, "type": "std_srvs/SetBool"}))
-                if fields.get("probe") != "1" and sock.recv(100):
-                    self.requests += 1
-                    self._action(sock)
+            with (
+                sock,
+                contextlib.suppress(ConnectionError),
+            ):  # a caller whose time was over before it sent anything
+                self._serve(sock)
+
+    def _serve(self, sock: socket.socket) -> None:
+        fields = read_header(sock, Limits(), Deadline(20))
+        if fields.get("probe") != "1":
+            sock.settimeout(0.05)
+            try:
+                self.early += sock.recv(100)
+            except TimeoutError:
+                pass
+            sock.settimeout(20)
+        sock.sendall(encode_header({"md5sum": SetBool._md5sum, "type": "std_srvs/SetBool"}))
+        if fields.get("probe") != "1" and sock.recv(100):
+            self.requests += 1
+            self._action(sock)
 
     def close(self) -> None:
+        with contextlib.suppress(OSError):
+            self._listener.shutdown(socket.SHUT_RDWR)  # wakes the thread that accepts, which close does not
         self._listener.close()
+        self._thread.join(20)
 
 
 def test_nothing_is_sent_before_the_answer_to_the_header_and_never_sent_twice(node, persistent):
