@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import TextIOWrapper
 
 from woosh_pure import Chassis, SimulatedChassis
 
@@ -10,6 +11,8 @@ from woosh_pure import Chassis, SimulatedChassis
 @contextmanager
 def robot(speed: float = 4.0) -> Iterator[Chassis]:
     """A Chassis: `python examples/x.py 169.254.128.2` takes a real one."""
+    if isinstance(sys.stdout, TextIOWrapper):  # a pipe or a file on Windows has no letters for Chinese texts
+        sys.stdout.reconfigure(errors="backslashreplace")
     if len(sys.argv) > 1:
         with Chassis(sys.argv[1]) as chassis:
             yield chassis
