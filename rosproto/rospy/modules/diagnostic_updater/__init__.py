@@ -1,0 +1,43 @@
+"""diagnostic_updater: what a node says of its health on /diagnostics (wiki.ros.org/diagnostic_updater).
+
+Tasks fill statuses; an Updater runs them at a steady pace and publishes what they say.
+"""
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+from ._diagnostic_status_wrapper import DiagnosticStatusWrapper
+from ._diagnostic_updater import (
+    CompositeDiagnosticTask,
+    DiagnosticTask,
+    DiagnosticTaskVector,
+    FunctionDiagnosticTask,
+    Updater,
+)
+from ._publisher import DiagnosedPublisher, HeaderlessTopicDiagnostic, TopicDiagnostic
+from ._update_functions import (
+    FrequencyStatus,
+    FrequencyStatusParam,
+    Heartbeat,
+    TimeStampStatus,
+    TimeStampStatusParam,
+)
+
+__all__ = [
+    "CompositeDiagnosticTask",
+    "DiagnosedPublisher",
+    "DiagnosticArray",
+    "DiagnosticStatus",
+    "DiagnosticStatusWrapper",
+    "DiagnosticTask",
+    "DiagnosticTaskVector",
+    "FrequencyStatus",
+    "FrequencyStatusParam",
+    "FunctionDiagnosticTask",
+    "HeaderlessTopicDiagnostic",
+    "Heartbeat",
+    "KeyValue",
+    "TimeStampStatus",
+    "TimeStampStatusParam",
+    "TopicDiagnostic",
+    "Updater",
+]
