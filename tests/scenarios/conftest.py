@@ -11,22 +11,30 @@ from typing import Any
 
 import pytest
 
+from tests.support.robot_pool import RobotPool
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.firmware import CURRENT
 
 SPEED = 8.0
 
 
-@pytest.fixture
-def sim() -> Iterator[SimulatedChassis]:
-    """A simulated chassis at 8 times real time, without the parts of the graph that carry no content.
+@pytest.fixture(scope="session")
+def robots() -> Iterator[RobotPool]:
+    """Simulated chassis without the parts of the graph that carry no content; one is used again and again.
 
-    FIRMWARE=1.0.8 in the environment runs every scenario that uses this on an older one; test_firmwares.py does
+    FIRMWARE=1.0.8 in the environment runs every scenario that uses these on an older one; test_firmwares.py does
     so with a representative part in every run. What it cannot be told is a FirmwareLimit then.
     """
-    firmware = os.environ.get("FIRMWARE", CURRENT)
-    with SimulatedChassis(speed=SPEED, full_graph=False, firmware=firmware) as simulated:
-        yield simulated
+    with RobotPool(full_graph=False, firmware=os.environ.get("FIRMWARE", CURRENT)) as pool:
+        yield pool
+
+
+@pytest.fixture
+def sim(robots: RobotPool) -> Iterator[SimulatedChassis]:
+    """A simulated chassis, as good as new, at 8 times real time."""
+    robot = robots.take(SPEED)
+    yield robot.sim
+    robots.give_back(robot)
 
 
 @pytest.fixture

@@ -10,8 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from woosh_pure import SimulatedChassis
-
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="sends POSIX signals to a process")
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -67,13 +65,12 @@ def end(process, number, timeout=30.0):
 
 
 @pytest.mark.parametrize("wait", WAITS, ids=str)
-def test_ctrl_c_ends_every_wait_and_stops_the_robot(until, wait):
-    with SimulatedChassis(full_graph=False) as sim:  # in real time: the goal takes longer than the signal
-        code, errors = end(start(program(WAITS[wait]), sim.master_uri), signal.SIGINT)
-        assert code != 0
-        assert errors.rstrip().endswith("KeyboardInterrupt")
-        until(lambda: sim.world.motion is None and sim.world.body.velocity.is_standing(0.0, 0.0))
-        assert sim.pose.x < 2.0
+def test_ctrl_c_ends_every_wait_and_stops_the_robot(sim, real_time, until, wait):
+    code, errors = end(start(program(WAITS[wait]), sim.master_uri), signal.SIGINT)
+    assert code != 0
+    assert errors.rstrip().endswith("KeyboardInterrupt")
+    until(lambda: sim.world.motion is None and sim.world.body.velocity.is_standing(0.0, 0.0))
+    assert sim.pose.x < 2.0
 
 
 def test_a_program_that_turns_sigterm_into_an_exit_stops_the_robot(sim, until):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import pytest
 
 from rosproto.errors import Md5sumMismatch
 from rosproto.msg import bundled
+from tests.support.robot_pool import RobotPool
 from woosh_pure import Chassis, FirmwareLimit, OutcomeKind, Pose2D, SimulatedChassis
 from woosh_pure.cli import main
 from woosh_pure.enums import NavDirection, NavigationMode, TaskType
@@ -24,13 +26,29 @@ from woosh_pure.steps import Step
 FIRMWARES = ["1.1.4", "1.1.1", "1.1.0", "1.0.8", "1.0.7", "page"]
 
 
-@pytest.fixture(params=FIRMWARES)
-def sim(request: pytest.FixtureRequest) -> Iterator[SimulatedChassis]:
-    """An omnidirectional chassis of each firmware at 8 times real time."""
+@pytest.fixture(scope="module")
+def pools() -> Iterator[dict[str, RobotPool]]:
+    """Omnidirectional chassis of each firmware."""
     settings = Settings(limits=BodyLimits(omnidirectional=True))
-    with SimulatedChassis(
-        speed=8.0, full_graph=False, firmware=request.param, settings=settings
-    ) as simulated:
+    with ExitStack() as stack:
+        yield {
+            name: stack.enter_context(RobotPool(full_graph=False, firmware=name, settings=settings))
+            for name in FIRMWARES
+        }
+
+
+@contextmanager
+def taken(pools: dict[str, RobotPool], name: str) -> Iterator[SimulatedChassis]:
+    """One of a firmware at 8 times real time."""
+    robot = pools[name].take(8.0)
+    yield robot.sim
+    pools[name].give_back(robot)
+
+
+@pytest.fixture(params=FIRMWARES)
+def sim(request: pytest.FixtureRequest, pools: dict[str, RobotPool]) -> Iterator[SimulatedChassis]:
+    """One of each firmware."""
+    with taken(pools, request.param) as simulated:
         yield simulated
 
 
@@ -102,14 +120,10 @@ def _mode(chassis: Chassis, **options: Any) -> None:
     ("name", "verb", "lack"), CANNOT, ids=[f"{name}-{lack.rpartition('.')[2]}" for name, _, lack in CANNOT]
 )
 def test_what_a_firmware_cannot_be_told_is_an_error_and_nothing_is_sent(
-    name: str, verb: Any, lack: str, caplog: pytest.LogCaptureFixture
+    name: str, verb: Any, lack: str, pools: dict[str, RobotPool]
 ) -> None:
     """The error names the limit; the robot gets no goal."""
-    settings = Settings(limits=BodyLimits(omnidirectional=True))
-    with (
-        SimulatedChassis(speed=8.0, full_graph=False, firmware=name, settings=settings) as sim,
-        Chassis(sim.master_uri) as chassis,
-    ):
+    with taken(pools, name) as sim, Chassis(sim.master_uri) as chassis:
         before = sim.world.navigation
         with pytest.raises(FirmwareLimit, match="Nothing was sent") as caught:
             verb(chassis)
@@ -122,13 +136,9 @@ def test_what_a_firmware_cannot_be_told_is_an_error_and_nothing_is_sent(
 
 
 @pytest.mark.parametrize("name", ["1.1.0", "1.1.1"])
-def test_a_lateral_step_since_1_1_0(name: str) -> None:
+def test_a_lateral_step_since_1_1_0(name: str, pools: dict[str, RobotPool]) -> None:
     """What a firmware can do, it does, though its definition is another one."""
-    settings = Settings(limits=BodyLimits(omnidirectional=True))
-    with (
-        SimulatedChassis(speed=8.0, full_graph=False, firmware=name, settings=settings) as sim,
-        Chassis(sim.master_uri) as chassis,
-    ):
+    with taken(pools, name) as sim, Chassis(sim.master_uri) as chassis:
         chassis.strafe(0.3).wait()
         assert sim.pose.y == pytest.approx(0.3, abs=0.02)
 

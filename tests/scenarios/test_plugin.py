@@ -68,7 +68,7 @@ def test_faults_of_the_command_line_reach_the_world(sim, until):
 
 
 def test_the_schedule_of_the_sim_command(capsys):
-    assert main(["sim", "--port", "0", "--for", "0.3", "--at", "0.1=estop"]) == 0
+    assert main(["sim", "--port", "0", "--for", "0.01", "--at", "0.005=estop"]) == 0  # noticed after the end
     assert "now: estop" in capsys.readouterr().out
     assert main(["sim", "--port", "0", "--at", "1=earthquake"]) == 2
     assert FAULTS[0] in capsys.readouterr().err

@@ -8,7 +8,8 @@ import pytest
 
 import rosproto
 from tests.support.doors import held, in_thread
-from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, SimulatedChassis
+from tests.support.robot_pool import RobotPool
+from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.sim import Settings
 from woosh_pure.sim.body import BodyLimits
@@ -33,11 +34,18 @@ def end_of(steps):
     return pose
 
 
-@pytest.fixture
-def omni():
+@pytest.fixture(scope="module")
+def omnidirectional():
     settings = Settings(limits=BodyLimits(omnidirectional=True))
-    with SimulatedChassis(speed=8, settings=settings, full_graph=False) as sim:
-        yield sim
+    with RobotPool(settings=settings, full_graph=False) as pool:
+        yield pool
+
+
+@pytest.fixture
+def omni(omnidirectional):
+    robot = omnidirectional.take(8.0)
+    yield robot.sim
+    omnidirectional.give_back(robot)
 
 
 def test_all_four_kinds_as_one_goal_on_an_omnidirectional_base(omni):

@@ -1,0 +1,126 @@
+"""Simulated chassis that serve one test after the other: starting a graph costs more than most tests do with it.
+
+What a test gets is as good as new: another world, an untouched network, no goal known, nobody else at the master. Who
+has changed the graph itself (crashed a node, closed a publisher, restarted the master, pulled the cable) gets it
+thrown away.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import rosproto
+from rosproto.errors import RosError
+from rosproto.protocol.goal_server import GoalList
+from woosh_pure import SimulatedChassis
+from woosh_pure.sim.world import World
+
+__all__ = ["RobotPool"]
+
+PATIENCE = 5.0  # s for what a test has left to end: its nodes leave, handlers notice
+
+
+class RobotPool:
+    """Holds at most one simulated chassis that nobody uses. Use it in a `with` block, from one thread.
+
+    Args:
+        options: Of each `SimulatedChassis`; speed apart.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        self._options = options
+        self._free: Robot | None = None
+
+    def __enter__(self) -> RobotPool:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._free is not None:
+            self._free.sim.close()
+
+    def take(self, speed: float) -> Robot:
+        """One that is as good as new, at this speed."""
+        robot, self._free = self._free, None
+        if robot is None:
+            robot = Robot(SimulatedChassis(**self._options).start())
+        robot.renew(speed)
+        return robot
+
+    def give_back(self, robot: Robot) -> None:
+        """Keep it for the next, or close it when it is not what it was."""
+        if self._free is None and robot.is_sound():
+            self._free = robot
+        else:
+            robot.sim.close()
+
+
+class Robot:
+    """A simulated chassis, and what its graph was like when it was new.
+
+    Attributes:
+        sim: The chassis.
+    """
+
+    def __init__(self, sim: SimulatedChassis) -> None:
+        self.sim = sim
+        self._master, self._epoch = sim._master, sim._epoch
+        self._servers = [s for s in sim.graph._keep if isinstance(s, rosproto.ActionServer)]
+        _eventually(lambda: self._graph() == self._graph())
+        self._state, self._links = self._graph(), self._connections()
+
+    def _graph(self) -> object:
+        with rosproto.MasterClient(self.sim.master_uri, "/pool") as client:
+            state = client.get_system_state()
+            names = [{name: sorted(nodes) for name, nodes in group.items()} for group in state]
+            return names, sorted(client.get_param_names())
+
+    def _connections(self) -> dict[tuple[str, str], int]:
+        return {key: publisher.connections for key, publisher in self.sim.graph.publishers.items()}
+
+    def renew(self, speed: float) -> None:
+        """Another world, in the same graph."""
+        sim = self.sim
+        with sim.lock:
+            world = World(sim.world.site, sim.world.settings)
+            world.time = sim.world.time
+            world.tasks.drive = sim.world.tasks.drive
+            sim.world = sim.graph._server._world = world
+            sim._status, sim._plan, sim._epoch = world.status(), [], self._epoch
+            sim.speed, sim.reply_delay = speed, 0.0
+            sim.network._silent_until = 0.0
+            sim.graph.heard.clear()
+        for server in self._servers:
+            with server._lock:
+                server._goals = GoalList()
+            server._publish_status()
+
+    def is_sound(self) -> bool:
+        """Whether the next test will find it as this one did."""
+        sim = self.sim
+        if sim._master is not self._master or sim.closing or sim.network._down_until or sim.network.delay:
+            return False
+        with sim.lock:
+            sim.world.press_emergency_stop()  # ends whatever moves
+            sim.speed = 50.0  # ends whatever takes its time
+        return _eventually(
+            lambda: (
+                not any(server._workers for server in self._servers)
+                and self._connections() == self._links
+                and self._graph() == self._state
+            )
+        )
+
+
+def _eventually(condition: Callable[[], bool]) -> bool:
+    end = time.monotonic() + PATIENCE
+    while True:
+        try:
+            if condition():
+                return True
+        except RosError:
+            return False
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.01)
