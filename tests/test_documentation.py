@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import ast
 import re
 import shlex
-import subprocess
-import sys
-from contextlib import ExitStack
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+from tests.support.robot_pool import RobotPool
+from tests.support.warm import WarmPython
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = sorted([*ROOT.glob("README*.md"), *(ROOT / "docs").rglob("*.md")])
@@ -21,15 +23,20 @@ ROBOT_USED = 'with Chassis("169.254.128.2")'
 
 
 def snippets() -> list[tuple[str, str]]:
-    """(place, code) of every fenced Python block, without exception; one marked `robot` has a robot's address."""
-    found = []
+    """(places, code) of every fenced Python block, without exception; one marked `robot` has a robot's address.
+
+    What differs in comments only, as on the page in another language, is one.
+    """
+    found: dict[str, tuple[str, str]] = {}
     for page in PAGES:
         text = page.read_text("utf-8")
         for match in FENCE.finditer(text):
             line = text.count("\n", 0, match.start()) + 1
             assert (match["flags"].strip() == "robot") == (ROBOT_USED in match["code"]), page.name
-            found.append((f"{page.relative_to(ROOT).as_posix()}:{line}", match["code"]))
-    return found
+            place, code = f"{page.relative_to(ROOT).as_posix()}:{line}", match["code"]
+            same = ast.dump(ast.parse(code))
+            found[same] = (f"{found[same][0]} {place}", code) if same in found else (place, code)
+    return list(found.values())
 
 
 SNIPPETS = snippets()
@@ -77,27 +84,40 @@ def _exit_code(parser: argparse.ArgumentParser, words: list[str]) -> object:
     return 0
 
 
+SMALL = """
+import woosh_pure
+class SimulatedChassis(woosh_pure.SimulatedChassis):
+    def __init__(self, **options):
+        super().__init__(**{"full_graph": False, **options})
+woosh_pure.SimulatedChassis = SimulatedChassis
+"""
+"""Without the parts of a simulated chassis that carry no content, which cost most of its start."""
+
+
+@pytest.fixture(scope="module")
+def python() -> Iterator[WarmPython]:
+    with WarmPython() as warm:
+        yield warm
+
+
+@pytest.fixture(scope="module")
+def robots() -> Iterator[RobotPool]:
+    with RobotPool() as pool:
+        yield pool
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("place", "code"), SNIPPETS, ids=[place for place, _ in SNIPPETS])
-def test_a_snippet_runs(place: str, code: str, tmp_path: Path) -> None:
+def test_a_snippet_runs(place: str, code: str, python: WarmPython, robots: RobotPool, tmp_path: Path) -> None:
     """A reader who pastes it into a file gets what the page promises: no error."""
     script = tmp_path / "snippet.py"
-    with ExitStack() as stack:
-        if ROBOT_USED in code:
-            # What is said of a robot is run on a simulated one.
-            from woosh_pure import SimulatedChassis
-
-            uri = stack.enter_context(SimulatedChassis(speed=8)).master_uri
-            code = code.replace(ROBOT_USED, f'with Chassis("{uri}")')
-        script.write_text(code, "utf-8")
-        done = subprocess.run(
-            [sys.executable, str(script)],
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-            timeout=100,
-            check=False,
-        )
+    robot = robots.take(speed=8.0) if ROBOT_USED in code else None
+    if robot is not None:  # what is said of a robot is run on a simulated one
+        code = code.replace(ROBOT_USED, f'with Chassis("{robot.sim.master_uri}")')
+    script.write_text(code, "utf-8")
+    done = python.run(script, tmp_path, before=SMALL)
+    if robot is not None:
+        robots.give_back(robot)
     assert done.returncode == 0, f"{place}\n{done.stdout}\n{done.stderr}"
 
 

@@ -1,0 +1,141 @@
+"""A Python that has loaded our packages already, and becomes a program as often as it is asked to.
+
+Starting an interpreter and loading numpy and us costs more than most small programs do themselves. Each program runs
+in a process of its own, forked from one that has loaded everything and has done nothing: as `python FILE` would run
+it, with its own `sys.argv`, folder, environment and output, and with the whole end of an interpreter. Where there is
+no fork, it is started as usual.
+
+    with WarmPython() as python:
+        done = python.run(path, folder)
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import runpy
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+__all__ = ["WarmPython"]
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+class WarmPython:
+    """The process that is forked. Use it in a `with` block, from one thread."""
+
+    def __init__(self) -> None:
+        environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "utf-8"}
+        environment.pop("ROS_MASTER_URI", None)
+        self._environment = environment
+        self._process: subprocess.Popen[str] | None = None
+
+    def __enter__(self) -> WarmPython:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._process is not None:
+            self._process.communicate(timeout=20)  # it ends with its input
+
+    def run(
+        self,
+        script: Path,
+        folder: Path,
+        arguments: Sequence[str] = (),
+        *,
+        before: str = "",
+        timeout: float = 100.0,
+    ) -> subprocess.CompletedProcess[str]:
+        """Run a program to its end, in a folder; its exit code and what it wrote.
+
+        Args:
+            script: The program.
+            folder: Where it runs.
+            arguments: Its `sys.argv`.
+            before: Statements that run in its process first, where there is a fork.
+            timeout: Seconds after which it is killed.
+        """
+        if not hasattr(os, "fork"):
+            return subprocess.run(
+                # The embeddable Python of Windows takes no environment.
+                [sys.executable, "-X", "utf8", str(script), *arguments],
+                cwd=folder, env=self._environment, capture_output=True, text=True, encoding="utf-8",
+                timeout=timeout, check=False, stdin=subprocess.DEVNULL,
+            )  # fmt: skip
+        if self._process is None:
+            self._process = subprocess.Popen(
+                [sys.executable, "-c", "from tests.support.warm import serve; serve()"],
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT, env=self._environment,
+            )  # fmt: skip
+        written = [folder / f"{script.stem}.stdout", folder / f"{script.stem}.stderr"]
+        order = {"script": str(script), "arguments": list(arguments), "folder": str(folder), "before": before}
+        pid = self._ask({**order, "out": str(written[0]), "err": str(written[1])})
+        late = threading.Timer(timeout, os.kill, (pid, signal.SIGKILL))
+        late.start()
+        code = self._answer()
+        late.cancel()
+        out, err = (path.read_text("utf-8") for path in written)
+        return subprocess.CompletedProcess([str(script), *arguments], code, out, err)
+
+    def _ask(self, order: Mapping[str, object]) -> int:
+        assert self._process is not None
+        assert self._process.stdin is not None
+        self._process.stdin.write(json.dumps(order) + "\n")
+        self._process.stdin.flush()
+        return self._answer()
+
+    def _answer(self) -> int:
+        assert self._process is not None
+        assert self._process.stdout is not None
+        return int(self._process.stdout.readline())
+
+
+def serve() -> None:
+    """In the process that is forked: a line is a program; its process id and its exit code are the answers."""
+    load()
+    while line := sys.stdin.readline():
+        order = json.loads(line)
+        pid = os.fork()
+        if pid == 0:
+            become(order)
+            return  # and now comes the end of the interpreter
+        print(pid, flush=True)
+        print(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), flush=True)
+
+
+def load() -> None:
+    """What programs use, and what that makes when it is used first: no thread, no socket."""
+    import asyncio  # noqa: F401
+
+    import numpy  # noqa: F401
+
+    import rosproto
+    import woosh_pure
+    from woosh_pure import interface, sim  # noqa: F401
+    from woosh_pure.rostypes import message_type
+
+    for package in (rosproto, woosh_pure):
+        for name in package.__all__:
+            getattr(package, name)
+    for row in interface.topics():
+        if row.definition_known:
+            message_type(row.type)
+
+
+def become(order: Mapping[str, object]) -> None:
+    """Be the program."""
+    for number, path in ((0, os.devnull), (1, order["out"]), (2, order["err"])):
+        opened = os.open(str(path), os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o600)
+        os.dup2(opened, number)
+        os.close(opened)
+    os.chdir(str(order["folder"]))
+    script = str(order["script"])
+    sys.argv = [script, *order["arguments"]]  # type: ignore[misc]
+    sys.path.insert(0, str(Path(script).parent))
+    exec(str(order["before"]), {})
+    runpy.run_path(script, run_name="__main__")
