@@ -25,10 +25,12 @@ ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
 MOST_BYTES = 1_000_000
 APPLICATIONS = {
-    "application.py": ("moved 0.2 m", "action: 7", "lz4 /robot_status 5 dock"),
-    "rospy_application.py": ("action: 7",),
+    "application": ("moved 0.2 m", "action: 7", "lz4 /robot_status 5 dock"),
+    "rospy_application": ("action: 7",),
 }
 """What is frozen, and what it says when it has worked."""
+FROZEN = "import sys\nif sys.argv[1:] == ['application']:\n    import application\nelse:\n    import rospy_application\n"
+"""One program of both: the hooks put all of rosproto and rosproto.rospy into any that uses either."""
 PACKS = {
     "msgdefs/definitions.txt": ("msgdefs/", (".msg", ".srv", ".action", ".txt")),
     "rosproto/rospy/modules.txt": ("rosproto/rospy/modules/", (".py",)),
@@ -162,13 +164,13 @@ def check_sdist(sdist: Path) -> None:
 def check_installed(wheel: Path, work: Path) -> Path:
     """In a bare environment: what pip brings, the commands, and nothing written into the installation."""
     home = work / "bare"
-    venv.create(home, with_pip=True)
+    venv.create(home)
     bin_ = home / ("Scripts" if sys.platform == "win32" else "bin")
     python = bin_ / "python"
-    run(python, "-m", "pip", "install", "-q", wheel)
-    listed = run(python, "-m", "pip", "list", "--format", "freeze", "--disable-pip-version-check")
+    run(*pip(python), "install", "-q", wheel)
+    listed = run(*pip(python), "list", "--format", "freeze", "--disable-pip-version-check")
     brought = {line.split("==")[0].split(" @")[0].lower() for line in listed.splitlines()}
-    assert brought - {"pip", "setuptools", "wheel"} == {"numpy", "lz4", "woosh-pure"}, brought
+    assert brought == {"numpy", "lz4", "woosh-pure"}, brought
     make_read_only(home)
     user = {"user": NOBODY, "group": NOBODY, "extra_groups": []} if is_root() else {}
     before = contents(home)
@@ -180,6 +182,11 @@ def check_installed(wheel: Path, work: Path) -> Path:
     run(python, "-c", USE_ROSPY, **options)
     assert contents(home) == before, "the installation was written to"
     return python
+
+
+def pip(python: Path) -> list[object]:
+    """Our own pip, working on that environment, which needs none."""
+    return [sys.executable, "-m", "pip", "--python", python]
 
 
 def check_zipped(wheel: Path, python: Path, work: Path) -> None:
@@ -211,30 +218,28 @@ def check_runners(wheel: Path, work: Path) -> None:
     for command in (
         [*pipx, "--pip-args", f"--no-index --find-links {house}", "woosh", "demo"],
         [*uv, "tool", "run", *where, "--from", wheel, "woosh", "demo"],
-        [*uv, "run", "--no-project", *where, "--with", wheel, "woosh", "demo"],
     ):
         assert "done in" in run(*command, cwd=work, extra=extra)
     run(*uv, "run", "--no-project", *where, "--with", wheel, script, cwd=work, extra=extra)
 
 
-def check_frozen(wheel: Path, work: Path) -> None:
-    """PyInstaller --onefile of small applications, by the hooks in the wheel."""
-    home = work / "frozen"
-    venv.create(home, with_pip=True)
-    python = home / ("Scripts/python" if sys.platform == "win32" else "bin/python")
-    run(python, "-m", "pip", "install", "-q", wheel, "pyinstaller")
+def check_frozen(python: Path, work: Path) -> None:
+    """PyInstaller --onefile of small applications, by the hooks in the wheel that is installed there."""
+    run(*pip(python), "install", "-q", "--no-compile", "pyinstaller")
     empty = work / "empty"
     empty.mkdir()
+    main = work / "frozen.py"
+    main.write_text(FROZEN)
+    run(
+        python, "-m", "PyInstaller", "--onefile", "--noconfirm", "--log-level", "ERROR", "--paths", HERE,
+        "--distpath", work / "app", "--workpath", work / "build", "--specpath", work, main,
+        cwd=work, timeout=600,
+    )  # fmt: skip
+    (program,) = (work / "app").glob("frozen*")
     for application, shows in APPLICATIONS.items():
-        run(
-            python, "-m", "PyInstaller", "--onefile", "--noconfirm", "--log-level", "ERROR",
-            "--distpath", work / "app", "--workpath", work / "build", "--specpath", work, HERE / application,
-            cwd=work, timeout=600,
-        )  # fmt: skip
-        (program,) = (work / "app").glob(f"{Path(application).stem}*")
-        shown = run(program, cwd=empty, extra={"PATH": "", "LC_ALL": "C.UTF-8"})
+        shown = run(program, application, cwd=empty, extra={"PATH": "", "LC_ALL": "C.UTF-8"})
         assert all(words in shown for words in shows), shown
-        print(f"  {application}: {program.stat().st_size / 1e6:.0f} MB")
+    print(f"  {program.name}: {program.stat().st_size / 1e6:.0f} MB")
 
 
 def is_root() -> bool:
@@ -245,6 +250,13 @@ def make_read_only(folder: Path) -> None:
     for path in [folder, *folder.rglob("*")]:
         if not path.is_symlink():
             path.chmod(path.stat().st_mode & ~(stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH))
+
+
+def make_writable(folder: Path) -> None:
+    """Also so that the directory can be removed by others than root."""
+    for path in [folder, *folder.rglob("*")]:
+        if not path.is_symlink():
+            path.chmod(path.stat().st_mode | stat.S_IWUSR)
 
 
 def contents(folder: Path) -> set[tuple[str, int]]:
@@ -259,7 +271,9 @@ def main() -> None:
         began = time.monotonic()
 
         def done(what: str) -> None:
-            print(f"{time.monotonic() - began:6.1f} s  {what}", flush=True)
+            used = os.times()
+            computed = used.children_user + used.children_system
+            print(f"{time.monotonic() - began:6.1f} s, {computed:5.1f} s computed  {what}", flush=True)
 
         wheel, sdist = build(work / "dist")
         done(f"built {wheel.name} ({wheel.stat().st_size / 1e3:.0f} kB) and {sdist.name}")
@@ -272,11 +286,9 @@ def main() -> None:
         done("imported from a zip")
         check_runners(wheel, work)
         done("pipx run, uv tool run, uv run")
-        check_frozen(wheel, work)
+        make_writable(work / "bare")
+        check_frozen(python, work)
         done("PyInstaller --onefile")
-        for path in (work / "bare").rglob("*"):  # so that the directory can be removed by others than root
-            if path.is_dir() and not path.is_symlink():
-                path.chmod(0o755)
 
 
 if __name__ == "__main__":
