@@ -5,7 +5,7 @@ Tasks fill statuses; an Updater runs them at a steady pace and publishes what th
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from ._diagnostic_status_wrapper import DiagnosticStatusWrapper
+from ._diagnostic_status_wrapper import ERROR, OK, WARN, DiagnosticStatusWrapper
 from ._diagnostic_updater import (
     CompositeDiagnosticTask,
     DiagnosticTask,
@@ -23,6 +23,9 @@ from ._update_functions import (
 )
 
 __all__ = [
+    "ERROR",
+    "OK",
+    "WARN",
     "CompositeDiagnosticTask",
     "DiagnosedPublisher",
     "DiagnosticArray",
