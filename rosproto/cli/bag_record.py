@@ -35,6 +35,7 @@ def add_record_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--node", metavar="NAME", help="every topic this node subscribes")
     parser.add_argument("--tcpnodelay", action="store_true", help="ask publishers to send at once")
+    parser.add_argument("--udp", action="store_true", help="take datagrams where publishers offer them")
     add_output_options(parser)
 
 
@@ -134,7 +135,8 @@ def record(arguments: argparse.Namespace) -> int:
             node=node.resolve_name(arguments.node) if arguments.node else None,
         )
         _await_clock(node, arguments.quiet)
-        recorder = Recorder(node, selection=selection, tcp_nodelay=arguments.tcpnodelay, **options)
+        transport = {"tcp_nodelay": arguments.tcpnodelay, "unreliable": arguments.udp}
+        recorder = Recorder(node, selection=selection, **transport, **options)
         return follow(recorder, quiet=arguments.quiet)
 
 

@@ -88,7 +88,7 @@ class Recorder:
         buffer_bytes: Most bytes that wait for the disk; the oldest are dropped and counted.
         poll: Seconds between two questions for new topics.
         overwrite: Replace files of that name.
-        tcp_nodelay: See `Node.subscriber`.
+        tcp_nodelay, unreliable: See `Node.subscriber`.
         announce: Publish the name of each bag, latched, on `begin_write` when it is begun (rosbag record -p).
         least_free_bytes: Finish with an error, the bag closed properly, when the disk has less room left.
 
@@ -120,6 +120,7 @@ class Recorder:
         poll: float = 1.0,
         overwrite: bool = False,
         tcp_nodelay: bool = False,
+        unreliable: bool = False,
         announce: bool = False,
         least_free_bytes: int = 0,
     ) -> None:
@@ -134,6 +135,7 @@ class Recorder:
         self._most_bytes = most_bytes
         self._poll = poll
         self._nodelay = tcp_nodelay
+        self._unreliable = unreliable
         self._least_free = least_free_bytes
         self._announcer = node.publisher("begin_write", "std_msgs/String", latch=True) if announce else None
         splits = split_bytes is not None or split_seconds is not None
@@ -313,7 +315,14 @@ class Recorder:
         # Inline and with a queue that is never full: every message goes to the buffer in the thread that
         # received it; only the buffer may drop, and it counts.
         self._subscribers[topic] = self._node.subscriber(
-            topic, None, tap, raw=True, queue_size=ALL, inline=True, tcp_nodelay=self._nodelay
+            topic,
+            None,
+            tap,
+            raw=True,
+            queue_size=ALL,
+            inline=True,
+            tcp_nodelay=self._nodelay,
+            unreliable=self._unreliable,
         )
         _log.info("= recording %s", topic)
 

@@ -116,7 +116,7 @@ TABLE = [
 RECORD = [
     Case("record /words --duration 2 -O {d}/r.bag --lz4 --force --quiet --buffsize 8 --chunksize 64 --tcpnodelay",
          wrote("r.bag", "/words")),
-    Case("record --all --exclude '/rosout.*' --duration 2 --output-prefix {d}/p --bz2 --size 5", files("p*.bag")),
+    Case("record --all --exclude '/rosout.*' --udp --duration 2 --output-prefix {d}/p --bz2 --size 5", files("p*.bag")),
     Case("record --regex '/wor.*' --limit 3 --publish --min-space 1 --output-name {d}/r.bag", wrote("r.bag", "/words")),
     Case("record --node /ear --duration 2 -O {d}/r.bag --repeat-latched", wrote("r.bag", "/words")),
 ]  # fmt: skip

@@ -53,6 +53,26 @@ def test_publishers_that_disagree_are_both_recorded(nodes: tuple[Node, Node, Nod
     assert messages == ["seven", "text"]
 
 
+def test_datagrams_are_recorded(tmp_path: Path) -> None:
+    """`unreliable`, as `rosbag record --udp`: the same bag."""
+    with (
+        Master() as master,
+        Node("/one", master_uri=master.uri, intraprocess=False) as one,
+        Node("/recorder", master_uri=master.uri, intraprocess=False) as node,
+    ):
+        publisher = one.publisher("/a", String)
+        with Recorder(node, tmp_path / "a.bag", ["/a"], limit=1, unreliable=True) as recorder:
+            publisher.wait_for_connection(20)
+            (link,) = publisher.stats()
+            publisher.publish(data="text")
+            assert recorder.wait(20)
+    assert link.transport == "UDPROS"
+    with BagReader(tmp_path / "a.bag") as bag:
+        (connection,) = bag.connections.values()
+        assert (connection.callerid, connection.md5sum) == ("/one", String._md5sum)
+        assert [m.data for _, m, _ in bag.read_messages()] == ["text"]
+
+
 def test_it_ends_by_size_and_by_time(nodes: tuple[Node, Node, Node], tmp_path: Path) -> None:
     """`wait` tells; the file is finished then, without close."""
     one, _, node = nodes
