@@ -139,12 +139,15 @@ grid.info.width, grid.info.height, grid.info.resolution = 4, 3, 0.05
 map_.publish(grid)
 sys.stdout.write("up\n")
 sys.stdout.flush()
-while not rospy.is_shutdown():
-    battery.publish(Battery(batteryPercentage=55, batteryVoltage=25.5))
-    pose.publish(Pose2D(1.0, 2.0, 0.5))
-    moved = Odometry()
-    moved.pose.pose.orientation.z, moved.pose.pose.orientation.w = 0.2, 0.98
-    moved.twist.twist.linear.x = 0.1
-    odom.publish(moved)
-    scan.publish(LaserScan(ranges=[1.0, 0.4, 2.5, float("inf")], range_max=10, angle_increment=0.1))
-    rospy.sleep(0.05)
+try:
+    while not rospy.is_shutdown():
+        battery.publish(Battery(batteryPercentage=55, batteryVoltage=25.5))
+        pose.publish(Pose2D(1.0, 2.0, 0.5))
+        moved = Odometry()
+        moved.pose.pose.orientation.z, moved.pose.pose.orientation.w = 0.2, 0.98
+        moved.twist.twist.linear.x = 0.1
+        odom.publish(moved)
+        scan.publish(LaserScan(ranges=[1.0, 0.4, 2.5, float("inf")], range_max=10, angle_increment=0.1))
+        rospy.sleep(0.05)
+finally:
+    rospy.signal_shutdown("interrupted")  # which the threads of the actions wait for

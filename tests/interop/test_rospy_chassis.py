@@ -60,18 +60,27 @@ def go(goal):
 base = actionlib.SimpleActionServer("/move_base", MoveBaseAction, go, auto_start=False); base.start()
 say(1, 7)
 print("up", flush=True)
-while not rospy.is_shutdown():
-    battery.publish(Battery(batteryPercentage=55, batteryVoltage=25.0)); pose.publish(Pose2D(1.0, 2.0, 0.5))
-    measured.publish(last[0]); rospy.sleep(0.05)
+try:
+    while not rospy.is_shutdown():
+        battery.publish(Battery(batteryPercentage=55, batteryVoltage=25.0)); pose.publish(Pose2D(1.0, 2.0, 0.5))
+        measured.publish(last[0]); rospy.sleep(0.05)
+finally: rospy.signal_shutdown("interrupted")  # which the threads of the actions wait for
 """
 
 
-@pytest.fixture
-def robot(our_master: Master, genpy_packages: Path) -> Iterator[Chassis]:
-    """A Chassis connected to the rospy robot on our master."""
-    with ros.start_rospy(ROBOT, our_master.uri, packages=genpy_packages) as process:
-        process.wait_for("up")
-        with Chassis(our_master.uri) as chassis:
+@pytest.fixture(scope="module")
+def master() -> Iterator[Master]:
+    """The master of the rospy robot: ours."""
+    with Master() as master:
+        yield master
+
+
+@pytest.fixture(scope="module")
+def robot(master: Master, genpy_packages: Path) -> Iterator[Chassis]:
+    """A Chassis connected to the rospy robot; one for the whole file."""
+    with ros.start_rospy(ROBOT, master.uri, packages=genpy_packages) as process:
+        process.wait_for("up", 60.0)
+        with Chassis(master.uri, timeout=20.0) as chassis:
             yield chassis
 
 
@@ -95,15 +104,15 @@ def test_tasks_end_as_they_should(robot: Chassis) -> None:
     assert outcome(robot.go_to_mark("never ends"), 0.5) is OutcomeKind.TIMED_OUT
 
 
-def test_steps_and_navigation_end_as_they_should(robot: Chassis, our_master: Master) -> None:
+def test_steps_and_navigation_end_as_they_should(robot: Chassis, master: Master) -> None:
     # The result is another topic than the feedback, and may overtake it: the robot waits until that has been seen.
-    with MasterClient(our_master.uri, "/test") as master:
-        master.set_param("/percent", 0.0)
+    with MasterClient(master.uri, "/test") as parameters:
+        parameters.set_param("/percent", 0.0)
         handle = robot.move(0.5)
         seen = []
         for report in handle.progress():
             seen.append(report.percent)
-            master.set_param("/percent", report.percent)
+            parameters.set_param("/percent", report.percent)
     assert seen == [30.0, 60.0, 100.0]
     assert handle.wait(10.0).code == 1
     with pytest.raises(GoalFailed) as caught:

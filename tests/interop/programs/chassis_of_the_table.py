@@ -98,8 +98,11 @@ for name, kind, flow in json.loads(os.environ["CHASSIS_ROWS"]):
     else:
         serve(name, kind)
 print("up", flush=True)
-while not rospy.is_shutdown():
-    for name, (publisher, message) in publishers.items():
-        if name != "/robot_status" or publisher.get_num_connections():
-            publisher.publish(message)
-    rospy.sleep(0.2)
+try:
+    while not rospy.is_shutdown():
+        for name, (publisher, message) in publishers.items():
+            if name != "/robot_status" or publisher.get_num_connections():
+                publisher.publish(message)
+        rospy.sleep(0.2)
+finally:
+    rospy.signal_shutdown("interrupted")  # which the threads of the actions wait for
