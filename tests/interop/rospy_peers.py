@@ -66,7 +66,7 @@ def says(
 ) -> Peer:
     """Publishes messages: `topic: (type, [fields, ...])`, when somebody is connected to all topics.
 
-    With `when`, the name of a parameter, not before that is set: the program's word that it is ready.
+    With `when`, the name of a parameter, only as many as that says: the program's word that it is ready for them.
     """
 
     @contextmanager
@@ -87,10 +87,12 @@ def says(
     def speak(node: Node, topic: str, kind: str, messages: Sequence[Any], over: threading.Event) -> None:
         publisher = node.publisher(topic, kind, latch=latch, queue_size=1000)
         while not over.is_set():
-            if (not publisher.connections and not latch) or (when and when not in node.params):
+            if not publisher.connections and not latch:
                 time.sleep(0.01)
                 continue
-            for fields in messages:
+            for number, fields in enumerate(messages, 1):
+                while when and node.params.get(when, 0) < number and not over.is_set():
+                    time.sleep(0.01)
                 publisher.publish(rosproto.message_class(kind)(**fields))
                 if over.wait(pause):
                     return

@@ -21,8 +21,16 @@ def last(message):
 rospy.Subscriber("pose", PoseStamped, failing)
 sub = rospy.Subscriber("pose", PoseStamped, last)
 through = []
-rospy.Subscriber("pose", PoseStamped, through.append)
-rospy.set_param("/ready", True)  # both are there: now something may come
+
+
+def next_one(message):
+    """The last that is called. What rospy reads at a time it gives to the callbacks that were there before."""
+    through.append(message)
+    rospy.set_param("/ready", len(through) + 1)
+
+
+rospy.Subscriber("pose", PoseStamped, next_one)
+rospy.set_param("/ready", 1)  # all are there: now something may come
 while len(through) < 5:
     rospy.sleep(0.01)
 print(order[:4], sub.impl)

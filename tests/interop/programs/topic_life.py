@@ -11,17 +11,18 @@ class L(rospy.SubscribeListener):
     def peer_subscribe(self, t, tp, pp):
         print("sub", t)
         pp(String("welcome"))
+        came.append(t)  # now its buffer is free for the next publish()
 
     def peer_unsubscribe(self, t, n):
         print("unsub", t, n)
         gone.append(t)
 
 
-gone = []
+came, gone = [], []
 p = rospy.Publisher("w", String, subscriber_listener=L(), queue_size=5)
 got = []
 s = rospy.Subscriber("w", String, lambda m: got.append(m.data))
-while len(got) < 1:
+while not (got and came):
     rospy.sleep(0.01)
 p.publish("x")
 while len(got) < 2:

@@ -13,8 +13,10 @@ events, lock = [], threading.RLock()
 class Listener(rospy.SubscribeListener):
     def peer_subscribe(self, topic_name, topic_publish, peer_publish):
         with lock:
+            peer_publish(
+                Int32(-1)
+            )  # in rospy by the buffer of publish(), so nothing is published before it returns
             events.append("subscribe %s" % topic_name.split("/")[-1])
-            peer_publish(Int32(-1))
 
     def peer_unsubscribe(self, topic_name, num_peers):
         with lock:
@@ -44,12 +46,12 @@ for round_ in range(2):
     while not source.get_num_connections():
         rospy.sleep(0.02)
     for i in range(4):  # the welcome first, then one by one
-        while len(got) <= i:
+        while len(got) <= i or len(events) <= 2 * round_:
             rospy.sleep(0.01)
         if i < 3:
             source.publish(i)
     ear.unregister()
-    while source.get_num_connections():
+    while source.get_num_connections() or len(events) < 2 * round_ + 2:
         rospy.sleep(0.02)
     print(round_, got)
 while len(events) < 4 or lazy.sub is not None:
