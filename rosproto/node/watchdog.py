@@ -51,9 +51,14 @@ MOST_TO_VERIFY = 1000  # topics; more are not ours
 
 
 class Watchdog:
-    """One thread per node."""
+    """One thread per node.
+
+    Attributes:
+        full_check_every: Looks between two comparisons of the whole graph.
+    """
 
     def __init__(self, node: Node) -> None:
+        self.full_check_every = FULL_CHECK_EVERY
         self._node = node
         self._wake = threading.Condition()
         self._to_verify: dict[str, Subscription] = {}
@@ -113,7 +118,7 @@ class Watchdog:
             _log.info(
                 "= %s: this computer slept for %.0f s; all links are made anew", self._node.name, seconds
             )
-            self._looks = FULL_CHECK_EVERY - 1
+            self._looks = self.full_check_every - 1
             self._node._topics.woke_up()
 
     def _look(self) -> float:
@@ -153,7 +158,7 @@ class Watchdog:
             _log.debug("! %s is registered at %s, not at %s", node.name, uri, node.uri)
             return True
         self._looks += 1
-        return self._looks % FULL_CHECK_EVERY != 0 or self._graph_has_all()
+        return self._looks % self.full_check_every != 0 or self._graph_has_all()
 
     def _ask(self) -> tuple[object, object, object]:
         """The master's process id, our URI as it knows it, its run id; one request where multicall works."""

@@ -193,6 +193,30 @@ def test_a_robot_that_has_hit_something_drives_again_when_it_is_freed(sim, chass
     assert chassis.go_to(0.0, 0.0).wait(30.0)
 
 
+def test_the_nodes_of_a_robot_do_not_compare_the_graph_of_their_own_master_all_the_time(monkeypatch):
+    """Forty of them did, every five seconds: more than half of what an idle simulated chassis cost."""
+    asked: list[str] = []
+    ask = rosproto.MasterClient.get_system_state
+
+    def note(client, **options):
+        asked.append(client.caller_id)
+        return ask(client, **options)
+
+    monkeypatch.setattr("rosproto.node.watchdog.PERIOD", 0.02)
+    monkeypatch.setattr("woosh_pure.sim.graph._SELDOM", 1_000_000)
+    monkeypatch.setattr(rosproto.MasterClient, "get_system_state", note)
+    with (
+        SimulatedChassis(full_graph=False) as sim,
+        rosproto.Node("/other", master_uri=sim.master_uri) as other,
+    ):
+        watched = [other, *sim.graph.nodes.values()]
+        end = time.monotonic() + 60.0
+        while min(node._watchdog._looks for node in watched) < 10:
+            assert time.monotonic() < end
+            time.sleep(0.01)
+    assert set(asked) == {"/other"}
+
+
 def test_the_position_is_given_through_the_service_that_is_found_by_its_type(sim, chassis, until):
     sim.lose_localization()
     chassis.set_pose(sim.pose, via="service")

@@ -47,9 +47,6 @@ __all__ = ["SimulatedChassis"]
 logger = get_logger("woosh_pure.sim")
 MOST_FILES = 1024
 """Forty nodes and a few clients have 600 open, sockets included; beyond 1024 others' `select` would fail."""
-_PATIENCE = (
-    60.0  # s for a node to find a master of our own: it is there, and answers late when the computer is busy
-)
 _TICK = 0.02
 _STEP = 0.02
 
@@ -150,7 +147,7 @@ class SimulatedChassis:
             firmware=self.firmware,
             network=self.network,
             assumed_types=self._assumed_types,
-            patience=_PATIENCE if self._master is not None else 10.0,
+            own_master=self._master is not None,
         )
         self._graph.build()
         self._graph.client("/move_base")

@@ -23,6 +23,10 @@ __all__ = ["Graph"]
 _ASSUMED = {"woosh_msgs/VolumeCtl": "uint8 percent  # assumed\n"}
 """Types whose definition is not published: what the simulated chassis has instead; clients learn it."""
 
+_PATIENCE = {True: 60.0, False: 10.0}
+"""Seconds for a node to find the master. One of our own is there; only a busy computer makes it late."""
+_SELDOM = 60  # looks, of a second each
+
 _RI = "/ros_interface"
 _NOBODY_LISTENS = {
     "/enable_follower": "std_msgs/Bool",
@@ -53,10 +57,10 @@ class Graph:
         firmware: Firmware,
         network: Network,
         assumed_types: bool,
-        patience: float,
+        own_master: bool,
     ) -> None:
         self._uri, self._host, self._full = master_uri, host, full
-        self._patience = patience  # s for each node to find the master
+        self._own_master = own_master
         self._firmware = firmware
         self._latch_status = latch_status
         self._network = network
@@ -81,8 +85,11 @@ class Graph:
                 master_uri=self._uri,
                 host=self._host,
                 intraprocess=False,
-                timeout=self._patience,
+                timeout=_PATIENCE[self._own_master],
             )
+            if self._own_master:
+                # Nothing is lost between it and us. Comparing the graph was most of what an idle robot cost.
+                node._watchdog.full_check_every = _SELDOM
             node.revisions = NoRevisions()
             self.nodes[name] = node
         return self.nodes[name]
