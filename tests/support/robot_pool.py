@@ -19,7 +19,7 @@ from woosh_pure.sim.world import World
 
 __all__ = ["RobotPool"]
 
-PATIENCE = 5.0  # s for what a test has left to end: its nodes leave, handlers notice
+PATIENCE = 2.0  # s for what a test has left to end: its nodes leave, handlers notice
 
 
 class RobotPool:
@@ -123,4 +123,4 @@ def _eventually(condition: Callable[[], bool]) -> bool:
             return False
         if time.monotonic() > end:
             return False
-        time.sleep(0.01)
+        time.sleep(0.05)
