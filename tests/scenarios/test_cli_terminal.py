@@ -15,7 +15,6 @@ if sys.platform == "win32":
 
 from rosproto import Node
 from tests.support.terminal import Terminal
-from woosh_pure import SimulatedChassis
 from woosh_pure.geometry import Pose2D
 
 UP, DOWN, RIGHT, LEFT = (f"\x1b[{final}" for final in "ABCD")
@@ -23,10 +22,9 @@ ACKNOWLEDGED = ("--acknowledged", "--feedback-timeout", "2")
 
 
 @pytest.fixture
-def slow():
+def slow(sim, real_time):
     """A simulated chassis in real time."""
-    with SimulatedChassis(full_graph=False) as sim:
-        yield sim
+    return sim
 
 
 def wanted(sim) -> float:
