@@ -23,7 +23,7 @@ def test_no_goal_and_no_result_of_a_burst_is_lost(intraprocess: bool) -> None:
         ),
         ActionClient(asking, "/do", "actionlib/Test") as client,
     ):
-        client.wait_for_server(10)
+        client.wait_for_server(20)
         handles = [client.send_goal({"goal": number}) for number in range(GOALS)]
         assert [handle.wait(20).result for handle in handles] == list(range(GOALS))
         assert {handle.status for handle in handles} == {GoalStatus.SUCCEEDED}

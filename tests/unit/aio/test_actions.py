@@ -45,7 +45,7 @@ def test_a_goal_is_awaited_and_its_feedback_iterated(uri):
         robot, laptop = nodes(uri)
         async with robot, laptop, robot.action_server("/count", "actionlib/Test", count):
             client = await laptop.action_client("/count", "actionlib/Test")
-            await client.wait_for_server(10)
+            await client.wait_for_server(20)
             goal = await client.send_goal(Goal(goal=5))
             numbers = []
             async for message in goal.feedback(10):
@@ -53,7 +53,7 @@ def test_a_goal_is_awaited_and_its_feedback_iterated(uri):
                 if len(numbers) == 5:
                     seen.set()
             assert numbers == [0, 1, 2, 3, 4]
-            assert (await goal.wait(10)).result == 7
+            assert (await goal.wait(20)).result == 7
             assert (await goal).result == goal.result.result == 7
             assert (goal.status, goal.text, goal.done) == (GoalStatus.SUCCEEDED, "counted", True)
 
@@ -70,7 +70,7 @@ def test_a_goal_is_cancelled_and_one_that_takes_long_times_out(uri):
         robot, laptop = nodes(uri)
         async with robot, laptop, robot.action_server("/long", "actionlib/Test", until_cancelled):
             client = await laptop.action_client("/long", "actionlib/Test")
-            await client.wait_for_server(10)
+            await client.wait_for_server(20)
             goal = await client.send_goal(Goal(goal=1))
             with pytest.raises(RosTimeout, match="is still"):
                 await goal.wait(0.05)
@@ -78,7 +78,7 @@ def test_a_goal_is_cancelled_and_one_that_takes_long_times_out(uri):
                 async for _ in goal.feedback(0.05):
                     pass
             assert goal.cancel()
-            assert (await goal.wait(10)).result == 1
+            assert (await goal.wait(20)).result == 1
             assert goal.status is GoalStatus.PREEMPTED
             await client.close()
 
@@ -97,10 +97,10 @@ def test_closing_the_client_ends_the_wait_and_the_goal_goes_on(uri):
         robot, laptop = nodes(uri)
         async with robot, laptop, robot.action_server("/gone", "actionlib/Test", wait_for_gate) as server:
             client = await laptop.action_client("/gone", "actionlib/Test")
-            await client.wait_for_server(10)
+            await client.wait_for_server(20)
             goal = await client.send_goal(Goal(goal=1))
             await started.wait()
-            waiting = asyncio.create_task(goal.wait(10))
+            waiting = asyncio.create_task(goal.wait(20))
             await asyncio.sleep(0)
             await client.close()
             with pytest.raises(ConnectionLost):
@@ -125,11 +125,11 @@ def test_the_server_closing_aborts_the_goal(uri):
             await robot
             await robot.action_server("/closing", "actionlib/Test", until_cancelled)
             client = await laptop.action_client("/closing", "actionlib/Test")
-            await client.wait_for_server(10)
+            await client.wait_for_server(20)
             goal = await client.send_goal(Goal(goal=1))
             await started.wait()
             await robot.close()
-            await goal.wait(10)
+            await goal.wait(20)
             assert goal.status in (GoalStatus.ABORTED, GoalStatus.PREEMPTED)
 
     run(main)

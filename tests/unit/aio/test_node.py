@@ -243,7 +243,7 @@ async def test_closing_the_node_from_another_thread_ends_a_view(uri):
     node = Node("/shared2", master_uri=uri, rosout=False)
     seen = aio.view(node)
     sub = await seen.subscriber("/talk", String)
-    waiting = asyncio.create_task(sub.next(10))
+    waiting = asyncio.create_task(sub.next(20))
     await asyncio.sleep(0)
     await asyncio.get_running_loop().run_in_executor(None, node.close)
     with pytest.raises(ConnectionLost):

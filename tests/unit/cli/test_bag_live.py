@@ -160,11 +160,11 @@ def test_keys_steer_a_real_player(graph: tuple[str, Node], tmp_path: Path) -> No
             while "[PAUSED]" not in seen:
                 seen += os.read(ours, 4096).decode()
             os.write(ours, b"s")
-            assert heard.next(10).data == "0"
+            assert heard.next(20).data == "0"
             os.write(ours, b"ss")
-            assert [heard.next(10).data for _ in range(2)] == ["1", "2"]
+            assert [heard.next(20).data for _ in range(2)] == ["1", "2"]
             os.write(ours, b" ")
-            assert [heard.next(10).data for _ in range(3)] == ["3", "4", "5"]
+            assert [heard.next(20).data for _ in range(3)] == ["3", "4", "5"]
             player.send_signal(signal.SIGINT)
             assert player.wait(20) == 130
         finally:

@@ -52,7 +52,7 @@ CLOSE = """
 # Nothing of the parent's was touched: the same connection, the same registrations.
 assert [link.id for link in publisher._publication.all_links] == links
 publisher.publish(data="after")
-assert subscriber.next(10).data == "after"
+assert subscriber.next(20).data == "after"
 assert client.call(data=True, timeout=10).message == "True"
 assert master.stats()["registrations"] == before, master.stats()
 listener.close(); talker.close(); master.close()
@@ -118,7 +118,7 @@ def test_a_child_opens_a_node_of_its_own() -> None:
         "def body():\n"
         "    with rosproto.Node('/child', master_uri=master.uri) as node:\n"
         "        with node.subscriber('/near', 'std_msgs/String') as heard:\n"
-        "            print(heard.next(10).data)\n"
+        "            print(heard.next(20).data)\n"
         "        with node.service_client('/serve', 'std_srvs/SetBool') as ask:\n"
         "            print(ask.call(data=True, timeout=10).message)\n"
         "with rosproto.Node('/near', master_uri=master.uri) as near:\n"

@@ -46,7 +46,7 @@ def test_large_arrays_are_taken_before_publish_returns(nodes: tuple[Node, Node])
         data = np.full(6_000_000, n + 1, "u1")
         publisher.publish(data=data)
         data[:] = 0
-    images = [subscriber.next(10) for _ in range(4)]
+    images = [subscriber.next(20) for _ in range(4)]
     assert [int(image.data.min()) for image in images] == [1, 2, 3, 4]
     assert [image.header.seq for image in images] == [1, 2, 3, 4]
     assert not images[0].data.flags.writeable

@@ -38,7 +38,7 @@ def test_what_every_node_says_comes_out_with_its_name_and_stamp() -> None:
             assert node._rosout is not None
             node._rosout._publisher.wait_for_connection()
             node.logger.warning("from %s", node.name)
-        records = {record.name: record for record in (heard.next(10), heard.next(10))}
+        records = {record.name: record for record in (heard.next(20), heard.next(20))}
         assert {name: (r.msg, r.level, r.header.seq) for name, r in records.items()} == {
             "/a": ("from /a", 4, 1),
             "/b": ("from /b", 4, 1),
