@@ -81,7 +81,7 @@ class ServiceLink:
             RemoteProtocolError: The answer is no connection header.
         """
         peer = format_address(*address)
-        sock = connect(address[0], address[1], deadline)
+        sock = connect(address[0], address[1], deadline, local=True)
         try:
             write_header(sock, fields, deadline)
             header = read_header(sock, limits, deadline)

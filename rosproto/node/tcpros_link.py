@@ -52,7 +52,7 @@ class TcprosLink(PublisherLink):
     def _connect(self, host: str, port: int, deadline: Deadline) -> None:
         self._step(LinkEvent.ADDRESS)
         self.address = format_address(host, port)
-        sock = connect(host, port, deadline)
+        sock = connect(host, port, deadline, local=True)
         self._sock = sock
         # The publisher answered the connect, so it lives: give a busy one time to answer the header.
         deadline = Deadline(self._node.limits.handshake_seconds)
@@ -97,7 +97,7 @@ class TcprosLink(PublisherLink):
             if wanted.is_wildcard:
                 raise
             sock.close()
-            sock = connect(*address, deadline)
+            sock = connect(*address, deadline, local=True)
             self._sock = sock
             reply = self._exchange_headers(sock, ANY, ANY, deadline)
             if reply.md5sum == wanted.md5sum:

@@ -60,7 +60,9 @@ class TcprosServer:
         self.refused = 0
         self._born = threading.Lock()
         with self._born:  # as in XmlRpcServer
-            self._server = TcpServer(host, port, self._accept, limits=limits, allow=allow, name=name)
+            self._server = TcpServer(
+                host, port, self._accept, limits=limits, allow=allow, name=name, local=True
+            )
 
     @property
     def port(self) -> int:

@@ -26,6 +26,7 @@ from rosproto.transport.address import format_address
 from rosproto.transport.clock import SYSTEM, Clock
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.forking import leave_to_parent, left_to_parent
+from rosproto.transport.local_socket import listen_locally, widen
 from rosproto.transport.os_errors import connection_is_over, no_file_left, program_ends
 from rosproto.transport.tcp import interrupt, listen, tune
 
@@ -72,6 +73,8 @@ class TcpServer:
         allow: Who may connect: addresses, or a function of the address; None for everybody.
         name: For thread names and log lines.
         clock: Ages of connections are measured by it.
+        local: Listen beside the port for programs of this computer (`local_socket`); they come from `host`,
+            port 0.
 
     Attributes:
         host: As given.
@@ -89,6 +92,7 @@ class TcpServer:
         allow: Allow = None,
         name: str = "tcp",
         clock: Clock = SYSTEM,
+        local: bool = False,
     ) -> None:
         self.host = host
         self.stats = ServerStats()
@@ -105,10 +109,13 @@ class TcpServer:
         self._accept_failing = False  # so that each spell of trouble is logged once
         self._closing = threading.Event()
         self._process = os.getpid()
-        self._listener = listen(host, port)
-        leave_to_parent(self._listener)
-        self.port = int(self._listener.getsockname()[1])
-        self._listener.setblocking(False)
+        listener = listen(host, port)
+        self.port = int(listener.getsockname()[1])
+        self._local = listen_locally(listener) if local else None
+        self._listeners = [listener] if self._local is None else [listener, self._local]
+        for each in self._listeners:
+            leave_to_parent(each)
+            each.setblocking(False)
         # closing a socket does not wake its accept() everywhere; a byte through this pair does
         self._wake_receiver, self._wake_sender = socket.socketpair()
         self._acceptor = threading.Thread(
@@ -193,13 +200,14 @@ class TcpServer:
 
     def _accept_loop(self) -> None:
         with selectors.DefaultSelector() as selector:
-            selector.register(self._listener, selectors.EVENT_READ)
+            for listener in self._listeners:
+                selector.register(listener, selectors.EVENT_READ, listener)
             selector.register(self._wake_receiver, selectors.EVENT_READ)
             while not self._closing.is_set():
-                selector.select()
-                if not self._closing.is_set():
-                    self._accept_one(self._listener)
-        for sock in (self._listener, self._wake_receiver, self._wake_sender):
+                for key, _ in selector.select():
+                    if key.data is not None and not self._closing.is_set():
+                        self._accept_one(key.data)
+        for sock in (*self._listeners, self._wake_receiver, self._wake_sender):
             sock.close()
 
     def _accept_one(self, listener: socket.socket) -> None:
@@ -220,6 +228,9 @@ class TcpServer:
             return
         self._accept_failing = False
         self.stats.accepted += 1
+        if listener is self._local:
+            widen(sock)
+            address = (self.host, 0)
         if not address:  # macOS: who it was has reset the connection meanwhile, and has no address any more
             sock.close()
             return

@@ -15,6 +15,7 @@ from rosproto.protocol.header import decode_header, encode_header
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.local_socket import name_of
 from rosproto.transport.os_errors import closed_by_peer, translate
 
 __all__ = ["ClosedBeforeHeader", "peer_name", "read_exactly", "read_header", "write_all", "write_header"]
@@ -30,10 +31,10 @@ class ClosedBeforeHeader(ConnectionLost):
 def peer_name(sock: socket.socket) -> str:
     """ "host:port" of the other side, or "peer" when it is gone."""
     try:
-        host, port = sock.getpeername()[:2]
-    except (OSError, ValueError):
+        address = sock.getpeername()
+        return name_of(address) or format_address(*address[:2])
+    except (OSError, TypeError):
         return "peer"
-    return format_address(host, port)
 
 
 def read_exactly(sock: socket.socket, size: int, deadline: Deadline, doing: str = "read") -> bytearray:

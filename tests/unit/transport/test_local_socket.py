@@ -1,0 +1,127 @@
+"""local_socket: connections within one computer that need no TCP, and when TCP is taken all the same."""
+
+from __future__ import annotations
+
+import socket
+import sys
+from collections.abc import Iterator
+
+import pytest
+
+from rosproto.errors import ConnectionLost
+from rosproto.transport import local_socket
+from rosproto.transport.connecting import connect
+from rosproto.transport.deadline import Deadline
+from rosproto.transport.tcp import listen
+from rosproto.transport.tcp_server import TcpServer
+from rosproto.transport.tcpros_io import peer_name, read_exactly
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="abstract sockets are Linux's")
+
+SOON = 20.0
+
+
+class Greeter:
+    """Sends each connection who it is for the server, and closes."""
+
+    def __init__(self) -> None:
+        self.name = ""
+
+    def __call__(self, sock: socket.socket, peer: tuple[str, int]) -> None:
+        self.name = peer_name(sock)
+        sock.sendall(f"{peer[0]} {min(peer[1], 1)}".encode())
+
+
+@pytest.fixture
+def greeter() -> Greeter:
+    return Greeter()
+
+
+@pytest.fixture
+def server(greeter: Greeter) -> Iterator[TcpServer]:
+    with TcpServer("127.0.0.1", 0, greeter, local=True) as server:
+        yield server
+
+
+def greeting(sock: socket.socket) -> str:
+    with sock:
+        return read_exactly(sock, 11, Deadline(SOON)).decode()
+
+
+def family(port: int, host: str = "127.0.0.1") -> socket.AddressFamily:
+    """Of the socket that a connection is made with."""
+    with connect(host, port, Deadline(SOON), local=True) as sock:
+        return sock.family
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "localhost"])
+def test_a_port_of_this_computer_is_reached_without_tcp(
+    server: TcpServer, greeter: Greeter, host: str
+) -> None:
+    sock = connect(host, server.port, Deadline(SOON), local=True)
+    assert sock.family == socket.AF_UNIX
+    assert sock.gettimeout() is None
+    assert peer_name(sock) == f"127.0.0.1:{server.port}"
+    assert greeting(sock) == "127.0.0.1 0"
+    assert greeter.name == "peer"
+
+
+def test_who_does_not_ask_for_it_gets_tcp(server: TcpServer) -> None:
+    sock = connect("127.0.0.1", server.port, Deadline(SOON))
+    assert sock.family == socket.AF_INET
+    assert greeting(sock) == "127.0.0.1 1"
+
+
+def test_a_port_that_has_none_is_reached_by_tcp() -> None:
+    with listen("127.0.0.1") as listener:
+        assert family(listener.getsockname()[1]) == socket.AF_INET
+
+
+def test_the_name_ends_with_its_server(greeter: Greeter) -> None:
+    with TcpServer("127.0.0.1", 0, greeter, local=True) as server:
+        port = server.port
+    with pytest.raises(ConnectionLost, match="refused"):
+        connect("127.0.0.1", port, Deadline(SOON), local=True)
+
+
+def test_a_listener_of_another_user_is_not_trusted(
+    server: TcpServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class OfSomebodyElse:
+        size = local_socket._CREDENTIALS.size
+        unpack = staticmethod(lambda _data: (1, 4711, 4711))
+
+    assert family(server.port) == socket.AF_UNIX
+    monkeypatch.setattr(local_socket, "_CREDENTIALS", OfSomebodyElse)
+    assert family(server.port) == socket.AF_INET
+
+
+def test_a_name_that_is_taken_leaves_the_port() -> None:
+    with listen("127.0.0.1") as listener:
+        first = local_socket.listen_locally(listener)
+        assert first is not None
+        with first:
+            assert local_socket.listen_locally(listener) is None
+
+
+@pytest.mark.parametrize(("name", "value"), [("_AHEAD", 1 << 30), ("sys.platform", "darwin")])
+def test_a_system_that_lacks_it_has_tcp(
+    greeter: Greeter, monkeypatch: pytest.MonkeyPatch, name: str, value: object
+) -> None:
+    with listen("127.0.0.1") as listener:
+        monkeypatch.setattr(f"rosproto.transport.local_socket.{name}", value)
+        assert local_socket.listen_locally(listener) is None
+        assert family(listener.getsockname()[1]) == socket.AF_INET
+
+
+def test_who_may_not_connect_may_not_here_either(greeter: Greeter) -> None:
+    with TcpServer("127.0.0.1", 0, greeter, local=True, allow=["10.0.0.1"]) as server:
+        with connect("127.0.0.1", server.port, Deadline(SOON), local=True) as sock:
+            assert sock.family == socket.AF_UNIX
+            assert sock.recv(1) == b""
+        assert server.stats.not_allowed == 1
+
+
+def test_an_address_of_tcp_names_no_local_socket() -> None:
+    assert local_socket.name_of(("127.0.0.1", 1)) is None
+    assert local_socket.name_of("") is None
