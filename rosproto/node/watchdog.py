@@ -54,10 +54,12 @@ class Watchdog:
     """One thread per node.
 
     Attributes:
+        period: Seconds between two looks at a master that answers.
         full_check_every: Looks between two comparisons of the whole graph.
     """
 
     def __init__(self, node: Node) -> None:
+        self.period = PERIOD
         self.full_check_every = FULL_CHECK_EVERY
         self._node = node
         self._wake = threading.Condition()
@@ -93,8 +95,14 @@ class Watchdog:
                 self._hurry = True
                 self._wake.notify_all()
 
+    def hurry(self) -> None:
+        """Look now: something is known to have changed."""
+        with self._wake:
+            self._hurry = True
+            self._wake.notify_all()
+
     def _run(self) -> None:
-        pause, took = PERIOD, 0.0
+        pause, took = self.period, 0.0
         while not self._node._closing.is_set():
             with self._wake:
                 # Not "until something is to be verified": that stays so while the master is away.
@@ -110,7 +118,7 @@ class Watchdog:
                 took = time.monotonic() - begun
             except Exception:
                 _log.exception("! %s: the watchdog failed, and goes on", self._node.name)
-                pause = PERIOD
+                pause = self.period
 
     def _notice_sleep(self, meant: float) -> None:
         seconds = self._sleep.slept(meant)
@@ -136,9 +144,9 @@ class Watchdog:
             return self._backoff.next()
         except RosError as error:
             _log.warning("! master %s: %s", self._node.master_uri, error)
-            return PERIOD
+            return self.period
         self._master_answers(stands)
-        return PERIOD
+        return self.period
 
     def _check_registration(self) -> bool:
         """False when the master has to be told everything again."""

@@ -406,6 +406,7 @@ class SimulatedChassis:
             raise RuntimeError("this chassis uses a master that is not its own")
         self._master.close()
         self._master = rosproto.Master(host=self._host, port=self._port)
+        self.graph.look_at_master()
 
     @property
     def pose(self) -> Pose2D:

@@ -25,7 +25,7 @@ _ASSUMED = {"woosh_msgs/VolumeCtl": "uint8 percent  # assumed\n"}
 
 _PATIENCE = {True: 60.0, False: 10.0}
 """Seconds for a node to find the master. One of our own is there; only a busy computer makes it late."""
-_SELDOM = 60  # looks, of a second each
+_PERIOD, _SELDOM = 5.0, 12  # s between looks at our own master; looks between comparisons of the graph
 
 _RI = "/ros_interface"
 _NOBODY_LISTENS = {
@@ -88,8 +88,9 @@ class Graph:
                 timeout=_PATIENCE[self._own_master],
             )
             if self._own_master:
-                # Nothing is lost between it and us. Comparing the graph was most of what an idle robot cost.
-                node._watchdog.full_check_every = _SELDOM
+                # Nothing is lost between it and us, and its restart is told (`look_at_master`). Forty nodes that
+                # asked for it every second, and compared the graph, were most of what an idle robot cost.
+                node._watchdog.period, node._watchdog.full_check_every = _PERIOD, _SELDOM
             node.revisions = NoRevisions()
             self.nodes[name] = node
         return self.nodes[name]
@@ -198,6 +199,11 @@ class Graph:
         """The publisher that carries a topic's content (the first provider's)."""
         row = interface.row(topic)
         return self.publishers.get((row.providers[0], topic))
+
+    def look_at_master(self) -> None:
+        """It is another one now: have every node register again."""
+        for node in self.nodes.values():
+            node._watchdog.hurry()
 
     def close(self) -> None:
         """Close all nodes."""
