@@ -88,8 +88,8 @@ class Graph:
                 timeout=_PATIENCE[self._own_master],
             )
             if self._own_master:
-                # Nothing is lost between it and us, and its restart is told (`look_at_master`). Forty nodes that
-                # asked for it every second, and compared the graph, were most of what an idle robot cost.
+                # Nothing is lost between it and us, and its restart is told (`look_at_master`). Forty nodes
+                # that asked for it every second were most of what an idle robot cost.
                 node._watchdog.period, node._watchdog.full_check_every = _PERIOD, _SELDOM
             node.revisions = NoRevisions()
             self.nodes[name] = node
