@@ -23,12 +23,12 @@ COMPILED = {
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what is in this directory, and give what may have to compile first the time for it."""
+    """Mark what is in this directory, and give it time: it starts programs, and may have to compile them first."""
     for item in items:
         if HERE in item.path.parents:
             item.add_marker(pytest.mark.interop)
-            if COMPILED & set(getattr(item, "fixturenames", ())):
-                item.add_marker(pytest.mark.timeout(600))
+            compiled = COMPILED & set(getattr(item, "fixturenames", ()))
+            item.add_marker(pytest.mark.timeout(600 if compiled else 300))
 
 
 @pytest.fixture(scope="session")

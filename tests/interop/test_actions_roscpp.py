@@ -20,19 +20,19 @@ def test_our_client_with_roscpps_simple_server(roscpp_peer: Path, our_master: Ma
         ActionClient(node, "/act", ACTION) as client,
     ):
         server.wait_for("up")
-        client.wait_for_server(20)
+        client.wait_for_server(60)
         handle = client.send_goal(client.type.goal(mode=1))
-        assert handle.wait(10).percent == 7
+        assert handle.wait(60).percent == 7
         assert (handle.status, handle.text) == (GoalStatus.SUCCEEDED, "well")
 
         handle = client.send_goal(client.type.goal(mode=2))
-        assert next(handle.feedback(10)).percent == 0.5
+        assert next(handle.feedback(60)).percent == 0.5
         assert handle.cancel()
-        assert handle.wait(10).percent == 9
+        assert handle.wait(60).percent == 9
         assert (handle.status, handle.text) == (GoalStatus.PREEMPTED, "as you wish")
 
         handle = client.send_goal(client.type.goal(mode=4))
-        handle.wait(10)
+        handle.wait(60)
         assert (handle.status, handle.text) == (GoalStatus.ABORTED, "cannot")
 
 

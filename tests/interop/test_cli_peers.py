@@ -30,7 +30,7 @@ def graph() -> Iterator[str]:
         b.subscriber("/cmd", "geometry_msgs/Twist"),
         a.service_server("/set", "std_srvs/SetBool", lambda r: {"success": r.data, "message": "as told"}),
     ):
-        publisher.wait_for_connection(timeout=5)
+        publisher.wait_for_connection(timeout=60)
         publisher.publish(publisher.message_class())
         a.publisher("/marks", "geometry_msgs/PoseArray", latch=True).publish(
             header=Header(stamp=Time(12, 34), frame_id="map"),
@@ -50,7 +50,7 @@ def run_ours(words: list[str], master_uri: str) -> subprocess.CompletedProcess[s
         env=ros.environment(master_uri),
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=300,
         check=False,
     )
 
@@ -193,12 +193,22 @@ def test_what_is_not_there_is_an_error_in_both(
 
 
 def test_what_we_publish_rostopic_echoes(ros_installed: None, our_master: Master) -> None:
-    """`rosproto topic pub` beside `rostopic echo`."""
-    echo = ros.start_tool(["rostopic", "echo", "-n", "1", "/say"], our_master.uri)
-    with echo:
-        found = run_ours(["topic", "pub", "-1", "/say", "std_msgs/String", "hello"], our_master.uri)
-        assert found.returncode == 0, found.stderr
-        echo.wait_for('data: "hello"', timeout=20)
+    """`rosproto topic pub` beside `rostopic echo`, latched until its end; with -1 it ends after three seconds."""
+    pub = [sys.executable, "-m", "rosproto", "topic", "pub", "/say", "std_msgs/String", "hello"]
+    with (
+        ros.start_tool(["rostopic", "echo", "-n", "1", "/say"], our_master.uri) as echo,
+        ros.RosProcess(pub, ros.environment(our_master.uri)),
+    ):
+        echo.wait_for('data: "hello"')
+    with (
+        Node("/ours", master_uri=our_master.uri) as node,
+        node.subscriber("/once", "std_msgs/String") as heard,
+    ):
+        assert (
+            run_ours(["topic", "pub", "-1", "/once", "std_msgs/String", "bye"], our_master.uri).returncode
+            == 0
+        )
+        assert heard.next(60).data == "bye"
 
 
 def test_a_parameter_we_set_rosparam_gets(ros_installed: None, our_master: Master) -> None:

@@ -33,7 +33,7 @@ def genmsg(cases: list[Case]) -> list[dict[str, Any]]:
         input=json.dumps(cases),
         capture_output=True,
         text=True,
-        timeout=100,
+        timeout=300,
         env={"LC_ALL": "C.UTF-8", "PATH": "/usr/bin:/bin"},
     )
     assert done.returncode == 0, done.stderr

@@ -141,7 +141,7 @@ def cases(ros_installed: None, tmp_path_factory: pytest.TempPathFactory) -> Iter
             str(folder / "answers"),
         ],
     ):
-        done = subprocess.run(command, capture_output=True, text=True, timeout=110, check=False)
+        done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
         assert done.returncode == 0, done.stderr[-3000:]
     answers = (folder / "answers").read_text("utf-8").splitlines()
     for case, line in zip(made, answers, strict=True):

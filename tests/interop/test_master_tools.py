@@ -72,7 +72,7 @@ def test_a_second_node_of_the_same_name_ends_the_first(any_master: str) -> None:
     ):
         listener.wait_for("heard")
         with ros.start_rospy(TALKER, any_master, "same") as second:
-            first.wait(30.0)
+            first.wait(60)
             assert "new node registered with same name" in first.output
             assert second.running, second.output
 
@@ -169,7 +169,7 @@ def test_rostopic(any_master: str) -> None:
         assert "hello from talker" in rostopic("echo", "-n1", "/chatter")
         with ros.start_tool(["rostopic", "hz", "/chatter"], any_master) as hz:
             rate = float(hz.wait_for(r"average rate: ([0-9.]+)").group(1))
-            assert 10 < rate < 30
+            assert rate > 0  # how fast: test_cli_rates
         with ros.start_tool(
             ["rostopic", "pub", "-r10", "/chatter", "std_msgs/String", "from pub"], any_master
         ):

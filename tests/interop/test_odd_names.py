@@ -41,9 +41,9 @@ def test_topics_services_and_parameters(
         node.params["/ours-1"] = "and a parameter"
         publisher = node.publisher("/a-b", "std_msgs/String")
         heard = node.subscriber("/a-b/heard", "std_msgs/String")
-        publisher.wait_for_connection(20)
+        publisher.wait_for_connection(60)
         publisher.publish(data="a word")
-        assert heard.next(20).data == "a word and a parameter"
-        assert node.service_client("/do-it", "std_srvs/Trigger").call(timeout=20).message == "done"
+        assert heard.next(60).data == "a word and a parameter"
+        assert node.service_client("/do-it", "std_srvs/Trigger").call(timeout=60).message == "done"
         assert node.params["/3d.scale"] == 2
     assert caplog.text.count("/do-it is not a legal ROS name; roscpp and some tools refuse it") == 1

@@ -58,8 +58,8 @@ rospy.spin()
 
 def exchanged(publisher: Any, subscriber: Any, message: Any) -> Any:
     """The echo of a message; rospy counts a subscriber as connected only after it has answered it."""
-    publisher.wait_for_connection(20)
-    subscriber.wait_for_connection(20)
+    publisher.wait_for_connection(60)
+    subscriber.wait_for_connection(60)
     for _ in range(20):
         publisher.publish(message)
         try:
@@ -93,7 +93,7 @@ def test_topics_with_rospy_of_another_revision(any_master: str, revised_packages
 
 def surveyed(node: Node, *names: str) -> list[tuple[str, str]]:
     """What `woosh learn` finds out about topics and services: verdict and revision."""
-    findings = {answer.name: judge(answer, Knowledge()) for answer in survey(node, timeout=20.0)}
+    findings = {answer.name: judge(answer, Knowledge()) for answer in survey(node, timeout=60)}
     return [(findings[name].verdict, findings[name].source) for name in names]
 
 
@@ -103,7 +103,7 @@ from woosh_msgs.srv import ExecTask, ExecTaskResponse
 rospy.init_node("robot", disable_signals=True)
 def answer(r): return ExecTaskResponse(success=True, message=r.mark_no, statuscode=r.task_exec + 1)
 rospy.Service("/theirs", ExecTask, answer)
-rospy.wait_for_service("/ours", 20)
+rospy.wait_for_service("/ours", 60)
 for persistent in (False, True):
     call = rospy.ServiceProxy("/ours", ExecTask, persistent=persistent)
     for _ in range(2):
@@ -128,7 +128,7 @@ def test_services_with_rospy_of_another_revision(any_master: str, revised_packag
         for persistent in (False, True):
             with node.service_client("/theirs", exec_task, persistent=persistent) as client:
                 for _ in range(2):
-                    response = client.call(task_exect=2, mark_no="A1", timeout=10)
+                    response = client.call(task_exect=2, mark_no="A1", timeout=60)
                     assert (response.success, response.message, response.statusCode) == (True, "A1", 3)
 
 
@@ -150,7 +150,8 @@ rospy.Service("/exec_task", ExecTask, exec_task)
 def step(goal):
     print("steps", [(s.executeMode, round(s.data, 3), [f for f in s.__slots__]) for s in goal.stepControl], flush=True)
     for percent in (50.0, 100.0):
-        steps.publish_feedback(StepControlFeedback(executeMode=goal.stepControl[0].executeMode, percent=percent)); rospy.sleep(0.05)
+        steps.publish_feedback(StepControlFeedback(executeMode=goal.stepControl[0].executeMode, percent=percent))
+    while not rospy.has_param("/seen"): rospy.sleep(0.01)  # the result has a connection of its own, and may be first
     steps.set_succeeded(StepControlResult(result=1, executeMode=1, percent=100.0), "well")
 steps = actionlib.SimpleActionServer("/cmd_vel_control", StepControlAction, step, auto_start=False); steps.start()
 def mode(goal):
@@ -182,14 +183,15 @@ def robot(
 def test_a_chassis_of_rospy_nodes_of_another_revision(robot: tuple[str, Any, Chassis]) -> None:
     """Reading, tasks, steps, navigation and its mode; what cannot be said is refused and never arrives."""
     label, process, chassis = robot
-    battery = chassis.battery.wait(10.0)
+    battery = chassis.battery.wait(60)
     assert (battery.percent, battery.bms_status, battery.cell_voltage_min) == (55, 3, 3.5)
-    assert chassis.go_to_mark("A").wait(20.0).arrived
+    assert chassis.go_to_mark("A").wait(60).arrived
     handle = chassis.move(0.5)
-    assert [report.percent for report in handle.progress()][-1] == 100.0
-    assert handle.wait(10.0).code == 1
+    assert next(report.percent for report in handle.progress() if report.percent > 50.0) == 100.0
+    chassis.node.params["/seen"] = True
+    assert handle.wait(60).code == 1
     assert "angle" not in process.wait_for(r"steps \[\(1, 0.5, .*").group()
-    assert chassis.go_to(1.5, 0.0).wait(10.0).arrived
+    assert chassis.go_to(1.5, 0.0).wait(60).arrived
     process.wait_for(r"go 1.5")
     chassis.set_navigation_mode(NavigationMode.STOP_AND_WAIT, max_speed=0.5)
     process.wait_for(r"mode 2 0.5")
@@ -201,7 +203,7 @@ def test_a_chassis_of_rospy_nodes_of_another_revision(robot: tuple[str, Any, Cha
         with pytest.raises(FirmwareLimit, match="no lateral steps"):
             chassis.strafe(0.2)
     else:
-        assert chassis.strafe(0.25).wait(10.0).code == 1
+        assert chassis.strafe(0.25).wait(60).code == 1
         process.wait_for(r"steps \[\(3, 0.25")
     assert process.output.count("mode ") == 1
     assert "(4," not in process.output
@@ -212,14 +214,15 @@ def test_our_action_client_with_rospys_server_of_another_revision(robot: tuple[s
     label, process, chassis = robot
     node = chassis.node
     with ActionClient(node, "/cmd_vel_control", "woosh_msgs/StepControl") as client:
-        client.wait_for_server(20)
+        client.wait_for_server(60)
         library = bundled().package_revisions("woosh_msgs")[label]
         assert client.revisions["/ros_interface"]._md5sum == library.md5sum(
             "woosh_msgs/StepControlActionGoal"
         )
         step = message_class("woosh_msgs/StepControl")(executeMode=1, data=0.75, angle=0.5)
+        node.params["/seen"] = True
         handle = client.send_goal(client.type.goal(mode=1, stepControl=[step]))
-        assert handle.wait(10).percent == 100.0
+        assert handle.wait(60).percent == 100.0
         assert handle.text == "well"
         process.wait_for(r"steps \[\(1, 0.75")
 
@@ -267,7 +270,7 @@ def test_topics_and_services_with_roscpp_of_another_revision(
         got = exchanged(out, back, battery(batteryPercentage=81, bmsStatus=70000, cellVoltageMax=3.5))
         assert (got.batteryPercentage, got.bmsStatus, got.cellVoltageMax) == (81, 70000, 3.5)
         with node.service_client("/theirs", exec_task) as client:
-            response = client.call(task_exect=2, mark_no="A1", timeout=10)
+            response = client.call(task_exect=2, mark_no="A1", timeout=60)
             assert (response.success, response.message, response.statusCode) == (True, "A1", 3)
         assert surveyed(node, "/battery", "/theirs") == [("revision", "page")] * 2
 
@@ -307,6 +310,6 @@ def test_a_roscpp_subscriber_of_a_definition_nobody_bundled(
             with pytest.raises(RosTimeout, match="woosh learn"):
                 out.wait_for_connection(3)
             return
-        out.wait_for_connection(20)
+        out.wait_for_connection(60)
         out.publish(batteryPercentage=42, submodule=3)
         process.wait_for("took 42 '' 3")

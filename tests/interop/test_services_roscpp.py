@@ -20,7 +20,7 @@ def test_we_call_roscpp(any_master: str, roscpp_peer: Path) -> None:
         Node("/ours_node", master_uri=any_master) as node,
         ros.start_program(roscpp_peer, any_master, "service_server") as server,
     ):
-        node.wait_for_service("/set", timeout=30.0)
+        node.wait_for_service("/set", timeout=60)
         server.wait_for("ready")
         for persistent in (False, True):
             with node.service_client("/set", SetBool, persistent=persistent) as client:
@@ -35,7 +35,7 @@ def test_we_call_roscpp(any_master: str, roscpp_peer: Path) -> None:
             node.service_client("/set", Trigger).call()
         assert (mismatch.value.md5sum, mismatch.value.remote_md5sum) == (Trigger._md5sum, SetBool._md5sum)
         with pytest.raises(ConnectionLost):
-            node.service_client("/die", "std_srvs/Empty").call(timeout=30.0)
+            node.service_client("/die", "std_srvs/Empty").call(timeout=60)
 
 
 def test_roscpp_calls_us(any_master: str, roscpp_peer: Path) -> None:

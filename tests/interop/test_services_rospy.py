@@ -38,7 +38,7 @@ import rospy
 from std_srvs.srv import SetBool, Trigger, Empty
 rospy.init_node("rospy_client", disable_signals=True)
 out = {}
-rospy.wait_for_service("/ours", timeout=20)
+rospy.wait_for_service("/ours", timeout=60)
 for persistent in (False, True):
     proxy = rospy.ServiceProxy("/ours", SetBool, persistent=persistent)
     answers = [proxy(True).message for _ in range(3)]
@@ -68,7 +68,7 @@ def node(any_master: str) -> Iterator[Node]:
 
 def test_we_call_rospy(node, any_master, genpy_packages):
     with ros.start_rospy(SERVER, any_master, packages=genpy_packages) as server:
-        node.wait_for_service("/set", timeout=30.0)
+        node.wait_for_service("/set", timeout=60)
         server.wait_for("ready")
         for persistent in (False, True):
             with node.service_client("/set", SetBool, persistent=persistent) as client:
@@ -90,10 +90,10 @@ def test_we_call_rospy(node, any_master, genpy_packages):
         kept = node.service_client("/set", SetBool, persistent=True)
         kept.call(data=True)
         with pytest.raises(ConnectionLost):
-            node.service_client("/die", "std_srvs/Empty").call(timeout=30.0)
-        server.wait(10.0)
+            node.service_client("/die", "std_srvs/Empty").call(timeout=60)
+        server.wait(60)
         with pytest.raises(ConnectionLost):
-            kept.call(data=True, timeout=10.0)
+            kept.call(data=True, timeout=60)
 
 
 def test_rospy_calls_us(node, any_master, genpy_packages, caplog):
@@ -125,6 +125,6 @@ def test_a_restarted_rospy_provider_is_found_again(node, any_master, genpy_packa
     for _ in range(2):
         with ros.start_rospy(SERVER, any_master, packages=genpy_packages) as server:
             server.wait_for("ready")
-            assert client.call(data=True, timeout=20.0).success
-            assert kept.call(data=True, timeout=20.0).success
+            assert client.call(data=True, timeout=60).success
+            assert kept.call(data=True, timeout=60).success
             server.kill()

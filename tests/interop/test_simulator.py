@@ -44,20 +44,20 @@ from woosh_msgs.srv import ExecTask, ExecTaskRequest
 from woosh_msgs.msg import RobotStatus, StepControlAction, StepControlGoal, StepControl
 rospy.init_node("program", disable_signals=True)
 states = []
-rospy.Subscriber("/robot_status", RobotStatus, lambda m: states.append((m.task_id, m.task_state)))
-rospy.wait_for_service("/exec_task", 20)
-rospy.sleep(1.0)
+heard = rospy.Subscriber("/robot_status", RobotStatus, lambda m: states.append((m.task_id, m.task_state)))
+rospy.wait_for_service("/exec_task", 60)
+while not heard.get_num_connections(): rospy.sleep(0.02)
 reply = rospy.ServiceProxy("/exec_task", ExecTask)(ExecTaskRequest(task_exect=1, task_id=41, task_type=1, mark_no="P1"))
 assert reply.success, reply.message
-end = rospy.get_time() + 30
+end = rospy.get_time() + 100
 while (41, 7) not in states and rospy.get_time() < end:
     rospy.sleep(0.05)
 assert (41, 3) in states and (41, 7) in states, states
 client = actionlib.SimpleActionClient("/cmd_vel_control", StepControlAction)
-assert client.wait_for_server(rospy.Duration(20))
+assert client.wait_for_server(rospy.Duration(60))
 goal = StepControlGoal(mode=StepControlGoal.EXCUTE, useAvoid=True)
 goal.stepControl = [StepControl(executeMode=StepControlGoal.STRAIGHT, data=0.2, speed=0.2)]
-client.send_goal_and_wait(goal, rospy.Duration(20))
+client.send_goal_and_wait(goal, rospy.Duration(60))
 print("result", client.get_state(), client.get_result().result, client.get_result().percent)
 """
 
@@ -70,6 +70,6 @@ def test_a_rospy_program_drives_the_simulated_chassis(sim: SimulatedChassis, gen
 
 def test_the_simulated_chassis_joins_a_real_rosmaster(real_roscore: str) -> None:
     with SimulatedChassis(master_uri=real_roscore, speed=8) as sim, Chassis(real_roscore) as chassis:
-        chassis.go_to_mark("P1").wait(30.0)
+        chassis.go_to_mark("P1").wait(60)
         chassis.move(0.2).wait()
         assert sim.world.body.distance > 1.0

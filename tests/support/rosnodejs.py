@@ -36,10 +36,10 @@ def install() -> Path:
                 "--ignore-scripts", f"rosnodejs@{VERSION}",
             ]  # fmt: skip
             try:
-                done = subprocess.run(command, capture_output=True, text=True, timeout=100)
+                done = subprocess.run(command, capture_output=True, text=True, timeout=300)
                 problem = done.stderr[-500:] if done.returncode else ""
             except subprocess.TimeoutExpired:
-                problem = "npm took longer than 100 s"
+                problem = "npm took longer than 300 s"
             ros.require(not problem, f"rosnodejs {VERSION} cannot be installed: {problem}")
             (target / "done").touch()
     return target
