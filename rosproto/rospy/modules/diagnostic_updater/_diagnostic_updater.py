@@ -3,7 +3,7 @@
 import threading
 
 import rospy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray
 
 from ._diagnostic_status_wrapper import ERROR, OK, DiagnosticStatusWrapper
 

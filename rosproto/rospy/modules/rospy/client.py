@@ -135,12 +135,7 @@ def init_node(
         raise ValueError("namespaces are not allowed in node names")
     import roslib
 
-    arguments = (name, argv, anonymous, log_level, disable_rostime, disable_signals)
-    if _init_node_args:
-        if _init_node_args != arguments:
-            raise ROSException(
-                "rospy.init_node() has already been called with different arguments: " + str(_init_node_args)
-            )
+    if _was_called((name, argv, anonymous, log_level, disable_rostime, disable_signals)):
         return
     disable_signals = disable_signals or roslib.is_interactive()
     _init_node_args = (name, argv, anonymous, log_level, disable_rostime, disable_signals)
@@ -160,12 +155,25 @@ def init_node(
     if not disable_rosout:
         rosout.init_rosout()
         rosout.load_rosout_handlers(log_level)
+    _begin_time(disable_rostime)
+    core.logdebug("init_node, name[%s], pid[%s]", resolved, os.getpid())
+    init.serve_loggers()
+
+
+def _was_called(arguments):
+    """True when init_node was called before, with these arguments."""
+    if _init_node_args and _init_node_args != arguments:
+        raise ROSException(
+            "rospy.init_node() has already been called with different arguments: " + str(_init_node_args)
+        )
+    return _init_node_args is not None
+
+
+def _begin_time(disable_rostime):
     if disable_rostime:
         rostime.set_rostime_initialized(True)
     elif not simtime.init_simtime():
         raise ROSInitException("Failed to initialize time. Please check logs for additional details")
-    core.logdebug("init_node, name[%s], pid[%s]", resolved, os.getpid())
-    init.serve_loggers()
 
 
 def _node_name(name, anonymous):
