@@ -31,7 +31,7 @@ class FileStock:
         return frozenset(
             entry.name if entry.is_dir() else entry.name.removesuffix(".py")
             for entry in os.scandir(MODULES)
-            if not entry.name.startswith("_") and (entry.is_dir() or entry.name.endswith(".py"))
+            if not entry.name.startswith(("_", ".")) and (entry.is_dir() or entry.name.endswith(".py"))
         )
 
     def spec(self, name: str, *parts: str) -> ModuleSpec | None:

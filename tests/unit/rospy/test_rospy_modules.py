@@ -266,3 +266,30 @@ def test_feedback_that_overtakes_a_status_array_loses_no_goal(tmp_path: Path) ->
     """
     active, lost = 1, 9
     assert json.loads(output(code, tmp_path)) == [[active, active, lost], lost, True]
+
+
+def test_a_result_lets_feedback_that_was_sent_before_it_pass(tmp_path: Path) -> None:
+    """Only where somebody wants feedback: the result waits a moment, in which it is told."""
+    code = """
+        import rospy, rospy.rostime
+        from actionlib import action_client
+        from actionlib_msgs.msg import GoalID, GoalStatus
+        from move_base_msgs.msg import MoveBaseAction, MoveBaseActionFeedback, MoveBaseActionResult, MoveBaseGoal
+
+        rospy.rostime.set_rostime_initialized(True)
+        rospy.get_param = lambda name, default: default
+        client = action_client.ActionClient("/drive", MoveBaseAction)
+        told = []
+        for wanted in (lambda handle, feedback: told.append("feedback"), None):
+            handle = client._new_goal(MoveBaseGoal(), lambda handle: told.append(handle.get_comm_state()), wanted)
+            status = GoalStatus(goal_id=GoalID(id=handle.comm_state_machine.goal_id), status=GoalStatus.ACTIVE)
+            feedback = MoveBaseActionFeedback(status=status)
+            waits = []
+            # What comes meanwhile:
+            action_client.time.sleep = lambda seconds: (waits.append(seconds), client._feedback_cb(feedback))
+            ended = GoalStatus(goal_id=status.goal_id, status=GoalStatus.SUCCEEDED)
+            client._result_cb(MoveBaseActionResult(status=ended))
+            print("feedback" in told, told[-1] == action_client.CommState.DONE, len(waits))
+            del told[:]
+    """
+    assert output(code, tmp_path).splitlines() == ["True True 1", "False True 0"]

@@ -20,6 +20,9 @@ from .exceptions import ActionException
 
 _counter = itertools.count(1)
 ZERO = rospy.Duration(0.0)
+# Seconds that a result waits for feedback which the server sent before it: the two come by two connections,
+# and what is read after the result is told to nobody. rospy is that much slower (measured).
+GRACE = 0.002
 
 
 def get_name_of_constant(C, n):
@@ -121,12 +124,17 @@ class ClientGoalHandle:
 
 
 class CommStateMachine:
-    """What is known of one goal."""
+    """What is known of one goal.
+
+    Attributes:
+        feedback_awaited: Somebody wants the feedback; it is told before the result.
+    """
 
     def __init__(self, action_goal, transition_cb, feedback_cb, send_goal_fn, send_cancel_fn):
         self.action_goal = action_goal
         self.transition_cb = transition_cb
         self.feedback_cb = feedback_cb
+        self.feedback_awaited = feedback_cb is not None
         self.send_goal_fn = send_goal_fn
         self.send_cancel_fn = send_cancel_fn
         self.state = CommState.WAITING_FOR_GOAL_ACK
@@ -321,7 +329,11 @@ class ActionClient:
             machine.update_status(message)
 
     def _result_cb(self, message):
-        for machine in self._followed():
+        goal_id = message.status.goal_id.id
+        followed = [machine for machine in self._followed() if machine.goal_id == goal_id]
+        if any(machine.feedback_awaited for machine in followed):
+            time.sleep(GRACE)
+        for machine in followed:
             machine.update_result(message)
 
     def _feedback_cb(self, message):

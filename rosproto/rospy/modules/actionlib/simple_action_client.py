@@ -52,7 +52,9 @@ class SimpleActionClient:
         # Known before it is sent: the server's answer may be faster than the return from publish().
         client = self.action_client
         self.gh = client._new_goal(goal, self._handle_transition, self._handle_feedback)
-        client.pub_goal.publish(self.gh.comm_state_machine.action_goal)
+        machine = self.gh.comm_state_machine
+        machine.feedback_awaited = feedback_cb is not None
+        client.pub_goal.publish(machine.action_goal)
 
     def send_goal_and_wait(self, goal, execute_timeout=FOREVER, preempt_timeout=FOREVER):
         """Send a goal, wait for its end, cancel it when that takes too long; its state."""
