@@ -80,7 +80,9 @@ class Feed(Generic[T]):
         self.row = row
         self._node = node
         self._condition = threading.Condition()
-        self._open_lock = threading.Lock()  # apart from the condition: messages come while we still register
+        # Apart from the condition: messages come while we still register. Reentrant, as every lock here that
+        # `close` takes: a Ctrl-C at its end leaves it held by the thread that closes.
+        self._open_lock = threading.RLock()
         self._history: deque[Reading[T]] = deque(maxlen=history)
         self._count = 0
         self._broken = 0

@@ -117,6 +117,7 @@ class GoalHandle(Generic[P]):
     def _abandon(self) -> None:
         """Cancel a goal that nobody waits for any more (Ctrl-C, asyncio), without waiting for its end."""
         self._cancelled_by_us = True  # the sending itself looks at this before and after
+        self._core.running.note_abandoned(self)
 
         def end() -> None:
             try:
@@ -232,7 +233,9 @@ class GoalHandle(Generic[P]):
     ) -> Outcome:
         """Wait for the end.
 
-        When `timeout` passes the goal is cancelled and the stop is confirmed before this returns.
+        When `timeout` passes the goal is cancelled and the stop is confirmed before this returns. Ctrl-C
+        cancels the goal, too (unless the Chassis has `leave_running`), also where no `with` block is left by
+        it: in a notebook or an interpreter.
 
         Args:
             timeout: Seconds; None waits for ever; left out: `default_timeout`.
@@ -251,7 +254,15 @@ class GoalHandle(Generic[P]):
                 f"{self.goal}: waiting for it in a callback of its own news would wait for itself; "
                 "wait in another thread"
             )
-        if not self._wait_until_done(seconds, meanwhile):
+        try:
+            in_time = self._wait_until_done(seconds, meanwhile)
+        except Exception:
+            raise
+        except BaseException:
+            if not self._core.running.leave:
+                self._abandon()
+            raise
+        if not in_time:
             self._time_out(seconds or 0.0)
         outcome = self._confirmed()
         if raises and not outcome.arrived:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import atexit
 import threading
+import time
 from typing import TYPE_CHECKING, Any
 
 from rosproto.logs import get_logger
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["Running"]
 
 logger = get_logger("woosh_pure.core")
+_JUST = 5.0  # seconds
 
 
 class Running:
@@ -39,6 +41,7 @@ class Running:
         self._lock = threading.RLock()
         self._goals: list[GoalHandle[Any]] = []
         self._drives: list[Drive] = []
+        self._abandoned: list[tuple[float, GoalHandle[Any]]] = []
 
     @property
     def goals(self) -> list[GoalHandle[Any]]:
@@ -83,6 +86,20 @@ class Running:
                 self.require_free_base(goal.goal)
             self._will_move()
             self._goals.append(goal)
+
+    def note_abandoned(self, goal: GoalHandle[Any]) -> None:
+        """A goal is being cancelled that its caller hears no more of; a `stop` that follows tells its end."""
+        with self._lock:
+            self._abandoned = [*self._just_abandoned(), (time.monotonic(), goal)]
+
+    def take_goals(self) -> list[GoalHandle[Any]]:
+        """Goals to cancel: those under way, and those just abandoned, which may have ended already."""
+        with self._lock:
+            abandoned, self._abandoned = self._just_abandoned(), []
+            return [*self._goals, *(goal for _, goal in abandoned if goal not in self._goals)]
+
+    def _just_abandoned(self) -> list[tuple[float, GoalHandle[Any]]]:
+        return [each for each in self._abandoned if time.monotonic() - each[0] < _JUST]
 
     def remove_goal(self, goal: GoalHandle[Any]) -> None:
         """Take off an ended goal."""

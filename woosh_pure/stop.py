@@ -29,8 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["StopReport", "cancel_goals", "stop"]
 
 _REPEATS = 6
-_LISTENERS = 1.0  # seconds for those to connect who listen for velocities
-_LOOK = 1.0  # seconds at least to look for other programs
+_LISTENERS = 1.0  # seconds at least for those to connect who listen for velocities
 _STEADY = 1.0  # seconds for which it must stand beside another program that may drive it
 
 
@@ -82,17 +81,19 @@ def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> 
         report.cancelled.append("the velocity block")
     roster = Roster(core)
     # Zero, cancelling and looking for others at the same time: none waits for another.
-    zeros = threading.Thread(target=_zeros, args=(core, roster, report), name="woosh:stop", daemon=True)
+    zeros = threading.Thread(
+        target=_zeros, args=(core, roster, report, deadline), name="woosh:stop", daemon=True
+    )
     zeros.start()
-    programs = OtherPrograms(core, end=end_drivers) if everything or end_drivers else None
+    programs = OtherPrograms(core, deadline, end=end_drivers) if everything or end_drivers else None
     cancel_goals(core, report, min(timeout, 3.0))
     if everything:
-        cancel_others(core, roster, report)
-    zeros.join(max(0.1, deadline - time.monotonic()))
+        cancel_others(core, roster, report, deadline)
+    zeros.join(max(_LISTENERS, deadline - time.monotonic()) + 0.5)
     if programs is not None:
-        programs.wait(max(_LOOK, deadline - time.monotonic()), report)
+        programs.wait(report)
         if programs.ended:
-            _zeros(core, roster, report)  # they may have ended without one
+            _zeros(core, roster, report, deadline)  # they may have ended without one
     report.standing = _standing(core, roster, report, deadline, programs is not None and programs.drive_on)
     if missing := roster.sentence():
         report.problems.append(missing)
@@ -116,7 +117,7 @@ def _standing(core: Core, roster: Roster, report: StopReport, deadline: float, d
         return None
 
 
-def _zeros(core: Core, roster: Roster, report: StopReport) -> None:
+def _zeros(core: Core, roster: Roster, report: StopReport, deadline: float) -> None:
     """Zeros on both topics, on each as soon as somebody listens there."""
     waiting: dict[str, rosproto.Publisher] = {}
     failed: dict[str, list[str]] = {}  # the same words for both topics are said once
@@ -129,16 +130,20 @@ def _zeros(core: Core, roster: Roster, report: StopReport) -> None:
         report.problems.append(f"zero velocity on {' and '.join(topics)} ({why})")
     acquired = list(waiting)
     try:
-        _send_zeros(core, roster, waiting, report)
+        _send_zeros(core, roster, waiting, report, deadline)
     finally:
         for topic in acquired:
             core.velocity.release(topic)
 
 
 def _send_zeros(
-    core: Core, roster: Roster, waiting: dict[str, rosproto.Publisher], report: StopReport
+    core: Core,
+    roster: Roster,
+    waiting: dict[str, rosproto.Publisher],
+    report: StopReport,
+    deadline: float,
 ) -> None:
-    end = time.monotonic() + _LISTENERS
+    end = max(time.monotonic() + _LISTENERS, deadline)
     sent: dict[str, int] = {}
     while waiting and any(sent.get(topic, 0) < _REPEATS for topic in waiting):
         for topic, publisher in list(waiting.items()):
@@ -161,7 +166,7 @@ def _send_zeros(
 def cancel_goals(core: Core, report: StopReport, timeout: float) -> None:
     """Ask for the end of every goal this client started; all at once, not one after the other."""
     workers = []
-    for goal in core.running.goals:
+    for goal in core.running.take_goals():
         worker = threading.Thread(
             target=_cancel, args=(goal, report, timeout), name="woosh:cancel", daemon=True
         )

@@ -25,22 +25,27 @@ if TYPE_CHECKING:
 __all__ = ["OtherPrograms", "cancel_others"]
 
 _TASK_FIRST = 0.5
-_CANCEL = 3.0
-"""Seconds for one cancel to be taken."""
+_LEAST = 1.0
+"""Seconds that every step may take, however near the deadline is."""
 _LOOK_AGAIN = 0.5
-_END = 3.0
-"""Seconds for programs to end that were asked to."""
 _UNDER_WAY = (TaskState.RUNNING, TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
 
 
 # -- tasks and goals -----------------------------------------------------------------------------------------
 
 
-def cancel_others(core: Core, roster: Roster, report: StopReport) -> None:
-    """Cancel the robot's task, and every goal of the action servers that move it, whoever sent it."""
+def cancel_others(core: Core, roster: Roster, report: StopReport, deadline: float) -> None:
+    """Cancel the robot's task, and every goal of the action servers that move it, whoever sent it.
+
+    Args:
+        core: The chassis.
+        roster: What is not there is not waited for.
+        report: Takes what was done, and what was not.
+        deadline: By the monotonic clock, s; what has not answered by then is told.
+    """
     # A task ends as cancelled when it is told so first, and as failed when its navigation is taken from it.
     # But nobody waits long for that: the navigation is stopped anyway.
-    task = _begin(partial(_cancel_task, core, roster, report))
+    task = _begin(partial(_cancel_task, core, roster, report, deadline))
     roster.wait(_TASK_FIRST)
     task.join(_TASK_FIRST)
     waiting, cancelled = {"the task": task}, list[str]()
@@ -48,14 +53,19 @@ def cancel_others(core: Core, roster: Roster, report: StopReport) -> None:
         # Those that every chassis has; the others where they are there.
         if not row.moves_base or (row.source != "page" and roster.lacks_subscriber(f"{row.name}/cancel")):
             continue
-        waiting[row.name] = _begin(partial(_cancel_action, core, roster, row.name, report, cancelled))
-    end = time.monotonic() + _CANCEL + 0.5
+        waiting[row.name] = _begin(
+            partial(_cancel_action, core, roster, row.name, report, cancelled, deadline)
+        )
     for name, worker in waiting.items():
-        worker.join(max(0.0, end - time.monotonic()))
+        worker.join(_left(deadline) + 0.5)
         if worker.is_alive():
             report.problems.append(f"cancelling {name} (no answer yet)")
     if cancelled:
         report.cancelled.append(f"all goals of {', '.join(sorted(cancelled))}")
+
+
+def _left(deadline: float) -> float:
+    return max(_LEAST, deadline - time.monotonic())
 
 
 def _begin(work: Callable[[], None]) -> threading.Thread:
@@ -64,7 +74,9 @@ def _begin(work: Callable[[], None]) -> threading.Thread:
     return thread
 
 
-def _cancel_action(core: Core, roster: Roster, name: str, report: StopReport, cancelled: list[str]) -> None:
+def _cancel_action(
+    core: Core, roster: Roster, name: str, report: StopReport, cancelled: list[str], deadline: float
+) -> None:
     """The empty id and no time mean all goals (wiki.ros.org/actionlib/DetailedDescription). Without a client:
     its five topics would be registered first.
     """
@@ -74,7 +86,7 @@ def _cancel_action(core: Core, roster: Roster, name: str, report: StopReport, ca
         return
     try:
         with core.node.publisher(topic, "actionlib_msgs/GoalID", queue_size=1) as publisher:
-            publisher.wait_for_connection(timeout=_CANCEL)
+            publisher.wait_for_connection(timeout=_left(deadline))
             publisher.publish()
             publisher.flush(1.0)
         cancelled.append(name)
@@ -82,7 +94,7 @@ def _cancel_action(core: Core, roster: Roster, name: str, report: StopReport, ca
         report.problems.append(f"cancelling {name} ({error})")
 
 
-def _cancel_task(core: Core, roster: Roster, report: StopReport) -> None:
+def _cancel_task(core: Core, roster: Roster, report: StopReport, deadline: float) -> None:
     try:
         status = core.feed("status").latest
     except RosError:
@@ -94,7 +106,7 @@ def _cancel_task(core: Core, roster: Roster, report: StopReport) -> None:
         return
     task_id = 0 if status is None else status.task_id
     try:
-        reply = core.exec_task(TaskCommand.CANCEL, task_id, timeout=_CANCEL)
+        reply = core.exec_task(TaskCommand.CANCEL, task_id, timeout=_left(deadline))
         if reply.success:
             report.cancelled.append(f"task {task_id}" if status is not None else "the running task")
     except RosError as error:
@@ -110,11 +122,13 @@ class OtherPrograms:
 
     Args:
         core: The chassis.
+        deadline: By the monotonic clock, s, for them to end.
         end: Ask them to end (`shutdown` of wiki.ros.org/ROS/Slave_API, as `rosnode kill` does).
     """
 
-    def __init__(self, core: Core, *, end: bool) -> None:
+    def __init__(self, core: Core, deadline: float, *, end: bool) -> None:
         self._core = core
+        self._deadline = deadline
         self._end = end
         self._left: dict[str, tuple[OtherDriver, bool]] = {}
         self._ended: list[str] = []
@@ -131,9 +145,9 @@ class OtherPrograms:
         """Whether some were there that have ended now, perhaps without a last zero."""
         return bool(self._ended)
 
-    def wait(self, timeout: float, report: StopReport) -> None:
+    def wait(self, report: StopReport) -> None:
         """Wait, with a bound, until all was looked at, and tell of it."""
-        self._thread.join(timeout)
+        self._thread.join(_left(self._deadline) + 0.5)
         if self._thread.is_alive() and not self._left:
             self._problem = "looking for other programs that drive by velocity (no answer yet)"
         report.cancelled += [f"the program {name}" for name in self._ended]
@@ -170,7 +184,7 @@ class OtherPrograms:
                     node.shutdown("woosh: the robot is to stop")
             except (RosError, ValueError):
                 continue  # that it is still there will be seen
-        end = time.monotonic() + _END
+        end = time.monotonic() + _left(self._deadline)
         while (left := self._others()) and time.monotonic() < end:
             time.sleep(0.05)
         self._ended = [name for name in drivers if name not in left]

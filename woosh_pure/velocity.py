@@ -69,7 +69,7 @@ class Drive:
         self.limits = limits
         self._feedback_timeout = feedback_timeout
         self._shaper = Shaper(limits)
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         self._over = threading.Event()
         self._entered = self._held = False
         self._others: tuple[OtherDriver, ...] = ()

@@ -34,8 +34,8 @@ class VelocityTopics:
 
     def __init__(self, core: Core) -> None:
         self._core = core
-        self._lock = threading.Lock()  # never held while the network is waited for
-        self._making = threading.Lock()
+        self._lock = threading.RLock()  # never held while the network is waited for
+        self._making = threading.RLock()
         self._publishers: dict[str, rosproto.Publisher] = {}
         self._users: Counter[str] = Counter()
         self._zero_due: set[str] = set()

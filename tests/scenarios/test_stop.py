@@ -56,13 +56,31 @@ def test_goals_and_tasks_of_others_are_cancelled(sim, chassis, until):
     with Chassis(sim.master_uri, name="other") as other:
         goal = other.go_to(2.5, 0.0)
         until(lambda: sim.world.motion is not None)
-        assert chassis.stop(everything=True).standing
+        assert chassis.stop(everything=True, timeout=FOR_EVER).standing
         assert goal.wait(10.0, raises=False).kind is OutcomeKind.REPLACED
         task = other.go_to_mark("A1")
         chassis.status.wait_for(lambda status: status.task_id == task.task_id, 10.0)
-        report = chassis.stop(everything=True)
+        report = chassis.stop(everything=True, timeout=FOR_EVER)
         assert f"task {task.task_id}" in report.cancelled
         assert task.wait(10.0, raises=False).kind is OutcomeKind.CANCELLED
+
+
+@pytest.mark.parametrize("leave", [False, True], ids=["", "leave_running"])
+def test_ctrl_c_in_a_wait_cancels_the_goal_although_no_block_is_left(sim, until, leave):
+    """In a notebook the robot would drive on, and `chassis.go_to(...).wait()` leaves nobody a handle."""
+
+    def ctrl_c() -> None:
+        raise KeyboardInterrupt
+
+    chassis = Chassis(sim.master_uri, leave_running=leave)
+    with pytest.raises(KeyboardInterrupt):
+        chassis.go_to(2.5, 0.0).wait(meanwhile=ctrl_c)
+    if leave:
+        assert chassis.under_way
+    else:
+        assert "cancelled navigation to x 2.500 m" in chassis.stop(timeout=FOR_EVER).sentence()
+        until(lambda: sim.world.motion is None)
+    chassis.close()
 
 
 @contextmanager
@@ -91,10 +109,10 @@ def slow_driver(uri: str) -> Iterator[None]:
 def test_a_robot_that_stands_between_two_velocities_of_another_program_does_not_stand(sim, chassis, until):
     with slow_driver(sim.master_uri):
         until(lambda: not sim.world.body.velocity.is_standing())
-        report = chassis.stop(everything=True)
+        report = chassis.stop(everything=True, timeout=3.0)
     assert report.standing is False
-    assert "/slow_driver" in report.problems[0]
-    assert "velocities, too, on /base_cmd_vel, which only its end stops" in report.problems[0]
+    (problem,) = [problem for problem in report.problems if "/slow_driver" in problem]
+    assert "velocities, too, on /base_cmd_vel, which only its end stops" in problem
 
 
 def test_programs_that_drive_are_asked_to_end_and_zero_follows(sim, chassis, until):
@@ -103,7 +121,7 @@ def test_programs_that_drive_are_asked_to_end_and_zero_follows(sim, chassis, unt
         with pytest.raises(RosError), block as drive:  # noqa: PT012
             drive.set(0.05, valid_for=5.0)
             until(lambda: not sim.world.body.velocity.is_standing())
-            report = chassis.stop(end_drivers=True)
+            report = chassis.stop(end_drivers=True, timeout=FOR_EVER)
             drive.hold(0.05, seconds=5.0)
     assert report.standing is True
     assert report.problems == []
@@ -111,12 +129,11 @@ def test_programs_that_drive_are_asked_to_end_and_zero_follows(sim, chassis, unt
     assert ended.startswith("the program /driver")
 
 
-def test_a_program_that_refuses_to_end_is_named(sim, chassis, monkeypatch):
-    monkeypatch.setattr("woosh_pure.stop_others._END", 0.2)
+def test_a_program_that_refuses_to_end_is_named(sim, chassis):
     with (
         rosproto.Node("/stubborn", master_uri=sim.master_uri, allow_shutdown=False) as node,
         node.publisher("/smooth_cmd_vel", TWIST),
     ):
-        report = chassis.stop(end_drivers=True)
-    assert "/stubborn" in report.problems[0]
-    assert "it was asked to end and has not" in report.problems[0]
+        report = chassis.stop(end_drivers=True, timeout=1.5)
+    (problem,) = [problem for problem in report.problems if "/stubborn" in problem]
+    assert "it was asked to end and has not" in problem
