@@ -85,6 +85,8 @@ CASES: dict[str, dict[str, Any]] = {
     "action_states.py": {},
     "graph_tools.py": {},
     "unit_tests.py": {},
+    "walked_values.py": {},
+    "bag_told.py": {},
 }
 
 
