@@ -123,6 +123,8 @@ def main() -> None:
     planted = dict(globals())
     warnings.simplefilter("ignore", DeprecationWarning)
     for name, statement in PLANTS.items():
+        if name == "open files" and not sys.platform.startswith("linux"):
+            continue  # nobody tells them there
         before = state()
         exec(statement, planted)
         assert name in changes(before, state()), f"{name}: {statement} was not seen"
