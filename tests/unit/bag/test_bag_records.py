@@ -18,6 +18,7 @@ from rosproto.bag.records import (
     index_header,
     message_header,
     op_of,
+    total_counts,
 )
 from rosproto.errors import BagError
 
@@ -115,6 +116,16 @@ def test_a_message_without_its_time_is_a_bag_error(time):
     assert message_header({"conn": b"\x05\0\0\0", "time": b"\x01\0\0\0\x02\0\0\0"}) == (5, 1, 2)
     with pytest.raises(BagError, match="'time'"):
         message_header({"conn": bytes(4)} | time)
+
+
+@pytest.mark.parametrize("number", [{}, {"conn": b"odd"}])
+def test_a_message_without_its_connection_is_a_bag_error(number):
+    with pytest.raises(BagError, match="'conn'"):
+        message_header({"time": bytes(8)} | number)
+
+
+def test_counts_of_chunks_are_added_for_each_connection():
+    assert total_counts([ChunkInfo(1, 0, 0, {0: 7, 3: 1}), ChunkInfo(2, 0, 0, {0: 2})]) == {0: 9, 3: 1}
 
 
 def test_chunk_info_round_trips():
