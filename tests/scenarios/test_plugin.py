@@ -22,7 +22,7 @@ def test_an_application_gets_its_chassis(tmp_path):
     (tmp_path / "conftest.py").write_text('pytest_plugins = ["woosh_pure.pytest_plugin"]\n')
     (tmp_path / "test_app.py").write_text(
         "def test_delivery(chassis, simulated_chassis):\n"
-        "    chassis.go_to_mark('P1').wait(20)\n"
+        "    chassis.go_to_mark('P1').wait(60)\n"
         "    assert simulated_chassis.pose.y > 2\n"
     )
     command = [
@@ -45,7 +45,7 @@ def test_an_application_gets_its_chassis(tmp_path):
         [*command, "--rootdir", str(tmp_path), str(tmp_path)],
         capture_output=True,
         text=True,
-        timeout=90,
+        timeout=110,
         cwd=tmp_path,
         env=environment,
     )

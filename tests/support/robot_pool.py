@@ -51,6 +51,7 @@ class RobotPool:
     def give_back(self, robot: Robot) -> None:
         """Keep it for the next, or close it when it is not what it was."""
         if self._free is None and robot.is_sound():
+            robot.sim.speed = 0.0  # its world stands, and costs nothing, until it is taken
             self._free = robot
         else:
             robot.sim.close()
