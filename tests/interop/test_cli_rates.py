@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
@@ -16,7 +15,7 @@ from tests.support import ros
 
 ROSTOPIC = """
 import json, sys, rospy, rostopic
-verb, window, topics, events = json.load(sys.stdin)
+verb, window, topics, events = json.loads(sys.argv[1])
 now = [0.0]
 rospy.get_rostime = lambda: rospy.Time.from_sec(now[0])
 rostopic.time.time = lambda: now[0]
@@ -118,10 +117,7 @@ def of_ours(
 def test_the_same_numbers_are_the_same_text(
     name: str, ros_installed: None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    theirs = subprocess.run(
-        [str(ros.PYTHON), "-c", ROSTOPIC], input=json.dumps(SAMPLES[name]), capture_output=True, text=True,
-        timeout=60, check=True, env=ros.environment("http://127.0.0.1:1"),
-    ).stdout  # fmt: skip
+    theirs = ros.run_rospy(ROSTOPIC, "http://127.0.0.1:1", json.dumps(SAMPLES[name])).stdout
     of_ours(*SAMPLES[name], monkeypatch)
     assert capsys.readouterr().out == theirs
     assert theirs or "one message" in name

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import random
-import subprocess
+from pathlib import Path
 
 import pytest
 
@@ -17,17 +17,17 @@ from rosproto.tf import (
     UnknownFrame,
 )
 from rosproto.tf.quaternion import normalized
+from tests.support import ros
 
 pytestmark = pytest.mark.interop
-DEBIAN = "/usr/bin/python3"
 
 TF2 = r"""
 import json, sys
 import rospy, tf2_py
 from geometry_msgs.msg import TransformStamped
 def time(ns): return rospy.Time(ns // 10**9, ns % 10**9)
-work = json.load(sys.stdin)
-core = tf2_py.BufferCore(rospy.Duration(10))
+work = json.load(open(sys.argv[1]))
+core = tf2_py.BufferCore(rospy.Duration(60))
 for parent, child, p, q, ns, static in work["transforms"]:
     m = TransformStamped()
     m.header.frame_id, m.child_frame_id, m.header.stamp = parent, child, time(ns)
@@ -52,21 +52,15 @@ OUR_NAME = {
 }
 
 
-@pytest.fixture(scope="module", autouse=True)
+@pytest.fixture(autouse=True)
 def _tf2_is_there():
-    probe = subprocess.run(
-        [DEBIAN, "-c", "import tf2_py, rospy"], capture_output=True, timeout=60, check=False
-    )
-    if probe.returncode:
-        pytest.skip("Debian's python3-tf2 is not installed")
+    ros.require_ros("tf2_py")
 
 
-def ask_tf2(transforms: list, lookups: list) -> list:
-    work = json.dumps({"transforms": transforms, "lookups": lookups})
-    done = subprocess.run(
-        [DEBIAN, "-c", TF2], input=work, capture_output=True, text=True, timeout=60, check=True
-    )
-    return json.loads(done.stdout)
+def ask_tf2(transforms: list, lookups: list, tmp_path: Path) -> list:
+    work = tmp_path / "work.json"
+    work.write_text(json.dumps({"transforms": transforms, "lookups": lookups}))
+    return json.loads(ros.run_rospy(TF2, "http://127.0.0.1:1", str(work)).stdout)
 
 
 def ask_ours(transforms: list, lookups: list) -> list:
@@ -108,7 +102,7 @@ def assert_same(ours: list, theirs: list, what: str) -> None:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_random_trees_are_looked_up_as_tf2_does(seed):
+def test_random_trees_are_looked_up_as_tf2_does(seed, tmp_path):
     chance = random.Random(seed)
     transforms = random_tree(chance)
     frames = [f"f{i}" for i in range(9)] + ["island", "nowhere"]
@@ -120,7 +114,7 @@ def test_random_trees_are_looked_up_as_tf2_does(seed):
         ]
         for _ in range(200)
     ]
-    ours, theirs = ask_ours(transforms, lookups), ask_tf2(transforms, lookups)
+    ours, theirs = ask_ours(transforms, lookups), ask_tf2(transforms, lookups, tmp_path)
     for lookup, mine, reference in zip(lookups, ours, theirs, strict=True):
         assert_same([mine], [reference], f"{lookup}: ours {mine}, tf2 {reference}")
     assert len({answer[0] for answer in ours}) >= 3

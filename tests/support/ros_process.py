@@ -21,8 +21,13 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from subprocess import Popen
+from typing import IO
 
 import pytest
+
+from tests.support import ros_warm
+from tests.support.ros_warm import PYTHON, WarmProcess
 
 __all__ = [
     "PYTHON",
@@ -37,8 +42,7 @@ __all__ = [
     "run",
 ]
 
-PYTHON = "/usr/bin/python3"
-TIMEOUT = 60.0  # seconds for one tool or script: a loaded computer needs several for `import rospy` alone
+TIMEOUT = 120.0  # seconds for one tool or script, which end what hangs: a loaded computer needs ten for `import rospy`
 
 # -- is it there? ------------------------------------------------------------------------------------------
 
@@ -112,21 +116,17 @@ class RosProcess:
 
     Attributes:
         arguments: What was started.
-        process: The Popen object.
+        process: The Popen object, or what is like it.
     """
 
     def __init__(self, arguments: Sequence[str], env: Mapping[str, str]) -> None:
         self.arguments = list(arguments)
-        self.process = subprocess.Popen(
-            self.arguments,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            errors="replace",
-            env=dict(env),
-            start_new_session=True,  # so that its children end with it, and nobody else
-        )
+        reading, writing = os.pipe()
+        self._output = os.fdopen(reading, "r", errors="replace")
+        try:
+            self.process = _start(self.arguments, env, writing, writing)
+        finally:
+            os.close(writing)
         self._lines: list[str] = []
         self._changed = threading.Condition()
         self._ended = False
@@ -155,7 +155,7 @@ class RosProcess:
         """Whether it has not ended yet."""
         return self.process.poll() is None
 
-    def wait_for(self, pattern: str, timeout: float = 30.0) -> re.Match[str]:
+    def wait_for(self, pattern: str, timeout: float = 60.0) -> re.Match[str]:
         """Wait until the output contains a regular expression.
 
         Raises:
@@ -176,7 +176,7 @@ class RosProcess:
                     )
                 self._changed.wait(left)
 
-    def wait(self, timeout: float = 30.0) -> int:
+    def wait(self, timeout: float = 60.0) -> int:
         """Wait for its end; the exit code."""
         code = self.process.wait(timeout)
         self._reader.join(5.0)
@@ -191,7 +191,7 @@ class RosProcess:
         self._signal(signal.SIGKILL)
         self.process.wait(10.0)
 
-    def stop(self, patience: float = 5.0) -> None:
+    def stop(self, patience: float = 30.0) -> None:
         """End it and its children: Ctrl-C first, by force after `patience` seconds."""
         if self.process.poll() is None:
             self._signal(signal.SIGINT)
@@ -202,8 +202,7 @@ class RosProcess:
         self._signal(signal.SIGKILL)
         self.process.wait(10.0)
         self._reader.join(5.0)
-        if self.process.stdout is not None:
-            self.process.stdout.close()
+        self._output.close()
 
     def _signal(self, number: signal.Signals) -> None:
         try:
@@ -212,9 +211,8 @@ class RosProcess:
             pass  # everybody there has ended
 
     def _read(self) -> None:
-        assert self.process.stdout is not None
         try:
-            for line in self.process.stdout:
+            for line in self._output:
                 with self._changed:
                     self._lines.append(line)
                     self._changed.notify_all()
@@ -225,28 +223,43 @@ class RosProcess:
             self._changed.notify_all()
 
 
-def run(
-    arguments: Sequence[str], env: Mapping[str, str], timeout: float, check: bool
-) -> subprocess.CompletedProcess[str]:
-    process = subprocess.Popen(
+def _start(
+    arguments: Sequence[str], env: Mapping[str, str], out: int, err: int
+) -> WarmProcess | Popen[bytes]:
+    """Start a program in a group of its own, so that its children end with it, and nobody else."""
+    if ros_warm.fits(arguments, env) and not import_problem("rospy"):
+        return ros_warm.start(arguments, env, out, err)
+    return Popen(
         list(arguments),
         stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        errors="replace",
+        stdout=out,
+        stderr=err,
         env=dict(env),
         start_new_session=True,
     )
-    try:
-        out, err = process.communicate(timeout=timeout)
-    except subprocess.TimeoutExpired:
-        os.killpg(process.pid, signal.SIGKILL)
-        out, err = process.communicate(timeout=10)
-        raise AssertionError(f"{list(arguments)} did not end within {timeout} s:\n{out}\n{err}") from None
-    if check and process.returncode != 0:
-        raise AssertionError(f"{list(arguments)} ended with {process.returncode}:\n{out}\n{err}")
-    return subprocess.CompletedProcess(list(arguments), process.returncode, out, err)
+
+
+def run(
+    arguments: Sequence[str], env: Mapping[str, str], timeout: float, check: bool
+) -> subprocess.CompletedProcess[str]:
+    with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+        process = _start(arguments, env, out.fileno(), err.fileno())
+        try:
+            process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait(10)
+            said = "\n".join(_text(file) for file in (out, err))
+            raise AssertionError(f"{list(arguments)} did not end within {timeout} s:\n{said}") from None
+        done = subprocess.CompletedProcess(list(arguments), process.wait(), _text(out), _text(err))
+    if check and done.returncode != 0:
+        raise AssertionError(f"{list(arguments)} ended with {done.returncode}:\n{done.stdout}\n{done.stderr}")
+    return done
+
+
+def _text(file: IO[bytes]) -> str:
+    file.seek(0)
+    return file.read().decode("utf-8", "replace")
 
 
 @contextmanager
