@@ -13,6 +13,7 @@ another computer) uses the port.
 
 from __future__ import annotations
 
+import os
 import socket
 import struct
 import sys
@@ -31,7 +32,10 @@ def listen_locally(listener: socket.socket) -> socket.socket | None:
     """A listening socket beside that of a port; None where there is no such thing, or the name is taken."""
     if sys.platform != "linux":
         return None
-    sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    try:
+        sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    except OSError:
+        return None  # no file left: TCP will say so
     try:
         if widen(sock):
             sock.bind(_PREFIX + format_address(*listener.getsockname()[:2]))
@@ -61,14 +65,15 @@ def connect_locally(address: str, port: int) -> socket.socket | None:
     """
     if sys.platform != "linux":
         return None
-    from os import geteuid
-
-    sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    try:
+        sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    except OSError:
+        return None  # no file left: TCP will say so
     try:
         sock.setblocking(False)  # a full queue would be waited for
         sock.connect(_PREFIX + format_address(address, port))
         credentials = sock.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
-        if _CREDENTIALS.unpack(credentials)[1] in (geteuid(), 0):
+        if _CREDENTIALS.unpack(credentials)[1] in (os.geteuid(), 0):
             sock.setblocking(True)
             return sock
     except OSError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import socket
 import sys
 from collections.abc import Iterator
@@ -19,6 +20,7 @@ from rosproto.transport.tcpros_io import peer_name, read_exactly
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="abstract sockets are Linux's")
 
 SOON = 20.0
+LOCAL = getattr(socket, "AF_UNIX", None)
 
 
 class Greeter:
@@ -59,7 +61,7 @@ def test_a_port_of_this_computer_is_reached_without_tcp(
     server: TcpServer, greeter: Greeter, host: str
 ) -> None:
     sock = connect(host, server.port, Deadline(SOON), local=True)
-    assert sock.family == socket.AF_UNIX
+    assert sock.family == LOCAL
     assert sock.gettimeout() is None
     assert peer_name(sock) == f"127.0.0.1:{server.port}"
     assert greeting(sock) == "127.0.0.1 0"
@@ -91,7 +93,7 @@ def test_a_listener_of_another_user_is_not_trusted(
         size = local_socket._CREDENTIALS.size
         unpack = staticmethod(lambda _data: (1, 4711, 4711))
 
-    assert family(server.port) == socket.AF_UNIX
+    assert family(server.port) == LOCAL
     monkeypatch.setattr(local_socket, "_CREDENTIALS", OfSomebodyElse)
     assert family(server.port) == socket.AF_INET
 
@@ -114,10 +116,20 @@ def test_a_system_that_lacks_it_has_tcp(
         assert family(listener.getsockname()[1]) == socket.AF_INET
 
 
+def test_without_a_file_left_tcp_is_to_say_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_file_left(*_: object) -> None:
+        raise OSError(errno.EMFILE, "no file left")
+
+    with listen("127.0.0.1") as listener, monkeypatch.context() as patch:
+        patch.setattr("rosproto.transport.local_socket.socket.socket", no_file_left)
+        assert local_socket.listen_locally(listener) is None
+        assert local_socket.connect_locally("127.0.0.1", 1) is None
+
+
 def test_who_may_not_connect_may_not_here_either(greeter: Greeter) -> None:
     with TcpServer("127.0.0.1", 0, greeter, local=True, allow=["10.0.0.1"]) as server:
         with connect("127.0.0.1", server.port, Deadline(SOON), local=True) as sock:
-            assert sock.family == socket.AF_UNIX
+            assert sock.family == LOCAL
             assert sock.recv(1) == b""
         assert server.stats.not_allowed == 1
 
