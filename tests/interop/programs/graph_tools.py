@@ -80,6 +80,8 @@ for topic in ("/talk", "/stamped", "/rosout", "/nothing"):
     except rostopic.ROSTopicException as error:
         print(error)
 master = rosgraph.Master("/script")
+for service in ("~get_loggers", "~set_logger_level"):  # ours come a moment after init_node
+    rospy.wait_for_service(service, 20)
 show([rostopic.get_api(master, "/watcher"), rostopic.get_api(master, "/nobody")])
 show(rosnode.get_node_info_description("/watcher"))
 show(rosnode.get_node_info_description("/nobody"))
