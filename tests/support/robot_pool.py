@@ -69,7 +69,7 @@ class Robot:
         self._master, self._epoch = sim._master, sim._epoch
         self._servers = [s for s in sim.graph._keep if isinstance(s, rosproto.ActionServer)]
         _eventually(lambda: self._graph() == self._graph())
-        self._state, self._links = self._graph(), self._connections()
+        self._state, self._links, self._services = self._graph(), self._connections(), self._provided()
 
     def _graph(self) -> object:
         with rosproto.MasterClient(self.sim.master_uri, "/pool") as client:
@@ -79,6 +79,12 @@ class Robot:
 
     def _connections(self) -> dict[tuple[str, str], int]:
         return {key: publisher.connections for key, publisher in self.sim.graph.publishers.items()}
+
+    def _provided(self) -> list[object]:
+        """The service servers: another one of the same name looks the same to the master."""
+        return [
+            kept[0] for node in self.sim.graph.nodes.values() for kept in node._services._servers.values()
+        ]
 
     def renew(self, speed: float) -> None:
         """Another world, in the same graph."""
@@ -108,6 +114,7 @@ class Robot:
         return _eventually(
             lambda: (
                 not any(server._workers for server in self._servers)
+                and self._provided() == self._services
                 and self._connections() == self._links
                 and self._graph() == self._state
             )
