@@ -272,7 +272,8 @@ class Node:
                 that use Nagle's algorithm (rospy, roscpp), and costs them more than half their rate in bursts
                 (performance.md section 5), therefore off. Our own publishers send at once in any case.
             unreliable: Take datagrams (UDPROS) from publishers that offer them, as roscpp does: what the
-                network loses is lost, and nothing comes late. For states and sensors over Wi-Fi.
+                network loses is lost, and nothing comes late. For states and sensors over Wi-Fi. As with
+                `tcp_nodelay`, the first subscriber of a topic in a node decides for those that share it.
             on_error: Called with each error of a link (lost, refused), in a thread of the library.
             inline: Call `callback` in the thread that received the message even when it is slow; the
                 connection is not read meanwhile (what rospy does). Callbacks for two publishers may then

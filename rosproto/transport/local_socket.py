@@ -30,12 +30,9 @@ _CREDENTIALS = struct.Struct("iII")  # SO_PEERCRED: process, user, group
 
 def listen_locally(listener: socket.socket) -> socket.socket | None:
     """A listening socket beside that of a port; None where there is no such thing, or the name is taken."""
-    if sys.platform != "linux":
+    sock = _make()
+    if sock is None:
         return None
-    try:
-        sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-    except OSError:
-        return None  # no file left: TCP will say so
     try:
         if widen(sock):
             sock.bind(_PREFIX + format_address(*listener.getsockname()[:2]))
@@ -45,6 +42,16 @@ def listen_locally(listener: socket.socket) -> socket.socket | None:
         pass  # somebody else has the name
     sock.close()
     return None
+
+
+def _make() -> socket.socket | None:
+    """A Unix socket; None where there is no such thing, or no file left, which TCP will tell."""
+    if sys.platform != "linux":
+        return None
+    try:
+        return socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    except OSError:
+        return None
 
 
 def widen(sock: socket.socket) -> bool:
@@ -63,12 +70,9 @@ def connect_locally(address: str, port: int) -> socket.socket | None:
 
     It answers at once. A listener of another user is not trusted: anybody can take any name.
     """
-    if sys.platform != "linux":
+    sock = _make()
+    if sock is None or sys.platform != "linux":  # the second is for who checks types elsewhere
         return None
-    try:
-        sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-    except OSError:
-        return None  # no file left: TCP will say so
     try:
         sock.setblocking(False)  # a full queue would be waited for
         sock.connect(_PREFIX + format_address(address, port))
