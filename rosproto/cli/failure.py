@@ -58,7 +58,9 @@ def explain(error: Exception) -> tuple[str, int]:
     if isinstance(error, ValueError) and not isinstance(error, RosError):
         return text, WRONG_USE
     if isinstance(error, OSError) and not isinstance(error, RosError) and error.strerror:
-        # Only the standard streams have no name.
+        # Only the standard streams have no name; what is buffered there must not fail again at exit.
+        if not error.filename:
+            output_is_gone()
         return f"{error.filename or 'cannot write the output'}: {error.strerror}", FAILED
     if isinstance(error, (RosError, ValueError, OSError, KeyError)):
         return text, FAILED
