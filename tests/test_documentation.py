@@ -16,14 +16,14 @@ from tests.support.warm import WarmPython
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = sorted([*ROOT.glob("README*.md"), *(ROOT / "docs").rglob("*.md")])
-FENCE = re.compile(r"^```python(?P<flags>[^\n]*)\n(?P<code>.*?)^```$", re.MULTILINE | re.DOTALL)
+FENCE = re.compile(r"^```python\n(?P<code>.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 ROBOT_USED = 'with Chassis("169.254.128.2")'
 
 
 def snippets() -> list[tuple[str, str]]:
-    """(places, code) of every fenced Python block, without exception; one marked `robot` has a robot's address.
+    """(places, code) of every fenced Python block, without exception.
 
     What differs in comments only, as on the page in another language, is one.
     """
@@ -32,7 +32,6 @@ def snippets() -> list[tuple[str, str]]:
         text = page.read_text("utf-8")
         for match in FENCE.finditer(text):
             line = text.count("\n", 0, match.start()) + 1
-            assert (match["flags"].strip() == "robot") == (ROBOT_USED in match["code"]), page.name
             place, code = f"{page.relative_to(ROOT).as_posix()}:{line}", match["code"]
             same = ast.dump(ast.parse(code))
             found[same] = (f"{found[same][0]} {place}", code) if same in found else (place, code)
