@@ -1,4 +1,4 @@
-"""`python -m woosh_pure.interface_page` prints docs/interface.md: verbs and rows of the interface as tables.
+"""`python -m tools.interface_page` prints docs/interface.md: verbs and rows of the interface as tables.
 
 The rows are those of `woosh_pure.interface`, the texts of the verbs are the first sentences of their
 docstrings; a test compares the committed page with what this makes.
@@ -11,9 +11,9 @@ import sys
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
-from .chassis import Chassis
-from .interface import ROWS, row
-from .row import Row
+from woosh_pure.chassis import Chassis
+from woosh_pure.interface import ROWS, row
+from woosh_pure.row import Row
 
 __all__ = ["VERBS", "Verb", "how", "page"]
 
@@ -74,7 +74,7 @@ _FEED_OF_ANOTHER_NAME = {"velocity": "measured_velocity"}
 _HEAD = """\
 # The interface, row by row
 
-This page is made by `python -m woosh_pure.interface_page`, from the table that also drives the API, the
+This page is made by `python -m tools.interface_page`, from the table that also drives the API, the
 simulator and `woosh doctor`. Frames follow REP 103 and 105: x forward, y left, angles counter-clockwise;
 metres, radians and seconds.
 """

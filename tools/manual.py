@@ -1,7 +1,7 @@
 """The manual of both commands, made from the parsers that make `--help`: docs/commands.md, README's table.
 
-python -m woosh_pure.cli.manual            writes both in this source tree
-python -m woosh_pure.cli.manual --check    exit code 1 when one of them is not current
+python -m tools.manual            writes both in this source tree
+python -m tools.manual --check    exit code 1 when one of them is not current
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from rosproto.cli.parser import synopsis, value_names
 
 __all__ = ["main", "manual", "page", "readme", "with_table"]
 
-page = Path(__file__).resolve().parents[2] / "docs" / "commands.md"
+page = Path(__file__).resolve().parents[1] / "docs" / "commands.md"
 """Where the manual is in a source tree."""
 readme = page.parents[1] / "README.md"
 """The page whose table of commands is made, too."""
 
-_BEGIN = "<!-- commands: made by `python -m woosh_pure.cli.manual` from what `--help` says -->"
+_BEGIN = "<!-- commands: made by `python -m tools.manual` from what `--help` says -->"
 _END = "<!-- end of commands -->"
 
 _HEAD = """# The commands `woosh` and `rosproto`
 
-Made by `python -m woosh_pure.cli.manual` from what `--help` says; edit that, not this page.
+Made by `python -m tools.manual` from what `--help` says; edit that, not this page.
 
 Both commands are installed by `pip install`; `python -m woosh_pure` and `python -m rosproto` are the same.
 Everything works with numpy, lz4 and the standard library. Shell completion:
@@ -53,7 +53,7 @@ or one-line YAML (`'{linear: {x: 0.1}}'`); YAML over several lines needs PyYAML
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write the page, or check it; the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m woosh_pure.cli.manual", description="Write the manual.")
+    parser = argparse.ArgumentParser(prog="python -m tools.manual", description="Write the manual.")
     parser.add_argument("--check", action="store_true", help="write nothing; exit code 1 when it is old")
     check = parser.parse_args(arguments).check
     old = 0
@@ -61,7 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         current = path.exists() and path.read_text(encoding="utf-8") == text
         if check:
             old += not current
-            print(f"{path}: {'current' if current else 'old; run python -m woosh_pure.cli.manual'}")
+            print(f"{path}: {'current' if current else 'old; run python -m tools.manual'}")
         elif not current:
             path.parent.mkdir(exist_ok=True)
             path.write_text(text, encoding="utf-8", newline="\n")
@@ -84,8 +84,7 @@ def with_table(text: str) -> str:
 
 def _readme_table() -> Iterator[str]:
     from rosproto.cli.commands import COMMANDS as ROSPROTO
-
-    from .registry import COMMANDS, load
+    from woosh_pure.cli.registry import COMMANDS, load
 
     rows = [("woosh", name, load(name).HELP) for name in COMMANDS]
     rows += [("rosproto", name, command.help) for name, command in ROSPROTO.items()]
@@ -101,8 +100,8 @@ def manual() -> str:
 
 
 def _woosh() -> Iterator[str]:
-    from .entry import EXIT_CODES, parser_for
-    from .registry import COMMANDS, load
+    from woosh_pure.cli.entry import EXIT_CODES, parser_for
+    from woosh_pure.cli.registry import COMMANDS, load
 
     yield _WOOSH
     yield from _table(("Command", ""), [(_link("woosh", name), load(name).HELP) for name in COMMANDS])

@@ -1,6 +1,6 @@
 """Type stubs for the doors of msgdefs, so that an IDE completes `msg.pose.pose.position.x`.
 
-`python -m rosproto.msg.stubs` writes `msgdefs/<package>/msg/__init__.pyi` and `.../srv/__init__.pyi` anew;
+`python -m tools.stubs` writes `msgdefs/<package>/msg/__init__.pyi` and `.../srv/__init__.pyi` anew;
 `--check` writes nothing and exits with 1 when one of them is not current.
 """
 
@@ -18,7 +18,7 @@ from rosproto.msg.spec import Constant, Field, FieldType, MessageSpec, ServiceSp
 
 __all__ = ["main", "message_stub", "service_stub", "stub_files"]
 
-BANNER = "# Written by `python -m rosproto.msg.stubs`; change the definitions instead.\n"
+BANNER = "# Written by `python -m tools.stubs`; change the definitions instead.\n"
 
 SCALARS = {
     **dict.fromkeys(("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64"), "int"),
@@ -237,7 +237,7 @@ def stub_files(library: DefinitionLibrary) -> dict[str, str]:
 def main(arguments: list[str]) -> int:
     """Write the stubs, or with `--check` say which are not current."""
     if arguments not in ([], ["--check"]):
-        sys.stderr.write("usage: python -m rosproto.msg.stubs [--check]\n")
+        sys.stderr.write("usage: python -m tools.stubs [--check]\n")
         return 2
     root = import_module("msgdefs").__path__[0]
     stale = 0

@@ -12,7 +12,6 @@ from importlib import import_module
 from typing import Protocol
 
 from rosproto.errors import DefinitionError
-from rosproto.msg.packed import PACK, PackedTree
 from rosproto.msg.parser import is_legal_base
 
 __all__ = ["KINDS", "FileTree", "Folder", "ResourceTree", "Source", "bundled_source", "folder_source"]
@@ -188,9 +187,8 @@ class Source:
 
 
 def bundled_source() -> Source:
-    """The definitions that ship as package data in `msgdefs`: files, or one with them all (a wheel)."""
-    files = ResourceTree("msgdefs")
-    tree: Tree = PackedTree("msgdefs", files.read(PACK)) if PACK in files.names() else files
+    """The definitions that ship as package data in `msgdefs`."""
+    tree = ResourceTree("msgdefs")
     return Source("msgdefs", {name: [Folder(tree, name)] for name in tree.names() if is_legal_base(name)})
 
 

@@ -20,12 +20,13 @@ from collections.abc import Sequence
 from types import ModuleType
 
 from rosproto.rospy.definitions import library
-from rosproto.rospy.stock import stock
 
 # No base class from importlib.abc: importing that takes 20 ms, and Python asks only for the methods.
 __all__ = ["serve"]
 
 KINDS = ("msg", "srv")
+MODULES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modules")
+"""The stand-ins for ROS's modules: a folder, also inside a zip."""
 INSIDE = "_inside"
 """In `modules/`: what message packages have besides messages."""
 SPARE = frozenset({"PyKDL", "rospkg"})
@@ -45,7 +46,7 @@ class RosFinder:
     """Finds what is served; everything else is left to the finders behind."""
 
     def __init__(self) -> None:
-        self._modules = stock().names() - SPARE
+        self._modules = _names_in(MODULES) - SPARE
         # Asked for now: every import of the process comes by here, those of the library itself too.
         self._packages = frozenset(library().packages())
         self._ours: dict[str, bool] = {}
@@ -59,7 +60,7 @@ class RosFinder:
         package, _, rest = fullname.partition(".")
         if not rest:
             if package in self._modules:
-                return stock().spec(package, package)
+                return _stand_in(package)
             return self._door_spec(fullname) if self._is_ours(package) else None
         kind, _, base = rest.partition(".")
         of_rospy = package in self._modules
@@ -69,7 +70,7 @@ class RosFinder:
             and (package in self._packages if of_rospy else self._is_ours(package))
         ):
             return self._door_spec(fullname)
-        return stock().spec(fullname, *([] if of_rospy else [INSIDE]), *fullname.split("."))
+        return _stand_in(fullname, *([] if of_rospy else [INSIDE]))
 
     @staticmethod
     def _door_spec(name: str) -> importlib.machinery.ModuleSpec:
@@ -124,15 +125,34 @@ class SpareFinder:
         Raises:
             ModuleNotFoundError: An import asks for what cannot be served; it says what to use instead.
         """
-        parts = fullname.split(".")
-        if parts[0] in SPARE:
-            return stock().spec(fullname, *parts)
+        if fullname.partition(".")[0] in SPARE:
+            return _stand_in(fullname)
         from rosproto.rospy.absent import absence, is_imported
 
         text = absence(fullname)
         if text is not None and is_imported():
             raise ModuleNotFoundError(text, name=fullname)
         return None
+
+
+def _names_in(folder: str) -> frozenset[str]:
+    """Names of all modules and packages in a folder but those with an underscore."""
+    try:
+        entries = os.scandir(folder)
+    except NotADirectoryError:  # inside a zip
+        import pkgutil
+
+        names = {module.name for module in pkgutil.iter_modules([folder])}
+    else:
+        names = {e.name.removesuffix(".py") for e in entries if e.is_dir() or e.name.endswith(".py")}
+    return frozenset(name for name in names if not name.startswith(("_", ".")))
+
+
+def _stand_in(name: str, *folders: str) -> importlib.machinery.ModuleSpec | None:
+    """How Python loads a module of `modules/`, folders named as packages; None when there is none."""
+    place = os.path.join(MODULES, *folders, *name.split(".")[:-1])
+    spec = importlib.machinery.PathFinder.find_spec(name, [place])
+    return spec if spec is not None and spec.has_location else None  # a folder without __init__.py is none
 
 
 def _is_brought(package: str) -> bool:

@@ -1,7 +1,7 @@
 """The commands: one file each in `commands/`, named here. To add one, write the file and add its name.
 
 Such a file has `HELP` (one line), `add_arguments(parser)` and `run(args, out) -> int`, and imports what is
-heavy inside `run`. After a change run `python -m woosh_pure.cli.manual`, which writes docs/commands.md.
+heavy inside `run`. After a change run `python -m tools.manual`, which writes docs/commands.md.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-# Written by `python -m rosproto.msg.stubs`; change the definitions instead.
+# Written by `python -m tools.stubs`; change the definitions instead.
 """Services of map_msgs as classes."""
 
 from collections.abc import Sequence as _Sequence

@@ -1,4 +1,4 @@
-# Written by `python -m rosproto.msg.stubs`; change the definitions instead.
+# Written by `python -m tools.stubs`; change the definitions instead.
 """Messages of move_base_msgs as classes."""
 
 import msgdefs.actionlib_msgs.msg as _actionlib_msgs

@@ -1,4 +1,4 @@
-# Written by `python -m rosproto.msg.stubs`; change the definitions instead.
+# Written by `python -m tools.stubs`; change the definitions instead.
 """Messages of roscpp as classes."""
 
 from rosproto.codec import Message as _Message

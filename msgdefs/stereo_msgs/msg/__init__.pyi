@@ -1,4 +1,4 @@
-# Written by `python -m rosproto.msg.stubs`; change the definitions instead.
+# Written by `python -m tools.stubs`; change the definitions instead.
 """Messages of stereo_msgs as classes."""
 
 import msgdefs.sensor_msgs.msg as _sensor_msgs

@@ -5,16 +5,14 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import os
-import runpy
 import sys
-import types
 import zipfile
 from pathlib import Path
 
 import pytest
 
 from rosproto.errors import DefinitionError
-from rosproto.msg import DefinitionLibrary, bundled, md5, parse_message, stubs
+from rosproto.msg import DefinitionLibrary, bundled, md5, parse_message
 from rosproto.msg.sources import FileTree, ResourceTree
 from rosproto.msg.user_folder import environment_paths
 
@@ -164,34 +162,3 @@ def test_folders_in_the_environment() -> None:
     assert environment_paths({}) == []
     assert environment_paths({"ROSPROTO_MSG_PATH": os.pathsep.join(["/a", "", "/b"])}) == ["/a", "/b"]
     assert isinstance(environment_paths(), list)
-
-
-def test_stubs_are_written_where_they_are_not_current(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """--check names them and fails; without it they are written, once."""
-    library = DefinitionLibrary([package(tmp_path / "defs", msg_Foo="int8 x")])
-    module = types.ModuleType("msgdefs")
-    module.__path__ = [str(tmp_path / "out")]
-    (tmp_path / "out" / "m" / "msg").mkdir(parents=True)
-    monkeypatch.setattr(stubs, "bundled", lambda: library)
-    monkeypatch.setattr(stubs, "import_module", lambda name: module)
-    file = tmp_path / "out" / "m" / "msg" / "__init__.pyi"
-    assert stubs.main(["--check"]) == 1
-    assert capsys.readouterr().out == f"not current: {file}\n1 stubs not current\n"
-    assert not file.exists()
-    assert stubs.main([]) == 0
-    assert capsys.readouterr().out == "1 stubs written\n"
-    assert "class Foo" in file.read_text()
-    assert stubs.main([]) == stubs.main(["--check"]) == 0
-    assert stubs.main(["--force"]) == 2
-    assert "usage" in capsys.readouterr().err
-
-
-def test_the_stubs_as_a_program(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    """`python -m rosproto.msg.stubs --check`."""
-    monkeypatch.setattr(sys, "argv", ["stubs", "--check"])
-    with pytest.raises(SystemExit) as caught:
-        runpy.run_path(stubs.__file__, run_name="__main__")
-    assert caught.value.code == 0
-    assert capsys.readouterr().out == "0 stubs not current\n"

@@ -121,7 +121,7 @@ def test_every_module_imports_and_keeps_its_all(tmp_path: Path) -> None:
     """All of `modules/`, submodules too, under their ROS names."""
     code = """
         import importlib, os, pkgutil
-        from rosproto.rospy.stock import MODULES
+        from rosproto.rospy.finder import MODULES
         for info in pkgutil.walk_packages([MODULES]):
             if info.name in ("cv_bridge", "rospkg"):
                 continue

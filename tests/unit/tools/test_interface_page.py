@@ -6,15 +6,15 @@ from pathlib import Path
 
 import pytest
 
+from tools.interface_page import VERBS, how, page
 from woosh_pure import Chassis
 from woosh_pure.interface import ROWS, row
-from woosh_pure.interface_page import VERBS, how, page
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "interface.md"
 
 
 def test_the_committed_page_is_current() -> None:
-    """Whoever changes the table or a docstring runs `python -m woosh_pure.interface_page > docs/interface.md`."""
+    """Whoever changes the table or a docstring runs `python -m tools.interface_page > docs/interface.md`."""
     assert PAGE.read_text("utf-8") == page()
 
 

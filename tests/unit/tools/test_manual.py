@@ -6,16 +6,16 @@ import re
 from pathlib import Path
 
 from rosproto.cli.commands import COMMANDS as ROSPROTO
-from woosh_pure.cli import manual
+from tools import manual
 from woosh_pure.cli.registry import COMMANDS as WOOSH
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "commands.md"
 
 
 def test_the_page_is_current() -> None:
-    """After a change of a command: python -m woosh_pure.cli.manual."""
+    """After a change of a command: python -m tools.manual."""
     assert manual.page == PAGE
-    assert PAGE.read_text(encoding="utf-8") == manual.manual(), "run: python -m woosh_pure.cli.manual"
+    assert PAGE.read_text(encoding="utf-8") == manual.manual(), "run: python -m tools.manual"
 
 
 def test_every_command_has_its_section() -> None:
@@ -29,7 +29,7 @@ def test_every_command_has_its_section() -> None:
 def test_the_table_of_the_readme_is_current() -> None:
     """Made from the same help lines; the Chinese page names the same commands in its own words."""
     text = manual.readme.read_text(encoding="utf-8")
-    assert text == manual.with_table(text), "run: python -m woosh_pure.cli.manual"
+    assert text == manual.with_table(text), "run: python -m tools.manual"
     chinese = (PAGE.parents[1] / "README.zh-CN.md").read_text(encoding="utf-8")
     missing = [
         name for name in (*WOOSH, *ROSPROTO) if not re.search(rf"`((woosh|rosproto) )?{name}[` ]", chinese)

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import ast
+import runpy
 import subprocess
 import sys
+import types
 from pathlib import Path
 
 import pytest
 
 from rosproto.msg import DefinitionLibrary, bundled, parse_message
-from rosproto.msg.stubs import main, message_stub, stub_files
+from tools import stubs
+from tools.stubs import main, message_stub, stub_files
 
 ROOT = Path(__file__).resolve().parents[3]
 
 
 def test_the_stubs_are_current() -> None:
-    """Run `python -m rosproto.msg.stubs` after a change of definitions."""
+    """Run `python -m tools.stubs` after a change of definitions."""
     stale = [
         path
         for path, text in stub_files(bundled()).items()
@@ -155,3 +158,37 @@ def test_that_program_runs() -> None:
     twist = names["write"]()  # type: ignore[operator]
     assert decode(type(twist), encode(twist)).angular.z == 1.0
     assert names["call"]()[1] == ""  # type: ignore[operator]
+
+
+def test_stubs_are_written_where_they_are_not_current(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """--check names them and fails; without it they are written, once."""
+    definition = tmp_path / "defs" / "m" / "msg" / "Foo.msg"
+    definition.parent.mkdir(parents=True)
+    definition.write_text("int8 x")
+    library = DefinitionLibrary([tmp_path / "defs"])
+    module = types.ModuleType("msgdefs")
+    module.__path__ = [str(tmp_path / "out")]
+    (tmp_path / "out" / "m" / "msg").mkdir(parents=True)
+    monkeypatch.setattr(stubs, "bundled", lambda: library)
+    monkeypatch.setattr(stubs, "import_module", lambda name: module)
+    file = tmp_path / "out" / "m" / "msg" / "__init__.pyi"
+    assert stubs.main(["--check"]) == 1
+    assert capsys.readouterr().out == f"not current: {file}\n1 stubs not current\n"
+    assert not file.exists()
+    assert stubs.main([]) == 0
+    assert capsys.readouterr().out == "1 stubs written\n"
+    assert "class Foo" in file.read_text()
+    assert stubs.main([]) == stubs.main(["--check"]) == 0
+    assert stubs.main(["--force"]) == 2
+    assert "usage" in capsys.readouterr().err
+
+
+def test_the_stubs_as_a_program(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """`python -m tools.stubs --check`."""
+    monkeypatch.setattr(sys, "argv", ["stubs", "--check"])
+    with pytest.raises(SystemExit) as caught:
+        runpy.run_path(stubs.__file__, run_name="__main__")
+    assert caught.value.code == 0
+    assert capsys.readouterr().out == "0 stubs not current\n"

@@ -7,11 +7,11 @@ import re
 
 import pytest
 
+from tools.interface_page import VERBS
 from woosh_pure import Chassis
 from woosh_pure.action_goal import ActionHandle, NavigationHandle, StepHandle
 from woosh_pure.feed import Feed
 from woosh_pure.goal import GoalHandle
-from woosh_pure.interface_page import VERBS
 from woosh_pure.task import TaskHandle
 from woosh_pure.velocity import Drive
 
