@@ -139,6 +139,21 @@ def _anchors(text: str) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-") for heading in headings}
 
 
+def test_each_fact_about_the_wire_names_tests_that_exist() -> None:
+    """docs/wire.md: a fact without a test, or with one that is gone, is only an opinion."""
+    tests = {
+        f"{path.stem}.{name}"
+        for path in (ROOT / "tests").rglob("test_*.py")
+        for name in re.findall(r"def test_(\w+)", path.read_text("utf-8"))
+    }
+    facts = re.split(r"^\d+\. ", (ROOT / "docs/wire.md").read_text("utf-8"), flags=re.MULTILINE)[1:]
+    assert len(facts) > 50
+    for fact in facts:
+        named = re.findall(r"`(test_\w+\.\w+)`", fact)
+        assert named, fact
+        assert set(named) <= tests, set(named) - tests
+
+
 def test_the_readme_has_its_two_commands_and_ci_calls_the_second() -> None:
     """One line sets up and shows it, one line sets up and tests it; CI runs the same words."""
     readme = (ROOT / "README.md").read_text("utf-8")

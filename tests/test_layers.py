@@ -1,4 +1,4 @@
-"""Imports go one way: each layer may import only what stands below it (DESIGN, "The house")."""
+"""Imports go one way: each layer may import only what stands below it (docs/architecture.md)."""
 
 from __future__ import annotations
 

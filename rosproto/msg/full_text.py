@@ -58,7 +58,7 @@ def split_full_text(text: str, name: str) -> dict[str, str]:
 
 
 def _divides(line: str) -> bool:
-    """genmsg writes 80 "="; other libraries write other numbers of them (wire_pitfalls 6)."""
+    """genmsg writes 80 "="; other libraries write other numbers of them (docs/wire.md, 6)."""
     line = line.rstrip()
     return len(line) >= 3 and line == "=" * len(line)
 

@@ -3,7 +3,7 @@
 A subscriber holds one link per publisher that the master names. The link asks the publisher where to connect
 (`requestTopic`), connects, exchanges headers, and receives until something ends it. Then it waits a little
 and begins again *with a fresh requestTopic*, because a restarted publisher listens on another port; rospy
-never tries again, and roscpp tries the old port for ever (wire_pitfalls 10). It ends only when the master
+never tries again, and roscpp tries the old port for ever (docs/wire.md, 58). It ends only when the master
 no longer names the publisher, or the subscriber closes.
 
 The wait is short and bounded: `RETRY` doubles from 50 ms to 0.6 s, so that a publisher that can be reached

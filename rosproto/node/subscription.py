@@ -4,7 +4,7 @@ Several `Subscriber` objects of a node may share one topic; they share the links
 each closes for itself, and the last one to close takes the topic off the master.
 
 The newest list of publishers that the master gave is the truth: links to those that are not in it are
-closed, and a list may come early, late, twice or be empty (wire_pitfalls 27).
+closed, and a list may come early, late, twice or be empty (docs/wire.md, 27).
 
 Source: wiki.ros.org/ROS/Master_API (registerSubscriber), wiki.ros.org/ROS/Slave_API (publisherUpdate).
 """

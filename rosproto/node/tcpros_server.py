@@ -2,7 +2,7 @@
 
 The connection header says what the other side wants: `topic` a subscriber, `service` a service client. Each
 connection's header is read in the connection's own thread, off the accept loop and on a deadline, so a silent
-peer delays nobody (rospy reads it in the accept loop and hangs: wire_pitfalls 10).
+peer delays nobody (rospy reads it in the accept loop and hangs: docs/wire.md, 9).
 
 Source: wiki.ros.org/ROS/TCPROS.
 """

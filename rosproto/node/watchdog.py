@@ -1,7 +1,7 @@
 """Watches the master and our own address, once a second, and puts things right again.
 
 * The master restarted (another process, or it does not know our name): everything is registered again. No
-  peer does this; rospy and roscpp are forgotten for ever (wire_pitfalls 10).
+  peer does this; rospy and roscpp are forgotten for ever (docs/wire.md, 59).
 * The master is away: asked again after 0.1 to 0.5 s, so that it is noticed within 2 s when it is back.
 * Our address towards the master changed (Wi-Fi, DHCP): the node listens on the new one and registers it.
 * Now and then the whole graph is compared: a registration that got lost for any other reason is made again,
