@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import select
 import socket
-import struct
 import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout, ServiceError, TooLarge
+from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout, ServiceError
 from rosproto.node.socket_waits import limit_waits
+from rosproto.protocol.framing import FrameDecoder, frame
 from rosproto.protocol.handshake import HandshakeRefused
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import format_address
@@ -29,9 +29,8 @@ if TYPE_CHECKING:
 
 __all__ = ["ServiceLink"]
 
-LENGTH = struct.Struct("<I")
-CHUNK = 64 << 10
-BIG_CHUNK = 1 << 20
+ROOM = 4 << 10  # bytes; what most answers fit into
+STEP = 256 << 10  # for a longer one: a thousand peers may announce it and send nothing
 
 
 class ServiceLink:
@@ -44,14 +43,14 @@ class ServiceLink:
         revision: The provider's revision of the service type; None when it has ours.
     """
 
-    __slots__ = ("_limit", "_limits", "_poll", "_service", "_sock", "calls", "header", "peer", "revision")
+    __slots__ = ("_answers", "_limit", "_poll", "_service", "_sock", "calls", "header", "peer", "revision")
 
     def __init__(
         self, sock: socket.socket, header: dict[str, str], *, service: str, peer: str, limits: Limits
     ) -> None:
         self._sock = sock
         self._service = service
-        self._limits = limits
+        self._answers = FrameDecoder(limits.message_bytes, room=ROOM, step=STEP)
         self._poll: Any = None  # a select.poll, which Windows has not
         self._limit: float | None = 0.0  # seconds a send or receive may wait; None is for ever
         self.header = header
@@ -132,7 +131,7 @@ class ServiceLink:
     def _exchange(self, request: bytes, deadline: Deadline) -> tuple[bool, bytes]:
         try:
             self._limit_waits(deadline)
-            self._sock.sendall(LENGTH.pack(len(request)) + request)
+            self._sock.sendall(frame(request))
             return self._read_answer(deadline)
         except (BlockingIOError, TimeoutError) as error:
             if isinstance(error, RosTimeout):
@@ -144,36 +143,23 @@ class ServiceLink:
             raise self._lost(error) from error
 
     def _read_answer(self, deadline: Deadline) -> tuple[bool, bytes]:
-        data = self._sock.recv(CHUNK)
-        while len(data) < 5:
-            if not data:
+        """The ok byte, and what follows it as one frame."""
+        answers, ok = self._answers, None
+        while True:
+            ok = answers.take(1) if ok is None else ok
+            if ok is not None and (body := answers.next_frame()) is not None:
+                break
+            if answers.buffered or ok is not None:  # else `_exchange` has just seen to it
+                self._limit_waits(deadline)
+            count = self._sock.recv_into(answers.space())
+            if not count:
                 raise self._lost(None)
-            self._limit_waits(deadline)
-            more = self._sock.recv(CHUNK)
-            data = data + more if more else b""
-        (size,) = LENGTH.unpack_from(data, 1)
-        if size > self._limits.message_bytes:
-            raise TooLarge("message_bytes", size, self._limits.message_bytes)
-        ok = data[0] != 0
-        if len(data) < size + 5:
-            return ok, self._read_rest(data[5:], size, deadline)
-        if len(data) > size + 5:
+            answers.received(count)
+        if answers.buffered:
             raise RemoteProtocolError(
-                f"service {self._service}: {self.peer} sent {len(data) - size - 5} bytes more than one answer"
+                f"service {self._service}: {self.peer} sent {answers.buffered} bytes more than one answer"
             )
-        return ok, data[5:]
-
-    def _read_rest(self, first: bytes, size: int, deadline: Deadline) -> bytes:
-        """Memory follows what arrives, not what the prefix announces."""
-        parts, missing = [first], size - len(first)
-        while missing:
-            self._limit_waits(deadline)
-            part = self._sock.recv(min(missing, BIG_CHUNK))
-            if not part:
-                raise self._lost(None)
-            parts.append(part)
-            missing -= len(part)
-        return b"".join(parts)
+        return ok != b"\0", body
 
     def _limit_waits(self, deadline: Deadline) -> None:
         """Calls with equal time-outs keep the limit that is set, which may be up to a millisecond late."""

@@ -6,13 +6,13 @@ Source: wiki.ros.org/ROS/TCPROS; rospy impl/tcpros_service.py and roscpp service
 from __future__ import annotations
 
 import socket
-import struct
 import threading
 from collections.abc import Callable
 
-from rosproto.errors import RemoteProtocolError, TooLarge
+from rosproto.errors import RemoteProtocolError
 from rosproto.logs import get_logger
 from rosproto.node.socket_waits import limit_waits
+from rosproto.protocol.framing import FrameDecoder
 from rosproto.protocol.limits import Limits
 from rosproto.transport.tcp import interrupt
 
@@ -20,9 +20,8 @@ __all__ = ["ServiceSession"]
 
 logger = get_logger("rosproto.node")
 
-LENGTH = struct.Struct("<I")
-CHUNK = 64 << 10
-BIG_CHUNK = 1 << 20
+ROOM = 4 << 10  # bytes; what most requests fit into
+STEP = 256 << 10  # for a longer one: a thousand peers may announce it and send nothing
 
 
 class ServiceSession:
@@ -51,9 +50,8 @@ class ServiceSession:
         self._sock = sock
         self._answer = answer
         self._persistent = persistent
-        self._limits = limits
         self._stall_seconds = stall_seconds
-        self._pending = b""
+        self._requests = FrameDecoder(limits.message_bytes, room=ROOM, step=STEP)
         self._lock = threading.Lock()
         self._changed = threading.Condition(self._lock)
         self._busy = False
@@ -89,41 +87,18 @@ class ServiceSession:
 
     def _read_request(self) -> bytes | None:
         """The next request; None when the client closed the connection."""
-        while len(self._pending) < 4:
-            if not self._receive():
+        requests = self._requests
+        while (request := requests.next_frame()) is None:
+            try:
+                count = self._sock.recv_into(requests.space())
+            except (BlockingIOError, TimeoutError):
+                if requests.buffered:
+                    raise
+                continue  # idle, not stalled
+            if not count:
                 return None
-        (size,) = LENGTH.unpack_from(self._pending)
-        if size > self._limits.message_bytes:
-            raise TooLarge("message_bytes", size, self._limits.message_bytes)
-        if len(self._pending) == size + 4:
-            request, self._pending = self._pending[4:], b""
-        elif len(self._pending) > size + 4:
-            request, self._pending = self._pending[4 : size + 4], self._pending[size + 4 :]
-        else:
-            request = self._read_rest(self._pending[4:], size)
-            self._pending = b""
-        return request if len(request) == size else None
-
-    def _receive(self) -> bool:
-        try:
-            data = self._sock.recv(CHUNK)
-        except (BlockingIOError, TimeoutError):
-            if self._pending:
-                raise
-            return True  # idle, not stalled
-        self._pending += data
-        return bool(data)
-
-    def _read_rest(self, first: bytes, size: int) -> bytes:
-        """Memory follows what arrives, not what the prefix announces."""
-        parts, missing = [first], size - len(first)
-        while missing:
-            part = self._sock.recv(min(missing, BIG_CHUNK))
-            if not part:
-                break
-            parts.append(part)
-            missing -= len(part)
-        return b"".join(parts)
+            requests.received(count)
+        return request
 
     def _begin(self) -> bool:
         with self._lock:

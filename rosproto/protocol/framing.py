@@ -6,14 +6,25 @@ A service answer has one more byte in front; `FrameDecoder.take` reads it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import sys
+from collections.abc import Callable, Iterator
 from struct import Struct
+from typing import Any
 
 from rosproto.errors import LocalProtocolError, TooLarge
 
 __all__ = ["FrameDecoder", "frame"]
 
 _LENGTH = Struct("<I")
+_length = _LENGTH.unpack_from
+
+ROOM = 512  # bytes of the first buffer
+MOST_ROOM = 256 << 10  # what it grows to when reads fill it
+LARGE = 128 << 10  # longer frames get memory of their own
+BATCH = 64  # messages decoded at a time: their memory is then used again, and the collector is not woken
+STEP = 16 << 20  # memory follows the bytes that arrive, not the length announced (docs/wire.md, 10)
+
+Decode = Callable[[Any, int, int], Any]
 
 
 def frame(payload: bytes | bytearray | memoryview) -> bytes:
@@ -31,25 +42,135 @@ def frame(payload: bytes | bytearray | memoryview) -> bytes:
 class FrameDecoder:
     """Bytes in, whole frames out; what is left over waits for more.
 
-    Memory grows with the bytes that arrived, never with a length that was merely announced. A length
-    above `limit` is refused as soon as it is seen, and again on every later try: the stream cannot be
-    brought back into step, drop the link.
+    Bytes come in by `space` and `received`, so that a socket can write them where they are wanted, or by
+    `receive`, which copies. Frames go out as bytes (`next_frame`, `frames`) or decoded in place (`decoded`).
+
+    A large buffer takes whatever has arrived, and every frame in it is cut out in place. A frame that is too
+    long for that gets memory of its own, and its bytes are received straight into it. Memory grows with the
+    bytes that arrived, never with a length that was merely announced. A length above `limit` is refused as
+    soon as it is seen, and again on every later try: the stream cannot be brought back into step, drop the
+    link.
+
+    Args:
+        limit, what: As the attributes.
+        room: Bytes of the first buffer.
+        step: Bytes of memory that a long frame gets before they have arrived.
 
     Attributes:
         limit: Most bytes of one frame's payload; change it when the header is over and messages follow.
         what: Field of `Limits` named in the error.
+        buffer: The memory behind `space`, while no long frame is being received.
+        count: Frames taken out, those passed over included.
+        passed_over: Frames that `decoded` did not decode, because newer ones were there.
     """
 
-    __slots__ = ("_buffer", "limit", "what")
+    __slots__ = (
+        "_end", "_have", "_large", "_size", "_start", "_step", "_view",
+        "buffer", "count", "limit", "passed_over", "what",
+    )  # fmt: skip
 
-    def __init__(self, limit: int, what: str = "message_bytes") -> None:
+    def __init__(
+        self, limit: int, what: str = "message_bytes", *, room: int = ROOM, step: int = STEP
+    ) -> None:
         self.limit = limit
         self.what = what
-        self._buffer = bytearray()
+        self.buffer = bytearray(room)
+        self.count = 0
+        self.passed_over = 0
+        self._step = step
+        self._view = memoryview(self.buffer)
+        self._start = 0  # what waits is buffer[start:end]
+        self._end = 0
+        self._large: Any = None  # memory of a long frame, of which `_have` bytes are there
+        self._size = 0  # and will be
+        self._have = 0
+
+    # -- bytes in -------------------------------------------------------------------------------------------
+
+    def space(self) -> memoryview:
+        """Where the next bytes of the stream go: fill some of it from its beginning, then call `received`.
+
+        It is valid until any other method is called, and never empty.
+
+        Raises:
+            TooLarge: The frame that has begun announces more than `limit`.
+        """
+        if self._large is None:
+            self._make_room()
+        if self._large is None:
+            return self._view[self._end :]
+        if self._have == len(self._large):
+            larger = _memory(min(2 * self._have, self._size))
+            larger[: self._have] = self._large
+            self._large = larger
+        return memoryview(self._large)[self._have :]
+
+    def _make_room(self) -> None:
+        """See to it that something fits behind what waits, and that a stream gets a larger buffer."""
+        rest, room = self._end - self._start, len(self.buffer)
+        filled = self._end == room < MOST_ROOM  # by the last read: more would have come
+        if not rest:
+            self._start = self._end = 0
+            if filled:
+                self._grow(0, 0)
+            return
+        size = self._announced()
+        if size > LARGE and rest < size + 4:
+            self._begin_large(size)
+        elif size + 4 > room or filled or rest == room:
+            self._grow(max(size + 4, rest), rest)
+        elif room - self._end < room // 2:
+            self.buffer[:rest] = self.buffer[self._start : self._end]
+            self._start, self._end = 0, rest
+
+    def received(self, count: int) -> None:
+        """So many bytes were written into `space`."""
+        if self._large is None:
+            self._end += count
+        else:
+            self._have += count
 
     def receive(self, data: bytes | bytearray | memoryview) -> None:
-        """Add bytes from the stream; they are copied."""
-        self._buffer += data
+        """Add bytes from the stream; they are copied.
+
+        Raises:
+            TooLarge: A frame announces more than `limit`, and bytes of it follow.
+        """
+        with memoryview(data) as source:
+            done = 0
+            while done < len(source):
+                if self._large is not None and self._have == self._size:
+                    self._put_back()
+                space = self.space()
+                count = min(len(space), len(source) - done)
+                space[:count] = source[done : done + count]
+                self.received(count)
+                done += count
+
+    def _announced(self) -> int:
+        """Length of the frame that has begun; -1 while its length is not there."""
+        if self._end - self._start < 4:
+            return -1
+        size: int = _length(self.buffer, self._start)[0]
+        if size > self.limit:
+            raise TooLarge(self.what, size, self.limit)
+        return size
+
+    def _grow(self, size: int, rest: int) -> None:
+        """A frame does not fit, or a read filled the buffer: a larger one, with the rest in front."""
+        buffer = bytearray(max(min(max(4 * len(self.buffer), 2 * size), MOST_ROOM), rest + ROOM))
+        buffer[:rest] = self._view[self._start : self._end]
+        self.buffer, self._view = buffer, memoryview(buffer)
+        self._start, self._end = 0, rest
+
+    def _begin_large(self, size: int) -> None:
+        self._have = self._end - self._start - 4
+        self._size = size
+        self._large = _memory(min(size, max(self._step, 2 * self._have)))
+        self._large[: self._have] = self._view[self._start + 4 : self._end]
+        self._start = self._end = 0
+
+    # -- frames out -----------------------------------------------------------------------------------------
 
     def frames(self) -> Iterator[bytes]:
         """Take out each frame that is complete. An empty payload is a frame too (std_msgs/Empty).
@@ -66,43 +187,123 @@ class FrameDecoder:
         Raises:
             TooLarge: The frame announces more than `limit`.
         """
-        buffer = self._buffer
-        if len(buffer) < 4:
+        if self._large is not None:
+            return None if self._have < self._size else bytes(self._taken())
+        size = self._announced()
+        following = self._start + 4 + size
+        if size < 0 or following > self._end:
             return None
-        (size,) = _LENGTH.unpack_from(buffer)
-        if size > self.limit:
-            raise TooLarge(self.what, size, self.limit)
-        end = 4 + size
-        if len(buffer) < end:
-            return None
-        with memoryview(buffer) as view:
-            payload = bytes(view[4:end])
-        del buffer[:end]  # cheap: CPython moves the start, not the bytes
+        payload = bytes(self._view[self._start + 4 : following])
+        self._start = following
+        self.count += 1
         return payload
+
+    def decoded(self, decode: Decode, owns: bool, newest: int | None = None) -> list[Any]:
+        """Take out the frames that are complete, `BATCH` of them at most, each decoded where it lies.
+
+        Args:
+            decode: `(buffer, start, end) -> message`.
+            owns: True when messages keep parts of the buffer they are decoded from: they get one of their
+                own. That of a long frame they get in any case.
+            newest: Decode at most this many, the newest of all that are complete; None decodes every one.
+        """
+        if self._large is not None:
+            return [] if self._have < self._size else [decode(self._taken(), 0, self._size)]
+        if newest is not None:
+            return self._newest(decode, owns, newest)
+        buffer, start, end = self.buffer, self._start, self._end
+        batch: list[Any] = []
+        append = batch.append
+        try:
+            for _ in range(BATCH):
+                if end - start < 4:
+                    break
+                following = start + 4 + _length(buffer, start)[0]
+                if following > end:
+                    break
+                if owns:
+                    append(decode(bytes(self._view[start + 4 : following]), 0, following - start - 4))
+                else:
+                    append(decode(buffer, start + 4, following))
+                start = following
+        finally:
+            self._start = start
+        self.count += len(batch)
+        return batch
+
+    def _newest(self, decode: Decode, owns: bool, newest: int) -> list[Any]:
+        """The frames are found first, and the older ones passed over."""
+        buffer, start, end = self.buffer, self._start, self._end
+        found: list[tuple[int, int]] = []
+        while end - start >= 4:
+            following = start + 4 + _length(buffer, start)[0]
+            if following > end:
+                break
+            found.append((start + 4, following))
+            start = following
+        self._start = start
+        self.count += len(found)
+        self.passed_over += max(0, len(found) - newest)
+        if owns:
+            return [decode(bytes(self._view[a:b]), 0, b - a) for a, b in found[-newest:]]
+        return [decode(buffer, a, b) for a, b in found[-newest:]]
+
+    def _taken(self) -> Any:
+        large, self._large = self._large, None
+        self.count += 1
+        return large
+
+    def _put_back(self) -> None:
+        """A long frame is complete and not taken out, and more comes: all of it into one buffer."""
+        whole = _LENGTH.pack(self._size) + bytes(self._large)
+        self._large = None
+        self.buffer = bytearray(2 * len(whole))
+        self._view = memoryview(self.buffer)
+        self.buffer[: len(whole)] = whole
+        self._start, self._end = 0, len(whole)
 
     def take(self, size: int) -> bytes | None:
         """Take out `size` bytes that are no frame (a service's ok byte); None while they are incomplete."""
-        if len(self._buffer) < size:
+        if self._end - self._start < size:
             return None
-        taken = bytes(self._buffer[:size])
-        del self._buffer[:size]
+        taken = bytes(self._view[self._start : self._start + size])
+        self._start += size
         return taken
 
     def left_over(self) -> bytes:
         """Take out everything that no frame was made of yet."""
-        taken = bytes(self._buffer)
-        self._buffer.clear()
+        if self._large is not None:
+            taken, self._large = _LENGTH.pack(self._size) + bytes(self._large[: self._have]), None
+            return taken
+        taken = bytes(self._view[self._start : self._end])
+        self._start = self._end = 0
         return taken
 
     @property
     def buffered(self) -> int:
         """Bytes waiting."""
-        return len(self._buffer)
+        return self._end - self._start if self._large is None else self._have + 4
+
+    @property
+    def is_large(self) -> bool:
+        """True while a long frame is being received into memory of its own."""
+        return self._large is not None
 
     @property
     def missing(self) -> int:
         """Bytes that must still arrive before a frame can be complete; 0 when one is."""
-        have = len(self._buffer)
+        if self._large is not None:
+            return self._size - self._have
+        have = self._end - self._start
         if have < 4:
             return 4 - have
-        return max(0, 4 + int(_LENGTH.unpack_from(self._buffer)[0]) - have)
+        return max(0, 4 + int(_length(self.buffer, self._start)[0]) - have)
+
+
+def _memory(size: int) -> Any:
+    """Writable memory; numpy's where it is loaded, which is not filled with zeros first.
+
+    The zeros are a quarter of a subscriber's time: 1.6 ms against 1.2 for 6.2 MB.
+    """
+    empty = getattr(sys.modules.get("numpy"), "empty", None)
+    return bytearray(size) if empty is None else memoryview(empty(size, "u1"))

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Mapping
-from struct import Struct
 
-from rosproto.errors import ConnectionLost, TooLarge
+from rosproto.errors import ConnectionLost
+from rosproto.protocol.framing import FrameDecoder
 from rosproto.protocol.header import decode_header, encode_header
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import format_address
@@ -20,7 +20,6 @@ from rosproto.transport.os_errors import closed_by_peer, translate
 
 __all__ = ["ClosedBeforeHeader", "peer_name", "read_exactly", "read_header", "write_all", "write_header"]
 
-_LENGTH = Struct("<I")
 _STEP = 1 << 16  # memory follows the bytes that arrive, in steps of this
 
 
@@ -45,21 +44,25 @@ def read_exactly(sock: socket.socket, size: int, deadline: Deadline, doing: str 
         RosTimeout: The deadline passed.
     """
     data = bytearray()
+    while len(data) < size:
+        with memoryview(bytearray(min(_STEP, size - len(data)))) as space:
+            data += space[: _read_some(sock, space, deadline, doing, len(data))]
+    return data
+
+
+def _read_some(sock: socket.socket, space: memoryview, deadline: Deadline, doing: str, have: int) -> int:
+    """Read what there is, at least a byte; `have` bytes were read before."""
     try:
-        while len(data) < size:
-            sock.settimeout(_time_left(deadline))
-            chunk = sock.recv(min(_STEP, size - len(data)))
-            if not chunk:
-                error = closed_by_peer(f"{doing}, {len(data)} of {size} bytes", peer_name(sock))
-                raise error if data else ClosedBeforeHeader(str(error), peer=error.peer)
-            data += chunk
+        sock.settimeout(_time_left(deadline))
+        count = sock.recv_into(space)
         sock.settimeout(None)
     except OSError as error:
-        if isinstance(error, ConnectionLost):
-            raise
         peer = peer_name(sock)
         raise translate(error, f"{doing} from {peer}", peer, deadline) from error
-    return data
+    if not count:
+        lost = closed_by_peer(f"{doing}, after {have} bytes", peer_name(sock))
+        raise lost if have else ClosedBeforeHeader(str(lost), peer=lost.peer)
+    return count
 
 
 def write_all(sock: socket.socket, data: bytes | bytearray | memoryview, deadline: Deadline) -> None:
@@ -88,13 +91,10 @@ def read_header(sock: socket.socket, limits: Limits, deadline: Deadline) -> dict
         TooLarge: `Limits.header_bytes`.
         RemoteProtocolError: These bytes are no header.
     """
-    (size,) = _LENGTH.unpack(read_exactly(sock, 4, deadline, "read a connection header"))
-    if size > limits.header_bytes:
-        raise TooLarge("header_bytes", size, limits.header_bytes)
-    try:
-        body = read_exactly(sock, size, deadline, "read a connection header")
-    except ClosedBeforeHeader as error:  # after its length, so it did begin
-        raise ConnectionLost(str(error), peer=error.peer) from error
+    frames = FrameDecoder(limits.header_bytes, "header_bytes")
+    while (body := frames.next_frame()) is None:
+        space = frames.space()[: frames.missing]
+        frames.received(_read_some(sock, space, deadline, "read a connection header", frames.buffered))
     return decode_header(body)
 
 

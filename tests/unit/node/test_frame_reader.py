@@ -12,7 +12,9 @@ from typing import Any
 import pytest
 
 from rosproto.errors import ConnectionLost, TooLarge
-from rosproto.node.frame_reader import BATCH, BUFFER, FIRST_BUFFER, LARGE, FrameReader
+from rosproto.node.frame_reader import FIRST_BUFFER, FrameReader
+from rosproto.protocol.framing import BATCH, LARGE
+from rosproto.protocol.framing import MOST_ROOM as BUFFER
 
 
 class Pieces:
@@ -166,10 +168,10 @@ def test_the_buffer_grows_with_what_reads_bring(size: int) -> None:
     count = 3000 if size < 1000 else 300 if size < 10_000 else 20
     reader = FrameReader(Pieces([frames(b"first"), frames(*[body] * count)]), 1 << 30, peer="test")  # type: ignore[arg-type]
     assert reader.receive(as_bytes, owns=False) == [b"first"]
-    assert len(reader._buffer) == FIRST_BUFFER
+    assert len(reader._frames.buffer) == FIRST_BUFFER
     while reader.messages < 1 + count:
         assert set(reader.receive(as_bytes, owns=False)) == {body}
-    assert len(reader._buffer) == BUFFER
+    assert len(reader._frames.buffer) == BUFFER
 
 
 def test_only_the_newest_are_decoded() -> None:

@@ -33,9 +33,9 @@ class CountingSocket:
     def __getattr__(self, name: str) -> object:
         return getattr(self._sock, name)
 
-    def recv(self, size: int) -> bytes:
+    def recv_into(self, space: memoryview) -> int:
         try:
-            return self._sock.recv(size)
+            return self._sock.recv_into(space)
         except (BlockingIOError, TimeoutError):
             self._left -= 1
             if not self._left:

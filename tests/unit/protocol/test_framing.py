@@ -63,7 +63,7 @@ def test_memory_follows_the_bytes_that_arrived_not_the_announced_length() -> Non
     decoder = FrameDecoder(1_000_000_000)
     decoder.receive(struct.pack("<I", 1_000_000_000) + b"abc")
     assert decoder.next_frame() is None
-    assert decoder._buffer.__sizeof__() < 1000
+    assert decoder.buffer.__sizeof__() < 1000
     assert decoder.missing == 1_000_000_000 - 3
 
 
