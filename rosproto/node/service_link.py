@@ -145,16 +145,18 @@ class ServiceLink:
     def _read_answer(self, deadline: Deadline) -> tuple[bool, bytes]:
         """The ok byte, and what follows it as one frame."""
         answers, ok = self._answers, None
+        count = self._sock.recv_into(answers.space())
+        if (body := answers.whole(count, after=1)) is not None:
+            return answers.buffer[0] != 0, body
         while True:
-            ok = answers.take(1) if ok is None else ok
-            if ok is not None and (body := answers.next_frame()) is not None:
-                break
-            if answers.buffered or ok is not None:  # else `_exchange` has just seen to it
-                self._limit_waits(deadline)
-            count = self._sock.recv_into(answers.space())
             if not count:
                 raise self._lost(None)
             answers.received(count)
+            ok = answers.take(1) if ok is None else ok
+            if ok is not None and (body := answers.next_frame()) is not None:
+                break
+            self._limit_waits(deadline)
+            count = self._sock.recv_into(answers.space())
         if answers.buffered:
             raise RemoteProtocolError(
                 f"service {self._service}: {self.peer} sent {answers.buffered} bytes more than one answer"

@@ -88,7 +88,9 @@ class ServiceSession:
     def _read_request(self) -> bytes | None:
         """The next request; None when the client closed the connection."""
         requests = self._requests
-        while (request := requests.next_frame()) is None:
+        while True:
+            if requests.buffered and (request := requests.next_frame()) is not None:
+                return request
             try:
                 count = self._sock.recv_into(requests.space())
             except (BlockingIOError, TimeoutError):
@@ -97,8 +99,9 @@ class ServiceSession:
                 continue  # idle, not stalled
             if not count:
                 return None
+            if (request := requests.whole(count)) is not None:
+                return request
             requests.received(count)
-        return request
 
     def _begin(self) -> bool:
         with self._lock:

@@ -96,6 +96,9 @@ class FrameDecoder:
             TooLarge: The frame that has begun announces more than `limit`.
         """
         if self._large is None:
+            if self._start == self._end < len(self.buffer):
+                self._start = self._end = 0
+                return self._view
             self._make_room()
         if self._large is None:
             return self._view[self._end :]
@@ -171,6 +174,23 @@ class FrameDecoder:
         self._start = self._end = 0
 
     # -- frames out -----------------------------------------------------------------------------------------
+
+    def whole(self, count: int, after: int = 0) -> bytes | None:
+        """The payload, when nothing waited and `count` bytes in `space` are one frame behind `after` others.
+
+        Then they count as taken out; otherwise None, and `received` is still to be called. Most requests and
+        answers come so: it spares a call of a service a tenth of its time here.
+        """
+        start = after + 4
+        if (
+            count < start
+            or self._start != self._end
+            or self._large is not None
+            or _length(self.buffer, after)[0] != count - start
+        ):
+            return None
+        self.count += 1
+        return bytes(self._view[start:count])
 
     def frames(self) -> Iterator[bytes]:
         """Take out each frame that is complete. An empty payload is a frame too (std_msgs/Empty).

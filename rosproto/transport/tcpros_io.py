@@ -46,12 +46,15 @@ def read_exactly(sock: socket.socket, size: int, deadline: Deadline, doing: str 
     data = bytearray()
     while len(data) < size:
         with memoryview(bytearray(min(_STEP, size - len(data)))) as space:
-            data += space[: _read_some(sock, space, deadline, doing, len(data))]
+            count = _read_some(sock, space, deadline, doing)
+            if not count:
+                raise _closed(sock, f"{doing} of {size} bytes", len(data))
+            data += space[:count]
     return data
 
 
-def _read_some(sock: socket.socket, space: memoryview, deadline: Deadline, doing: str, have: int) -> int:
-    """Read what there is, at least a byte; `have` bytes were read before."""
+def _read_some(sock: socket.socket, space: memoryview, deadline: Deadline, doing: str) -> int:
+    """Read what there is; 0 when the peer has closed."""
     try:
         sock.settimeout(_time_left(deadline))
         count = sock.recv_into(space)
@@ -59,10 +62,12 @@ def _read_some(sock: socket.socket, space: memoryview, deadline: Deadline, doing
     except OSError as error:
         peer = peer_name(sock)
         raise translate(error, f"{doing} from {peer}", peer, deadline) from error
-    if not count:
-        lost = closed_by_peer(f"{doing}, after {have} bytes", peer_name(sock))
-        raise lost if have else ClosedBeforeHeader(str(lost), peer=lost.peer)
     return count
+
+
+def _closed(sock: socket.socket, doing: str, have: int) -> ConnectionLost:
+    lost = closed_by_peer(f"{doing}, after {have} bytes", peer_name(sock))
+    return lost if have else ClosedBeforeHeader(str(lost), peer=lost.peer)
 
 
 def write_all(sock: socket.socket, data: bytes | bytearray | memoryview, deadline: Deadline) -> None:
@@ -91,11 +96,17 @@ def read_header(sock: socket.socket, limits: Limits, deadline: Deadline) -> dict
         TooLarge: `Limits.header_bytes`.
         RemoteProtocolError: These bytes are no header.
     """
+    doing = "read a connection header"
     frames = FrameDecoder(limits.header_bytes, "header_bytes")
-    while (body := frames.next_frame()) is None:
-        space = frames.space()[: frames.missing]
-        frames.received(_read_some(sock, space, deadline, "read a connection header", frames.buffered))
-    return decode_header(body)
+    wanted = 4
+    while True:
+        count = _read_some(sock, frames.space()[:wanted], deadline, doing)
+        if not count:
+            raise _closed(sock, doing, frames.buffered)
+        frames.received(count)
+        if (body := frames.next_frame()) is not None:
+            return decode_header(body)
+        wanted = frames.missing
 
 
 def write_header(sock: socket.socket, fields: Mapping[str, str], deadline: Deadline) -> None:
