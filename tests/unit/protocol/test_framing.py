@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from rosproto.errors import LocalProtocolError, TooLarge
-from rosproto.protocol.framing import BATCH, LARGE, FrameDecoder, frame
+from rosproto.protocol.framing import BATCH, LARGE, MOST_ROOM, FrameDecoder, frame
 from tests.support.splits import every_split, slices_of_one_buffer
 
 PAYLOADS = [b"one", b"", b"x" * 300, b"last"]
@@ -209,8 +209,12 @@ def test_memory_is_numpys_where_it_is_loaded(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_a_buffer_that_a_read_filled_grows() -> None:
-    """More would have come: the next read shall bring it."""
+    """More would have come: the next read shall bring it. There is a bound to that."""
     decoder = FrameDecoder(100, room=8)
     decoder.receive(frame(b"abcd"))
     assert decoder.next_frame() == b"abcd"
     assert len(decoder.space()) > 8
+    largest = FrameDecoder(MOST_ROOM, room=MOST_ROOM)
+    largest.receive(frame(bytes(MOST_ROOM - 4)))
+    assert largest.next_frame() == bytes(MOST_ROOM - 4)
+    assert len(largest.space()) == MOST_ROOM
