@@ -22,19 +22,14 @@ ROOT = Path(__file__).resolve().parent.parent
 PAGES = sorted(path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").glob("*.md"))
 LARGEST = 300_000  # bytes of one page; the reference of everything at once had 452,000
 
-pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("site")]
 
-
-@pytest.fixture(scope="module")
-def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The built documentation."""
-    folder = tmp_path_factory.mktemp("site")
+def build(folder: Path) -> None:
+    """The documentation, strictly."""
     done = subprocess.run(
         [sys.executable, "-m", "mkdocs", "build", "--strict", "-d", str(folder)],
         cwd=ROOT, capture_output=True, text=True, timeout=300, env={**os.environ, "NO_MKDOCS_2_WARNING": "1"},
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    return folder
 
 
 class Counted(HTMLParser):
@@ -83,13 +78,22 @@ def source(text: str) -> tuple[list[int], list[str]]:
     return [len(marks) for marks in re.findall(r"^(#+) ", prose, re.MULTILINE)], blocks
 
 
-@pytest.mark.parametrize("name", PAGES)
-def test_a_page_keeps_its_headings_and_code(site: Path, name: str) -> None:
+@pytest.mark.slow
+def test_what_is_built_is_what_was_written(tmp_path: Path) -> None:
+    """One build, and every look at it."""
+    build(tmp_path)
+    for name in PAGES:
+        keeps_headings_and_code(tmp_path, name)
+    classes_have_pages_of_their_own(tmp_path)
+    both_languages_can_be_searched(tmp_path)
+
+
+def keeps_headings_and_code(site: Path, name: str) -> None:
     """As many of each, in the same order, with the same words."""
     headings, blocks = source((ROOT / "docs" / name).read_text("utf-8"))
     built = Counted((site / name).with_suffix(".html").read_text("utf-8"))
-    assert built.headings == headings
-    assert [block.split() for block in built.blocks] == [block.split() for block in blocks]
+    assert built.headings == headings, name
+    assert [block.split() for block in built.blocks] == [block.split() for block in blocks], name
 
 
 def test_a_lost_fence_is_noticed() -> None:
@@ -99,7 +103,7 @@ def test_a_lost_fence_is_noticed() -> None:
     assert Counted("<article><h1>A</h1><p>```python robot x = 1</p></article>").blocks == []
 
 
-def test_a_class_has_a_page_of_its_own(site: Path) -> None:
+def classes_have_pages_of_their_own(site: Path) -> None:
     """Small enough to be opened on a phone, and listed where its package is."""
     for page in site.rglob("*.html"):
         assert page.stat().st_size < LARGEST, page.relative_to(site)
@@ -109,7 +113,7 @@ def test_a_class_has_a_page_of_its_own(site: Path) -> None:
         assert f'href="woosh_pure/{name}.html"' in listing
 
 
-def test_both_languages_can_be_searched(site: Path) -> None:
+def both_languages_can_be_searched(site: Path) -> None:
     """The index knows words of English pages and of Chinese ones, cut apart as Chinese needs it."""
     index = json.loads((site / "search/search_index.json").read_text("utf-8"))
     assert index["config"]["lang"] == ["en", "zh"]
