@@ -107,6 +107,7 @@ def test_one_frame_that_came_whole_is_taken_at_once_and_anything_else_is_not() -
             (ahead + frame(b""), b""),
             (ahead + frame(b"abc") + b"\x01", None),
             (ahead + frame(b"abc")[:-1], None),
+            (ahead + frame(bytes(101)), None),
             (b"\x01\0", None),
         ):
             decoder = FrameDecoder(100)
