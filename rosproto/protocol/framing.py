@@ -178,8 +178,9 @@ class FrameDecoder:
     def whole(self, count: int, after: int = 0) -> bytes | None:
         """The payload, when nothing waited and `count` bytes in `space` are one frame behind `after` others.
 
-        Then they count as taken out; otherwise, and when that frame is too long, None, and `received` is still to be called. Most requests and
-        answers come so: it spares a call of a service a tenth of its time here.
+        Then they count as taken out; otherwise, and when that frame is too long, None, and `received` is
+        still to be called. Most requests and answers come so: it spares a call of a service a tenth of its
+        time here.
         """
         start = after + 4
         if (
