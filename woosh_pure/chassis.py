@@ -156,20 +156,30 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
     # ------------------------------------------------------------------------------------------------
 
     def readiness(self) -> Readiness:
-        """Why it would not move now, in words, as far as is known."""
+        """Whether it would move now: `answer` is yes, no or not known, `reasons` and `sentence()` say why.
+
+        Not known is what it is until the chassis has told its state (`/robot_status` is sent on change only):
+        an emergency stop that was pressed before is told to nobody who comes later. True only for yes.
+        What the chassis has refused to this object is remembered until it is shown to be over. Nothing is
+        moved or interrupted to find out; see `woosh_pure.readiness`.
+        """
         return self._core.readiness()
 
-    def wait_until_ready(self, timeout: float | None = 60.0) -> Readiness:
+    def wait_until_ready(self, timeout: float | None = 60.0, *, known: bool = False) -> Readiness:
         """Wait until nothing known blocks a motion, for example after the emergency stop was released.
+
+        That may be "not known" still: look at the `answer` of what is returned, or wait with `known=True`. A
+        chassis that stands idle may never tell its state.
 
         State and status codes come on different topics, in any order: ready counts when it has been so for
         a moment, so that a verb called right afterwards is not refused for a code that was still on its way.
 
         Args:
             timeout: Seconds; None waits for ever.
+            known: True waits until the answer is yes.
 
         Raises:
-            RosTimeout: Something still blocks; the text says what.
+            RosTimeout: Something still blocks, or is not known; the text says what.
             ValueError: `timeout` is negative or NaN.
         """
         require_timeout(timeout)
@@ -177,11 +187,13 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         ready_since = math.inf
         while True:
             readiness, now = self.readiness(), time.monotonic()
-            ready_since = min(ready_since, now) if readiness else math.inf
+            ready = readiness.ready or not (known or readiness.blocked)
+            ready_since = min(ready_since, now) if ready else math.inf
             if now - ready_since >= _SETTLED:
                 return readiness
-            if end is not None and now > end and not readiness:
-                raise RosTimeout(f"not ready: {readiness.sentence()}", what="readiness", seconds=timeout)
+            if end is not None and now > end and not ready:
+                text = "not ready" if readiness.blocked else "whether it is ready is not known"
+                raise RosTimeout(f"{text}: {readiness.sentence()}", what="readiness", seconds=timeout)
             time.sleep(0.02)
 
     def wait_until(

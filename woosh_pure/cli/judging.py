@@ -10,7 +10,9 @@ if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
     from woosh_pure.readiness import Readiness
 
-__all__ = ["is_there", "nobody_there", "readiness_of"]
+    from .output import Output
+
+__all__ = ["EXIT_CODES", "as_json", "is_there", "nobody_there", "readiness_of", "verdict"]
 
 _STEADY = 1.0  # seconds within which the measured velocity comes, also over a slow network
 
@@ -28,18 +30,38 @@ def nobody_there(chassis: Chassis) -> str:
     )
 
 
+EXIT_CODES = {"yes": 0, "no": 3, "not known": 5}
+"""Of `woosh ready`, by the answer."""
+_WORDS = {
+    "yes": ("ready", "yes", "green"),
+    "no": ("NOT READY", "NO", "red"),
+    "not known": ("NOT KNOWN whether it is ready", "NOT KNOWN", "yellow"),
+}
+
+
+def verdict(readiness: Readiness, out: Output, *, short: bool = False) -> str:
+    """The answer in one word or some, coloured."""
+    long_word, short_word, colour = _WORDS[readiness.answer.value]
+    return out.colour(short_word if short else long_word, colour)
+
+
+def as_json(readiness: Readiness) -> bool | None:
+    """True, False, or null where it is not known."""
+    return {"yes": True, "no": False}.get(readiness.answer.value)
+
+
 def readiness_of(chassis: Chassis) -> Readiness:
     """`Chassis.readiness()`, but no without a chassis: scripts take "nothing known against it" for a yes."""
-    from woosh_pure.readiness import Readiness, Reason
+    from woosh_pure.readiness import Readiness, Reason, ReasonKey
 
     found = chassis.readiness()
     if not is_there(chassis):
-        missing = Reason("no_chassis", nobody_there(chassis))
+        missing = Reason(ReasonKey.NO_CHASSIS, nobody_there(chassis))
     elif _is_silent(chassis):
-        missing = Reason("silent", "nothing comes from the chassis: is it up? try `woosh doctor`")
+        missing = Reason(ReasonKey.SILENT, "nothing comes from the chassis: is it up? try `woosh doctor`")
     else:
         return found
-    known = [reason for reason in found.reasons if reason.key != "unknown"]
+    known = [reason for reason in found.reasons if reason.key != ReasonKey.UNKNOWN]
     return Readiness((missing, *known))
 
 
