@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.msg.user_folder import learned_paths
+from rosproto.transport.host_names import HostNames
 
 from . import interface
 from .action_goal import ActionHandle, start_action
@@ -67,9 +68,11 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         leave_running: True leaves goals running at the end of the `with` block (velocity blocks end always).
         msg_path: Folders with .msg, .srv and .action files: further revisions, for a robot that has those.
         learned: Use also what `woosh learn` has kept for this user.
+        resolve: Host name -> address, for names of the robot that this computer does not know. One that is
+            not given and cannot be resolved is taken for the master's host; the log tells.
 
     Raises:
-        ValueError: No address, or it cannot be read; `timeout` is no time.
+        ValueError: No address, or it cannot be read; `timeout` is no time; `resolve` is none.
         DefinitionError: A folder of `msg_path` is not there or holds no definition.
     """
 
@@ -83,6 +86,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         leave_running: bool = False,
         msg_path: Iterable[str | os.PathLike[str]] = (),
         learned: bool = True,
+        resolve: Mapping[str, str] | None = None,
     ) -> None:
         self.master_uri = master_uri_of(address)
         if not 0.0 < timeout < math.inf:
@@ -94,6 +98,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             timeout=timeout,
             leave_running=leave_running,
             msg_path=[*msg_path, *(learned_paths() if learned else ())],
+            resolve=HostNames(resolve).given,
         )
 
     def __enter__(self) -> Chassis:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import rosproto
@@ -63,11 +63,13 @@ class Core:
         timeout: float,
         leave_running: bool = False,
         msg_path: Sequence[str | os.PathLike[str]] = (),
+        resolve: Mapping[str, str] | None = None,
     ) -> None:
         self.master_uri = master_uri
         self.timeout = timeout
         self._name, self._host = name, host
         self._msg_path = msg_path
+        self._resolve = resolve
         # For the lists; never held while the network is waited for.
         self._lock = threading.RLock()
         # One node, publisher, client ... is made at a time; this may take long.
@@ -106,6 +108,7 @@ class Core:
                     anonymous=True,
                     timeout=self.timeout,
                     msg_path=self._msg_path,
+                    resolve=self._resolve,
                 )
             return self._node
 
@@ -357,8 +360,9 @@ class Core:
         deadline = time.monotonic() + self.timeout
         while feed.publishers == 0:
             if time.monotonic() > deadline:
+                why = f" ({feed.unreachable})" if feed.unreachable else ""
                 raise StaleState(
-                    f"{feed.topic}: no publisher within {self.timeout} s, so the end of a task "
+                    f"{feed.topic}: no publisher within {self.timeout} s{why}, so the end of a task "
                     "could not be seen; check `woosh doctor`",
                     topic=feed.topic,
                 )

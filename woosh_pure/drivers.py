@@ -126,7 +126,7 @@ def _ask(node: rosproto.Node, name: str, names: tuple[str, ...], robot: str | No
         uri = node.master.lookup_node(name, timeout=_ASK)
         if robot is not None and parse_uri(uri)[0] == robot:
             return OtherDriver(name, names, uri, on_robot=True)
-        with NodeClient(uri, node.name, timeout=_ASK) as slave:
+        with NodeClient(uri, node.name, timeout=_ASK, hosts=node.hosts) as slave:
             published = {topic for topic, _ in slave.get_publications()}
             counters = _counters(slave, names)
     except MasterError:

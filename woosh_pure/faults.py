@@ -150,8 +150,8 @@ def _texts(code: int, entry: list[object] | None) -> tuple[list[str], str, str, 
 class Faults(tuple[StatusCode, ...]):
     """Faults heard and not ended, the worst first, and whether that is all.
 
-    Codes are sent on change only, so one from before is heard by nobody. What is told about it is the state of
-    the robot: a robot that says that it is idle, or has a task, has no fault.
+    Codes are sent on change only, so one from before is heard by nobody. What is told about it is the state
+    of the robot: a robot that says that it is idle, or has a task, has no fault.
 
     Attributes:
         robot_state: What the robot said last, None when it was not heard.

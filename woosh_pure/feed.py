@@ -250,6 +250,14 @@ class Feed(Generic[T]):
         return frozenset(link.address for link in links if link.connected)
 
     @property
+    def unreachable(self) -> str:
+        """Why none of its publishers is connected, although the master names some; "" else."""
+        subscriber = self._subscriber
+        if subscriber is None or subscriber.connections or not subscriber.stats():
+            return ""
+        return subscriber.why_silent()
+
+    @property
     def outdated(self) -> bool:
         """True when what was heard of a topic that is sent on change only may be over: its link has broken
         since, and a change in between was told to nobody here.
@@ -373,9 +381,9 @@ class Feed(Generic[T]):
         hint = " (it is sent on change only)" if self.row.on_change else ""
         subscriber = self._subscriber
         publishers = 0 if subscriber is None else subscriber.connections
+        who = self.unreachable or f"{publishers} publishers are connected"
         return RosTimeout(
-            f"{self.row.name}: nothing came within {timeout} s{hint}; {publishers} publishers are connected; "
-            "check `woosh doctor`",
+            f"{self.row.name}: nothing came within {timeout} s{hint}; {who}; check `woosh doctor`",
             what=self.row.name,
             seconds=timeout,
         )

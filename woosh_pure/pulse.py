@@ -53,7 +53,7 @@ class Pulse:
         try:
             listener = min(self._publisher.subscribers, key=lambda name: name not in ROBOT_NODES)
             uri = self._node.master.lookup_node(listener, timeout=LATE)
-            with NodeClient(uri, self._node.name) as client:
+            with NodeClient(uri, self._node.name, hosts=self._node.hosts) as client:
                 self._ask(client)
         except (RosError, ValueError) as error:
             logger.warning(
@@ -71,7 +71,7 @@ class Pulse:
         return self._answered is not None and awake.seconds() - self._answered > LATE
 
     def _run(self, uri: str) -> None:
-        with NodeClient(uri, self._node.name) as client:
+        with NodeClient(uri, self._node.name, hosts=self._node.hosts) as client:
             while not self._over.wait(_PERIOD):
                 try:
                     self._ask(client)

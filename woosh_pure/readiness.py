@@ -1,7 +1,7 @@
 """Why the chassis would not move now, in words. Pure: a function of what is known.
 
-What is listened to: `/robot_status`, `/status_code`, `/battery`, `/IO_input` and the states of the action servers.
-Nothing is asked by doing something, because there is no question without an effect:
+What is listened to: `/robot_status`, `/status_code`, `/battery`, `/IO_input` and the states of the action
+servers. Nothing is asked by doing something, because there is no question without an effect:
 
 - `/exec_task` answers with the state of the robot, but each of its commands runs, pauses, resumes or ends a
   task; what the chassis does with a command or a task id that it does not know is not documented.
@@ -27,14 +27,14 @@ if TYPE_CHECKING:
 __all__ = ["Readiness", "Ready", "Reason", "ReasonKey", "assess", "status_shows_fitness", "triggered_keys"]
 
 NOT_HEARD = (
-    "no /robot_status heard yet (it is sent on change only), so an emergency stop, a fault or a mode from before "
-    "is not known"
+    "no /robot_status heard yet (it is sent on change only), so an emergency stop, a fault or a mode from "
+    "before is not known"
 )
 LINK_LOST = "the link to who publishes /robot_status has broken since it was heard: what it said may be over"
 STATE_UNDEFINED = "the robot does not tell its state (robot_state 0)"
 KEY_TRIGGERED = (
-    "key {number} of the chassis is triggered (/IO_input): it may be the emergency stop, which key is which is "
-    "not documented"
+    "key {number} of the chassis is triggered (/IO_input): it may be the emergency stop, which key is which "
+    "is not documented"
 )
 
 
@@ -68,7 +68,7 @@ class Readiness:
 
     @property
     def refuses(self) -> bool:
-        """True when a verb must not even ask the chassis. What it has refused before, it may be asked again."""
+        """True when a verb must not even ask the chassis; what it refused before, it may be asked again."""
         return any(reason.blocking and reason.key != ReasonKey.REFUSED for reason in self.reasons)
 
     def __bool__(self) -> bool:

@@ -1,7 +1,7 @@
 """What the chassis has refused, or what has stopped a motion of ours, until it is shown to be over. Pure.
 
-A cause that lies before our time (a pressed emergency stop, a bumper hit) may never be told on a topic. Its only
-trace is that a motion was refused: it is remembered, and a program that asks again gets it as a reason.
+A cause that lies before our time (a pressed emergency stop, a bumper hit) may never be told on a topic. Its
+only trace is that a motion was refused: it is remembered, and a program that asks again gets it as a reason.
 """
 
 from __future__ import annotations

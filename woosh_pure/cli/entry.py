@@ -199,6 +199,13 @@ def _common(*, defaults: bool = False) -> Parser:
     group.add_argument(
         "--no-learned", action="store_true", help="do without what `woosh learn` has kept", **false
     )
+    group.add_argument(
+        "--resolve",
+        action="append",
+        metavar="NAME=IP",
+        help="address of a host name of the robot that is not known here (also $ROSPROTO_RESOLVE)",
+        **none,
+    )
     general = parser.add_argument_group("general")
     general.add_argument("--json", action="store_true", help="JSON for programs instead of lines", **false)
     general.add_argument("--debug", action="store_true", help="show the traceback of an error", **false)

@@ -23,7 +23,12 @@ def is_there(chassis: Chassis) -> bool:
 
 
 def nobody_there(chassis: Chassis) -> str:
-    """What to say when there is none."""
+    """What to say when there is none, or when it is there and cannot be reached."""
+    if why := chassis.status.unreachable:
+        return (
+            f"{chassis.status.topic} is published at {chassis.master_uri}, but its publisher cannot be "
+            f"reached: {why}; try `woosh doctor`"
+        )
     return (
         f"nobody publishes {chassis.status.topic} at {chassis.master_uri}: no chassis runs there, or not all "
         "of it; try `woosh doctor`"
@@ -56,7 +61,8 @@ def readiness_of(chassis: Chassis) -> Readiness:
 
     found = chassis.readiness()
     if not is_there(chassis):
-        missing = Reason(ReasonKey.NO_CHASSIS, nobody_there(chassis))
+        key = ReasonKey.UNREACHABLE if chassis.status.unreachable else ReasonKey.NO_CHASSIS
+        missing = Reason(key, nobody_there(chassis))
     elif _is_silent(chassis):
         missing = Reason(ReasonKey.SILENT, "nothing comes from the chassis: is it up? try `woosh doctor`")
     else:
