@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import sys
 from collections.abc import Callable, Iterator
@@ -106,6 +107,19 @@ def test_call(rosproto: Call) -> None:
         "message": "as told",
     }
     assert "has no field 'date'" in rosproto("service call /add", "{date: 1}")[2]
+
+
+@pytest.mark.parametrize("stdin", [None, "", "---\n"])
+def test_call_asks_for_the_fields_of_a_request(
+    rosproto: Call, monkeypatch: pytest.MonkeyPatch, stdin: str | None
+) -> None:
+    """A service is not called with zeros because nobody said anything; the template can be pasted."""
+    monkeypatch.setattr(sys, "stdin", None if stdin is None else io.StringIO(stdin))
+    code, out, err = rosproto("service call /add")
+    assert (code, out) == (2, "")
+    assert "data (bool); nothing was called" in err
+    assert 'rosproto service call /add "{data: false}"' in err
+    assert "success: False" in rosproto("service call /add", "{data: false}")[1]
 
 
 def test_parameters_to_a_file_and_back(rosproto: Call, tmp_path: Path) -> None:
