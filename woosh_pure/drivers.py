@@ -132,7 +132,7 @@ def _ask(node: rosproto.Node, name: str, names: tuple[str, ...], robot: str | No
     except MasterError:
         return None  # it has signed off meanwhile
     except ConnectionLost as error:
-        if is_refused(error):
+        if is_refused(error) and not node.hosts.is_guess(parse_uri(uri)[0]):
             return None  # the computer answers, and nobody listens there: the process has ended
         return OtherDriver(name, names, uri, answers=False)
     except RosTimeout:

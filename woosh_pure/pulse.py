@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError, RosError
 from rosproto.logs import get_logger
 from rosproto.node import NodeClient
+from rosproto.transport.address import parse_uri
 
 from . import awake
 from .drivers import is_refused
@@ -86,6 +87,6 @@ class Pulse:
         except (MasterError, RemoteProtocolError):
             pass  # an odd answer, but one
         except ConnectionLost as error:
-            if not is_refused(error):
+            if not is_refused(error) or self._node.hosts.is_guess(parse_uri(client.uri)[0]):
                 raise  # refused: the robot's computer has answered; that the node is gone tells its link
         self._answered = asked

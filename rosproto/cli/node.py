@@ -13,11 +13,13 @@ from .graph import (
     CommandError,
     absolute,
     below,
+    host_names,
     master_client,
     node_client,
     print_json,
     unknown,
     verbs,
+    warn,
     warn_if_none,
 )
 from .option_types import count, positive
@@ -278,12 +280,19 @@ def _kill(arguments: argparse.Namespace) -> int:
 def _cleanup(arguments: argparse.Namespace) -> int:
     with master_client(arguments) as master:
         state = master.get_system_state()
-        dead = [name for name in state.nodes if not _answers(master, name, arguments)]
+        silent = [name for name in state.nodes if not _answers(master, name, arguments)]
+        elsewhere = [name for name in silent if _is_elsewhere(master, name, arguments)]
+        dead = [name for name in silent if name not in elsewhere]
         for name in dead:
             _unregister(master, name, state)
+    if elsewhere:
+        warn(
+            f"not known whether they live, and left alone: {', '.join(elsewhere)}: their host names cannot "
+            "be resolved here; give --resolve NAME=IP"
+        )
     if arguments.json:
         print_json(dead)
-    else:
+    elif dead or not elsewhere:
         print("\n".join(f"Unregistering {name}" for name in dead) or "every node answers")
     return 0
 
@@ -294,6 +303,16 @@ def _answers(master: MasterClient, name: str, arguments: argparse.Namespace) -> 
             node.get_pid(timeout=arguments.timeout)
         return True
     except GONE:
+        return False
+
+
+def _is_elsewhere(master: MasterClient, name: str, arguments: argparse.Namespace) -> bool:
+    """Whether its host is unknown here, so that its silence proves nothing."""
+    from rosproto.transport.address import parse_uri
+
+    try:
+        return host_names(arguments).is_guess(parse_uri(_uri(master, name))[0])
+    except (CommandError, ValueError):
         return False
 
 

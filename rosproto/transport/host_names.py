@@ -61,6 +61,10 @@ class HostNames:
         with self._lock:
             return sorted(self._unknown)
 
+    def is_guess(self, host: str) -> bool:
+        """Whether the master's host was taken for this one: that nobody answers there proves nothing."""
+        return self.meant(host).strip("[]").lower() in self.unknown
+
     def resolve(self, host: str, deadline: Deadline | None = None) -> list[str]:
         """Numeric addresses of a host, the best first; see `rosproto.transport.address.resolve`.
 
@@ -85,9 +89,7 @@ class HostNames:
     def why(self, host: str) -> str:
         """What to add to an error about this host: "" where its name was known."""
         meant = self.meant(host).strip("[]")
-        with self._lock:
-            unknown = meant.lower() in self._unknown
-        if not unknown:
+        if not self.is_guess(host):
             return ""
         return (
             f"; host name {meant!r} cannot be resolved here, so the master's address was tried: give the "

@@ -147,6 +147,20 @@ def test_cleanup_takes_out_the_dead(capsys: pytest.CaptureFixture[str]) -> None:
         assert alive.master.get_system_state().publishers["/t"] == ["/alive"]
 
 
+def test_cleanup_leaves_what_it_cannot_know(capsys: pytest.CaptureFixture[str]) -> None:
+    """A node whose host name does not resolve here may live: its silence is no answer."""
+    with Master() as master, Node("/alive", master_uri=master.uri, rosout=False):
+        from rosproto.node import MasterClient
+
+        with MasterClient(master.uri, "/elsewhere") as elsewhere:
+            elsewhere.register_publisher("/t", "std_msgs/String", "http://robot-xyz.invalid:9/")
+            assert main(["node", "cleanup", "--master", master.uri]) == 0
+            said = capsys.readouterr()
+            assert said.out == ""
+            assert "left alone: /elsewhere" in said.err
+            assert elsewhere.get_system_state().publishers["/t"] == ["/elsewhere"]
+
+
 def test_kill_asks_a_node_to_end(capsys: pytest.CaptureFixture[str]) -> None:
     """A plain node obeys a person."""
     with Master() as master, Node("/victim", master_uri=master.uri, rosout=False) as node:
