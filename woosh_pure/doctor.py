@@ -52,7 +52,7 @@ def examine(
         resolve: Host name -> address, for names that this computer does not know.
     """
     name, port = parse_uri(master_uri, default_port=11311)
-    hosts = HostNames(resolve, master=name)
+    hosts = HostNames(resolve, master=name, quiet=True)
     address = yield from _name(name, hosts)
     if address is None:
         return
@@ -73,7 +73,8 @@ def examine(
             return
         yield from check_nodes(client, state, hosts, timeout)
     yield from _competitors(state)
-    yield from _with_a_node(master_uri, host, state, listen, timeout, resolve)
+    guessed = dict.fromkeys(hosts.unknown, address)  # which has been told
+    yield from _with_a_node(master_uri, host, state, listen, timeout, {**hosts.given, **guessed})
 
 
 def _name(name: str, hosts: HostNames) -> Generator[Finding, None, str | None]:

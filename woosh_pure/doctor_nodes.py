@@ -70,12 +70,12 @@ def unresolved(host: str, found: dict[str, str], hosts: HostNames) -> Finding:
     text = f"{name_list(found)} announce the host name {host}, which does not resolve here"
     silent = [node for node, problem in found.items() if problem]
     if silent:
-        text += f"; the master's address {address} was tried, and does not answer for {name_list(silent)}"
+        which = "them" if len(silent) == len(found) else name_list(silent)
+        text += f"; the master's address {address} was tried, and does not answer for {which}"
     else:
         text += f"; the master's address {address} answers for all of them, and is used"
     level = Level.PROBLEM if silent else Level.WARNING
-    known = address if len(silent) < len(found) else None
-    return Finding("node", level, text, hosts_advice(host, known))
+    return Finding("node", level, text, hosts_advice(host, address, sure=len(silent) < len(found)))
 
 
 def name_list(nodes: Iterable[str]) -> str:

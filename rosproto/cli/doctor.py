@@ -186,11 +186,12 @@ def _unresolved(host: str, found: dict[str, str], hosts: HostNames) -> Finding:
     silent = [node for node, problem in found.items() if problem]
     text = f"{', '.join(found)} announce the host name {host}, which does not resolve here; the master's "
     if silent:
-        text += f"address {address} was tried, and does not answer for {', '.join(silent)}"
+        which = "them" if len(silent) == len(found) else ", ".join(silent)
+        text += f"address {address} was tried, and does not answer for {which}"
     else:
         text += f"address {address} answers for all of them, and is used"
-    known = address if len(silent) < len(found) else None
-    return Finding("host name", False if silent else None, text, hosts_advice(host, known))
+    advice = hosts_advice(host, address, sure=len(silent) < len(found))
+    return Finding("host name", False if silent else None, text, advice)
 
 
 def _node_advice(error: RosError) -> str:

@@ -26,7 +26,11 @@ VARIABLE = "ROSPROTO_RESOLVE"
 PATIENCE = (
     1.5  # seconds for a name server: one that is not there (a cable to a robot) is silent for half a minute
 )
+MOST = 64  # names remembered, and warned of: peers announce what they like
 AGAIN = 30.0  # seconds after which a name that was unknown is looked up again
+
+_PLAIN = re.compile(r"[a-z0-9._-]{1,253}", re.ASCII)
+"""What a host name is made of; anything else that a peer announces is looked up, and nothing more."""
 
 _log = get_logger("rosproto.transport")
 
@@ -37,16 +41,21 @@ class HostNames:
     Args:
         given: Name -> address (or another name), by hand.
         master: Host of the master, taken for names that cannot be resolved; "" for none.
+        quiet: Do not warn of those: who asks tells of them.
 
     Raises:
         ValueError: A name or an address is none.
     """
 
-    def __init__(self, given: Mapping[str, str] | None = None, *, master: str = "") -> None:
+    def __init__(
+        self, given: Mapping[str, str] | None = None, *, master: str = "", quiet: bool = False
+    ) -> None:
+        self._quiet = quiet
         self.given = {_checked(name).lower(): _checked(address) for name, address in (given or {}).items()}
         self.master = master.strip("[]").lower()
         self._lock = threading.Lock()
         self._unknown: dict[str, float] = {}
+        self._warned = 0
 
     def __repr__(self) -> str:
         return f"<HostNames {self.given}, else {self.master or 'as the system says'}>"
@@ -75,7 +84,9 @@ class HostNames:
         meant = self.meant(host).strip("[]")
         key = meant.lower()
         deadline = deadline or Deadline(10.0)
-        if not self.master or is_numeric(meant) or key in ("localhost", self.master):
+        if not self.master or not _PLAIN.fullmatch(key) or is_numeric(meant):
+            return resolve(meant, deadline)
+        if key in ("localhost", self.master):
             return resolve(meant, deadline)
         if not self._was_unknown(key):
             try:
@@ -105,8 +116,12 @@ class HostNames:
         with self._lock:
             first = key not in self._unknown
             if first or time.monotonic() - self._unknown[key] >= AGAIN:
+                if first and len(self._unknown) >= MOST:
+                    del self._unknown[min(self._unknown, key=self._unknown.__getitem__)]
                 self._unknown[key] = time.monotonic()
-        if first:
+            self._warned += first
+            told = self._warned <= MOST
+        if first and told and not self._quiet:
             _log.warning(
                 "! host name %r cannot be resolved here: trying the master's address %s for it; if it is "
                 "another computer, give its own with --resolve %s=ADDRESS (resolve= in Python)",
@@ -121,17 +136,20 @@ def hosts_file(platform: str = sys.platform) -> str:
     return r"C:\Windows\System32\drivers\etc\hosts" if platform == "win32" else "/etc/hosts"
 
 
-def hosts_advice(name: str, address: str | None, platform: str = sys.platform) -> str:
+def hosts_advice(name: str, address: str | None, *, sure: bool = True, platform: str = sys.platform) -> str:
     """What to do about a name that does not resolve: the line, the file, and what does without both.
 
     Args:
         name: The host name.
         address: Its address; None when that is not known.
+        sure: False when it is likely only: it is the master's, and does not answer.
         platform: As `sys.platform`.
     """
     shown = address or "ADDRESS"
     how = "as administrator" if platform == "win32" else "with sudo"
     where = "" if address else f" (ADDRESS is that of the computer that calls itself {name})"
+    if not sure:
+        where = f", with its own address in place of {shown} if {name} is another computer than the master's"
     return (
         f"give --resolve {name}={shown} (or {VARIABLE}={name}={shown}, or resolve= in Python); for all "
         f'programs: add the line "{shown} {name}" to {hosts_file(platform)} ({how}){where}; best is ROS_IP '

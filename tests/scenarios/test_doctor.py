@@ -197,7 +197,8 @@ def test_one_name_that_does_not_resolve_is_told_once_for_all_nodes():
     assert told[0].level is Level.PROBLEM
     assert "17 nodes (/node_0, /node_1," in told[0].text
     assert "and 12 more" in told[0].text
-    assert "ADDRESS robot-xyz.invalid" in told[0].advice
+    assert 'the line "127.0.0.1 robot-xyz.invalid" to ' in told[0].advice
+    assert "with its own address in place of 127.0.0.1" in told[0].advice
 
 
 def test_a_robot_that_is_known_by_its_name_only(healthy, monkeypatch, capsys):

@@ -103,3 +103,32 @@ def test_what_was_told_before_a_broken_link_is_not_known(until):
         until(lambda: chassis.readiness().answer is Ready.UNKNOWN)
         assert ReasonKey.LINK_LOST in {reason.key for reason in chassis.readiness().reasons}
         assert chassis.faults.present is None
+
+
+def test_a_drive_that_was_not_obeyed_is_remembered(pressed, monkeypatch):
+    monkeypatch.setattr("woosh_pure.drive_watch.DISOBEYED", 0.3)
+    with Chassis(pressed.master_uri) as chassis:
+        with (
+            pytest.raises(MotionRefused) as caught,
+            chassis.velocity(bypasses_protection=True) as drive,
+        ):
+            drive.hold(0.1, seconds=20.0)
+        assert caught.value.reasons
+        readiness = chassis.readiness()
+        assert readiness.answer is Ready.UNKNOWN
+        assert "the last drive was not obeyed" in readiness.sentence()
+        assert not readiness.refuses
+
+
+def test_a_bumper_that_was_hit_is_a_reason_until_it_is_freed(sim, chassis, until):
+    chassis.readiness()
+    sim.add_obstacle(0.6, 0.0, 0.2)
+    with pytest.raises(GoalFailed):
+        chassis.move(1.0, avoid=False).wait(20.0)
+    readiness = chassis.readiness()
+    assert readiness.answer is Ready.NO
+    assert ReasonKey.BUMPER in {reason.key for reason in readiness.reasons}
+    assert chassis.faults.present is True
+    sim.remove_obstacles()
+    sim.release_bumper()
+    until(lambda: chassis.readiness().answer is Ready.YES)

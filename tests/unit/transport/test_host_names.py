@@ -54,6 +54,20 @@ def test_an_unknown_name_is_taken_for_the_masters_host_and_told_once(
     assert "--resolve robot-xyz=ADDRESS" in told[0]
 
 
+def test_what_peers_announce_is_bounded(caplog: pytest.LogCaptureFixture) -> None:
+    """Neither memory nor the log grows with their names, and none of them reaches a terminal as it is."""
+    hosts = HostNames(master="10.0.0.1")
+    with caplog.at_level(logging.WARNING, "rosproto"):
+        for number in range(3 * host_names.MOST):
+            hosts.resolve(f"name-{number}")
+    assert len(hosts.unknown) == host_names.MOST
+    assert len(caplog.records) == host_names.MOST
+    assert f"name-{3 * host_names.MOST - 1}" in hosts.unknown
+    with pytest.raises(ConnectionLost) as caught:
+        hosts.resolve("evil\x1b[31m")
+    assert "\x1b" not in str(caught.value)
+
+
 def test_an_unknown_name_is_looked_up_again_later(system: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(host_names, "AGAIN", 0.0)
     hosts = HostNames(master="10.0.0.1")
@@ -135,7 +149,7 @@ def test_what_is_no_name_and_address_is_refused(text: str) -> None:
 
 def test_the_advice_has_the_line_and_the_file_of_this_system() -> None:
     assert hosts_file("linux") == hosts_file("darwin") == "/etc/hosts"
-    said = hosts_advice("robot-xyz", "10.0.0.7", "win32")
+    said = hosts_advice("robot-xyz", "10.0.0.7", platform="win32")
     assert (
         r'the line "10.0.0.7 robot-xyz" to C:\Windows\System32\drivers\etc\hosts (as administrator)' in said
     )

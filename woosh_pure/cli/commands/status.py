@@ -27,6 +27,7 @@ def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
     with connect(args, out) as chassis:
         faults = chassis.faults
+        chassis.readiness()  # begins to listen to what only it needs
         with out.working("listening"):
             readings = chassis.snapshot(args.wait)
         faults, readiness = chassis.faults, readiness_of(chassis)
