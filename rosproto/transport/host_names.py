@@ -131,9 +131,11 @@ class HostNames:
             )
 
 
-def hosts_file(platform: str = sys.platform) -> str:
+def hosts_file(platform: str | None = None) -> str:
     """Where the system keeps names by hand."""
-    return r"C:\Windows\System32\drivers\etc\hosts" if platform == "win32" else "/etc/hosts"
+    if (platform or sys.platform) == "win32":
+        return r"C:\Windows\System32\drivers\etc\hosts"
+    return "/etc/hosts"
 
 
 def hosts_advice(name: str, address: str | None, *, sure: bool = True, platform: str = sys.platform) -> str:
@@ -143,10 +145,10 @@ def hosts_advice(name: str, address: str | None, *, sure: bool = True, platform:
         name: The host name.
         address: Its address; None when that is not known.
         sure: False when it is likely only: it is the master's, and does not answer.
-        platform: As `sys.platform`.
+        platform: As `sys.platform`; None for this one.
     """
     shown = address or "ADDRESS"
-    how = "as administrator" if platform == "win32" else "with sudo"
+    how = "as administrator" if (platform or sys.platform) == "win32" else "with sudo"
     where = "" if address else f" (ADDRESS is that of the computer that calls itself {name})"
     if not sure:
         where = f", with its own address in place of {shown} if {name} is another computer than the master's"

@@ -53,7 +53,7 @@ def names(args: Namespace) -> dict[str, str]:
     from rosproto.node.options import host_names
     from rosproto.transport.host_names import parse_host_names
 
-    return {**host_names(), **parse_host_names(args.resolve or ())}
+    return {**host_names(), **parse_host_names(getattr(args, "resolve", None) or ())}
 
 
 @contextmanager
