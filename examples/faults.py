@@ -6,8 +6,8 @@ from woosh_pure.faults import decode_status_code
 
 with robot() as chassis:
     readiness = chassis.readiness()
-    print("ready" if readiness else "not ready", "-", readiness.sentence())
-    print("active faults:", *chassis.faults or ["none heard"])
+    print("ready:", readiness.answer, "-", readiness.sentence())  # yes, no, or not known
+    print("active faults:", chassis.faults.sentence())
 
 for number in (110201000013, 130103000012, 120301000202):
     code = decode_status_code(number)

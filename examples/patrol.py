@@ -16,8 +16,8 @@ def visit(chassis: Chassis, mark: str) -> bool:
             return True
         except MotionRefused as refused:  # nothing moves; the text says why
             print("refused:", refused)
-            if refused.readiness is None or refused.readiness.ready:
-                return False  # it would move, but not there: a wrong name
+            if refused.readiness is None or not refused.readiness.blocked:
+                return False  # nothing keeps it from moving, but not there: a wrong name
             chassis.wait_until_ready(timeout=60)  # a person releases the button, turns the key ...
         except GoalFailed as failed:  # it began, and did not arrive
             print("failed:", failed)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.msg.user_folder import learned_paths
+from rosproto.transport.host_names import HostNames
 
 from . import interface
 from .action_goal import ActionHandle, start_action
@@ -67,9 +68,11 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         leave_running: True leaves goals running at the end of the `with` block (velocity blocks end always).
         msg_path: Folders with .msg, .srv and .action files: further revisions, for a robot that has those.
         learned: Use also what `woosh learn` has kept for this user.
+        resolve: Host name -> address, for names of the robot that this computer does not know. One that is
+            not given and cannot be resolved is taken for the master's host; the log tells.
 
     Raises:
-        ValueError: No address, or it cannot be read; `timeout` is no time.
+        ValueError: No address, or it cannot be read; `timeout` is no time; `resolve` is none.
         DefinitionError: A folder of `msg_path` is not there or holds no definition.
     """
 
@@ -83,6 +86,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         leave_running: bool = False,
         msg_path: Iterable[str | os.PathLike[str]] = (),
         learned: bool = True,
+        resolve: Mapping[str, str] | None = None,
     ) -> None:
         self.master_uri = master_uri_of(address)
         if not 0.0 < timeout < math.inf:
@@ -94,6 +98,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             timeout=timeout,
             leave_running=leave_running,
             msg_path=[*msg_path, *(learned_paths() if learned else ())],
+            resolve=HostNames(resolve).given,
         )
 
     def __enter__(self) -> Chassis:
@@ -156,20 +161,30 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
     # ------------------------------------------------------------------------------------------------
 
     def readiness(self) -> Readiness:
-        """Why it would not move now, in words, as far as is known."""
+        """Whether it would move now: `answer` is yes, no or not known, `reasons` and `sentence()` say why.
+
+        Not known is what it is until the chassis has told its state (`/robot_status` is sent on change only):
+        an emergency stop that was pressed before is told to nobody who comes later. True only for yes.
+        What the chassis has refused to this object is remembered until it is shown to be over. Nothing is
+        moved or interrupted to find out; see `woosh_pure.readiness`.
+        """
         return self._core.readiness()
 
-    def wait_until_ready(self, timeout: float | None = 60.0) -> Readiness:
+    def wait_until_ready(self, timeout: float | None = 60.0, *, known: bool = False) -> Readiness:
         """Wait until nothing known blocks a motion, for example after the emergency stop was released.
+
+        That may be "not known" still: look at the `answer` of what is returned, or wait with `known=True`. A
+        chassis that stands idle may never tell its state.
 
         State and status codes come on different topics, in any order: ready counts when it has been so for
         a moment, so that a verb called right afterwards is not refused for a code that was still on its way.
 
         Args:
             timeout: Seconds; None waits for ever.
+            known: True waits until the answer is yes.
 
         Raises:
-            RosTimeout: Something still blocks; the text says what.
+            RosTimeout: Something still blocks, or is not known; the text says what.
             ValueError: `timeout` is negative or NaN.
         """
         require_timeout(timeout)
@@ -177,11 +192,13 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         ready_since = math.inf
         while True:
             readiness, now = self.readiness(), time.monotonic()
-            ready_since = min(ready_since, now) if readiness else math.inf
+            ready = readiness.ready or not (known or readiness.blocked)
+            ready_since = min(ready_since, now) if ready else math.inf
             if now - ready_since >= _SETTLED:
                 return readiness
-            if end is not None and now > end and not readiness:
-                raise RosTimeout(f"not ready: {readiness.sentence()}", what="readiness", seconds=timeout)
+            if end is not None and now > end and not ready:
+                text = "not ready" if readiness.blocked else "whether it is ready is not known"
+                raise RosTimeout(f"{text}: {readiness.sentence()}", what="readiness", seconds=timeout)
             time.sleep(0.02)
 
     def wait_until(

@@ -8,8 +8,8 @@ from __future__ import annotations
 import os
 import threading
 import time
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import rosproto
 from rosproto.codec.conversion import ValuesLost
@@ -18,15 +18,20 @@ from rosproto.logs import get_logger
 
 from .enums import TaskCommand
 from .errors import MotionRefused, StaleState
-from .faults import ActiveFaults, StatusCode
+from .faults import ActiveFaults, Faults, StatusCode
 from .feed import Feed
 from .firmware_limits import limit_error, require_message
 from .geometry import Velocity
 from .interface import find, row
-from .readiness import Readiness, assess
+from .outcome import Outcome, OutcomeKind
+from .readiness import Readiness, assess, status_shows_fitness, triggered_keys
+from .refusals import Refusals
 from .rivals import Rivals
 from .running import Running
 from .velocity_topics import VelocityTopics
+
+if TYPE_CHECKING:
+    from .values import RobotStatus
 
 __all__ = ["Core"]
 
@@ -45,6 +50,7 @@ class Core:
         node: Our node, made on first use.
         running: What was started and still runs.
         rivals: Goals of other clients, as far as heard.
+        refusals: What the chassis has refused, until it is shown to be over.
         velocity: The velocity topics.
     """
 
@@ -57,11 +63,13 @@ class Core:
         timeout: float,
         leave_running: bool = False,
         msg_path: Sequence[str | os.PathLike[str]] = (),
+        resolve: Mapping[str, str] | None = None,
     ) -> None:
         self.master_uri = master_uri
         self.timeout = timeout
         self._name, self._host = name, host
         self._msg_path = msg_path
+        self._resolve = resolve
         # For the lists; never held while the network is waited for.
         self._lock = threading.RLock()
         # One node, publisher, client ... is made at a time; this may take long.
@@ -75,6 +83,8 @@ class Core:
         self.velocity = VelocityTopics(self)
         self._faults = ActiveFaults()
         self.rivals = Rivals()
+        self.refusals = Refusals()
+        self._has_moved = False
         self._fault_lock = threading.Lock()
         self._missing_since: dict[str, float] = {}
         self._closed = False
@@ -98,6 +108,7 @@ class Core:
                     anonymous=True,
                     timeout=self.timeout,
                     msg_path=self._msg_path,
+                    resolve=self._resolve,
                 )
             return self._node
 
@@ -249,27 +260,72 @@ class Core:
     def _on_status_code(self, code: StatusCode) -> None:
         with self._fault_lock:
             self._faults.receive(code.code)
+        self.refusals.receive(code)
 
-    def active_faults(self) -> tuple[StatusCode, ...]:
-        """Faults active now, as far as heard since this Chassis listens."""
-        self.watch_faults()
+    def active_faults(self) -> Faults:
+        """Faults active now, as far as heard since this Chassis listens, and whether that is all."""
+        self._listen("status", "status_code")
+        status, outdated = self._status_known()
         with self._fault_lock:
-            return self._faults.active
+            return Faults(self._faults.active, None if status is None or outdated else status.robot_state)
 
     def readiness(self) -> Readiness:
         """What is known against moving; the first call waits until the links it needs stand."""
-        self._listen("battery", "status", "status_code")
+        self._listen("battery", "status", "status_code", "inputs")
         self.rivals.listen(self.node)
         return self.known_readiness()
 
     def known_readiness(self) -> Readiness:
         """As `readiness`, from what was heard so far: never waits, so that a drive may ask it at any time."""
-        battery, status = self._known("battery"), self._known("status")
+        battery = self._known("battery")
         charging = None if battery is None else battery.charging
+        status, outdated = self._status_known()
         with self._fault_lock:
             faults = self._faults.active
         ours = {goal.task_id for goal in self.running.goals if goal.task_id}
-        return assess(status, faults, charging, ours, self.rivals.active())
+        return assess(
+            status,
+            faults,
+            charging,
+            ours,
+            self.rivals.active(),
+            keys=triggered_keys(self._known("inputs")),
+            refusals=self.refusals.reasons(),
+            link_lost=outdated,
+            has_moved=self._has_moved,
+        )
+
+    def _status_known(self) -> tuple[RobotStatus | None, bool]:
+        """The last /robot_status, and whether what it says may be over; never waits."""
+        feed = self._feeds.get("status")
+        reading = None if feed is None else feed.known
+        if feed is None or reading is None:
+            return None, False
+        if status_shows_fitness(reading.value):
+            self.refusals.end_before(reading.received)
+        return reading.value, feed.outdated
+
+    def note_outcome(self, outcome: Outcome, *, drives: bool, told: bool) -> None:
+        """Remember how a goal ended, for `readiness`.
+
+        Args:
+            outcome: How.
+            drives: Whether it moves the base.
+            told: Whether /robot_status has told its end: then the state of the robot is known with it.
+        """
+        if not drives:
+            return
+        if outcome.arrived:
+            self._has_moved = True
+            self.refusals.end()
+        elif outcome.kind in (OutcomeKind.FAILED, OutcomeKind.REJECTED):
+            self._has_moved = False
+            status = self._status_known()[0] if told else None
+            self.refusals.note(
+                f"the last motion was not carried out ({outcome.goal}: {outcome.text or 'no reason given'})",
+                time.monotonic(),
+                None if status is None else status.robot_state,
+            )
 
     def _listen(self, *names: str) -> None:
         feeds = [self.feed(name).open() for name in names]  # all at once: they connect at the same time
@@ -284,7 +340,7 @@ class Core:
         return None if reading is None else reading.value
 
     def require_ready(self, what: str, check: bool) -> None:
-        """Refuse when something known blocks every motion.
+        """Refuse when something known blocks every motion; where that is not known, the chassis decides.
 
         Raises:
             MotionRefused: With the readiness.
@@ -292,7 +348,7 @@ class Core:
         self.require_open()
         self._listen("battery", "status", "status_code", "velocity")
         readiness = self.known_readiness()
-        if check and not readiness:
+        if check and readiness.refuses:
             raise MotionRefused(f"{what} refused, nothing was sent", readiness=readiness)
 
     def require_publisher(self, feed: Feed[Any]) -> None:
@@ -304,8 +360,9 @@ class Core:
         deadline = time.monotonic() + self.timeout
         while feed.publishers == 0:
             if time.monotonic() > deadline:
+                why = f" ({feed.unreachable})" if feed.unreachable else ""
                 raise StaleState(
-                    f"{feed.topic}: no publisher within {self.timeout} s, so the end of a task "
+                    f"{feed.topic}: no publisher within {self.timeout} s{why}, so the end of a task "
                     "could not be seen; check `woosh doctor`",
                     topic=feed.topic,
                 )

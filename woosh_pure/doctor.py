@@ -10,20 +10,24 @@ import ipaddress
 import socket
 import statistics
 import time
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterator, Mapping
 
 import rosproto
-from rosproto.errors import MasterError, RosError, RosTimeout
+from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.transport.address import parse_uri
+from rosproto.transport.host_names import HostNames, hosts_advice
 
 from . import interface
 from .doctor_definitions import check_definitions
+from .doctor_nodes import chassis_nodes, check_nodes
 from .feed import Feed
 from .finding import Finding, Level
 from .interface import Row
 
 __all__ = ["Finding", "Level", "examine"]
 
+CORE = ("/robot_status", "/exec_task", "/move_base")
+"""Without these it is no chassis; all else depends on the model."""
 _CABLE = ipaddress.ip_network("169.254.128.0/24")
 _FIRST, _LAST = ipaddress.IPv4Address("169.254.128.20"), ipaddress.IPv4Address("169.254.128.49")
 _HARMLESS = "/rgbled"
@@ -31,7 +35,12 @@ _HARMLESS = "/rgbled"
 
 
 def examine(
-    master_uri: str, *, host: str | None = None, listen: float = 3.0, timeout: float = 3.0
+    master_uri: str,
+    *,
+    host: str | None = None,
+    listen: float = 3.0,
+    timeout: float = 3.0,
+    resolve: Mapping[str, str] | None = None,
 ) -> Iterator[Finding]:
     """Look at everything between here and a chassis; findings come as they are made.
 
@@ -40,9 +49,11 @@ def examine(
         host: Our own address, when it is given by hand.
         listen: Seconds to listen to the topics.
         timeout: Seconds for each connection.
+        resolve: Host name -> address, for names that this computer does not know.
     """
     name, port = parse_uri(master_uri, default_port=11311)
-    address = yield from _name(name)
+    hosts = HostNames(resolve, master=name, quiet=True)
+    address = yield from _name(name, hosts)
     if address is None:
         return
     yield _own_address(address, port, host)
@@ -50,23 +61,27 @@ def examine(
     yield reached
     if reached.level is Level.PROBLEM:
         return
-    with rosproto.MasterClient(master_uri, "/woosh_doctor", timeout=timeout) as client:
+    with rosproto.MasterClient(master_uri, "/woosh_doctor", timeout=timeout, hosts=hosts) as client:
         answered = _master(client)
         yield answered
         if answered.level is Level.PROBLEM:
             return
         state = client.get_system_state()
-        yield _rows(state)
-        yield from _nodes(client, state, timeout)
+        found = _rows(state)
+        yield found
+        if found.level is Level.PROBLEM and not chassis_nodes(state):
+            return
+        yield from check_nodes(client, state, hosts, timeout)
     yield from _competitors(state)
-    yield from _with_a_node(master_uri, host, state, listen, timeout)
+    guessed = dict.fromkeys(hosts.unknown, address)  # which has been told
+    yield from _with_a_node(master_uri, host, state, listen, timeout, {**hosts.given, **guessed})
 
 
-def _name(name: str) -> Generator[Finding, None, str | None]:
+def _name(name: str, hosts: HostNames) -> Generator[Finding, None, str | None]:
     try:
-        address = str(socket.getaddrinfo(name, None, socket.AF_UNSPEC, socket.SOCK_STREAM)[0][4][0])
-    except (OSError, UnicodeError) as error:
-        advice = "use the numeric address, 169.254.128.2 on the debug port"
+        address = hosts.resolve(name)[0]
+    except (ConnectionLost, RosTimeout) as error:
+        advice = f"use the numeric address, 169.254.128.2 on the debug port; or {hosts_advice(name, None)}"
         yield Finding("name", Level.PROBLEM, f"the name {name} does not resolve: {error}", advice)
         return None
     yield Finding("name", Level.OK, f"the master is at {address}")
@@ -127,11 +142,15 @@ def _master(client: rosproto.MasterClient) -> Finding:
 def _rows(state: rosproto.node.SystemState) -> Finding:
     missing = [row.name for row in interface.ROWS if row.source == "page" and not _is_there(row, state)]
     page = sum(row.source == "page" for row in interface.ROWS)
-    if len(missing) == page:
-        advice = "it may be another robot's master, or the chassis's programs have not started"
-        return Finding(
-            "interface", Level.PROBLEM, "nothing of a Woosh chassis is registered at this master", advice
+    if core := [name for name in CORE if name in missing]:
+        there = (
+            f"{page - len(missing)} of {page} rows of its interface are"
+            if len(missing) < page
+            else "nothing is"
         )
+        text = f"no Woosh chassis here, or not all of it: {', '.join(core)} missing; {there} registered"
+        advice = "it may be another robot's master, or the chassis's programs have not started: wait a minute"
+        return Finding("interface", Level.PROBLEM, text, advice)
     if missing:
         advice = "this chassis may not have them (cameras, shelf lights), or a node has not started"
         return Finding("interface", Level.WARNING, f"not registered: {', '.join(missing)}", advice)
@@ -146,40 +165,6 @@ def _is_there(row: Row, state: rosproto.node.SystemState) -> bool:
         return f"{row.name}/goal" in state.subscribers
     table = state.publishers if row.flow == "read" else state.subscribers
     return any(name in table for name in names)
-
-
-def _nodes(
-    client: rosproto.MasterClient, state: rosproto.node.SystemState, timeout: float
-) -> Iterator[Finding]:
-    wanted = {row.name for row in interface.ROWS}
-    tables = (state.publishers, state.services)
-    nodes = sorted({node for table in tables for name in table if name in wanted for node in table[name]})
-    bad = 0
-    for node in nodes:
-        problem = _node_problem(client, node, timeout)
-        if problem:
-            bad += 1
-            advice = "it may have crashed (restart the robot), or announce a name that only the robot knows"
-            yield Finding("node", Level.PROBLEM, f"{node}: {problem}", advice)
-    if not bad:
-        yield Finding("node", Level.OK, f"{len(nodes)} nodes of the chassis can be reached")
-
-
-def _node_problem(client: rosproto.MasterClient, node: str, timeout: float) -> str:
-    try:
-        uri = client.lookup_node(node)
-        host, port = parse_uri(uri)
-    except (MasterError, ValueError) as error:
-        return f"the master cannot tell where it is: {error}"
-    try:
-        socket.getaddrinfo(host, port, socket.AF_UNSPEC, socket.SOCK_STREAM)
-    except OSError:
-        return f"it announces itself as {uri}, and the name {host} does not resolve here"
-    try:
-        socket.create_connection((host, port), timeout).close()
-    except OSError as error:
-        return f"{uri} cannot be reached: {error}"
-    return ""
 
 
 def _competitors(state: rosproto.node.SystemState) -> Iterator[Finding]:
@@ -198,10 +183,17 @@ def _competitors(state: rosproto.node.SystemState) -> Iterator[Finding]:
 
 
 def _with_a_node(
-    master_uri: str, host: str | None, state: rosproto.node.SystemState, listen: float, timeout: float
+    master_uri: str,
+    host: str | None,
+    state: rosproto.node.SystemState,
+    listen: float,
+    timeout: float,
+    resolve: Mapping[str, str] | None,
 ) -> Iterator[Finding]:
     try:
-        node = rosproto.Node("/woosh_doctor", master_uri=master_uri, host=host, anonymous=True)
+        node = rosproto.Node(
+            "/woosh_doctor", master_uri=master_uri, host=host, anonymous=True, resolve=resolve
+        )
     except RosError as error:
         yield Finding("join", Level.PROBLEM, f"we cannot join the graph: {error}", "see the text")
         return

@@ -5,6 +5,7 @@ Nothing that ends a drive resumes it: what has stopped the robot may be a person
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, RosError
@@ -80,7 +81,7 @@ class DriveWatch:
     def _blocked(self) -> RosError | None:
         """Stopped by other means: releasing its button must not resume it."""
         readiness = self._core.known_readiness()
-        if readiness.ready:
+        if not readiness.refuses:
             return None
         return MotionRefused(
             "the drive is over and does not resume by itself; open a new one when the robot is ready",
@@ -111,8 +112,11 @@ class DriveWatch:
         now = awake.seconds()
         if sent.is_standing(_TOLD_LINEAR, _TOLD_ANGULAR) or not measured.is_standing():
             self._obeyed = now
+            if not measured.is_standing(_TOLD_LINEAR, _TOLD_ANGULAR):
+                self._core.refusals.end()
         if now - self._obeyed <= DISOBEYED:
             return None
+        self._core.refusals.note("the last drive was not obeyed: the robot stood still", time.monotonic())
         return MotionRefused(
             f"the drive is over: the robot has stood still for {DISOBEYED:g} s although it was told to move; "
             "is its emergency stop pressed, its brake on, or something in its way? Nothing resumes by itself"

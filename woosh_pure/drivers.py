@@ -126,13 +126,13 @@ def _ask(node: rosproto.Node, name: str, names: tuple[str, ...], robot: str | No
         uri = node.master.lookup_node(name, timeout=_ASK)
         if robot is not None and parse_uri(uri)[0] == robot:
             return OtherDriver(name, names, uri, on_robot=True)
-        with NodeClient(uri, node.name, timeout=_ASK) as slave:
+        with NodeClient(uri, node.name, timeout=_ASK, hosts=node.hosts) as slave:
             published = {topic for topic, _ in slave.get_publications()}
             counters = _counters(slave, names)
     except MasterError:
         return None  # it has signed off meanwhile
     except ConnectionLost as error:
-        if is_refused(error):
+        if is_refused(error) and not node.hosts.is_guess(parse_uri(uri)[0]):
             return None  # the computer answers, and nobody listens there: the process has ended
         return OtherDriver(name, names, uri, answers=False)
     except RosTimeout:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
 
+from .reason import Reason, ReasonKey
+
 if TYPE_CHECKING:
     from .outcome import Outcome
     from .readiness import Readiness
@@ -27,11 +29,16 @@ class MotionRefused(ChassisError):
     Attributes:
         readiness: Everything that speaks against moving, as known at that moment; None when a
             value of the call itself was the reason.
+        reasons: Why, for programs: those of `readiness`, or one that says what was wrong with the call. Never
+            empty.
     """
 
     def __init__(self, message: str, *, readiness: Readiness | None = None) -> None:
         against = () if readiness is None else readiness.reasons
-        message = "; ".join([message, *(reason.text for reason in against if reason.key != "unknown")])
+        key = ReasonKey.CALL if readiness is None else ReasonKey.REFUSED
+        self.reasons: tuple[Reason, ...] = against or (Reason(key, message),)
+        unsaid = (ReasonKey.UNKNOWN, ReasonKey.REFUSED)  # not known, or what `message` says itself
+        message = "; ".join([message, *(reason.text for reason in against if reason.key not in unsaid)])
         super().__init__(message)
         self.readiness = readiness
 

@@ -9,15 +9,24 @@ clears its module.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import lru_cache
 from importlib import resources
 
+from .enums import RobotState
 from .fault_words import chinese, english
 
-__all__ = ["ActiveFaults", "Department", "FaultLevel", "StatusCode", "all_codes", "decode_status_code"]
+__all__ = [
+    "ActiveFaults",
+    "Department",
+    "FaultLevel",
+    "Faults",
+    "StatusCode",
+    "all_codes",
+    "decode_status_code",
+]
 
 
 class FaultLevel(IntEnum):
@@ -136,6 +145,51 @@ def _texts(code: int, entry: list[object] | None) -> tuple[list[str], str, str, 
         return identifiers, str(entry[1]), str(entry[2]), False
     words = [name.split("_")[1:] for name in identifiers]
     return identifiers, " or ".join(map(english, words)), "或".join(map(chinese, words)), True
+
+
+class Faults(tuple[StatusCode, ...]):
+    """Faults heard and not ended, the worst first, and whether that is all.
+
+    Codes are sent on change only, so one from before is heard by nobody. What is told about it is the state
+    of the robot: a robot that says that it is idle, or has a task, has no fault.
+
+    Attributes:
+        robot_state: What the robot said last, None when it was not heard.
+    """
+
+    robot_state: RobotState | None
+
+    def __new__(cls, codes: Iterable[StatusCode] = (), robot_state: RobotState | None = None) -> Faults:
+        made = super().__new__(cls, codes)
+        made.robot_state = robot_state
+        return made
+
+    @property
+    def known(self) -> bool:
+        """True when the robot tells that nothing else is wrong."""
+        state = self.robot_state
+        return state is not None and state.known and state not in _NOT_WELL
+
+    @property
+    def present(self) -> bool | None:
+        """Whether there is a fault: True, False, or None when that is not known."""
+        if self or self.robot_state in (RobotState.WARNING, RobotState.FAULT):
+            return True
+        return False if self.known else None
+
+    def sentence(self) -> str:
+        """All of it in one line."""
+        if self:
+            return "; ".join(map(str, self))
+        if self.present:
+            return f"the robot reports a {self.robot_state}; its code was not heard, look at its display"
+        return "none" if self.known else NOT_KNOWN
+
+
+_NOT_WELL = (RobotState.UNDEFINED, RobotState.UNINITIALISED, RobotState.WARNING, RobotState.FAULT)
+NOT_KNOWN = (
+    "not known: no code was heard (they are sent on change only), and the robot has not told its state"
+)
 
 
 class ActiveFaults:

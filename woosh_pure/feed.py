@@ -86,6 +86,7 @@ class Feed(Generic[T]):
         self._history: deque[Reading[T]] = deque(maxlen=history)
         self._count = 0
         self._broken = 0
+        self._links_then: tuple[object, ...] | None = None
         self._callbacks: list[Callable[[T], object]] = []
         self._calling: set[int] = set()
         self._subscriber: Subscriber | None = None
@@ -173,6 +174,8 @@ class Feed(Generic[T]):
             logger.warning("%s: a message makes no sense and is left out: %s", self.row.name, error)
             return
         reading = Reading(value, received, stamp_of(message), message)
+        if self.row.on_change:
+            self._links_then = self._links()
         with self._condition:
             self._history.append(reading)
             self._count += 1
@@ -245,6 +248,28 @@ class Feed(Generic[T]):
         subscriber = self._subscriber
         links = () if subscriber is None else subscriber.stats()
         return frozenset(link.address for link in links if link.connected)
+
+    @property
+    def unreachable(self) -> str:
+        """Why none of its publishers is connected, although the master names some; "" else."""
+        subscriber = self._subscriber
+        if subscriber is None or subscriber.connections or not subscriber.stats():
+            return ""
+        return subscriber.why_silent()
+
+    @property
+    def outdated(self) -> bool:
+        """True when what was heard of a topic that is sent on change only may be over: its link has broken
+        since, and a change in between was told to nobody here.
+        """
+        then = self._links_then
+        return bool(self._history) and then is not None and self._links() != then
+
+    def _links(self) -> tuple[object, ...] | None:
+        subscriber = self._subscriber
+        if subscriber is None:
+            return None  # a latched value that comes while we still subscribe
+        return tuple(sorted((link.address, link.reconnects) for link in subscriber.stats() if link.connected))
 
     @property
     def errors(self) -> list[Exception]:
@@ -356,9 +381,9 @@ class Feed(Generic[T]):
         hint = " (it is sent on change only)" if self.row.on_change else ""
         subscriber = self._subscriber
         publishers = 0 if subscriber is None else subscriber.connections
+        who = self.unreachable or f"{publishers} publishers are connected"
         return RosTimeout(
-            f"{self.row.name}: nothing came within {timeout} s{hint}; {publishers} publishers are connected; "
-            "check `woosh doctor`",
+            f"{self.row.name}: nothing came within {timeout} s{hint}; {who}; check `woosh doctor`",
             what=self.row.name,
             seconds=timeout,
         )

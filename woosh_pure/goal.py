@@ -150,8 +150,9 @@ class GoalHandle(Generic[P]):
                 return
             self._may_go_on = may_go_on or kind is OutcomeKind.CONNECTION_LOST
             seconds = time.monotonic() - self._started
-            self._outcome = Outcome(kind, self.goal, text, code, stopped, seconds)
+            self._outcome = outcome = Outcome(kind, self.goal, text, code, stopped, seconds)
             self._condition.notify_all()
+        self._core.note_outcome(outcome, drives=self.drives, told=bool(self.task_id))
         if not self._may_go_on:  # otherwise `stop` and `close` must still cancel it
             self._core.running.remove_goal(self)
 

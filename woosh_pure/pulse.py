@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError, RosError
 from rosproto.logs import get_logger
 from rosproto.node import NodeClient
+from rosproto.transport.address import parse_uri
 
 from . import awake
 from .drivers import is_refused
@@ -53,7 +54,7 @@ class Pulse:
         try:
             listener = min(self._publisher.subscribers, key=lambda name: name not in ROBOT_NODES)
             uri = self._node.master.lookup_node(listener, timeout=LATE)
-            with NodeClient(uri, self._node.name) as client:
+            with NodeClient(uri, self._node.name, hosts=self._node.hosts) as client:
                 self._ask(client)
         except (RosError, ValueError) as error:
             logger.warning(
@@ -71,7 +72,7 @@ class Pulse:
         return self._answered is not None and awake.seconds() - self._answered > LATE
 
     def _run(self, uri: str) -> None:
-        with NodeClient(uri, self._node.name) as client:
+        with NodeClient(uri, self._node.name, hosts=self._node.hosts) as client:
             while not self._over.wait(_PERIOD):
                 try:
                     self._ask(client)
@@ -86,6 +87,6 @@ class Pulse:
         except (MasterError, RemoteProtocolError):
             pass  # an odd answer, but one
         except ConnectionLost as error:
-            if not is_refused(error):
+            if not is_refused(error) or self._node.hosts.is_guess(parse_uri(client.uri)[0]):
                 raise  # refused: the robot's computer has answered; that the node is gone tells its link
         self._answered = asked

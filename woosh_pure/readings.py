@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import interface
 from .core import Core
-from .faults import StatusCode
+from .faults import Faults, StatusCode
 from .feed import Feed, Reading
 from .geometry import Pose2D, Velocity
 
@@ -127,8 +127,12 @@ class Readings:
         return self._core.feed("obstacle_points")
 
     @property
-    def faults(self) -> tuple[StatusCode, ...]:
-        """Faults active now, the worst first; only what was heard since this was first asked."""
+    def faults(self) -> Faults:
+        """Faults active now, the worst first: a tuple of what was heard since this was first asked.
+
+        An empty one is no "none": `known` says whether the robot itself tells that there is nothing else, and
+        `sentence()` says all of it in words.
+        """
         return self._core.active_faults()
 
     def snapshot(self, timeout: float = 0.0) -> dict[str, Reading[Any] | None]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
 from rosproto.node import NodeClient
+from rosproto.transport.host_names import HostNames
 
 from .drivers import OtherDriver, other_drivers
 from .enums import TaskCommand, TaskState
@@ -178,9 +179,13 @@ class OtherPrograms:
         return {driver.node: driver for driver in other_drivers(self._core.node) if not driver.on_robot}
 
     def _end_all(self, drivers: dict[str, OtherDriver]) -> None:
+        ours = self._core.node
         for driver in drivers.values():
             try:
-                with NodeClient(driver.uri, self._core.node.name, timeout=1.0) as node:
+                # Never at the master's address for a name that is not known: another node may have that port.
+                with NodeClient(
+                    driver.uri, ours.name, timeout=1.0, hosts=HostNames(ours.hosts.given)
+                ) as node:
                     node.shutdown("woosh: the robot is to stop")
             except (RosError, ValueError):
                 continue  # that it is still there will be seen

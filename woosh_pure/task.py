@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -243,8 +244,11 @@ def _send(core: Core, handle: TaskHandle, order: TaskOrder) -> None:
         raise
     handle._reply(reply.success, reply.message, int(reply.statusCode))
     if not reply.success:
+        state = RobotState(reply.statusCode)
+        told = f"the last motion was refused ({handle.goal}: {reply.message or 'no reason given'})"
+        core.refusals.note(told, time.monotonic(), state)
         raise MotionRefused(
             f"{handle.goal}: refused by the chassis: {reply.message or 'no reason given'} "
-            f"(robot state: {RobotState(reply.statusCode)})",
+            f"(robot state: {state})",
             readiness=core.readiness(),
         )

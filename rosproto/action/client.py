@@ -413,6 +413,8 @@ class ActionClient:
         publishers = self._status.publishers
         if publishers:
             return f"{', '.join(publishers)} publishes {self._status.topic}, but no status message came"
+        if self._status.stats():
+            return f"{self._status.topic} is published, and cannot be reached: {self._status.why_silent()}"
         return f"nobody publishes {self._status.topic}; is the server running, and is the name right?"
 
     def _why_cut_off(self, handle: GoalHandle) -> ConnectionLost | None:

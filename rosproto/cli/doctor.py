@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 
-from .graph import add_graph_options, master_client, master_uri, node_client, print_json
+from .graph import CALLER_ID, add_graph_options, host_names, master_client, master_uri, print_json
 
 if TYPE_CHECKING:
     from rosproto.node.master_client import MasterClient, SystemState
+    from rosproto.transport.host_names import HostNames
 
 __all__ = ["Finding", "add_arguments", "examine", "run"]
 
@@ -60,10 +61,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _all(arguments: argparse.Namespace) -> Iterator[Finding]:
     with master_client(arguments) as master:
-        yield from examine(master_uri(arguments), master)
+        yield from examine(master_uri(arguments), master, host_names(arguments))
 
 
-def examine(uri: str, master: MasterClient) -> Iterator[Finding]:
+def examine(uri: str, master: MasterClient, hosts: HostNames) -> Iterator[Finding]:
     """All checks, each resting on the one before; ends early where the next would be pointless."""
     from rosproto.transport.address import parse_uri
 
@@ -72,7 +73,7 @@ def examine(uri: str, master: MasterClient) -> Iterator[Finding]:
     except ValueError as error:
         yield Finding("master URI", False, str(error), "write it as http://HOST:11311")
         return
-    own = _own_address(host, port)
+    own = _own_address(hosts.meant(host), port)
     yield own
     if own.ok is False:
         return
@@ -85,7 +86,7 @@ def examine(uri: str, master: MasterClient) -> Iterator[Finding]:
     yield Finding("master", True, f"{master.uri} answers after {1e3 * (time.monotonic() - began):.1f} ms")
     yield from _named(master, host)
     state = master.get_system_state()
-    yield from _nodes(master, state)
+    yield from _nodes(master, state, hosts)
     yield from _topics(state)
 
 
@@ -143,24 +144,57 @@ def _named(master: MasterClient, host: str) -> Iterator[Finding]:
             )
 
 
-def _nodes(master: MasterClient, state: SystemState) -> Iterator[Finding]:
-    """Every node must be reachable at the URI it registered."""
+def _nodes(master: MasterClient, state: SystemState, hosts: HostNames) -> Iterator[Finding]:
+    """Every node must be reachable at the URI it registered; one cause is told once, with all who have it."""
     good = 0
+    unknown: dict[str, dict[str, str]] = {}  # host name -> node -> why the master's address does not do
     for node in state.nodes:
+        problem, advice, host = "", "", ""
         try:
             uri = master.lookup_node(node)
-            with node_client(uri) as client:
+            host = _host_of(uri)
+            from rosproto.node.slave_client import NodeClient
+
+            with NodeClient(uri, CALLER_ID, timeout=PATIENCE, hosts=hosts) as client:
                 client.get_pid(timeout=PATIENCE)
             good += 1
         except RosError as error:
-            yield Finding(f"node {node}", False, str(error), _node_advice(error))
+            problem, advice = str(error), _node_advice(error)
+        if host in hosts.unknown:
+            unknown.setdefault(host, {})[node] = problem
+        elif problem:
+            yield Finding(f"node {node}", False, problem, advice)
+    for host, found in unknown.items():
+        yield _unresolved(host, found, hosts)
     yield Finding("nodes", True, f"{good} of {len(state.nodes)} nodes answer from here")
 
 
+def _host_of(uri: str) -> str:
+    from rosproto.transport.address import parse_uri
+
+    try:
+        return parse_uri(uri)[0]
+    except ValueError as error:
+        raise RosError(str(error)) from error
+
+
+def _unresolved(host: str, found: dict[str, str], hosts: HostNames) -> Finding:
+    """Nodes that announce an unknown host name; `found`: why the master's address does not do for each."""
+    from rosproto.transport.host_names import hosts_advice
+
+    address = hosts.resolve(host)[0]
+    silent = [node for node, problem in found.items() if problem]
+    text = f"{', '.join(found)} announce the host name {host}, which does not resolve here; the master's "
+    if silent:
+        which = "them" if len(silent) == len(found) else ", ".join(silent)
+        text += f"address {address} was tried, and does not answer for {which}"
+    else:
+        text += f"address {address} answers for all of them, and is used"
+    advice = hosts_advice(host, address, sure=len(silent) < len(found))
+    return Finding("host name", False if silent else None, text, advice)
+
+
 def _node_advice(error: RosError) -> str:
-    text = str(error)
-    if "resolve" in text or "unknown" in text:
-        return "this computer does not know that host name: set ROS_IP on the node's computer, or see hosts"
     if isinstance(error, RosTimeout):
         return (
             "not reachable from here, or a firewall drops us: set ROS_IP on the node's computer, check routes"

@@ -94,7 +94,13 @@ def _put(came: SimpleQueue[Arrival], topic: str) -> Any:
 
 def _silence(topics: list[str], subscribers: list[Any], seconds: float) -> str:
     connected = sum(subscriber.connections for subscriber in subscribers)
-    who = f"{connected} publisher{'s'[: connected > 1]} connected" if connected else "nobody publishes it"
+    if connected:
+        who = f"{connected} publisher{'s'[: connected > 1]} connected"
+    elif any(subscriber.stats() for subscriber in subscribers):
+        named = [subscriber for subscriber in subscribers if subscriber.stats()]
+        who = f"its publisher cannot be reached: {'; '.join(each.why_silent() for each in named)}"
+    else:
+        who = "nobody publishes it"
     return f"{', '.join(topics)}: no message within {seconds:g} s; {who}"
 
 

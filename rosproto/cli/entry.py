@@ -67,8 +67,14 @@ def behind_the_verb(words: Sequence[str]) -> list[str]:
     """`rosproto --master URI topic list` is `rosproto topic list --master URI`: `woosh` takes both, too."""
     early: list[str] = []
     rest = list(words)
-    while rest and rest[0].partition("=")[0] in ("--master", "--msg-path", "--json", "--no-learned"):
-        takes_value = rest[0] in ("--master", "--msg-path")
+    while rest and rest[0].partition("=")[0] in (
+        "--master",
+        "--msg-path",
+        "--resolve",
+        "--json",
+        "--no-learned",
+    ):
+        takes_value = rest[0] in ("--master", "--msg-path", "--resolve")
         early += rest[: 1 + takes_value]
         del rest[: 1 + takes_value]
     verb = rest[1:2] if rest[:1] and rest[0] not in _WITHOUT_VERBS else []

@@ -1,6 +1,6 @@
 """How a command ends: exit codes, one sentence for an error, signals that unwind it.
 
-`rosproto` and `woosh` use the same codes; 3, a refusal of the chassis, is woosh's alone.
+`rosproto` and `woosh` use the same codes; 3, a refusal of the chassis, and 5, "not known", are woosh's alone.
 """
 
 from __future__ import annotations

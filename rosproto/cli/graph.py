@@ -8,7 +8,7 @@ import os
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:  # imported when they are used: --help has no use for them
     from rosproto.msg import DefinitionLibrary
     from rosproto.node.master_client import MasterClient
     from rosproto.node.slave_client import NodeClient
+    from rosproto.transport.host_names import HostNames
 
 __all__ = [
     "CALLER_ID",
@@ -28,6 +29,8 @@ __all__ = [
     "absolute",
     "add_graph_options",
     "below",
+    "given_names",
+    "host_names",
     "library_for",
     "master_client",
     "master_uri",
@@ -46,7 +49,7 @@ TIMEOUT = 5.0
 
 
 def add_graph_options(parser: argparse.ArgumentParser, *, as_json: bool = True) -> None:
-    """--master, --msg-path, --no-learned, --json: understood by every verb."""
+    """--master, --msg-path, --no-learned, --resolve, --json: understood by every verb."""
     parser.add_argument(
         "--master",
         metavar="URI",
@@ -60,6 +63,12 @@ def add_graph_options(parser: argparse.ArgumentParser, *, as_json: bool = True) 
     )
     parser.add_argument(
         "--no-learned", action="store_true", help="do without what `woosh learn` has kept for you"
+    )
+    parser.add_argument(
+        "--resolve",
+        action="append",
+        metavar="NAME=IP",
+        help="the address of a host name that this computer does not know (also $ROSPROTO_RESOLVE)",
     )
     if as_json:
         parser.add_argument("--json", action="store_true", help="print facts as JSON, for programs")
@@ -79,18 +88,42 @@ def master_client(arguments: argparse.Namespace) -> Iterator[MasterClient]:
     """
     from rosproto.node.master_client import MasterClient
 
-    with MasterClient(master_uri(arguments), CALLER_ID, timeout=TIMEOUT) as master:
+    hosts = host_names(arguments)
+    with MasterClient(master_uri(arguments), CALLER_ID, timeout=TIMEOUT, hosts=hosts) as master:
         try:
             yield master
         except (RosTimeout, RemoteProtocolError) as error:
             raise ConnectionLost(str(error)) from error
 
 
-def node_client(uri: str) -> NodeClient:
-    """Typed calls to a node's slave API."""
+def node_client(uri: str, arguments: argparse.Namespace, *, guess: bool = True) -> NodeClient:
+    """Typed calls to a node's slave API; without `guess` never at the master's host for an unknown one."""
     from rosproto.node.slave_client import NodeClient
 
-    return NodeClient(uri, CALLER_ID, timeout=TIMEOUT)
+    return NodeClient(uri, CALLER_ID, timeout=TIMEOUT, hosts=host_names(arguments, guess=guess))
+
+
+def host_names(arguments: argparse.Namespace, *, guess: bool = True) -> HostNames:
+    """--resolve, then $ROSPROTO_RESOLVE, then the master's host for what nobody knows.
+
+    One for each command, so that a name is looked up once.
+    """
+    from rosproto.transport.address import parse_uri
+    from rosproto.transport.host_names import HostNames
+
+    if not guess:
+        return HostNames(given_names(arguments))
+    if getattr(arguments, "hosts", None) is None:
+        arguments.hosts = HostNames(given_names(arguments), master=parse_uri(master_uri(arguments))[0])
+    return cast("HostNames", arguments.hosts)
+
+
+def given_names(arguments: argparse.Namespace) -> dict[str, str]:
+    """Host names given by hand: those of --resolve, then those of the environment."""
+    from rosproto.node.options import host_names as of_environment
+    from rosproto.transport.host_names import parse_host_names
+
+    return {**of_environment(), **parse_host_names(arguments.resolve or ())}
 
 
 def open_node(arguments: argparse.Namespace, name: str = "rosproto") -> Any:
@@ -107,6 +140,7 @@ def open_node(arguments: argparse.Namespace, name: str = "rosproto") -> Any:
         use_environment=True,
         rosout=False,
         msg_path=msg_path(arguments),
+        resolve=given_names(arguments),
     )
 
 

@@ -13,11 +13,13 @@ from .graph import (
     CommandError,
     absolute,
     below,
+    host_names,
     master_client,
     node_client,
     print_json,
     unknown,
     verbs,
+    warn,
     warn_if_none,
 )
 from .option_types import count, positive
@@ -103,7 +105,7 @@ def _uri(master: MasterClient, name: str) -> str:
 def _info(arguments: argparse.Namespace) -> int:
     with master_client(arguments) as master:
         state, types = master.get_system_state(), master.get_topic_types()
-        facts = [_facts(master, absolute(name), state, types) for name in arguments.node]
+        facts = [_facts(master, absolute(name), state, types, arguments) for name in arguments.node]
     if arguments.json:
         print_json(facts if len(facts) > 1 else facts[0])
     else:
@@ -112,7 +114,13 @@ def _info(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _facts(master: MasterClient, name: str, state: SystemState, types: dict[str, str]) -> dict[str, object]:
+def _facts(
+    master: MasterClient,
+    name: str,
+    state: SystemState,
+    types: dict[str, str],
+    arguments: argparse.Namespace,
+) -> dict[str, object]:
     uri = _uri(master, name)
     facts: dict[str, object] = {
         "name": name,
@@ -122,7 +130,7 @@ def _facts(master: MasterClient, name: str, state: SystemState, types: dict[str,
         "services": sorted(s for s, nodes in state.services.items() if name in nodes),
     }
     try:
-        with node_client(uri) as node:
+        with node_client(uri, arguments) as node:
             facts["pid"] = node.get_pid()
             facts["connections"] = [_connection(master, state, row) for row in node.get_bus_info()]
     except GONE as error:
@@ -216,7 +224,7 @@ def _ping_node(
         print(f"rosnode: node is [{name}]\npinging {name} with a timeout of {arguments.timeout}s")
     times: list[float] = []
     sent = 0
-    with node_client(uri) as node:
+    with node_client(uri, arguments) as node:
         while count is None or sent < count:
             sent += 1
             began = time.perf_counter()
@@ -254,7 +262,7 @@ def _kill(arguments: argparse.Namespace) -> int:
                 failed[name] = str(error)
                 continue
             try:
-                with node_client(uri) as node:
+                with node_client(uri, arguments, guess=False) as node:
                     node.shutdown("user request")
                 killed.append(name)
             except RosError as error:
@@ -272,22 +280,39 @@ def _kill(arguments: argparse.Namespace) -> int:
 def _cleanup(arguments: argparse.Namespace) -> int:
     with master_client(arguments) as master:
         state = master.get_system_state()
-        dead = [name for name in state.nodes if not _answers(master, name, arguments.timeout)]
+        silent = [name for name in state.nodes if not _answers(master, name, arguments)]
+        elsewhere = [name for name in silent if _is_elsewhere(master, name, arguments)]
+        dead = [name for name in silent if name not in elsewhere]
         for name in dead:
             _unregister(master, name, state)
+    if elsewhere:
+        warn(
+            f"not known whether they live, and left alone: {', '.join(elsewhere)}: their host names cannot "
+            "be resolved here; give --resolve NAME=IP"
+        )
     if arguments.json:
         print_json(dead)
-    else:
+    elif dead or not elsewhere:
         print("\n".join(f"Unregistering {name}" for name in dead) or "every node answers")
     return 0
 
 
-def _answers(master: MasterClient, name: str, timeout: float) -> bool:
+def _answers(master: MasterClient, name: str, arguments: argparse.Namespace) -> bool:
     try:
-        with node_client(_uri(master, name)) as node:
-            node.get_pid(timeout=timeout)
+        with node_client(_uri(master, name), arguments) as node:
+            node.get_pid(timeout=arguments.timeout)
         return True
     except GONE:
+        return False
+
+
+def _is_elsewhere(master: MasterClient, name: str, arguments: argparse.Namespace) -> bool:
+    """Whether its host is unknown here, so that its silence proves nothing."""
+    from rosproto.transport.address import parse_uri
+
+    try:
+        return host_names(arguments).is_guess(parse_uri(_uri(master, name))[0])
+    except (CommandError, ValueError):
         return False
 
 

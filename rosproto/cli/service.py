@@ -15,6 +15,7 @@ from .graph import (
     CommandError,
     absolute,
     below,
+    host_names,
     library_for,
     master_client,
     open_node,
@@ -26,7 +27,7 @@ from .graph import (
 )
 from .option_types import positive
 from .parser import near
-from .yaml_text import load_documents, value_of
+from .yaml_text import load_documents, to_flow, value_of
 
 if TYPE_CHECKING:
     from rosproto.node.master_client import MasterClient
@@ -75,8 +76,8 @@ def _call_arguments(parser: argparse.ArgumentParser) -> None:
         "values",
         nargs="*",
         default=[],
-        help="the request: {field: value}, or its fields in order; without any, and not on a terminal, "
-        "requests are read from standard input",
+        help="the request: {field: value}, or its fields in order; without any, and not on a "
+        "terminal, requests are read from standard input",
     )
     parser.add_argument("--type", help="package/Type, where the service does not say")
     parser.add_argument(
@@ -104,7 +105,14 @@ def _type_of(arguments: argparse.Namespace, name: str) -> str:
     with master_client(arguments) as master:
         address = parse_uri(_look_up(master, name))
     fields = service_client_header(service=name, md5sum="*", callerid=CALLER_ID, probe=True)
-    link = ServiceLink.open(address, fields, service=name, limits=Limits(), deadline=Deadline(TIMEOUT))
+    link = ServiceLink.open(
+        address,
+        fields,
+        service=name,
+        limits=Limits(),
+        deadline=Deadline(TIMEOUT),
+        hosts=host_names(arguments),
+    )
     link.close()
     return link.header.get("type", "")
 
@@ -223,15 +231,39 @@ def _wait(node: Any, name: str, timeout: float) -> None:
 
 
 def _requests(arguments: argparse.Namespace, cls: Any) -> list[Any]:
-    """One of the command line, or those of standard input; nothing on a terminal means defaults."""
-    if arguments.values or not cls.__slots__ or sys.stdin is None or is_terminal(sys.stdin):
+    """One of the command line, or those of standard input.
+
+    Raises:
+        ValueError: The request has fields, and nothing says what is in them: nobody asks for a service to be
+            called with zeros by leaving them out.
+    """
+    if not cls.__slots__:
         return [_request_values(arguments.values, cls)]
-    found = list(load_documents(sys.stdin, "standard input"))
-    return found or [None]
+    if arguments.values:
+        found = [_request_values(arguments.values, cls)]
+    elif sys.stdin is None or is_terminal(sys.stdin):
+        found = []
+    else:
+        found = list(load_documents(sys.stdin, "standard input"))
+    if not found or None in found:
+        raise ValueError(_ask_for_fields(arguments.service, cls))
+    return found
+
+
+def _ask_for_fields(service: str, cls: Any) -> str:
+    """What is missing, with a line to copy; it can be pasted in every shell, also Windows'."""
+    from rosproto.codec.dicts import to_dict
+
+    fields = ", ".join(f"{name} ({kind})" for name, kind in zip(cls.__slots__, cls._slot_types, strict=True))
+    template = to_flow(to_dict(cls(), finite=True)).replace('"', '\\"')
+    return (
+        f"the request of {service} has fields, and no values were given: {fields}; nothing was called. "
+        f'To copy: rosproto service call {service} "{template}"'
+    )
 
 
 def _request_values(words: list[str], cls: Any) -> Any:
-    """One dict, or the fields in order; nothing means defaults (rosservice asks for all fields then)."""
+    """One dict, or the fields in order; None when nothing was given."""
     values = [value_of(word) for word in words]
     if not values:
         return None

@@ -16,7 +16,7 @@ from rosproto.values import parse_value
 
 from .graph import CommandError
 
-__all__ = ["load_documents", "load_text", "to_text", "value_of"]
+__all__ = ["load_documents", "load_text", "to_flow", "to_text", "value_of"]
 
 BLOCK = re.compile(r":(\s|$)|^\s*[-?!&*|>]")
 """A text that YAML takes for more than itself: `a: 1`, `- 1`, `!degrees 90`."""
@@ -27,6 +27,15 @@ def to_text(value: Any) -> str:
     """Block YAML as rosparam prints it: keys sorted, strings plain where they can be."""
     if isinstance(value, (dict, list, bytes, bytearray)) and value:
         return "\n".join(_block(value)) + "\n"
+    return _scalar(value)
+
+
+def to_flow(value: Any) -> str:
+    """In one line, as it is typed on a command line: `{data: false, name: ''}`; keys in their own order."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{_scalar(key)}: {to_flow(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(to_flow, value)) + "]"
     return _scalar(value)
 
 

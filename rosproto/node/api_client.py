@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from rosproto.node import replies
 from rosproto.protocol.limits import Limits
-from rosproto.transport import XmlRpcClient, unpack
+from rosproto.transport import HostNames, XmlRpcClient, unpack
 
 __all__ = ["ApiClient"]
 
@@ -27,6 +27,7 @@ class ApiClient:
         timeout: Seconds per call.
         limits: Bounds for the answers.
         client: What carries the calls, in place of a new connection.
+        hosts: Knows host names that the system does not (`Node.hosts`).
 
     Attributes:
         uri: The peer's URI in canonical form.
@@ -41,8 +42,9 @@ class ApiClient:
         timeout: float = 10.0,
         limits: Limits | None = None,
         client: XmlRpcClient | None = None,
+        hosts: HostNames | None = None,
     ) -> None:
-        self._client = client or XmlRpcClient(uri, limits=limits or Limits(), timeout=timeout)
+        self._client = client or XmlRpcClient(uri, limits=limits or Limits(), timeout=timeout, hosts=hosts)
         self._timeout: float | None = None
         self.uri = self._client.uri
         self.caller_id = caller_id

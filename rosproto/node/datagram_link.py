@@ -291,7 +291,7 @@ def accept(publication: Publication, request: DatagramRequest) -> list[object]:
     node, fields = publication.node, request.header
     address = format_address(request.host, request.port)
     output = publication.output_for(fields, address)
-    sock = open_sender(request.host, request.port, Deadline(ADDRESS_SECONDS))
+    sock = open_sender(node.hosts.meant(request.host), request.port, Deadline(ADDRESS_SECONDS))
     peer, own = sock.getpeername()[:2], sock.getsockname()
     why = ""
     if not node._tcpros.allows(peer[0]):

@@ -46,6 +46,7 @@ from rosproto.node.watchdog import Watchdog
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import is_loopback, parse_uri
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.host_names import HostNames
 from rosproto.transport.waiting import wait_event
 
 if TYPE_CHECKING:
@@ -96,6 +97,9 @@ class Node:
         msg_path: Folders with .msg, .srv and .action files in ROS layout: types of your own, and further
             revisions of known ones, for peers that have those.
         on_event: Called with each `Event`, in a thread of the library.
+        resolve: Host name -> address, for names that this computer does not know: a robot often announces its
+            nodes by its own. A name that is not given and cannot be resolved is taken for the master's host;
+            the log tells.
 
     Raises:
         ConnectionLost, RosTimeout: No master answers; the text says where, and what to check.
@@ -122,6 +126,7 @@ class Node:
         intraprocess: bool = True,
         msg_path: Iterable[str | os.PathLike[str]] = (),
         on_event: Callable[[Event], object] | None = None,
+        resolve: Mapping[str, str] | None = None,
     ) -> None:
         if use_environment:
             master_uri, host, namespace = options.from_environment(master_uri, host, namespace)
@@ -147,9 +152,14 @@ class Node:
         self._lazy = threading.RLock()
         self._services_made: Services | None = None
         self._params_made: Parameters | None = None
-        self._master = MasterClient(master_uri, self.name, timeout=MASTER_CALL_SECONDS, limits=self.limits)
+        given = {**(options.host_names() if use_environment else {}), **(resolve or {})}
+        self.hosts = HostNames(given, master=parse_uri(master_uri)[0])
+        self._master = MasterClient(
+            master_uri, self.name, timeout=MASTER_CALL_SECONDS, limits=self.limits, hosts=self.hosts
+        )
         self.master_uri = self._master.uri
-        self._master_address = parse_uri(self._master.uri)
+        at, at_port = parse_uri(self._master.uri)
+        self._master_address = (self.hosts.meant(at), at_port)
         self._master_hosts: frozenset[str] = frozenset()
         self._endpoint_options = {
             "port": port,

@@ -7,8 +7,9 @@ from collections.abc import Callable
 
 from rosproto import names
 from rosproto.transport.address import host_from_environment
+from rosproto.transport.host_names import VARIABLE, parse_host_names
 
-__all__ = ["callback_or_none", "from_environment", "message_path", "node_name", "queue_length"]
+__all__ = ["callback_or_none", "from_environment", "host_names", "message_path", "node_name", "queue_length"]
 
 
 def node_name(name: str, namespace: str, anonymous: bool) -> str:
@@ -34,6 +35,18 @@ def node_name(name: str, namespace: str, anonymous: bool) -> str:
 def message_path() -> list[str]:
     """Folders in $ROSPROTO_MSG_PATH, separated as in $PATH."""
     return [path for path in os.environ.get("ROSPROTO_MSG_PATH", "").split(os.pathsep) if path]
+
+
+def host_names() -> dict[str, str]:
+    """Host names of $ROSPROTO_RESOLVE: "NAME=IP,NAME=IP".
+
+    Raises:
+        ValueError: It is written otherwise.
+    """
+    try:
+        return parse_host_names([os.environ.get(VARIABLE, "")])
+    except ValueError as error:
+        raise ValueError(f"{VARIABLE}: {error}") from None
 
 
 def from_environment(

@@ -305,7 +305,12 @@ class ServiceClient:
         header = self._header if revision is None else {**self._header, "md5sum": revision.md5sum}
         try:
             link = ServiceLink.open(
-                address, header, service=self.name, limits=self._node.limits, deadline=deadline
+                address,
+                header,
+                service=self.name,
+                limits=self._node.limits,
+                deadline=deadline,
+                hosts=self._node.hosts,
             )
         except HandshakeRefused as refusal:
             raise self._explained(refusal, address, deadline, header["md5sum"]) from None

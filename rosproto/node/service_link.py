@@ -21,6 +21,7 @@ from rosproto.protocol.limits import Limits
 from rosproto.transport.address import format_address
 from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.host_names import HostNames
 from rosproto.transport.tcp import interrupt, set_linger
 from rosproto.transport.tcpros_io import read_header, write_header
 
@@ -67,8 +68,9 @@ class ServiceLink:
         service: str,
         limits: Limits,
         deadline: Deadline,
+        hosts: HostNames | None = None,
     ) -> ServiceLink:
-        """Connect and exchange headers.
+        """Connect and exchange headers; `hosts` knows names that the system does not.
 
         The request is not sent along with the header, although that would save a round trip: a rospy
         provider loses what arrives together with the header (measured).
@@ -80,7 +82,7 @@ class ServiceLink:
             RemoteProtocolError: The answer is no connection header.
         """
         peer = format_address(*address)
-        sock = connect(address[0], address[1], deadline, local=True)
+        sock = connect(address[0], address[1], deadline, local=True, hosts=hosts)
         try:
             write_header(sock, fields, deadline)
             header = read_header(sock, limits, deadline)

@@ -67,7 +67,9 @@ def probe(
     fields = service_client_header(service=service, md5sum="*", callerid=node.name, probe=True)
     address = address or lookup(node, service, deadline)
     try:
-        link = ServiceLink.open(address, fields, service=service, limits=node.limits, deadline=deadline)
+        link = ServiceLink.open(
+            address, fields, service=service, limits=node.limits, deadline=deadline, hosts=node.hosts
+        )
     except HandshakeRefused as error:
         raise ServiceError(service, error.text) from None
     link.close()

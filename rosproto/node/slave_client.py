@@ -8,7 +8,7 @@ from rosproto.node import replies
 from rosproto.node.api_client import ApiClient
 from rosproto.protocol.limits import Limits
 from rosproto.records import NamedTuple
-from rosproto.transport import XmlRpcClient, unpack
+from rosproto.transport import HostNames, XmlRpcClient, unpack
 
 __all__ = ["BusConnection", "NodeClient"]
 
@@ -46,6 +46,7 @@ class NodeClient(ApiClient):
         caller_id: Our name.
         timeout: Seconds per call.
         limits: Bounds for the answers.
+        hosts: Knows host names that the system does not (`Node.hosts`).
     """
 
     def __init__(
@@ -56,8 +57,9 @@ class NodeClient(ApiClient):
         timeout: float = 5.0,
         limits: Limits | None = None,
         client: XmlRpcClient | None = None,
+        hosts: HostNames | None = None,
     ) -> None:
-        super().__init__(uri, caller_id, timeout=timeout, limits=limits, client=client)
+        super().__init__(uri, caller_id, timeout=timeout, limits=limits, client=client, hosts=hosts)
 
     def get_bus_stats(self, *, timeout: float | None = None) -> list[object]:
         """Statistics [publish, subscribe, service] as the node gives them; no two libraries agree on rows."""

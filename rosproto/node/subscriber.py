@@ -199,6 +199,10 @@ class Subscriber:
                 seconds=timeout,
             )
 
+    def why_silent(self) -> str:
+        """How things stand with each publisher that the master names, in words: why no message may come."""
+        return self._subscription.why_silent()
+
     def stats(self) -> Sequence[LinkStats]:
         """Counters per publisher (shared by all subscribers of the topic in this node)."""
         return self._subscription.stats()

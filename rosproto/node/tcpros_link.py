@@ -52,7 +52,7 @@ class TcprosLink(PublisherLink):
     def _connect(self, host: str, port: int, deadline: Deadline) -> None:
         self._step(LinkEvent.ADDRESS)
         self.address = format_address(host, port)
-        sock = connect(host, port, deadline, local=True)
+        sock = connect(host, port, deadline, local=True, hosts=self._node.hosts)
         self._sock = sock
         # The publisher answered the connect, so it lives: give a busy one time to answer the header.
         deadline = Deadline(self._node.limits.handshake_seconds)
@@ -65,7 +65,9 @@ class TcprosLink(PublisherLink):
     def _request_topic(self, protocols: list[list[object]], deadline: Deadline) -> list[object]:
         from rosproto.node.slave_client import NodeClient
 
-        with NodeClient(self.uri, self._node.name, limits=self._node.limits) as publisher:
+        with NodeClient(
+            self.uri, self._node.name, limits=self._node.limits, hosts=self._node.hosts
+        ) as publisher:
             return publisher.request_topic(self.topic, protocols, timeout=deadline.remaining())
 
     def _tcp_address(self, answer: list[object]) -> tuple[str, int]:
@@ -97,7 +99,7 @@ class TcprosLink(PublisherLink):
             if wanted.is_wildcard:
                 raise
             sock.close()
-            sock = connect(*address, deadline, local=True)
+            sock = connect(*address, deadline, local=True, hosts=self._node.hosts)
             self._sock = sock
             reply = self._exchange_headers(sock, ANY, ANY, deadline)
             if reply.md5sum == wanted.md5sum:

@@ -39,13 +39,13 @@ def probe_topic(node: Node, topic: str, publisher: str, deadline: Deadline) -> P
         RemoteProtocolError: Its answer is no header of a publisher.
     """
     uri = node.master.lookup_node(publisher, timeout=deadline.remaining())
-    with NodeClient(uri, node.name, limits=node.limits) as peer:
+    with NodeClient(uri, node.name, limits=node.limits, hosts=node.hosts) as peer:
         answer = peer.request_topic(topic, timeout=deadline.remaining())
     if len(answer) < 3 or answer[0] != "TCPROS" or not isinstance(answer[2], int):
         raise ConnectionLost(
             f"{topic}: {publisher} offers no TCPROS connection (answered {str(answer)[:100]})", peer=uri
         )
-    sock = connect(str(answer[1]), answer[2], deadline)
+    sock = connect(str(answer[1]), answer[2], deadline, hosts=node.hosts)
     try:
         wanted = subscriber_header(topic=topic, type_name=ANY, md5sum=ANY, callerid=node.name)
         write_header(sock, wanted, deadline)

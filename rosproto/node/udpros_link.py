@@ -148,7 +148,9 @@ class UdprosLink(TcprosLink):
         What came while a slow answer was waited for is late, and passed over.
         """
         began = monotonic()
-        with NodeClient(self.uri, self._node.name, limits=self._node.limits) as publisher:
+        with NodeClient(
+            self.uri, self._node.name, limits=self._node.limits, hosts=self._node.hosts
+        ) as publisher:
             connections = publisher.get_bus_info(timeout=QUIET_SECONDS)
         if not any(
             row.topic == self.topic and row.transport == UDPROS and row.destination == self._node.name

@@ -8,9 +8,12 @@ from typing import Any
 
 from rosproto.errors import Md5sumMismatch
 from rosproto.node import Event, EventKind, MasterClient, Node, closing
+from rosproto.node.options import host_names
 from rosproto.node.publication import Publication
 from rosproto.node.revisions import Revisions
 from rosproto.protocol.limits import Limits
+from rosproto.transport.address import parse_uri
+from rosproto.transport.host_names import HostNames
 
 __all__ = ["Caller", "ProgramNode", "refusal"]
 
@@ -103,7 +106,8 @@ class Caller:
     def __init__(self, name: str, master_uri: str) -> None:
         self.name = name
         self.limits = Limits()
-        self.master = MasterClient(master_uri, name, timeout=60.0)
+        self.hosts = HostNames(host_names(), master=parse_uri(master_uri)[0])
+        self.master = MasterClient(master_uri, name, timeout=60.0, hosts=self.hosts)
         self.revisions = Revisions()
         self._services = self
 

@@ -38,6 +38,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         help="folder with packages of .msg, .srv, .action files (repeat for more)",
     )
+    parser.add_argument(
+        "--resolve",
+        metavar="NAME=IP",
+        action="append",
+        default=[],
+        help="the address of a host name that this computer does not know: sets ROSPROTO_RESOLVE",
+    )
     parser.add_argument("program", help="a Python file written for rospy")
     parser.add_argument("arguments", nargs="...", help="the program's arguments")
 
@@ -72,6 +79,11 @@ def run(arguments: argparse.Namespace) -> int:
         given = [os.path.abspath(folder) for folder in arguments.msg_path]
         before = os.environ.get(MSG_PATH, "")
         os.environ[MSG_PATH] = os.pathsep.join([*given, *([before] if before else [])])
+    if arguments.resolve:
+        from rosproto.transport.host_names import VARIABLE, parse_host_names
+
+        names = {**parse_host_names([os.environ.get(VARIABLE, "")]), **parse_host_names(arguments.resolve)}
+        os.environ[VARIABLE] = ",".join(f"{name}={address}" for name, address in names.items())
     if arguments.master:
         os.environ["ROS_MASTER_URI"] = arguments.master
     elif arguments.chassis:

@@ -7,6 +7,8 @@ import threading
 from typing import NoReturn
 
 from rosproto.errors import ConnectionLost, LocalProtocolError, MasterError, RosError, RosTimeout
+from rosproto.node.options import host_names
+from rosproto.transport.host_names import HostNames
 from rosproto.transport.xmlrpc_client import XmlRpcClient
 
 __all__ = ["call"]
@@ -37,7 +39,7 @@ def _client(uri: str) -> XmlRpcClient:
     with _lock:
         client = _clients.get(key)
         if client is None:
-            client = _clients[key] = XmlRpcClient(uri, timeout=TIMEOUT)
+            client = _clients[key] = XmlRpcClient(uri, timeout=TIMEOUT, hosts=HostNames(host_names()))
         return client
 
 

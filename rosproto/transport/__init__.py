@@ -16,6 +16,7 @@ from rosproto.transport.backoff import Backoff
 from rosproto.transport.clock import SYSTEM, Clock
 from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.host_names import HostNames, parse_host_names
 from rosproto.transport.tcp import interrupt, listen, tune
 from rosproto.transport.tcp_server import TcpServer
 from rosproto.transport.tcpros_io import (
@@ -34,6 +35,7 @@ __all__ = [
     "Clock",
     "ClosedBeforeHeader",
     "Deadline",
+    "HostNames",
     "Peer",
     "TcpServer",
     "XmlRpcClient",
@@ -46,6 +48,7 @@ __all__ = [
     "listen",
     "local_address_towards",
     "make_uri",
+    "parse_host_names",
     "parse_uri",
     "read_exactly",
     "read_header",

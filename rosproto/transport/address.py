@@ -19,6 +19,7 @@ __all__ = [
     "format_address",
     "host_from_environment",
     "is_loopback",
+    "is_numeric",
     "local_address_towards",
     "make_uri",
     "parse_uri",
@@ -101,6 +102,11 @@ def is_loopback(host: str) -> bool:
     """Is this `localhost`, 127.* or ::1? Judged by the text alone, no name is looked up."""
     host = host.lower().strip("[]").removeprefix("::ffff:")
     return host in ("localhost", "::1") or (host.startswith("127.") and _family(host) == socket.AF_INET)
+
+
+def is_numeric(host: str) -> bool:
+    """Is this an address, so that no name has to be looked up?"""
+    return _family(host.strip("[]")) is not None
 
 
 def resolve(host: str, deadline: Deadline | None = None) -> list[str]:

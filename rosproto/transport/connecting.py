@@ -18,6 +18,7 @@ from rosproto.errors import ConnectionLost
 from rosproto.transport.address import format_address, resolve
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.forking import leave_to_parent
+from rosproto.transport.host_names import HostNames
 from rosproto.transport.local_socket import connect_locally
 from rosproto.transport.os_errors import translate
 from rosproto.transport.tcp import tune
@@ -31,11 +32,13 @@ MOST_PENDING = 8  # then the oldest is given up: an answer that takes four secon
 _IN_PROGRESS = {errno.EINPROGRESS, errno.EWOULDBLOCK, errno.EALREADY, 10035, 10036, 10037}  # 100xx: Windows
 
 
-def connect(host: str, port: int, deadline: Deadline, *, local: bool = False) -> socket.socket:
+def connect(
+    host: str, port: int, deadline: Deadline, *, local: bool = False, hosts: HostNames | None = None
+) -> socket.socket:
     """A connected, tuned, blocking socket. Every address of the host is tried within one deadline.
 
     With `local` it is no TCP socket where the port is one of this computer that can do without
-    (`local_socket`).
+    (`local_socket`). `hosts` knows names that the system does not.
 
     Raises:
         ConnectionLost: Refused, no route, or the name is unknown; the text names the address.
@@ -43,7 +46,7 @@ def connect(host: str, port: int, deadline: Deadline, *, local: bool = False) ->
     """
     if not 0 < port <= 65535:
         raise ConnectionLost(f"connect to {host!r}: port {port} is none", peer=format_address(host, port))
-    addresses = resolve(host, deadline)
+    addresses = resolve(host, deadline) if hosts is None else hosts.resolve(host, deadline)
     if local:
         for address in addresses:
             if (sock := connect_locally(address, port)) is not None:
@@ -62,7 +65,10 @@ def connect(host: str, port: int, deadline: Deadline, *, local: bool = False) ->
     problem = attempts.problems.get(address) or TimeoutError()
     peer = format_address(address, port)
     named = peer if address == host else f"{peer} ({host})"
-    raise translate(problem, f"connect to {named}", peer, deadline) from problem
+    error = translate(problem, f"connect to {named}", peer, deadline)
+    if hosts is not None and (why := hosts.why(host)):
+        error.args = (f"{error}{why}", *error.args[1:])
+    raise error from problem
 
 
 class _Attempts:

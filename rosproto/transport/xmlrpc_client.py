@@ -13,6 +13,7 @@ from rosproto.transport.address import DEFAULT_MASTER_URI, format_address, make_
 from rosproto.transport.clock import SYSTEM, Clock
 from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.host_names import HostNames
 from rosproto.transport.os_errors import translate
 from rosproto.transport.tcp import interrupt
 
@@ -34,6 +35,7 @@ class XmlRpcClient:
         uri: "http://host:port/"; see `parse_uri` for the forms.
         limits: `xml_body_bytes`, `xml_depth` and `http_head_bytes` bound the answers.
         timeout: Seconds for a call that names no own; None waits for ever.
+        hosts: Knows names that the system does not.
 
     Raises:
         ValueError: The URI is none.
@@ -46,6 +48,7 @@ class XmlRpcClient:
         limits: Limits | None = None,
         timeout: float | None = 10.0,
         clock: Clock = SYSTEM,
+        hosts: HostNames | None = None,
     ) -> None:
         self.host, self.port = parse_uri(uri)
         self.uri = make_uri(self.host, self.port)
@@ -53,6 +56,7 @@ class XmlRpcClient:
         self._path = uri_path(uri or DEFAULT_MASTER_URI)
         self._limits = limits or Limits()
         self._clock = clock
+        self._hosts = hosts
         self._lock = threading.Lock()
         self._idle: list[_Link] = []
         self._busy: set[_Link] = set()
@@ -149,7 +153,7 @@ class XmlRpcClient:
 
     def _open(self, method: str, deadline: Deadline) -> _Link:
         try:
-            sock = connect(self.host, self.port, deadline)
+            sock = connect(self.host, self.port, deadline, hosts=self._hosts)
         except RosError as error:
             text = f"{method} at {self.uri}: {error}"
             if isinstance(error, RosTimeout):

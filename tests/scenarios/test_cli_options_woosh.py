@@ -86,13 +86,13 @@ def near(place: SimpleNamespace, x: float, y: float, degrees: float) -> bool:
 
 READING = [
     Case("status --wait 0.5", has("battery", "ready")),
-    Case("status --wait 0.5 --json", doc(lambda d: d["ready"] is True)),
-    Case("ready --listen 0.2", has("ready")),
-    Case("ready --wait 3 --json", doc(lambda d: d["ready"] is True)),
+    Case("status --wait 0.5 --json", doc(lambda d: d["ready"] is None)),
+    Case("ready --listen 0.2", has("NOT KNOWN"), code=5),
+    Case("ready --wait 0.5 --json", doc(lambda d: d["ready"] is None), code=5),
     Case("battery --wait 3", has("charge ", "voltage ")),
     Case("battery --below 101", code=1),
     Case("battery --below 5 --json", doc(lambda d: d["percent"] > 5)),
-    Case("faults --listen 0.2", has("no fault was heard")),
+    Case("faults --listen 0.2", has("not known"), code=5),
     Case("faults --code 110201000013 --json", doc(lambda d: d[0]["level"] == "SEVERE")),
     Case("faults --find emergency", has("110201000013")),
     Case("faults --code 110201000013 --chinese", has("急停")),

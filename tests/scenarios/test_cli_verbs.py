@@ -24,9 +24,10 @@ pytestmark = pytest.mark.usefixtures("private_config")
 # -- reading -------------------------------------------------------------------------------------------------
 
 
-def test_ready_says_yes(document):
+def test_ready_says_that_it_is_not_known(document):
+    """The state is sent on change only, and nothing changes; a yes is in test_not_known.py."""
     code, facts = document("ready")
-    assert (code, facts["ready"]) == (0, True)
+    assert (code, facts["ready"], facts["answer"]) == (5, None, "not known")
 
 
 def test_ready_says_no_and_why(sim):
@@ -39,10 +40,13 @@ def test_ready_says_no_and_why(sim):
     assert "manual_mode" in [reason["key"] for reason in facts["reasons"]]
 
 
-def test_ready_waits(woosh):
-    code, out, _ = woosh("ready", "--wait", "5")
-    assert code == 0
-    assert "ready" in out
+def test_ready_waits(sim):
+    """The last mode stays long enough to be heard as steady."""
+    process = woosh_process("ready", "--master", sim.master_uri, "--wait", "30")
+    modes = (RobotMode.MANUAL, *[RobotMode.AUTOMATIC] * 30)
+    out = until_it_ends(process, lambda turn: sim.set_mode(modes[turn % 31]))
+    assert process.returncode == 0
+    assert out.startswith("ready: ")
 
 
 def test_battery_with_a_threshold(woosh, document):
@@ -56,8 +60,8 @@ def test_battery_with_a_threshold(woosh, document):
 
 def test_faults_are_told_and_codes_explained(sim, woosh, document, until):
     code, out, _ = woosh("faults", "--listen", "0.3")
-    assert code == 0
-    assert "no fault was heard" in out
+    assert code == 5
+    assert "not known: no code was heard" in out
     code, facts = document("faults", "--code", "110201000013")
     assert facts[0]["level"] == "SEVERE"
     assert woosh("faults", "--find", "emergency")[0] == 0

@@ -166,3 +166,52 @@ def test_the_command_has_an_exit_code_and_json(healthy, capsys):
     assert json.loads(capsys.readouterr().out)["ok"] is True
     assert main(["doctor", "--master", "http://127.0.0.1:1"]) == 1
     assert "->" in capsys.readouterr().out
+
+
+def test_a_master_without_a_chassis_is_a_problem(capsys):
+    """A foreign node is no chassis, whatever it publishes."""
+    with rosproto.Master() as master, rosproto.Node("/foreign", master_uri=master.uri) as node:
+        node.publisher("/odom", "nav_msgs/Odometry")
+        found = findings(master.uri)
+        assert problems(found) == {"interface"}
+        text = found["interface"][0].text
+        assert text.startswith(
+            "no Woosh chassis here, or not all of it: /robot_status, /exec_task, /move_base missing"
+        )
+        assert sum(map(len, found.values())) < 12
+        assert main(["doctor", "--master", master.uri, "--listen", "0.1"]) == 1
+        assert "no problem was found" not in capsys.readouterr().out
+
+
+def test_one_name_that_does_not_resolve_is_told_once_for_all_nodes():
+    """The master's address does not answer for them here: what else is needed is said."""
+    with SimulatedChassis(full_graph=False) as sim:
+        gone = socket.create_server(("127.0.0.1", 0))
+        uri = f"http://robot-xyz.invalid:{gone.getsockname()[1]}/"
+        gone.close()
+        for number in range(17):
+            with rosproto.MasterClient(sim.master_uri, f"/node_{number}") as client:
+                client.register_publisher("/battery", "woosh_msgs/Battery", uri)
+        told = [f for f in findings(sim.master_uri)["node"] if "robot-xyz" in f.text]
+    assert len(told) == 1
+    assert told[0].level is Level.PROBLEM
+    assert "17 nodes (/node_0, /node_1," in told[0].text
+    assert "and 12 more" in told[0].text
+    assert 'the line "127.0.0.1 robot-xyz.invalid" to ' in told[0].advice
+    assert "with its own address in place of 127.0.0.1" in told[0].advice
+
+
+def test_a_robot_that_is_known_by_its_name_only(healthy, monkeypatch, capsys):
+    """Everything by a name that the system does not know: given by hand, to the API and to the commands."""
+    uri = healthy.master_uri.replace("127.0.0.1", "robot-xyz.invalid")
+    names = {"robot-xyz.invalid": "127.0.0.1"}
+    with Chassis(uri, resolve=names) as chassis:
+        assert chassis.battery.wait(10.0).percent > 0
+    assert main(["--master", uri, "battery", "--resolve", "robot-xyz.invalid=127.0.0.1"]) == 0
+    monkeypatch.setenv("ROSPROTO_RESOLVE", "robot-xyz.invalid=127.0.0.1")
+    assert main(["--master", uri, "battery"]) == 0
+    capsys.readouterr()
+    assert main(["--master", uri, "battery", "--resolve", "robot-xyz.invalid"]) == 2
+    assert "is no NAME=IP" in capsys.readouterr().err
+    with pytest.raises(ValueError, match="no host name or address"):
+        Chassis(uri, resolve={"robot": "http://127.0.0.1"})

@@ -20,6 +20,7 @@ from rosproto.errors import ConnectionLost, RosTimeout
 from tests.scenarios.test_ends_of_programs import program, start
 from tests.support.doors import held, in_thread
 from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, SimulatedChassis, awake
+from woosh_pure.readiness import Ready
 from woosh_pure.rostypes import message_type
 
 # -- a stop meets what is just beginning -----------------------------------------------------------------------
@@ -286,7 +287,7 @@ def test_a_robot_that_stands_although_it_is_told_to_move_ends_the_drive(sim, unt
     sim.press_emergency_stop()
     until(lambda: not sim.world._reports)
     with Chassis(sim.master_uri) as chassis:
-        assert chassis.readiness().ready  # nobody has told
+        assert chassis.readiness().answer is Ready.UNKNOWN  # nobody has told
         with chassis.velocity(bypasses_protection=True) as drive:
             with pytest.raises(MotionRefused, match=r"stood still.*emergency stop"):
                 drive.hold(0.1, seconds=20.0)

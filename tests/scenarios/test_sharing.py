@@ -220,6 +220,18 @@ def test_a_node_that_does_not_answer_refuses_and_the_way_out_is_named(sim, chass
             chassis.velocity(bypasses_protection=True).__enter__()
 
 
+def test_a_driver_whose_host_nobody_knows_is_not_taken_for_gone(sim, chassis):
+    """That nobody listens at the master's address in its place proves nothing."""
+    uri = "http://laptop-of-somebody.invalid:9/"
+    with rosproto.MasterClient(sim.master_uri, "/elsewhere") as client:
+        client.register_publisher("/smooth_cmd_vel", TWIST, uri)
+        try:
+            with pytest.raises(MotionRefused, match=r"/elsewhere.*does not answer"):
+                chassis.velocity(bypasses_protection=True).__enter__()
+        finally:
+            client.unregister_publisher("/smooth_cmd_vel", uri)
+
+
 def test_without_its_master_nobody_knows_who_drives(until):
     with SimulatedChassis(speed=8, full_graph=False) as sim, Chassis(sim.master_uri, timeout=1.0) as chassis:
         block = chassis.velocity(bypasses_protection=True)

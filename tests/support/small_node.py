@@ -12,6 +12,7 @@ from rosproto.node.revisions import Revisions
 from rosproto.node.services import Services
 from rosproto.node.tcpros_server import TcprosServer
 from rosproto.protocol.limits import Limits
+from rosproto.transport import HostNames
 
 
 class MemoryMaster:
@@ -106,6 +107,7 @@ class SmallNode:
         self.master = master or MemoryMaster()
         self.master_uri = self.master.uri
         self.limits = limits or Limits()
+        self.hosts = HostNames()
         self.revisions = Revisions()
         self._closers: list[Any] = []
         self._slave = _Slave()

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from woosh_pure.goal import GoalHandle
     from woosh_pure.outcome import Outcome
 
-__all__ = ["chosen", "connect", "follow", "reaching", "report", "stop_and_tell"]
+__all__ = ["chosen", "connect", "follow", "names", "reaching", "report", "stop_and_tell"]
 
 _ENDED_THERE = (OutcomeKind.REPLACED, OutcomeKind.CANCELLED, OutcomeKind.REJECTED)
 """Ends that the chassis has told: nothing of ours goes on."""
@@ -48,6 +48,14 @@ def chosen(args: Namespace) -> tuple[str | None, str | None]:
     return (None, args.host) if profile is None else (profile.chassis, args.host or profile.host)
 
 
+def names(args: Namespace) -> dict[str, str]:
+    """Host names given by hand: those of --resolve, then those of the environment."""
+    from rosproto.node.options import host_names
+    from rosproto.transport.host_names import parse_host_names
+
+    return {**host_names(), **parse_host_names(getattr(args, "resolve", None) or ())}
+
+
 @contextmanager
 def connect(args: Namespace, out: Output, *, sim_speed: float = 1.0) -> Iterator[Chassis]:
     """The chassis that the common options name."""
@@ -66,7 +74,9 @@ def connect(args: Namespace, out: Output, *, sim_speed: float = 1.0) -> Iterator
             paths = [*(args.msg_path or ()), *environment_paths()]
             learned = not args.no_learned
             with reaching():
-                chassis = stack.enter_context(Chassis(address, host=host, msg_path=paths, learned=learned))
+                chassis = stack.enter_context(
+                    Chassis(address, host=host, msg_path=paths, learned=learned, resolve=names(args))
+                )
         try:
             yield chassis
         except BaseException as error:

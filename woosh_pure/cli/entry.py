@@ -32,13 +32,14 @@ from .registry import COMMANDS, Command, load
 
 __all__ = ["EXIT_CODES", "Terminated", "main", "parser_for"]
 
-REFUSED = 3
+REFUSED, NOT_KNOWN = 3, 5
 EXIT_CODES = {
     DONE: "done",
     FAILED: "it failed, or the answer is no; one sentence on stderr says why and what to do",
     WRONG_USE: "wrong use: an argument is missing, unknown or out of range; nothing was sent",
     REFUSED: "the chassis is not ready, or refused to move",
     UNREACHABLE: "the chassis cannot be reached, or the connection was lost",
+    NOT_KNOWN: "the answer is not known: the chassis has not told it (`ready`, `faults`)",
     INTERRUPTED: "interrupted by Ctrl-C; a motion of this command was stopped",
     TERMINATED: "ended by SIGTERM, a hang-up or a closed console; a motion of this command was stopped",
 }
@@ -197,6 +198,13 @@ def _common(*, defaults: bool = False) -> Parser:
     )
     group.add_argument(
         "--no-learned", action="store_true", help="do without what `woosh learn` has kept", **false
+    )
+    group.add_argument(
+        "--resolve",
+        action="append",
+        metavar="NAME=IP",
+        help="address of a host name of the robot that is not known here (also $ROSPROTO_RESOLVE)",
+        **none,
     )
     general = parser.add_argument_group("general")
     general.add_argument("--json", action="store_true", help="JSON for programs instead of lines", **false)

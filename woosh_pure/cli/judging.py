@@ -10,7 +10,9 @@ if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
     from woosh_pure.readiness import Readiness
 
-__all__ = ["is_there", "nobody_there", "readiness_of"]
+    from .output import Output
+
+__all__ = ["EXIT_CODES", "as_json", "is_there", "nobody_there", "readiness_of", "verdict"]
 
 _STEADY = 1.0  # seconds within which the measured velocity comes, also over a slow network
 
@@ -21,25 +23,51 @@ def is_there(chassis: Chassis) -> bool:
 
 
 def nobody_there(chassis: Chassis) -> str:
-    """What to say when there is none."""
+    """What to say when there is none, or when it is there and cannot be reached."""
+    if why := chassis.status.unreachable:
+        return (
+            f"{chassis.status.topic} is published at {chassis.master_uri}, but its publisher cannot be "
+            f"reached: {why}; try `woosh doctor`"
+        )
     return (
         f"nobody publishes {chassis.status.topic} at {chassis.master_uri}: no chassis runs there, or not all "
         "of it; try `woosh doctor`"
     )
 
 
+EXIT_CODES = {"yes": 0, "no": 3, "not known": 5}
+"""Of `woosh ready`, by the answer."""
+_WORDS = {
+    "yes": ("ready", "yes", "green"),
+    "no": ("NOT READY", "NO", "red"),
+    "not known": ("NOT KNOWN whether it is ready", "NOT KNOWN", "yellow"),
+}
+
+
+def verdict(readiness: Readiness, out: Output, *, short: bool = False) -> str:
+    """The answer in one word or some, coloured."""
+    long_word, short_word, colour = _WORDS[readiness.answer.value]
+    return out.colour(short_word if short else long_word, colour)
+
+
+def as_json(readiness: Readiness) -> bool | None:
+    """True, False, or null where it is not known."""
+    return {"yes": True, "no": False}.get(readiness.answer.value)
+
+
 def readiness_of(chassis: Chassis) -> Readiness:
     """`Chassis.readiness()`, but no without a chassis: scripts take "nothing known against it" for a yes."""
-    from woosh_pure.readiness import Readiness, Reason
+    from woosh_pure.readiness import Readiness, Reason, ReasonKey
 
     found = chassis.readiness()
     if not is_there(chassis):
-        missing = Reason("no_chassis", nobody_there(chassis))
+        key = ReasonKey.UNREACHABLE if chassis.status.unreachable else ReasonKey.NO_CHASSIS
+        missing = Reason(key, nobody_there(chassis))
     elif _is_silent(chassis):
-        missing = Reason("silent", "nothing comes from the chassis: is it up? try `woosh doctor`")
+        missing = Reason(ReasonKey.SILENT, "nothing comes from the chassis: is it up? try `woosh doctor`")
     else:
         return found
-    known = [reason for reason in found.reasons if reason.key != "unknown"]
+    known = [reason for reason in found.reasons if reason.key != ReasonKey.UNKNOWN]
     return Readiness((missing, *known))
 
 

@@ -128,10 +128,11 @@ class Screen:
         readiness = scene.readiness
         if readiness is None:
             return
-        yield [("ready", "green")] if readiness else [("NOT READY", "red")]
+        words = {"yes": ("ready", "green"), "no": ("NOT READY", "red")}
+        yield [words.get(readiness.answer.value, ("READY? NOT KNOWN", "yellow"))]
         for reason in readiness.reasons:
             for line in textwrap.wrap(reason.text, _PANEL - 2)[:3]:
-                yield [(f"  {line}", "red" if reason.blocking else "dim")]
+                yield [(f"  {line}", "red" if reason.blocking else "yellow" if reason.doubt else "dim")]
 
     def _fact(self, name: str, text: str | None, scene: Scene | None = None, feed: str = "") -> list[Piece]:
         label: Piece = (f"{name:9s}", "dim")
@@ -156,7 +157,8 @@ class Screen:
 
     def _faults(self, scene: Scene) -> Iterable[list[Piece]]:
         if not scene.faults:
-            yield [("faults   ", "dim"), ("none heard", "")]
+            known = getattr(scene.faults, "known", False)
+            yield [("faults   ", "dim"), ("none", "") if known else ("not known: none heard", "yellow")]
             return
         yield [("faults", "red")]
         for fault in scene.faults[:5]:

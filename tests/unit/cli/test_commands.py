@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import sys
 from collections.abc import Callable, Iterator
@@ -108,6 +109,19 @@ def test_call(rosproto: Call) -> None:
     assert "has no field 'date'" in rosproto("service call /add", "{date: 1}")[2]
 
 
+@pytest.mark.parametrize("stdin", [None, "", "---\n"])
+def test_call_asks_for_the_fields_of_a_request(
+    rosproto: Call, monkeypatch: pytest.MonkeyPatch, stdin: str | None
+) -> None:
+    """A service is not called with zeros because nobody said anything; the template can be pasted."""
+    monkeypatch.setattr(sys, "stdin", None if stdin is None else io.StringIO(stdin))
+    code, out, err = rosproto("service call /add")
+    assert (code, out) == (2, "")
+    assert "data (bool); nothing was called" in err
+    assert 'rosproto service call /add "{data: false}"' in err
+    assert "success: False" in rosproto("service call /add", "{data: false}")[1]
+
+
 def test_parameters_to_a_file_and_back(rosproto: Call, tmp_path: Path) -> None:
     """What dump writes load reads."""
     file = tmp_path / "p.yaml"
@@ -131,6 +145,20 @@ def test_cleanup_takes_out_the_dead(capsys: pytest.CaptureFixture[str]) -> None:
         assert main(["node", "cleanup", "--master", master.uri]) == 0
         assert capsys.readouterr().out == "Unregistering /dead\n"
         assert alive.master.get_system_state().publishers["/t"] == ["/alive"]
+
+
+def test_cleanup_leaves_what_it_cannot_know(capsys: pytest.CaptureFixture[str]) -> None:
+    """A node whose host name does not resolve here may live: its silence is no answer."""
+    with Master() as master, Node("/alive", master_uri=master.uri, rosout=False):
+        from rosproto.node import MasterClient
+
+        with MasterClient(master.uri, "/elsewhere") as elsewhere:
+            elsewhere.register_publisher("/t", "std_msgs/String", "http://robot-xyz.invalid:9/")
+            assert main(["node", "cleanup", "--master", master.uri]) == 0
+            said = capsys.readouterr()
+            assert said.out == ""
+            assert "left alone: /elsewhere" in said.err
+            assert elsewhere.get_system_state().publishers["/t"] == ["/elsewhere"]
 
 
 def test_kill_asks_a_node_to_end(capsys: pytest.CaptureFixture[str]) -> None:

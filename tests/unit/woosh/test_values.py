@@ -106,7 +106,7 @@ def status(**changes: object) -> RobotStatus:
         ({"robot_mode": RobotMode.MANUAL}, (), "manual_mode", False),
         ({"robot_mode": RobotMode.MAINTENANCE}, (), "manual_mode", False),
         ({"work_mode": WorkMode.DEPLOYMENT}, (), "not_in_task_mode", True),
-        ({"robot_state": RobotState.UNINITIALISED}, (), "not_localised", True),
+        ({"robot_state": RobotState.UNINITIALISED}, (), "not_localised", False),
         ({"robot_state": RobotState.FAULT}, (), "fault", False),
         ({"task_state": TaskState.RUNNING}, (), "other_client", True),
         ({}, (110201000013,), "emergency_stop", False),

@@ -37,18 +37,25 @@ def _save(address: str, args: Namespace, out: Output) -> int:
 
     uri = master_uri_of(address)
     if not args.unchecked:
-        _require_master(uri, out)
+        _require_master(uri, args, out)
     path = config.save(config.Profile(address, args.host))
     out.line(f"{uri} is now the default chassis (in {path})")
     out.result({"chassis": address, "master_uri": uri, "host": args.host, "file": str(path)})
     return 0
 
 
-def _require_master(uri: str, out: Output) -> None:
+def _require_master(uri: str, args: Namespace, out: Output) -> None:
     from rosproto import MasterClient
+    from rosproto.transport.host_names import HostNames
+
+    from ..connection import names
 
     try:
-        with out.working(f"looking for {uri}"), MasterClient(uri, "/woosh_connect", timeout=5.0) as master:
+        hosts = HostNames(names(args))
+        with (
+            out.working(f"looking for {uri}"),
+            MasterClient(uri, "/woosh_connect", timeout=5.0, hosts=hosts) as master,
+        ):
             master.get_pid()
     except (ConnectionLost, RosTimeout) as error:
         raise ConnectionLost(f"{error}; nothing was saved: try `woosh doctor`, or add --unchecked") from error

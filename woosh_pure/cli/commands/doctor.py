@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 from contextlib import ExitStack
 
 from ..arguments import seconds
-from ..connection import chosen, simulated
+from ..connection import chosen, names, simulated
 from ..output import Output
 
 HELP = "say in plain words why it does not work; moves nothing"
@@ -28,7 +28,8 @@ def run(args: Namespace, out: Output) -> int:
         address: str | None
         address, host = (simulated(args, out, stack), args.host) if args.sim else chosen(args)
         findings = []
-        for finding in examine(master_uri_of(address), host=host, listen=args.listen):
+        found = examine(master_uri_of(address), host=host, listen=args.listen, resolve=names(args))
+        for finding in found:
             findings.append(finding)
             out.line(f"{finding.level.value:8s} {finding.text}")
             if finding.advice:

@@ -17,7 +17,7 @@ from ..output import Output
 if TYPE_CHECKING:
     from woosh_pure.faults import StatusCode
 
-HELP = "show active faults, or what a status code means (exit code 1: there are faults)"
+HELP = "show active faults, or what a status code means (exit code 1: there are faults; 5: not known)"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -58,17 +58,22 @@ def run(args: Namespace, out: Output) -> int:
         if not faults and not is_there(chassis):
             raise ChassisError(nobody_there(chassis))
     if not faults:
-        out.line("no fault was heard (codes are sent on change only: older ones may be active)")
-    _print(faults, args, out)
-    return 1 if faults else 0
+        out.line(faults.sentence())
+    _print_codes(faults, args, out)
+    out.result({"known": faults.known, "present": faults.present, "faults": list(faults)})
+    return {True: 1, False: 0, None: 5}[faults.present]
 
 
 def _print(codes: Iterable[StatusCode], args: Namespace, out: Output) -> None:
-    colours = {0: "green", 1: "blue", 2: "yellow", 3: "red"}
     listed = list(codes)
-    for c in listed:
+    _print_codes(listed, args, out)
+    out.result(listed)
+
+
+def _print_codes(codes: Iterable[StatusCode], args: Namespace, out: Output) -> None:
+    colours = {0: "green", 1: "blue", 2: "yellow", 3: "red"}
+    for c in codes:
         level = out.colour(f"{c.level.name.lower():8s}", colours[int(c.level)])
         note = " (derived)" if c.derived else ""
         words = c.chinese if args.chinese else c.english
         out.line(f"{level} {c.code:012d} {words}{note}  {c.identifier or 'not in the table'}")
-    out.result(listed)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..arguments import count, positive
-from ..connection import chosen, reaching, simulated
+from ..connection import chosen, names, reaching, simulated
 from ..output import Output
 
 if TYPE_CHECKING:
@@ -52,7 +52,14 @@ def run(args: Namespace, out: Output) -> int:
         uri = master_uri_of(address)
         with reaching():
             node = stack.enter_context(
-                Node("woosh_learn", master_uri=uri, host=host, anonymous=True, rosout=False)
+                Node(
+                    "woosh_learn",
+                    master_uri=uri,
+                    host=host,
+                    anonymous=True,
+                    rosout=False,
+                    resolve=names(args),
+                )
             )
         answers = survey(node, timeout=args.timeout, parallel=args.parallel)
         learned = () if args.no_learned else learned_paths(folder)

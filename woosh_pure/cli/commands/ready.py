@@ -1,4 +1,4 @@
-"""`woosh ready`: whether the chassis would move now, and why not."""
+"""`woosh ready`: whether the chassis would move now (yes, no, not known), and why."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from rosproto.errors import RosTimeout
 
 from ..arguments import seconds
 from ..connection import connect
-from ..judging import is_there, readiness_of
+from ..judging import EXIT_CODES, as_json, is_there, readiness_of, verdict
 from ..output import Output
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
 
-HELP = "say whether it would move now, and why not (exit code 3: not ready)"
+HELP = "say whether it would move now, and why not (exit code 3: not ready; 5: not known)"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -24,7 +24,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--listen", type=seconds, default=1.0, metavar="S", help="seconds to listen before judging (1)"
     )
-    parser.add_argument("--wait", type=seconds, metavar="S", help="wait so long until it is ready")
+    parser.add_argument("--wait", type=seconds, metavar="S", help="wait so long until the answer is yes")
 
 
 def run(args: Namespace, out: Output) -> int:
@@ -38,10 +38,10 @@ def run(args: Namespace, out: Output) -> int:
             if args.wait is not None:
                 _wait(chassis, args.wait)
         readiness = readiness_of(chassis)
-    word = out.colour("ready", "green") if readiness else out.colour("NOT READY", "red")
-    out.line(f"{word}: {readiness.sentence()}")
-    out.result({"ready": readiness.ready, "reasons": list(readiness.reasons)})
-    return 0 if readiness else 3
+    answer = readiness.answer.value
+    out.line(f"{verdict(readiness, out)}: {readiness.sentence()}")
+    out.result({"ready": as_json(readiness), "answer": answer, "reasons": list(readiness.reasons)})
+    return EXIT_CODES[answer]
 
 
 def _wait(chassis: Chassis, longest: float) -> None:
@@ -49,6 +49,6 @@ def _wait(chassis: Chassis, longest: float) -> None:
     while not is_there(chassis) and time.monotonic() < end:
         time.sleep(0.1)
     try:
-        chassis.wait_until_ready(max(0.0, end - time.monotonic()))
+        chassis.wait_until_ready(max(0.0, end - time.monotonic()), known=True)
     except RosTimeout:
-        pass  # what blocks is said by the caller
+        pass  # what blocks, or is not known, is said by the caller

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..connection import chosen, simulated
+from ..connection import chosen, names, simulated
 from ..output import Output
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def run(args: Namespace, out: Output) -> int:
         address, host = (simulated(args, out, stack), args.host) if args.sim else chosen(args)
         uri = master_uri_of(address)
         node = stack.enter_context(
-            Node("woosh_record", master_uri=uri, host=host, anonymous=True, rosout=False)
+            Node("woosh_record", master_uri=uri, host=host, anonymous=True, rosout=False, resolve=names(args))
         )
         selection = selection_of(args.topics, camera=args.camera, all=args.all, exclude=args.exclude)
         recorder = Recorder(node, selection=selection, **options)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..arguments import seconds
 from ..connection import connect
-from ..judging import readiness_of
+from ..judging import as_json, readiness_of, verdict
 from ..output import Output
 
 if TYPE_CHECKING:
@@ -27,23 +27,25 @@ def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
     with connect(args, out) as chassis:
         faults = chassis.faults
+        chassis.readiness()  # begins to listen to what only it needs
         with out.working("listening"):
             readings = chassis.snapshot(args.wait)
         faults, readiness = chassis.faults, readiness_of(chassis)
         heard = {name: r for name, r in readings.items() if r is not None}
         for name in ("status", "battery", "pose", "velocity", "odometer", "information"):
             out.line(f"{name:12s} {_line(name, heard.get(name))}")
-        out.line(f"{'faults':12s} {'; '.join(map(str, faults)) or 'none heard'}")
-        word = out.colour("yes", "green") if readiness else out.colour("NO", "red")
-        out.line(f"{'ready':12s} {word}: {readiness.sentence()}")
+        out.line(f"{'faults':12s} {faults.sentence()}")
+        out.line(f"{'ready':12s} {verdict(readiness, out, short=True)}: {readiness.sentence()}")
         silent = sorted(set(readings) - set(heard))
         out.line(f"{'silent':12s} {', '.join(silent) or 'none'}")
         out.result(
             {
                 "master_uri": chassis.master_uri,
-                "ready": readiness.ready,
+                "ready": as_json(readiness),
+                "answer": readiness.answer.value,
                 "reasons": [r.text for r in readiness.reasons],
                 "faults": [str(f) for f in faults],
+                "faults_known": faults.known,
                 "feeds": {n: _document(r) for n, r in heard.items() if n not in ("scan",)},
                 "silent": silent,
             }

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from ..arguments import number, seconds
 from ..connection import connect
 from ..console import enable_escapes, full_screen, is_terminal, shows_unicode, size
+from ..judging import as_json
 from ..output import Output
 
 if TYPE_CHECKING:
@@ -111,8 +112,9 @@ def _document(scene: Scene) -> dict[str, object]:
         "velocity": scene.velocity,
         "battery": None if scene.battery is None else scene.battery.percent,
         "status": scene.status,
-        "ready": None if scene.readiness is None else scene.readiness.ready,
+        "ready": None if scene.readiness is None else as_json(scene.readiness),
         "faults": scene.faults,
+        "faults_known": getattr(scene.faults, "known", False),
         "nearest": scene.nearest,
         "rates": {name: round(rate, 2) for name, rate in scene.rates.items()},
         "ages": {name: round(age, 3) for name, age in scene.ages.items()},

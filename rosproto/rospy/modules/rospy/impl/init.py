@@ -21,6 +21,7 @@ def start_node(resolved_name, port=0, tcpros_port=0):
         ROSInitException: It was shut down meanwhile.
     """
     global node
+    from rosproto.node.options import host_names
     from rosproto.rospy.host import ProgramNode
     from rosproto.transport.address import host_from_environment
 
@@ -36,6 +37,7 @@ def start_node(resolved_name, port=0, tcpros_port=0):
                 host=host_from_environment(os.environ, names.get_mappings()),
                 port=port,
                 tcpros_port=tcpros_port,
+                resolve=host_names(),
                 on_shutdown_request=_shutdown_requested,
                 on_refused=_refused,
             )

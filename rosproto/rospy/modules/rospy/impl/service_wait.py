@@ -46,9 +46,11 @@ def wait_for_service(service, timeout=None):
 
 def _contact(master, resolved, timeout):
     """URI of a provider that answers, None when there is none."""
+    from rosproto.node.options import host_names
     from rosproto.protocol.handshake import service_client_header
     from rosproto.transport.connecting import connect
     from rosproto.transport.deadline import Deadline
+    from rosproto.transport.host_names import HostNames
     from rosproto.transport.tcpros_io import write_header
 
     try:
@@ -56,7 +58,7 @@ def _contact(master, resolved, timeout):
     except rosgraph.MasterException:
         return None
     deadline = Deadline(timeout)
-    sock = connect(*core.parse_rosrpc_uri(uri), deadline)
+    sock = connect(*core.parse_rosrpc_uri(uri), deadline, hosts=HostNames(host_names()))
     try:
         fields = service_client_header(
             service=resolved, md5sum="*", callerid=names.get_caller_id(), probe=True

@@ -1,0 +1,182 @@
+"""The host names of one robot: those given by hand, and those that nobody here knows.
+
+A robot announces its nodes by a host name when its ROS_IP is not set, and a laptop beside it seldom knows
+that name. So a name may be given an address by hand; and one that cannot be resolved is taken for the
+computer of the master, which is known and on which a robot nearly always runs everything. If nothing answers
+there, the error says that the name was the reason.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+import threading
+import time
+from collections.abc import Iterable, Mapping
+
+from rosproto.errors import ConnectionLost, RosTimeout
+from rosproto.logs import get_logger
+from rosproto.transport.address import is_numeric, resolve
+from rosproto.transport.deadline import Deadline
+
+__all__ = ["VARIABLE", "HostNames", "hosts_advice", "hosts_file", "parse_host_names"]
+
+VARIABLE = "ROSPROTO_RESOLVE"
+"""Read by the commands, by programs for rospy, and by `Node(use_environment=True)`: "NAME=IP,NAME=IP"."""
+PATIENCE = (
+    1.5  # seconds for a name server: one that is not there (a cable to a robot) is silent for half a minute
+)
+MOST = 64  # names remembered, and warned of: peers announce what they like
+AGAIN = 30.0  # seconds after which a name that was unknown is looked up again
+
+_PLAIN = re.compile(r"[a-z0-9._-]{1,253}", re.ASCII)
+"""What a host name is made of; anything else that a peer announces is looked up, and nothing more."""
+
+_log = get_logger("rosproto.transport")
+
+
+class HostNames:
+    """Resolves host names for one node or command. Thread-safe.
+
+    Args:
+        given: Name -> address (or another name), by hand.
+        master: Host of the master, taken for names that cannot be resolved; "" for none.
+        quiet: Do not warn of those: who asks tells of them.
+
+    Raises:
+        ValueError: A name or an address is none.
+    """
+
+    def __init__(
+        self, given: Mapping[str, str] | None = None, *, master: str = "", quiet: bool = False
+    ) -> None:
+        self._quiet = quiet
+        self.given = {_checked(name).lower(): _checked(address) for name, address in (given or {}).items()}
+        self.master = master.strip("[]").lower()
+        self._lock = threading.Lock()
+        self._unknown: dict[str, float] = {}
+        self._warned = 0
+
+    def __repr__(self) -> str:
+        return f"<HostNames {self.given}, else {self.master or 'as the system says'}>"
+
+    def meant(self, host: str) -> str:
+        """The host that was given for this one, or itself."""
+        return self.given.get(host.strip("[]").lower(), host)
+
+    @property
+    def unknown(self) -> list[str]:
+        """Names for which the master's host was taken, sorted."""
+        with self._lock:
+            return sorted(self._unknown)
+
+    def is_guess(self, host: str) -> bool:
+        """Whether the master's host was taken for this one: that nobody answers there proves nothing."""
+        return self.meant(host).strip("[]").lower() in self.unknown
+
+    def resolve(self, host: str, deadline: Deadline | None = None) -> list[str]:
+        """Numeric addresses of a host, the best first; see `rosproto.transport.address.resolve`.
+
+        Raises:
+            ConnectionLost: The name is unknown, and there is no master's host to take for it.
+            RosTimeout: The name server did not answer.
+        """
+        meant = self.meant(host).strip("[]")
+        key = meant.lower()
+        deadline = deadline or Deadline(10.0)
+        if not self.master or not _PLAIN.fullmatch(key) or is_numeric(meant):
+            return resolve(meant, deadline)
+        if key in ("localhost", self.master):
+            return resolve(meant, deadline)
+        if not self._was_unknown(key):
+            try:
+                return resolve(meant, deadline.at_most(PATIENCE))
+            except (ConnectionLost, RosTimeout):
+                deadline.check(f"look up host name {meant!r}")
+        addresses = resolve(self.meant(self.master), deadline)
+        self._note(key, addresses[0])
+        return addresses
+
+    def why(self, host: str) -> str:
+        """What to add to an error about this host: "" where its name was known."""
+        meant = self.meant(host).strip("[]")
+        if not self.is_guess(host):
+            return ""
+        return (
+            f"; host name {meant!r} cannot be resolved here, so the master's address was tried: give the "
+            f"right one with --resolve {meant}=ADDRESS (resolve= in Python), or add it to the hosts file"
+        )
+
+    def _was_unknown(self, key: str) -> bool:
+        with self._lock:
+            since = self._unknown.get(key)
+        return since is not None and time.monotonic() - since < AGAIN
+
+    def _note(self, key: str, address: str) -> None:
+        with self._lock:
+            first = key not in self._unknown
+            if first or time.monotonic() - self._unknown[key] >= AGAIN:
+                if first and len(self._unknown) >= MOST:
+                    del self._unknown[min(self._unknown, key=self._unknown.__getitem__)]
+                self._unknown[key] = time.monotonic()
+            self._warned += first
+            told = self._warned <= MOST
+        if first and told and not self._quiet:
+            _log.warning(
+                "! host name %r cannot be resolved here: trying the master's address %s for it; if it is "
+                "another computer, give its own with --resolve %s=ADDRESS (resolve= in Python)",
+                key,
+                address,
+                key,
+            )
+
+
+def hosts_file(platform: str | None = None) -> str:
+    """Where the system keeps names by hand."""
+    if (platform or sys.platform) == "win32":
+        return r"C:\Windows\System32\drivers\etc\hosts"
+    return "/etc/hosts"
+
+
+def hosts_advice(name: str, address: str | None, *, sure: bool = True, platform: str = sys.platform) -> str:
+    """What to do about a name that does not resolve: the line, the file, and what does without both.
+
+    Args:
+        name: The host name.
+        address: Its address; None when that is not known.
+        sure: False when it is likely only: it is the master's, and does not answer.
+        platform: As `sys.platform`; None for this one.
+    """
+    shown = address or "ADDRESS"
+    how = "as administrator" if (platform or sys.platform) == "win32" else "with sudo"
+    where = "" if address else f" (ADDRESS is that of the computer that calls itself {name})"
+    if not sure:
+        where = f", with its own address in place of {shown} if {name} is another computer than the master's"
+    return (
+        f"give --resolve {name}={shown} (or {VARIABLE}={name}={shown}, or resolve= in Python); for all "
+        f'programs: add the line "{shown} {name}" to {hosts_file(platform)} ({how}){where}; best is ROS_IP '
+        "on that computer"
+    )
+
+
+def parse_host_names(texts: Iterable[str]) -> dict[str, str]:
+    """Name -> address of "NAME=IP" texts; one text may hold several, with commas or blanks between them.
+
+    Raises:
+        ValueError: One is none; the text says how it is written.
+    """
+    found = {}
+    for text in texts:
+        for part in re.split(r"[,;\s]+", text.strip()) if text.strip() else ():
+            name, mark, address = part.partition("=")
+            if not (mark and name and address):
+                raise ValueError(f"{part!r} is no NAME=IP; expected something like robot-7=169.254.128.2")
+            found[_checked(name)] = _checked(address)
+    return found
+
+
+def _checked(host: str) -> str:
+    bare = host.strip().strip("[]") if isinstance(host, str) else ""
+    if not bare or any(c.isspace() or c in "/@=,;[]" for c in bare) or (":" in bare and not is_numeric(bare)):
+        raise ValueError(f"{host!r} is no host name or address; expected something like 169.254.128.2")
+    return bare

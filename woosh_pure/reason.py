@@ -1,0 +1,76 @@
+"""Three-valued answers about moving, and the reasons for them, as values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+__all__ = ["Ready", "Reason", "ReasonKey"]
+
+
+class Ready(Enum):
+    """Whether the chassis would move now."""
+
+    YES = "yes"
+    NO = "no"
+    UNKNOWN = "not known"
+
+    def __str__(self) -> str:
+        """Its words."""
+        return self.value
+
+
+class ReasonKey(str, Enum):
+    """What a `Reason` is about; equal to its text, so that `reason.key == "bumper"` may be written, too."""
+
+    EMERGENCY_STOP = "emergency_stop"
+    BUMPER = "bumper"
+    MANUAL_MODE = "manual_mode"
+    NOT_IN_TASK_MODE = "not_in_task_mode"
+    NOT_LOCALISED = "not_localised"
+    MAPPING = "mapping"
+    NO_MAP = "no_map"
+    CHARGING_CABLE = "charging_cable"
+    FAULT = "fault"
+    BUSY = "busy"
+    """A task of ours is under way."""
+    OTHER_CLIENT = "other_client"
+    """Somebody else commands it."""
+    CHASSIS_KEY = "chassis_key"
+    """A key of the chassis is triggered; which one is not documented."""
+    REFUSED = "refused"
+    """The chassis refused the last motion, or it failed, and nothing has shown since that this is over."""
+    UNKNOWN = "unknown"
+    """The chassis has not told its state."""
+    LINK_LOST = "link_lost"
+    """Nobody tells its state any more: what was told last may be over."""
+    NO_CHASSIS = "no_chassis"
+    """Nobody on this ROS master publishes the state of a chassis."""
+    SILENT = "silent"
+    """The chassis is registered, and sends nothing."""
+    UNREACHABLE = "unreachable"
+    """The chassis is registered, and its nodes cannot be reached."""
+    CALL = "call"
+    """The call itself: its values, `stop()` meanwhile, another motion of this program."""
+
+    def __str__(self) -> str:
+        """Its text, on every Python."""
+        return self.value
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """One thing that speaks against moving, or that keeps the answer from being known.
+
+    Attributes:
+        key: For programs.
+        text: For people.
+        blocking: True when it makes the answer "no".
+        doubt: True when it makes the answer "not known". With neither it is only worth knowing (a task is
+            running, a warning).
+    """
+
+    key: str
+    text: str
+    blocking: bool = True
+    doubt: bool = False
