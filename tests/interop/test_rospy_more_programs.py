@@ -79,6 +79,7 @@ CASES: dict[str, dict[str, Any]] = {
     "graph_api.py": {},
     "bags.py": {},
     "topic_life.py": {},
+    "given_up.py": {},
     "threads.py": {},
     "logger_levels.py": {},
     "action_callbacks.py": {},
