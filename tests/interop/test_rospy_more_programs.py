@@ -89,6 +89,7 @@ CASES: dict[str, dict[str, Any]] = {
     "walked_values.py": {},
     "bag_told.py": {},
     "bag_repair.py": {},
+    "fields.py": {},
 }
 
 
