@@ -103,7 +103,7 @@ class Bag(Told):
         else:
             with open(self._filename, "rb") as file:
                 line = file.readline(256)
-        if not line.strip():
+        if not line:
             raise ROSBagException("empty file")
         found = re.match(rb"#ROS.* V(\d).(\d)", line)
         if found is None:
