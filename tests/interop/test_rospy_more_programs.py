@@ -90,6 +90,7 @@ CASES: dict[str, dict[str, Any]] = {
     "bag_told.py": {},
     "bag_repair.py": {},
     "fields.py": {},
+    "inner_names.py": {},
 }
 
 

@@ -172,7 +172,7 @@ class Message(_Checked, metaclass=_EitherFamily):
 
 
 def _rename(cls, spec):
-    """Names that Python reserves as genpy spells them: a field `in` is `in_`, also in texts and by keyword."""
+    """Names that Python reserves as genpy spells them: a field `in` is `in_`, in texts and by keyword."""
     names = [field.name for field in spec.fields]
     renamed = [attribute_name(name, names) for name in names]
     if renamed != names:
