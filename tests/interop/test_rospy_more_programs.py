@@ -37,6 +37,7 @@ def side_by_side(
 CASES: dict[str, dict[str, Any]] = {
     "service_handlers.py": {},
     "service_headers.py": {},
+    "service_ends_itself.py": {},
     "params_more.py": {
         "arguments": [
             *["_port:=/dev/ttyUSB0", "_baud:=115200", "_flag:=true", "_off:=False", "_neg:=-1.5"],

@@ -271,7 +271,7 @@ class Service(_Service):
             raise ServiceError(self.resolved_name, "error processing request: %s" % error) from None
 
     def shutdown(self, reason=""):
-        """Provide it no more."""
+        """Provide it no more; calls that were begun are answered. The handler may call this."""
         self.done = True
         with core.uninterrupted:
             with _lock:
@@ -279,7 +279,7 @@ class Service(_Service):
                 if known:
                     del manager.map[self.resolved_name]
             if self._server is not None:
-                self._server.close()
+                self._server.leave()
         if known:
             get_registration_listeners().notify_removed(self.resolved_name, self.uri, Registration.SRV)
 
