@@ -65,6 +65,55 @@ def test_nobody_else_imports_it() -> None:
 
 
 @own_path
+@pytest.mark.parametrize(
+    "word", ["program.py", "./program.py", "../here/program.py", "linked.py", "none.py", "wrong.py"]
+)
+def test_a_program_is_named_as_python_names_it(word: str, tmp_path: Path) -> None:
+    """`__file__`, tracebacks and source lines after a chdir, and sys.argv[0] as typed: what `python WORD` gives."""
+    here = tmp_path / "here"
+    here.mkdir()
+    code = """
+        import inspect, os, sys, traceback
+        import __main__
+
+        def fail():
+            raise ValueError("x")
+
+        os.chdir(os.path.dirname(sys.executable))
+        print(__file__, __main__.__file__, sys.argv[0], sys.path[0])
+        print(os.path.abspath(__file__), os.path.dirname(__file__) + "/../lib", type(__loader__).__name__)
+        print(inspect.getsource(fail), inspect.getfile(fail))
+        try:
+            fail()
+        except ValueError:
+            traceback.print_exc()
+        fail()
+    """
+    (here / "program.py").write_text(textwrap.dedent(code), "utf-8")
+    (here / "wrong.py").write_text("x = (\n", "utf-8")
+    if word == "linked.py":
+        try:
+            (here / "linked.py").symlink_to(here / "program.py")
+        except OSError:
+            pytest.skip("this user may make no links")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONSAFEPATH": ""}
+    python, ours = (
+        subprocess.run(
+            [sys.executable, *way, word],
+            cwd=here,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
+        for way in ([], ["-m", "rosproto.rospy"])
+    )
+    assert (ours.returncode, ours.stdout, ours.stderr) == (python.returncode, python.stdout, python.stderr)
+    assert ours.returncode == {"none.py": 2}.get(word, 1)
+    assert str(here) in ours.stdout + ours.stderr
+
+
+@own_path
 def test_argv_main_and_path_are_as_python_sets_them(tmp_path: Path) -> None:
     """Arguments untouched, `__main__`, the program's folder first on the path."""
     code = """
@@ -418,4 +467,4 @@ def test_a_program_that_is_not_there(tmp_path: Path) -> None:
         timeout=60,
     )
     assert done.returncode == 2
-    assert "can't open file 'no_such.py'" in done.stderr
+    assert f"can't open file {str(ROOT / 'no_such.py')!r}: [Errno 2]" in done.stderr
