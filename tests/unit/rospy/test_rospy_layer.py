@@ -468,3 +468,62 @@ def test_a_program_that_is_not_there(tmp_path: Path) -> None:
     )
     assert done.returncode == 2
     assert f"can't open file {str(ROOT / 'no_such.py')!r}: [Errno 2]" in done.stderr
+
+
+def test_message_packages_have_a_file_and_a_folder(tmp_path: Path) -> None:
+    """`__file__` beside the definitions, bundled and of `--msg-path`; RosPack finds the folder that holds them."""
+    own = tmp_path / "definitions" / "my_msgs" / "msg"
+    own.mkdir(parents=True)
+    (own / "Reading.msg").write_text("int32 value\n", "utf-8")
+    code = """
+        import os
+        import my_msgs.msg, rospkg, roslib.packages, std_srvs.srv
+        import std_msgs.msg._String
+
+        for module in (std_msgs, std_msgs.msg, std_msgs.msg._String, std_srvs.srv, my_msgs.msg):
+            print("/".join(module.__file__.replace(os.sep, "/").split("/")[-3:]), os.path.isabs(module.__file__))
+        for package in ("std_msgs", "my_msgs"):
+            folder = rospkg.RosPack().get_path(package)
+            print(os.path.basename(folder), [n for n in sorted(os.listdir(folder + "/msg")) if n.endswith(".msg")][-1])
+            print(folder == os.path.dirname(__import__(package).__file__) == roslib.packages.get_pkg_dir(package))
+        try:
+            rospkg.RosPack().get_path("no_such_package")
+        except rospkg.ResourceNotFound as error:
+            print(error)
+    """
+    options = ["--msg-path", str(tmp_path / "definitions")]
+    assert output(code, tmp_path, options=options).splitlines() == [
+        "msgdefs/std_msgs/__init__.py True",
+        "std_msgs/msg/__init__.py True",
+        "std_msgs/msg/_String.py True",
+        "std_srvs/srv/__init__.py True",
+        "my_msgs/msg/__init__.py True",
+        "std_msgs UInt8MultiArray.msg",
+        "True",
+        "my_msgs Reading.msg",
+        "True",
+        "no_such_package",
+    ]
+
+
+def test_a_class_read_from_a_bag_is_named_as_by_rosbag(tmp_path: Path) -> None:
+    """By package and type; it is none of the classes that the program imports."""
+    code = """
+        import os
+        import genpy, rosbag
+        from sensor_msgs.msg import LaserScan
+
+        path = os.path.join(os.environ["ROS_HOME"], "named.bag")
+        with rosbag.Bag(path, "w") as bag:
+            bag.write("/scan", LaserScan(ranges=[1.0]), genpy.Time(1))
+        with rosbag.Bag(path) as bag:
+            for _, message, _ in bag:
+                print(type(message).__name__, type(message.header).__name__, LaserScan.__name__)
+                print(isinstance(message, genpy.Message), isinstance(message, LaserScan), message.ranges)
+            print([raw[4].__name__ for _, raw, _ in bag.read_messages(raw=True)])
+    """
+    assert output(code, tmp_path).splitlines() == [
+        "_sensor_msgs__LaserScan _std_msgs__Header LaserScan",
+        "True False (1.0,)",
+        "['_sensor_msgs__LaserScan']",
+    ]
