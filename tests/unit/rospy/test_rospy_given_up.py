@@ -76,3 +76,35 @@ def test_a_listener_of_the_next_publisher_of_a_name_is_told(tmp_path: Path) -> N
             "('second', '/t', 0)",
             "[] []",
         ]
+
+
+def test_a_persistent_proxy_outlives_its_server(tmp_path: Path) -> None:
+    """Its link is made again with the next call, once the service is provided again; until then it says so."""
+    code = """
+        import os
+        import rospy
+        import rosproto
+        from std_srvs.srv import Trigger
+
+        def server(text):
+            node = rosproto.Node("/server", master_uri=os.environ["ROS_MASTER_URI"], rosout=False)
+            node.service_server("/told", "std_srvs/Trigger", lambda request: (True, text))
+            return node
+
+        rospy.init_node("client", disable_rosout=True)
+        proxy = rospy.ServiceProxy("/told", Trigger, persistent=True)
+        for text in ("one", "two"):
+            with server(text):
+                print(proxy().message, proxy().message)
+            try:
+                proxy()
+            except rospy.ServiceException as error:
+                print(error)
+    """
+    with Master() as master:
+        assert output(code, tmp_path, uri=master.uri).splitlines() == [
+            "one one",
+            "service [/told] unavailable",
+            "two two",
+            "service [/told] unavailable",
+        ]
