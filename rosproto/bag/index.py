@@ -72,6 +72,8 @@ class BagIndex:
         nothing). damage: What was wrong, in words with positions; empty for a sound bag.
         closed: True when the bag's own index was used.
         resumed: True when a scan met damage and went on behind it, or had to leave messages out.
+        version: Of the format, "2.0" as a rule; nothing else is known to differ in another 2.x.
+        head: Position of the file header, behind the version line.
     """
 
     connections: dict[int, Connection] = field(default_factory=dict)
@@ -80,6 +82,8 @@ class BagIndex:
     damage: list[str] = field(default_factory=list)
     closed: bool = False
     resumed: bool = False
+    version: str = "2.0"
+    head: int = len(MAGIC)
 
     def spans(self) -> dict[int, int]:
         """Bytes from each chunk's position to the next chunk (or the end of the chunks)."""
@@ -96,8 +100,14 @@ def open_index(source: Source) -> BagIndex:
     Raises:
         BagError: It is no bag, or one of version 1, or encrypted.
     """
-    _check_version(source)
-    start = len(MAGIC)
+    version, start = _read_version(source)
+    found = _open_behind(source, start)
+    found.version, found.head = version, start
+    return found
+
+
+def _open_behind(source: Source, start: int) -> BagIndex:
+    """`open_index` behind the version line."""
     try:
         head = read_head(source, start)
         header = FileHeader.from_fields(head.fields)
@@ -146,21 +156,24 @@ def _without_file_header(source: Source, start: int, problem: BagError) -> BagIn
     return found
 
 
-def _check_version(source: Source) -> None:
+def _read_version(source: Source) -> tuple[str, int]:
+    """Version of the format, and where the first record begins; any 2.x is read, as rosbag does."""
     line = source.read_at(0, 64)
     if line.startswith(MAGIC):
-        return
+        return "2.0", len(MAGIC)
     if not line:
         raise source.error("the file is empty")
-    version = re.match(rb"#ROS(\w*) V(\d+\.\d+)", line)
+    version = re.match(rb"#ROS\w* V(\d+\.\d+)[^\n]*\n?", line)
     if version is None:
         if MAGIC.startswith(line):
             raise source.error(f"the file ends after {len(line)} bytes, inside the version line")
         other = next((f"; {what}" for start, what in _NO_BAGS.items() if line.startswith(start)), "")
         raise source.error(f"not a bag: it starts with {line[:16]!r}, expected {MAGIC[:-1]!r}{other}")
-    number = version.group(2).decode()
+    number = version.group(1).decode()
+    if number.startswith("2."):
+        return number, version.end()
     raise source.error(
-        f"bag version {number} ({line.splitlines()[0].decode('latin-1')!r}); only 2.0 is read"
+        f"bag version {number} ({line.splitlines()[0].decode('latin-1')!r}); only 2.x is read"
         + (". Convert it where ROS is installed: rosbag fix" if number < "2.0" else "")
     )
 

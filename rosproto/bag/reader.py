@@ -90,6 +90,7 @@ class BagReader:
         path: Path of the file, None when there is none.
         size: Bytes of the file.
         damage: What was wrong with the file, in words; empty for a sound bag.
+        version: Of the format, "2.0" as a rule.
         indexed: False when the file had no usable table of contents and was scanned.
         connections: All connections with messages, by id.
         topics: `TopicInfo` by topic, sorted.
@@ -110,6 +111,7 @@ class BagReader:
         self.path = self._source.path
         self.size = self._source.size
         self.damage = found.damage
+        self.version = found.version
         self.indexed = found.closed
         self.chunks: tuple[ChunkInfo, ...] = tuple(found.chunks)
         counts = total_counts(found.chunks)

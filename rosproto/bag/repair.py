@@ -6,12 +6,12 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from typing import Literal
+from typing import BinaryIO, Literal
 
 from rosproto.bag.compression import COMPRESSIONS
 from rosproto.bag.index import BagIndex, open_index
 from rosproto.bag.reader import BagReader, RawMessage
-from rosproto.bag.records import MAGIC, ChunkInfo, FileHeader, encode_contents
+from rosproto.bag.records import ChunkInfo, FileHeader, encode_contents
 from rosproto.bag.source import Source
 from rosproto.bag.writer import BagWriter
 from rosproto.errors import BagError
@@ -20,6 +20,7 @@ from rosproto.time import Time
 __all__ = ["Report", "recover", "reindex"]
 
 Path = str | os.PathLike[str]
+File = Path | BinaryIO
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,11 +36,14 @@ class Report:
     damage: tuple[str, ...]
 
 
-def reindex(path: Path) -> Report:
+def reindex(path: File) -> Report:
     """Give a bag that was never closed, or lost its end, a table of contents, in place.
 
     Nothing that is whole is lost: messages of a cut-off last chunk are written again as a chunk of their
     own. A sound bag is left as it is, and so is one that cannot be mended (a disk that is still full).
+
+    Args:
+        path: The file; also one that is open for reading and writing, which stays open.
 
     Raises:
         BagError: It is no bag, or it is damaged before its end: use `recover`, which writes a new one; or
@@ -57,8 +61,8 @@ def reindex(path: Path) -> Report:
     end = found.chunks[len(whole)].pos if len(whole) < len(found.chunks) else found.end
     used = {number for chunk in whole for number in chunk.counts}
     connections = {number: found.connections[number] for number in sorted(used)}
-    with _kept_on_failure(path, end):
-        _write_contents(path, BagIndex(connections, whole, end))
+    with _kept_on_failure(path, found.head, end):
+        _write_contents(path, BagIndex(connections, whole, end, head=found.head))
         with BagWriter(path, compression, append=True) as writer:
             for topic, message, time in rest:
                 writer.write(topic, message, time)
@@ -66,20 +70,20 @@ def reindex(path: Path) -> Report:
         return Report(bag.message_count, tuple(found.damage))
 
 
-def _whole_chunks(found: BagIndex, path: Path) -> list[ChunkInfo]:
+def _whole_chunks(found: BagIndex, path: File) -> list[ChunkInfo]:
     """The complete, indexed chunks, which must all come before any other."""
     whole = [chunk for chunk in found.chunks if chunk.indexed and not chunk.partial]
     if found.resumed or whole != found.chunks[: len(whole)]:
         raise BagError(
             f"damaged before its end ({'; '.join(found.damage)}); rosproto.bag.recover "
             "writes what can be read into a new bag",
-            path=os.fspath(path),
+            path=_name(path),
         )
     return whole
 
 
 def _messages_after(
-    path: Path, count: int
+    path: File, count: int
 ) -> tuple[list[tuple[str, RawMessage, Time]], Literal["none", "bz2", "lz4"]]:
     """What can be read behind the first `count` chunks, of the one being written, and its compression."""
     with BagReader(path, skip_damaged=True) as bag:
@@ -91,10 +95,9 @@ def _messages_after(
 
 
 @contextmanager
-def _kept_on_failure(path: Path, end: int) -> Iterator[None]:
+def _kept_on_failure(path: File, begin: int, end: int) -> Iterator[None]:
     """Put the file header and what stands from `end` on back when mending fails: they were all there was."""
-    begin = len(MAGIC)
-    with open(path, "rb") as file:
+    with _opened(path, "rb") as file:
         file.seek(begin)
         header = file.read(len(FileHeader().encode()))
         file.seek(end)
@@ -103,7 +106,7 @@ def _kept_on_failure(path: Path, end: int) -> Iterator[None]:
         yield
     except BaseException as problem:
         # It fits, it was there a moment ago. Where nothing can be written, nothing was changed either.
-        with suppress(OSError), open(path, "r+b") as file:
+        with suppress(OSError), _opened(path, "r+b") as file:
             file.truncate(end)
             file.seek(end)
             file.write(rest)
@@ -113,20 +116,34 @@ def _kept_on_failure(path: Path, end: int) -> Iterator[None]:
         if isinstance(why, OSError):
             raise BagError(
                 f"cannot mend the bag: {why.strerror}; it is left as it was; make room, or mend a copy",
-                path=os.fspath(path),
+                path=_name(path),
             ) from problem
         raise
 
 
-def _write_contents(path: Path, index: BagIndex) -> None:
+def _write_contents(path: File, index: BagIndex) -> None:
     """Cut the file where the chunks end and write the table of contents there."""
     header = FileHeader(index.end, len(index.connections), len(index.chunks))
-    with open(path, "r+b") as file:
+    with _opened(path, "r+b") as file:
         file.truncate(index.end)
         file.seek(index.end)
         file.write(encode_contents(index.connections.values(), index.chunks))
-        file.seek(len(MAGIC))
+        file.seek(index.head)
         file.write(header.encode())
+
+
+@contextmanager
+def _opened(path: File, mode: Literal["rb", "r+b"]) -> Iterator[BinaryIO]:
+    """The file of that name, closed afterwards; one that is open already as it is."""
+    if isinstance(path, (str, os.PathLike)):
+        with open(path, mode) as file:
+            yield file
+    else:
+        yield path
+
+
+def _name(path: File) -> str | None:
+    return os.fspath(path) if isinstance(path, (str, os.PathLike)) else None
 
 
 def recover(

@@ -22,7 +22,7 @@ Facts = dict[str, Any]
 
 def facts(bag: BagReader, *, freq: bool = False) -> Facts:
     """What both forms tell; `freq`: also the median rate of each topic, which reads the index records."""
-    found: Facts = {"path": bag.path or "", "version": "2.0", "size": bag.size, "indexed": bag.indexed}
+    found: Facts = {"path": bag.path or "", "version": bag.version, "size": bag.size, "indexed": bag.indexed}
     if bag.start_time is not None and bag.end_time is not None:
         start, end = bag.start_time.to_sec(), bag.end_time.to_sec()
         found |= {"duration": end - start, "start": start, "end": end, "messages": bag.message_count}

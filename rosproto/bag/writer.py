@@ -346,7 +346,7 @@ class BagWriter:
             out.head = _message_head(connection.id)
             self._written.append(out)
             self._by_identity[identity(connection)] = out
-        self._put([FileHeader().encode()], at=len(MAGIC))  # from here on it is an unclosed bag
+        self._put([FileHeader().encode()], at=found.head)  # from here on it is an unclosed bag
         self._output.truncate(found.end)
 
     def _flush(self) -> None:
@@ -381,7 +381,7 @@ class BagWriter:
         between leaves an unclosed bag."""
         index, end = self._index, self._chunks.end
         self._put([encode_contents(index.connections.values(), index.chunks)], at=end)
-        self._put([FileHeader(end, len(index.connections), len(index.chunks)).encode()], at=len(MAGIC))
+        self._put([FileHeader(end, len(index.connections), len(index.chunks)).encode()], at=index.head)
 
     def _put(self, pieces: Sequence[bytes], *, at: int) -> None:
         try:

@@ -31,7 +31,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="127.0.0.1",
         help="address to listen on; only this computer by default, 0.0.0.0 for every network",
     )
-    parser.add_argument("--port", type=port, default=11311, help="port, 0 for a free one (default: 11311)")
+    parser.add_argument(
+        "-p", "--port", type=port, default=11311, help="port, 0 for a free one (default: 11311)"
+    )
     parser.add_argument(
         "--advertise", metavar="HOST", help="host name or address that others should use, if not --host"
     )

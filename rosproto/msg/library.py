@@ -158,6 +158,14 @@ class DefinitionLibrary:
             found.update(source.folders)
         return sorted(found.union(self._base.packages() if self._base else ()))
 
+    def folder(self, package: str) -> str | None:
+        """The folder that a package's definitions are read from first; None when they are in no folder."""
+        for source in self._sources:
+            for folder in source.folders.get(package, ()):
+                if folder.path is not None:
+                    return folder.path
+        return None if self._base is None else self._base.folder(package)
+
     def messages(self, package: str) -> list[str]:
         """Full names of a package's messages, sorted, those of its actions included."""
         derived = {name + suffix for name in self.actions(package) for suffix in ACTION_SUFFIXES}

@@ -69,7 +69,7 @@ class ResourceTree:
         # Imported by name: the texts are data of ours, while the doors beside them stand above the codec.
         module = import_module(package)
         self.package = package
-        self._root = module.__path__[0]
+        self._root = self.root = module.__path__[0]
         self._loader = getattr(module.__spec__, "loader", None)
         self._names: dict[tuple[str, ...], frozenset[str]] = {}
 
@@ -124,6 +124,13 @@ class Folder:
         self.parts = parts
         self._names: dict[str, frozenset[str]] = {}
         self._aliases: dict[str, str] | None = None
+
+    @property
+    def path(self) -> str | None:
+        """Where it is in the file system; None in a zip and in a frozen program."""
+        root = getattr(self.tree, "root", None)
+        found = None if root is None else os.path.join(root, *self.parts)
+        return found if found is not None and os.path.isdir(found) else None
 
     def names(self, kind: str) -> frozenset[str]:
         """Base names of all definitions of a kind, aliases included."""

@@ -222,6 +222,8 @@ class Node:
         latch: bool = False,
         queue_size: int = 10,
         on_connect: Callable[[str], object] | None = None,
+        on_disconnect: Callable[[str], object] | None = None,
+        header: Callable[[], Mapping[str, str]] | None = None,
         linger: bool = True,
     ) -> Publisher:
         """Publish a topic; registered at the master when this returns.
@@ -232,6 +234,9 @@ class Node:
             latch: A subscriber that comes later gets the last message.
             queue_size: Most messages that wait for one slow subscriber; the oldest is dropped.
             on_connect: Called with the caller id of each new subscriber, in a thread of the library.
+            on_disconnect: The same for each subscriber that has left, not when this publisher is closed.
+            header: Called for each new subscriber; what it returns is said to it besides the usual fields
+                of a connection header, or in their place.
             linger: When the program is killed, the system goes on delivering what it sent, for minutes when
                 the network is away. False has that thrown away: for commands that do harm when they come
                 late. After an orderly end (`close`) it is delivered in both cases.
@@ -242,6 +247,8 @@ class Node:
         """
         self._check_open()
         options.callback_or_none(on_connect, f"on_connect of {topic}")
+        options.callback_or_none(on_disconnect, f"on_disconnect of {topic}")
+        options.callback_or_none(header, f"header of {topic}")
         type_ = resolve_type(type, self.revisions)
         if type_.is_wildcard:
             raise LocalProtocolError(
@@ -253,6 +260,8 @@ class Node:
             latch=latch,
             queue_size=options.queue_length(queue_size),
             on_connect=on_connect,
+            on_disconnect=on_disconnect,
+            header=header,
             linger=linger,
         )
 

@@ -244,7 +244,7 @@ class Publication:
     def header(self, output: RevisedOutput | None = None) -> dict[str, str]:
         """What we answer a subscriber."""
         type_ = self.type if output is None else output.type
-        return publisher_header(
+        fields = publisher_header(
             topic=self.name,
             type_name=type_.name,
             md5sum=type_.md5sum,
@@ -252,6 +252,13 @@ class Publication:
             message_definition=type_.definition,
             latching=self.latching,
         )
+        for handle in self.handles:
+            if handle.header is not None:
+                try:
+                    fields.update(handle.header())
+                except BaseException:  # as in callbacks.py
+                    _log.exception("! %s: header() raised", self.name)
+        return fields
 
     def attach(self, link: OutgoingLink, address: str, output: RevisedOutput | None = None) -> None:
         """Add a subscriber: first the latched messages, then everything published from now on."""
@@ -291,7 +298,7 @@ class Publication:
         try:
             callback(caller_id)
         except BaseException:  # as in callbacks.py
-            _log.exception("! %s: on_connect(%s) raised", self.name, caller_id)
+            _log.exception("! %s: a callback for the subscriber %s raised", self.name, caller_id)
 
     def link_closed(self, link: OutgoingLink, error: ConnectionLost | None) -> None:
         """A link has ended; `error` says why, None when we ended it."""
@@ -301,7 +308,7 @@ class Publication:
             self.node._emit(Event(kind, self.name, error.peer, error, peer=link.caller_id, direction="out"))
 
     def detach(self, link: OutgoingLink) -> None:
-        """Forget a subscriber that is gone."""
+        """Forget a subscriber that is gone; who asked to be told is told, but not of our own end."""
         with self._lock:
             if link not in self.all_links:
                 return
@@ -310,6 +317,10 @@ class Publication:
             for output in self._revised.values():
                 output.links = tuple(other for other in output.links if other is not link)
             self._lock.notify_all()
+            callbacks = [] if self._closed else [handle.on_disconnect for handle in self._handles]
+        for callback in callbacks:
+            if callback is not None:
+                self._call(callback, link.caller_id)
 
     def wait_for(self, count: int, timeout: float | None) -> bool:
         """Wait until at least `count` subscribers are connected; False when they were not in time."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import LocalProtocolError, RosTimeout
@@ -25,6 +25,8 @@ class Publisher:
         latch: A subscriber that comes later gets the last message published here.
         queue_size: Most messages that wait for one slow subscriber; the oldest is dropped and counted.
         on_connect: Called with the caller id of each new subscriber, in a thread of the library.
+        on_disconnect: The same for each subscriber that has left.
+        header: Gives more fields of the header that a new subscriber gets; None for none.
         linger: Whether the system delivers what is on its way when the program is killed.
     """
 
@@ -36,6 +38,8 @@ class Publisher:
         latch: bool,
         queue_size: int,
         on_connect: Callable[[str], object] | None,
+        on_disconnect: Callable[[str], object] | None = None,
+        header: Callable[[], Mapping[str, str]] | None = None,
         linger: bool = True,
     ) -> None:
         self._node = node
@@ -43,6 +47,8 @@ class Publisher:
         self.latch = latch
         self.queue_size = queue_size
         self.on_connect = on_connect
+        self.on_disconnect = on_disconnect
+        self.header = header
         self.linger = linger
         self._closed = False
 

@@ -199,9 +199,13 @@ class ServiceServer:
         Requests being served may finish within `timeout` seconds, shared by all of them; what hangs
         longer is cut off.
         """
+        self.leave()
+        self.join(Deadline(timeout))
+
+    def leave(self) -> None:
+        """As `close`, without waiting: requests being served are answered, however long that takes."""
         self._node._services.forget_server(self)
         self.finish()
-        self.join(Deadline(timeout))
 
     def join(self, deadline: Deadline) -> None:
         """Wait for the answers in progress; cut off what is not done at the deadline."""

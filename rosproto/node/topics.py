@@ -6,7 +6,7 @@ Source: wiki.ros.org/ROS/Slave_API for the shapes of getBusStats and getBusInfo.
 from __future__ import annotations
 
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import LocalProtocolError
@@ -55,6 +55,8 @@ class TopicTable:
         latch: bool,
         queue_size: int,
         on_connect: Callable[[str], object] | None,
+        on_disconnect: Callable[[str], object] | None = None,
+        header: Callable[[], Mapping[str, str]] | None = None,
         linger: bool = True,
     ) -> Publisher:
         """See `Node.publisher`."""
@@ -75,6 +77,8 @@ class TopicTable:
                 latch=latch,
                 queue_size=queue_size,
                 on_connect=on_connect,
+                on_disconnect=on_disconnect,
+                header=header,
                 linger=linger,
             )
             publication.add_handle(publisher)

@@ -1,11 +1,13 @@
 """The modules of message packages: `woosh_msgs`, `woosh_msgs.msg`, `woosh_msgs.msg._Battery`, and for srv.
 
-They have no file. A class is made when it is first asked for and then stays in the module. `_Battery` is the
-module genpy would have written it to; pickles and `repr` of classes name it.
+Their `__file__` is where genpy's code would be, beside the definitions; there is no such file. A class is
+made when it is first asked for and then stays in the module. `_Battery` is the module genpy would have
+written it to; pickles and `repr` of classes name it.
 """
 
 from __future__ import annotations
 
+import os
 import sys
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -33,6 +35,7 @@ class DoorLoader:
             ImportError: There is no such type.
         """
         parts = module.__name__.split(".")
+        module.__file__ = _file(parts)
         if len(parts) == 1:
             return
         if len(parts) == 2:
@@ -44,6 +47,16 @@ class DoorLoader:
         names = [base] if parts[1] == "msg" else [base, base + "Request", base + "Response"]
         for name in names:
             setattr(module, name, made(parts[0], parts[1], name))
+
+
+def _file(parts: list[str]) -> str:
+    folder = library().folder(parts[0])
+    if folder is None:  # in no folder: where it would be if the bundled ones were
+        folder = os.path.join(
+            os.path.dirname(os.path.dirname(os.path.dirname(__file__))), "msgdefs", parts[0]
+        )
+    inside = [*parts[1:2], parts[2] + ".py"] if len(parts) > 2 else [*parts[1:], "__init__.py"]
+    return os.path.abspath(os.path.join(folder, *inside))
 
 
 def _open(module: ModuleType, package: str, kind: str) -> None:

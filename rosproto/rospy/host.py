@@ -9,7 +9,6 @@ from typing import Any
 from rosproto.errors import Md5sumMismatch
 from rosproto.node import Event, EventKind, MasterClient, Node, closing
 from rosproto.node.options import host_names
-from rosproto.node.publication import Publication
 from rosproto.node.revisions import Revisions
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import parse_uri
@@ -38,29 +37,9 @@ class ProgramNode(Node):
         self._on_shutdown_request = on_shutdown_request
         self.on_refused = on_refused
         self._asking = threading.local()
-        self._left: dict[str, Callable[[], object]] = {}
-        self._fields: dict[str, Callable[[], dict[str, str]]] = {}
         super().__init__(name, rosout=False, intraprocess=False, on_event=self._note, **options)
         # rospy ends it, after the program's own hooks, which still publish: not before them at exit.
         closing._open_nodes.pop(self, None)
-        self._register = self._registrations.add
-        self._registrations.add = self._add  # type: ignore[assignment, method-assign]
-
-    def on_topic_left(self, topic: str, callback: Callable[[], object]) -> None:
-        """Have `callback()` called when a subscriber of a topic is gone."""
-        self._left[topic] = callback
-
-    def add_header_fields(self, topic: str, fields: Callable[[], dict[str, str]]) -> None:
-        """Have what `fields()` returns said to each subscriber of a topic; before it is published."""
-        self._fields[topic] = fields
-
-    def _add(self, entry: Any, timeout: float | None = None) -> None:
-        """Register a topic; its header is completed before anybody can hear of it."""
-        fields = self._fields.get(entry.name)
-        if fields is not None and isinstance(entry, Publication):
-            usual = entry.header
-            entry.header = lambda output=None: {**usual(output), **fields()}  # type: ignore[method-assign]
-        self._register(entry, timeout)
 
     def _accept(self, sock: Any, fields: dict[str, str], peer: tuple[str, int]) -> None:
         self._asking.fields = fields  # for what is noted meanwhile, in this thread
@@ -71,9 +50,6 @@ class ProgramNode(Node):
             fields = getattr(self._asking, "fields", None)
             if fields and fields.get("topic") == event.name:
                 self.on_refused(refusal(fields, event.error))
-        callback = self._left.get(event.name)
-        if event.kind is EventKind.DISCONNECTED and event.direction == "out" and callback is not None:
-            callback()
 
     def _start(self, rosout: bool) -> None:
         self._watchdog.start()

@@ -1,7 +1,7 @@
 """Runs a program file as Python itself would, with this layer's modules in reach.
 
-`__main__`, `sys.argv`, `sys.path[0]`, tracebacks and exit codes are what `python program.py` gives; the
-program's arguments are not touched.
+`__main__` with an absolute `__file__`, `sys.argv`, `sys.path[0]`, tracebacks and exit codes are what `python
+program.py` gives; the program's arguments are not touched, nor is its name in `sys.argv[0]`.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import builtins
 import os
 import sys
 from collections.abc import Sequence
+from importlib.machinery import SourceFileLoader
 from types import ModuleType, TracebackType
 from typing import TYPE_CHECKING
 
@@ -121,23 +122,26 @@ def run_program(path: str, arguments: Sequence[str] = ()) -> int:
     """
     from rosproto.rospy.finder import serve
 
+    file_name = _absolute(path)
     try:
         with open(path, "rb") as file:
             source = file.read()
     except OSError as error:
-        print(f"{sys.executable}: can't open file {path!r}: {error}", file=sys.stderr)
+        why = f"[Errno {error.errno}] {error.strerror}"
+        print(f"{sys.executable}: can't open file {file_name!r}: {why}", file=sys.stderr)
         return 2
     serve()
     _forget_logging()
     main_module = ModuleType("__main__")
-    vars(main_module).update(__file__=path, __builtins__=builtins, __cached__=None)
+    loader = SourceFileLoader("__main__", file_name)
+    vars(main_module).update(__file__=file_name, __loader__=loader, __builtins__=builtins, __cached__=None)
     sys.modules["__main__"] = main_module
     sys.argv[:] = [path, *arguments]
     # With -P, -I and in an embeddable Python the first entry is no folder of a program, and none is wanted.
     if not getattr(sys.flags, "safe_path", sys.flags.isolated):
         sys.path[:1] = [os.path.dirname(os.path.realpath(path))]
     try:
-        exec(compile(source, path, "exec", dont_inherit=True), vars(main_module))
+        exec(compile(source, file_name, "exec", dont_inherit=True), vars(main_module))
     except SystemExit:
         raise
     except BaseException as error:
@@ -147,6 +151,14 @@ def run_program(path: str, arguments: Sequence[str] = ()) -> int:
             _end_by_interrupt()
         return 1
     return 0
+
+
+def _absolute(path: str) -> str:
+    """As Python itself makes it of the word on its command line: not tidied up, except on Windows."""
+    try:
+        return os.path.abspath(path) if os.name == "nt" else os.path.join(os.getcwd(), path)
+    except OSError:  # the present folder was deleted
+        return path
 
 
 def _from_program(trace: TracebackType | None) -> TracebackType | None:

@@ -37,6 +37,7 @@ def side_by_side(
 CASES: dict[str, dict[str, Any]] = {
     "service_handlers.py": {},
     "service_headers.py": {},
+    "service_ends_itself.py": {},
     "params_more.py": {
         "arguments": [
             *["_port:=/dev/ttyUSB0", "_baud:=115200", "_flag:=true", "_off:=False", "_neg:=-1.5"],
@@ -79,6 +80,7 @@ CASES: dict[str, dict[str, Any]] = {
     "graph_api.py": {},
     "bags.py": {},
     "topic_life.py": {},
+    "given_up.py": {},
     "threads.py": {},
     "logger_levels.py": {},
     "action_callbacks.py": {},
@@ -87,6 +89,9 @@ CASES: dict[str, dict[str, Any]] = {
     "unit_tests.py": {},
     "walked_values.py": {},
     "bag_told.py": {},
+    "bag_repair.py": {},
+    "fields.py": {},
+    "inner_names.py": {},
 }
 
 

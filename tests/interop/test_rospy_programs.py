@@ -216,6 +216,9 @@ def test_log_lines_with_their_time(both: Run) -> None:
 MY_MSGS = {
     "msg/Reading.msg": "Header header\nfloat64[] values\nstring[] names\nuint8[] raw\nuint32 count\n"
     "time at\ngeometry_msgs/Point[] points\n",
+    "msg/Odd.msg": "int32 pass=7\nint32 OTHER=8\nint32 yield\nint32 in\nstring from\nfloat32[] class\nint32 self\n"
+    "int32 print\nuint8[] lambda\nint32 None\nstring data\n",
+    "msg/OddHolder.msg": "Odd def\nOdd[] with\n",
     "srv/Scale.srv": "float64 factor\nfloat64 value\n---\nfloat64 result\n",
 }
 
@@ -231,7 +234,7 @@ def my_msgs(ros_installed: None, tmp_path_factory: pytest.TempPathFactory) -> tu
         file.write_text(text)
         kind = file.parent.name
         out = code / kind
-        out.mkdir(parents=True)
+        out.mkdir(parents=True, exist_ok=True)
         tool = str(ros.GENMSG_PY if kind == "msg" else ros.GENSRV_PY)
         include = [f"-I{p}:{ros.MSGDEFS / p / 'msg'}" for p in ("std_msgs", "geometry_msgs")]
         start = [ros.PYTHON, tool, "-p", "my_msgs", "-o", str(out)]
@@ -248,11 +251,15 @@ def test_a_package_that_the_user_brings(both: Run, my_msgs: tuple[Path, Path]) -
     both("brought.py", brought=[my_msgs[0]])
 
 
-def test_a_package_of_definitions_only(my_msgs: tuple[Path, Path], genpy_packages: Path) -> None:
+@pytest.mark.parametrize("program", ["brought.py", "reserved_names.py"])
+def test_a_package_of_definitions_only(
+    program: str, my_msgs: tuple[Path, Path], genpy_packages: Path
+) -> None:
     """`--msg-path` does what generated code does."""
-    theirs = run_program("brought.py", real=True, packages=[my_msgs[0], genpy_packages])
-    ours = run_program("brought.py", real=False, options=["--msg-path", str(my_msgs[1])])
+    theirs = run_program(program, real=True, packages=[my_msgs[0], genpy_packages])
+    ours = run_program(program, real=False, options=["--msg-path", str(my_msgs[1])])
     assert ours.compared() == theirs.compared()
+    assert ours.code == 0
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import os
 import sys
 
-from roslib.packages import _find, _packages
+from roslib.packages import _find, _packages, _served
 
 __all__ = ["ResourceNotFound", "RosPack", "get_log_dir", "get_ros_home", "get_ros_paths"]
 
@@ -50,12 +50,12 @@ class RosPack:
         return [name for name, _ in _packages(os.pathsep.join(self.ros_paths))]
 
     def get_path(self, name):
-        """The folder of a package.
+        """The folder of a package; of a message package that is served, that of its definitions.
 
         Raises:
             ResourceNotFound: There is none of that name.
         """
-        found = _find(name, os.pathsep.join(self.ros_paths)) or self._around(name)
+        found = _find(name, os.pathsep.join(self.ros_paths)) or self._around(name) or _served(name)
         if found is None:
             raise ResourceNotFound(name, self.ros_paths)
         return found

@@ -233,6 +233,22 @@ def test_a_bag_can_be_continued_after_reindex(tmp_path):
         assert [m.data for _, m, _ in bag.read_messages("/chatter")][-1] == "more"
 
 
+def test_an_open_file_is_mended_and_stays_open(tmp_path):
+    """A stream in memory, and a file of the system's."""
+    data = bag_bytes(entries(30), close=False)[:-100]
+    before = plain(read(data).read_messages(raw=True))
+    path = tmp_path / "died.bag"
+    path.write_bytes(data)
+    with open(path, "r+b") as file:
+        for stream in (io.BytesIO(data), file):
+            assert reindex(stream).messages == len(before)
+            bag = BagReader(stream)
+            assert bag.indexed
+            assert plain(bag.read_messages(raw=True)) == before
+    with pytest.raises(BagError, match="damaged before its end"):
+        reindex(io.BytesIO(data[: HEAD + 20] + b"\xff" * 50 + data[HEAD + 20 :]))
+
+
 def test_an_index_section_that_is_cut_off_is_scanned():
     what = entries(30)
     data = bag_bytes(what)

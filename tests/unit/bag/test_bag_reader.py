@@ -10,7 +10,7 @@ from struct import pack
 import numpy as np
 import pytest
 
-from rosproto.bag import BagReader, BagWriter, Connection, merge
+from rosproto.bag import BagReader, BagWriter, Connection, merge, reindex
 from rosproto.bag.records import MAGIC, FileHeader, encode_fields
 from rosproto.codec import define, encode, message_class
 from rosproto.errors import BagError
@@ -272,14 +272,41 @@ def test_a_disk_that_fails_in_the_middle_costs_the_messages_there():
         (b"PK\x03\x04...", "not a bag.*ZIP.*unpack"),
         (b"\x89MCAP0\r\n...", "not a bag.*MCAP"),
         (b"version https://git-lfs.github.com/spec/v1\n", "not a bag.*git lfs pull"),
-        (b"#ROSBAG V1.2\n", "version 1.2.*only 2.0.*rosbag fix"),
-        (b"#ROSRECORD V1.1\n", "version 1.1.*only 2.0"),
-        (b"#ROSBAG V3.0\n", "version 3.0.*only 2.0 is read$"),
+        (b"#ROSBAG V1.2\n", "version 1.2.*only 2.x.*rosbag fix"),
+        (b"#ROSRECORD V1.1\n", "version 1.1.*only 2.x"),
+        (b"#ROSBAG V3.0\n", "version 3.0.*only 2.x is read$"),
     ],
 )
 def test_what_is_no_bag_of_version_2_is_refused_by_name(data, words):
     with pytest.raises(BagError, match=words):
         read(data)
+
+
+@pytest.mark.parametrize("version", ["2.0", "2.1", "2.9", "2.10"])
+def test_any_version_2_is_read(version, tmp_path):
+    """As rosbag reads it; appending, mending and copying go by where the header really begins."""
+    path = tmp_path / "other.bag"
+    what = entries(30)
+    for close in (True, False):
+        data = bag_bytes(what, close=close).replace(b"V2.0", b"V" + version.encode(), 1)
+        path.write_bytes(data)
+        with BagReader(path) as bag:
+            assert bag.version == version
+            before = plain(bag.read_messages(raw=True))
+            assert before == encoded(what)[: len(before)] != []
+            assert bag.indexed is (close and len(version) == 3)
+        reindex(path)
+        with BagWriter(path, append=True) as writer:
+            writer.write("/chatter", String(data="more"), Time(500))
+        with BagReader(path) as bag:
+            assert (bag.version, bag.indexed, bag.damage) == (version, True, [])
+            assert plain(bag.read_messages(raw=True))[:-1] == before
+
+
+def test_a_version_line_that_is_cut_off_behind_its_number():
+    bag = read(MAGIC[:-1])
+    assert (bag.message_count, bag.indexed) == (0, False)
+    assert "file header" in bag.damage[0]
 
 
 def test_an_encrypted_bag_is_refused_by_name():

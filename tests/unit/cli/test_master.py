@@ -45,6 +45,13 @@ def first_line(process: subprocess.Popen[str]) -> str:
     return process.stdout.readline().strip()
 
 
+def test_the_port_may_be_given_as_to_roscore() -> None:
+    """`-p`, in one word too."""
+    for words in (["-p", "0"], ["-p0"]):
+        with command("master", *words) as process, MasterClient(first_line(process), "/test") as client:
+            assert client.get_pid() == process.pid
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of Windows are sent another way")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_it_serves_until_a_signal_and_ends_with_zero(number: signal.Signals) -> None:

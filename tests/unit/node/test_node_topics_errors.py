@@ -276,6 +276,8 @@ def test_a_callback_that_cannot_be_called_is_an_error_at_once(master: Master, wr
             lambda: node.subscriber("/t", String, wrong),
             lambda: node.subscriber("/t", String, on_error=wrong),
             lambda: node.publisher("/t", String, on_connect=wrong),
+            lambda: node.publisher("/t", String, on_disconnect=wrong),
+            lambda: node.publisher("/t", String, header=wrong),
             lambda: node.params.subscribe("/t", wrong),
         ):
             with pytest.raises(TypeError, match=r"/t is a function, not "):

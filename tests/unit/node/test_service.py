@@ -331,3 +331,21 @@ def test_many_services_and_clients_leave_nothing_behind(node):
     assert threads() <= before
     assert node._services.stats() == {"servers": {}, "clients": {}}
     assert len(node._registrations) == 0
+
+
+def test_a_server_that_left_answers_what_it_has_begun(node, persistent):
+    """Also when the handler waits for the one who ends the service; nothing waits for the answer."""
+    left = threading.Event()
+
+    def handler(request):
+        thread = threading.Thread(target=lambda: (server.leave(), left.set()))
+        thread.start()
+        thread.join(10)
+        assert left.is_set()
+
+    server = node.service_server("/stop", Empty, handler)
+    with node.service_client("/stop", Empty, persistent=persistent) as client:
+        client.call(timeout=10)
+        with pytest.raises((ServiceError, ConnectionLost)):
+            client.call(timeout=10)
+    server.close()

@@ -65,6 +65,55 @@ def test_nobody_else_imports_it() -> None:
 
 
 @own_path
+@pytest.mark.parametrize(
+    "word", ["program.py", "./program.py", "../here/program.py", "linked.py", "none.py", "wrong.py"]
+)
+def test_a_program_is_named_as_python_names_it(word: str, tmp_path: Path) -> None:
+    """`__file__`, tracebacks and source lines after a chdir, and sys.argv[0] as typed: what `python WORD` gives."""
+    here = tmp_path / "here"
+    here.mkdir()
+    code = """
+        import inspect, os, sys, traceback
+        import __main__
+
+        def fail():
+            raise ValueError("x")
+
+        os.chdir(os.path.dirname(sys.executable))
+        print(__file__, __main__.__file__, sys.argv[0], sys.path[0])
+        print(os.path.abspath(__file__), os.path.dirname(__file__) + "/../lib", type(__loader__).__name__)
+        print(inspect.getsource(fail), inspect.getfile(fail))
+        try:
+            fail()
+        except ValueError:
+            traceback.print_exc()
+        fail()
+    """
+    (here / "program.py").write_text(textwrap.dedent(code), "utf-8")
+    (here / "wrong.py").write_text("x = (\n", "utf-8")
+    if word == "linked.py":
+        try:
+            (here / "linked.py").symlink_to(here / "program.py")
+        except OSError:
+            pytest.skip("this user may make no links")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONSAFEPATH": ""}
+    python, ours = (
+        subprocess.run(
+            [sys.executable, *way, word],
+            cwd=here,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
+        for way in ([], ["-m", "rosproto.rospy"])
+    )
+    assert (ours.returncode, ours.stdout, ours.stderr) == (python.returncode, python.stdout, python.stderr)
+    assert ours.returncode == {"none.py": 2}.get(word, 1)
+    assert str(here) in ours.stdout + ours.stderr
+
+
+@own_path
 def test_argv_main_and_path_are_as_python_sets_them(tmp_path: Path) -> None:
     """Arguments untouched, `__main__`, the program's folder first on the path."""
     code = """
@@ -418,4 +467,63 @@ def test_a_program_that_is_not_there(tmp_path: Path) -> None:
         timeout=60,
     )
     assert done.returncode == 2
-    assert "can't open file 'no_such.py'" in done.stderr
+    assert f"can't open file {str(ROOT / 'no_such.py')!r}: [Errno 2]" in done.stderr
+
+
+def test_message_packages_have_a_file_and_a_folder(tmp_path: Path) -> None:
+    """`__file__` beside the definitions, bundled and of `--msg-path`; RosPack finds the folder that holds them."""
+    own = tmp_path / "definitions" / "my_msgs" / "msg"
+    own.mkdir(parents=True)
+    (own / "Reading.msg").write_text("int32 value\n", "utf-8")
+    code = """
+        import os
+        import my_msgs.msg, rospkg, roslib.packages, std_srvs.srv
+        import std_msgs.msg._String
+
+        for module in (std_msgs, std_msgs.msg, std_msgs.msg._String, std_srvs.srv, my_msgs.msg):
+            print("/".join(module.__file__.replace(os.sep, "/").split("/")[-3:]), os.path.isabs(module.__file__))
+        for package in ("std_msgs", "my_msgs"):
+            folder = rospkg.RosPack().get_path(package)
+            print(os.path.basename(folder), [n for n in sorted(os.listdir(folder + "/msg")) if n.endswith(".msg")][-1])
+            print(folder == os.path.dirname(__import__(package).__file__) == roslib.packages.get_pkg_dir(package))
+        try:
+            rospkg.RosPack().get_path("no_such_package")
+        except rospkg.ResourceNotFound as error:
+            print(error)
+    """
+    options = ["--msg-path", str(tmp_path / "definitions")]
+    assert output(code, tmp_path, options=options).splitlines() == [
+        "msgdefs/std_msgs/__init__.py True",
+        "std_msgs/msg/__init__.py True",
+        "std_msgs/msg/_String.py True",
+        "std_srvs/srv/__init__.py True",
+        "my_msgs/msg/__init__.py True",
+        "std_msgs UInt8MultiArray.msg",
+        "True",
+        "my_msgs Reading.msg",
+        "True",
+        "no_such_package",
+    ]
+
+
+def test_a_class_read_from_a_bag_is_named_as_by_rosbag(tmp_path: Path) -> None:
+    """By package and type; it is none of the classes that the program imports."""
+    code = """
+        import os
+        import genpy, rosbag
+        from sensor_msgs.msg import LaserScan
+
+        path = os.path.join(os.environ["ROS_HOME"], "named.bag")
+        with rosbag.Bag(path, "w") as bag:
+            bag.write("/scan", LaserScan(ranges=[1.0]), genpy.Time(1))
+        with rosbag.Bag(path) as bag:
+            for _, message, _ in bag:
+                print(type(message).__name__, type(message.header).__name__, LaserScan.__name__)
+                print(isinstance(message, genpy.Message), isinstance(message, LaserScan), message.ranges)
+            print([raw[4].__name__ for _, raw, _ in bag.read_messages(raw=True)])
+    """
+    assert output(code, tmp_path).splitlines() == [
+        "_sensor_msgs__LaserScan _std_msgs__Header LaserScan",
+        "True False (1.0,)",
+        "['_sensor_msgs__LaserScan']",
+    ]

@@ -293,3 +293,49 @@ def test_a_result_lets_feedback_that_was_sent_before_it_pass(tmp_path: Path) -> 
             del told[:]
     """
     assert output(code, tmp_path).splitlines() == ["True True 1", "False True 0"]
+
+
+def test_patterns_of_fields_that_are_wrong_are_told_and_give_none(tmp_path: Path) -> None:
+    """As rostopic does: a slice gives a list, what is not there gives None and a line on stderr."""
+    code = """
+        import sys
+        import rostopic
+        from std_msgs.msg import UInt16MultiArray
+
+        sys.stderr = sys.stdout
+        message = UInt16MultiArray(data=[1, 2, 3])
+        for pattern in ("/data[1:3]", "/data[-1]", "/data[9]", "/nothing", "/data[x]", "/data[", "/"):
+            function = rostopic.msgevalgen(pattern)
+            print(function and function(message))
+    """
+    assert output(code, tmp_path).splitlines() == [
+        "[2, 3]",
+        "3",
+        "list index out of range: /data[9]",
+        "None",
+        "no field named nothing in /nothing",
+        "None",
+        "field 'data' has invalid slice argument 'x': non-integer array index step 'x'",
+        "None",
+        "missing closing ']' in slice spec 'data['",
+        "None",
+        "None",
+    ]
+
+
+def test_genmsg_refuses_brackets_that_do_not_close(tmp_path: Path) -> None:
+    """Also the number that genmsg itself would cut short."""
+    code = """
+        from genmsg import InvalidMsgSpec
+        from genmsg.msgs import MsgSpec, is_valid_msg_type, parse_type
+
+        for wrong in ("a[", "string[", "a[3", "a[34", "a[]]", "a[[3]]", "a[x]"):
+            for function in (parse_type, lambda type_: MsgSpec([type_], ["x"], [], "", "p/T")):
+                try:
+                    print(wrong, function(wrong))
+                except (ValueError, InvalidMsgSpec):
+                    pass
+            assert not is_valid_msg_type(wrong)
+        print(parse_type("a"), parse_type("a[]"), parse_type("a[34]"), is_valid_msg_type("a[34]"))
+    """
+    assert output(code, tmp_path) == "('a', False, None) ('a', True, None) ('a', True, 34) True\n"

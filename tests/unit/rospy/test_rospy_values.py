@@ -108,3 +108,17 @@ def test_text_that_is_not_utf_8_is_told_once_per_type(tmp_path: Path) -> None:
         text % "std_msgs/Header",
     ]
     assert lines[-1] == "'\\ufffd'"
+
+
+def test_a_reserved_name_is_spelled_with_an_underscore_everywhere(tmp_path: Path) -> None:
+    """As in the class that genpy writes: in `__slots__`, by keyword, in texts; the bytes are the same."""
+    code = """
+        import copy, pickle
+        from woosh_msgs.msg import NavMode
+
+        mode = NavMode()
+        mode.in_.x = 3
+        print([name for name in NavMode.__slots__ if name.startswith("in")], str(mode).split()[6:9])
+        print(NavMode(in_=mode.in_) == mode == copy.deepcopy(mode) == pickle.loads(pickle.dumps(mode)))
+    """
+    assert output(code, tmp_path).splitlines() == ["['in_'] ['in_:', 'x:', '3']", "True"]

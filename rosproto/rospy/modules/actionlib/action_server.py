@@ -7,6 +7,7 @@ from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
 from .action_client import _parts
 from .goal_id_generator import GoalIDGenerator
+from .handle_tracker_deleter import HandleTrackerDeleter
 from .server_goal_handle import ServerGoalHandle
 from .status_tracker import StatusTracker
 
@@ -138,7 +139,7 @@ class ActionServer:
                 if not (everything or this or before):
                     continue
                 if tracker.handle_tracker is None:
-                    tracker.handle_tracker = object()
+                    tracker.handle_tracker = HandleTrackerDeleter(self, tracker)
                     tracker.handle_destruction_time = rospy.Time.now()
                 handle = ServerGoalHandle(tracker, self, tracker.handle_tracker)
                 if handle.set_cancel_requested():
@@ -160,7 +161,7 @@ class ActionServer:
                     self._come_again(tracker)
                     return
             tracker = StatusTracker(None, None, goal)
-            tracker.handle_tracker = object()
+            tracker.handle_tracker = HandleTrackerDeleter(self, tracker)
             self.status_list.append(tracker)
             handle = ServerGoalHandle(tracker, self, tracker.handle_tracker)
             if goal.goal_id.stamp != rospy.Time() and goal.goal_id.stamp <= self.last_cancel:

@@ -1,5 +1,7 @@
 """genmsg.msgs: a message as MsgSpec, and what types there are."""
 
+import re
+
 from .base import InvalidMsgSpec
 from .names import is_legal_resource_base_name, is_legal_resource_name, package_resource_name
 
@@ -10,6 +12,7 @@ PRIMITIVE_TYPES = (
     "int8 uint8 int16 uint16 int32 uint32 int64 uint64 float32 float64 string bool char byte".split()
 )
 BUILTIN_TYPES = [*PRIMITIVE_TYPES, TIME, DURATION]
+_BRACKETS = re.compile(r"(\[\d*\])*")
 
 
 def is_header_type(msg_type):
@@ -42,9 +45,11 @@ def parse_type(msg_type):
     base, bracket, length = msg_type.partition("[")
     if "[" in length:
         raise ValueError("Currently only support 1-dimensional array types: %s" % msg_type)
-    if length in ("", "]"):
+    if not bracket or length == "]":
         return base, bool(bracket), None
     try:
+        if not length.endswith("]"):  # genmsg would take the last digit for the bracket
+            raise ValueError
         return base, True, int(length[:-1])
     except ValueError:
         raise ValueError("Invalid array dimension: [%s]" % length[:-1]) from None
@@ -54,11 +59,7 @@ def is_valid_msg_type(x):
     """True for the spelling of a type."""
     if not x or x != x.strip() or not is_legal_resource_name(bare_msg_type(x)):
         return False
-    brackets = x[len(bare_msg_type(x)) :]
-    return not brackets or (
-        all(not number or number.isdigit() for number in brackets.strip("[]").split("]["))
-        and brackets[0] + brackets[-1] == "[]"
-    )
+    return bool(_BRACKETS.fullmatch(x, len(bare_msg_type(x))))
 
 
 def is_valid_constant_type(x):
@@ -111,6 +112,7 @@ class MsgSpec(Equal):
     def __init__(self, types, names, constants, text, full_name, package="", short_name=""):
         if len(set(names)) != len(names):
             raise InvalidMsgSpec("Duplicate field names in message: %s" % names)
+        assert len(types) == len(names), "len(%s) != len(%s)" % (types, names)
         own_package, own_name = package_resource_name(full_name)
         self.types, self.names, self.constants, self.text = types, names, constants, text
         self.full_name, self.package, self.short_name = (

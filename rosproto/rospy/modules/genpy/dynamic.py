@@ -13,6 +13,9 @@ def generate_dynamic(core_type, msg_cat):
     try:
         library = library_from_full_text(core_type, msg_cat)
         names = [core_type, *library.dependencies(core_type)]
-        return {name: message_class(name, library, flavour=FLAVOUR) for name in names}
+        made = {name: message_class(name, library, flavour=FLAVOUR) for name in names}
     except DefinitionError as error:
         raise MessageException(str(error)) from None
+    for name, cls in made.items():  # a library of this call's own: nobody else has these classes
+        cls.__name__ = cls.__qualname__ = "_" + name.replace("/", "__")
+    return made

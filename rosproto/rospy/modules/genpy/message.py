@@ -13,6 +13,7 @@ import sys
 from rosproto.codec import Flavour
 from rosproto.codec import Message as CodecMessage
 from rosproto.codec.flavour import flavour_named
+from rosproto.codec.layout import attribute_name
 from rosproto.codec.message import MessageMeta
 from rosproto.errors import CodecError
 
@@ -170,6 +171,17 @@ class Message(_Checked, metaclass=_EitherFamily):
         """Take the values from encoded bytes."""
 
 
+def _rename(cls, spec):
+    """Names that Python reserves as genpy spells them: a field `in` is `in_`, in texts and by keyword."""
+    names = [field.name for field in spec.fields]
+    renamed = [attribute_name(name, names) for name in names]
+    if renamed != names:
+        type.__setattr__(cls, "__slots__", renamed)
+    for constant in spec.constants:
+        if attribute_name(constant.name, names) != constant.name:
+            type.__setattr__(cls, attribute_name(constant.name, names), constant.value)
+
+
 class _RosMeta(MessageMeta):
     """Constructors with genpy's texts, `__module__` of the file that genpy would have generated."""
 
@@ -180,7 +192,10 @@ class _RosMeta(MessageMeta):
             if where.endswith(".srv"):
                 base = base.removesuffix("Request").removesuffix("Response")
             namespace["__module__"] = "%s._%s" % (where, base)
-        return super().__new__(mcs, name, bases, namespace, **kwds)
+        made = super().__new__(mcs, name, bases, namespace, **kwds)
+        if type_ and "_binding" in namespace:
+            _rename(made, namespace["_spec"])
+        return made
 
     def __instancecheck__(cls, instance):
         # A message with numpy arrays is one of its type all the same.

@@ -1,5 +1,6 @@
 """rosbag: bag files."""
 
-from .bag import Bag, Compression, ROSBagException, ROSBagFormatException, ROSBagUnindexedException
+from . import bag
+from .bag import *  # noqa: F403
 
-__all__ = ["Bag", "Compression", "ROSBagException", "ROSBagFormatException", "ROSBagUnindexedException"]
+__all__ = [name for name in bag.__all__ if not name.startswith("BagMessage")]

@@ -1,5 +1,9 @@
 """rosbag's errors; tracebacks name them as those of rosbag.bag."""
 
+from contextlib import contextmanager
+
+from rosproto.errors import BagError
+
 
 class ROSBagException(Exception):
     """A bag cannot be used."""
@@ -23,5 +27,26 @@ class ROSBagUnindexedException(ROSBagException):
         super().__init__("Unindexed bag")
 
 
-for _error in (ROSBagException, ROSBagFormatException, ROSBagUnindexedException):
+class ROSBagEncryptNotSupportedException(ROSBagException):
+    """It is encrypted, and that cannot be undone here."""
+
+
+class ROSBagEncryptException(ROSBagException):
+    """Encrypting or decrypting failed."""
+
+
+for _error in (ROSBagException, *ROSBagException.__subclasses__()):
     _error.__module__ = "rosbag.bag"
+
+
+@contextmanager
+def in_its_words():
+    """Raise rosbag's errors in place of rosproto's; the operating system's own where there is one."""
+    try:
+        yield
+    except BagError as error:
+        if isinstance(error.__cause__, OSError):
+            raise error.__cause__ from None
+        if error.reason.startswith("the bag is encrypted"):
+            raise ROSBagEncryptNotSupportedException(str(error)) from error
+        raise ROSBagFormatException(str(error)) from error

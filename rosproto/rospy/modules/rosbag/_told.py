@@ -9,7 +9,7 @@ import genpy
 
 from rosproto.bag import BagReader
 
-from ._errors import ROSBagException
+from ._errors import ROSBagException, in_its_words
 
 _TopicTuple = namedtuple("TopicTuple", "msg_type message_count connections frequency")
 _TypesAndTopicsTuple = namedtuple("TypesAndTopicsTuple", "msg_types topics")
@@ -30,11 +30,12 @@ class Told:
     @contextmanager
     def _told(self):
         """A reader that tells of the bag; a closed one is opened for it once more."""
-        if self._closed and self._filename is not None:
-            with BagReader(self._filename) as reader:
-                yield reader
-        else:
-            yield self._readable()
+        with in_its_words():
+            if self._closed and self._filename is not None:
+                with BagReader(self._filename) as reader:
+                    yield reader
+            else:
+                yield self._readable()
 
     def get_message_count(self, topic_filters=None):
         """How many messages there are."""
@@ -98,13 +99,15 @@ class Told:
     def __str__(self):
         from rosproto.bag.summary import facts, text
 
-        return text(facts(self._readable(), freq=True))
+        with in_its_words():
+            return text(facts(self._readable(), freq=True))
 
     def _get_yaml_info(self, key=None):
         """What `rosbag info -y` prints, or one value of it: programs read it in this way."""
         from rosproto.bag.summary import facts, yaml, yaml_value
 
-        found = facts(self._readable(), freq=True)
+        with in_its_words():
+            found = facts(self._readable(), freq=True)
         if key is None:
             return yaml(found)
         try:

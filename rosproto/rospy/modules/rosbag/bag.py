@@ -2,6 +2,7 @@
 
 import io
 import os
+import re
 import sys
 import time
 from collections import namedtuple
@@ -9,10 +10,16 @@ from collections import namedtuple
 import genpy
 from rospy.rostime import Time
 
-from rosproto.bag import BagReader, BagWriter, Connection
-from rosproto.errors import BagError
+from rosproto.bag import BagReader, BagWriter, Connection, reindex
 
-from ._errors import ROSBagException, ROSBagFormatException, ROSBagUnindexedException
+from ._errors import (
+    ROSBagEncryptException,
+    ROSBagEncryptNotSupportedException,
+    ROSBagException,
+    ROSBagFormatException,
+    ROSBagUnindexedException,
+    in_its_words,
+)
 from ._told import Compression, Told
 
 __all__ = [
@@ -20,6 +27,8 @@ __all__ = [
     "BagMessage",
     "BagMessageWithConnectionHeader",
     "Compression",
+    "ROSBagEncryptException",
+    "ROSBagEncryptNotSupportedException",
     "ROSBagException",
     "ROSBagFormatException",
     "ROSBagUnindexedException",
@@ -66,36 +75,55 @@ class Bag(Told):
         self._connections = {}
         self._classes = {}
         self._closed = False
-        if mode == "r":
-            self._reader = self._opened(allow_unindexed)
+        self._version = 200
+        if mode == "w" or (mode == "a" and self._is_new()):
+            self._writer = self._writing()
+            return
+        self._version = self._read_version()
+        if mode == "a" and self._version != 200:
+            raise ROSBagException("bag version %d is unsupported for appending" % self._version)
+        if self._version > 299:
+            raise ROSBagException("unknown bag version %d" % self._version)
+        self._reader = self._opened(allow_unindexed)
+        if mode == "a" and self._reader.indexed:
+            self._append()
+
+    def _is_new(self):
+        """Nothing is there to be appended to; an empty file that is there is refused, as by rosbag."""
+        return self._filename is not None and not os.path.exists(self._filename)
+
+    def _read_version(self):
+        """Hundred times the version in the first line.
+
+        Raises:
+            ROSBagException: There is none.
+        """
+        if self._filename is None:
+            line = self._file.readline()
         else:
-            self._writer = self._begun()
-            if mode == "a":
-                self._connections = {one.topic: one for one in self._readable().connections.values()}
+            with open(self._filename, "rb") as file:
+                line = file.readline(256)
+        if not line:
+            raise ROSBagException("empty file")
+        found = re.match(rb"#ROS.* V(\d).(\d)", line)
+        if found is None:
+            raise ROSBagException("This does not appear to be a bag file")
+        return 100 * int(found.group(1)) + int(found.group(2))
 
-    @staticmethod
-    def _has_something(f):
-        return isinstance(f, io.IOBase) or (os.path.exists(f) and os.path.getsize(f) > 0)
-
-    def _begun(self):
-        append = self._mode == "a" and self._has_something(self._file)
-        try:
+    def _writing(self, append=False):
+        with in_its_words():
             return BagWriter(self._file, self._compression, max(1, self._chunk_threshold), append=append)
-        except BagError as error:
-            if isinstance(error.__cause__, OSError):
-                raise error.__cause__ from None
-            raise
+
+    def _append(self):
+        """Go on behind what the reader found."""
+        self._connections = {one.topic: one for one in self._reader.connections.values()}
+        self._reader.close()
+        self._writer = self._writing(append=True)
 
     def _opened(self, allow_unindexed=True):
-        if self._filename is not None:
-            open(self._filename, "rb").close()  # rosbag raises the operating system's own error
-        try:
+        with in_its_words():
             reader = BagReader(self._file)
-        except BagError as error:
-            if "not a bag" in str(error):
-                raise ROSBagException("This does not appear to be a bag file") from error
-            raise ROSBagFormatException(str(error)) from error
-        if not allow_unindexed and reader.connections and not reader.indexed:
+        if not allow_unindexed and not reader.indexed:
             reader.close()
             raise ROSBagUnindexedException
         return reader
@@ -123,8 +151,8 @@ class Bag(Told):
 
     @property
     def version(self):
-        """200: bag format 2.0."""
-        return 200
+        """Of the format: 200 for 2.0."""
+        return self._version
 
     @property
     def mode(self):
@@ -166,10 +194,11 @@ class Bag(Told):
         self._require_open()
         if self._writer is None:
             return self._reader
-        self._writer.flush()
-        if self._reader is not None:
-            self._reader.close()
-        self._reader = BagReader(self._file)
+        with in_its_words():
+            self._writer.flush()
+            if self._reader is not None:
+                self._reader.close()
+            self._reader = BagReader(self._file)
         return self._reader
 
     def read_messages(
@@ -197,7 +226,7 @@ class Bag(Told):
                 for one in reader.connections.values()
                 if wanted(one.topic, one.type, one.md5sum, one.definition, dict(one.header))
             ]
-        try:
+        with in_its_words():
             for topic, message, stamp in reader.read_messages(
                 topics or None, start_time, end_time, raw=True, connections=connections
             ):
@@ -212,8 +241,6 @@ class Bag(Told):
                     yield BagMessageWithConnectionHeader(topic, value, stamp, header)
                 else:
                     yield BagMessage(topic, value, stamp)
-        except BagError as error:
-            raise ROSBagFormatException(str(error)) from error
 
     @staticmethod
     def _header(connection):
@@ -243,7 +270,7 @@ class Bag(Told):
             raise ValueError("topic is invalid")
         if not msg:
             raise ValueError("msg is invalid")
-        if self._writer is None:
+        if self._mode == "r":
             raise io.UnsupportedOperation("write")
         if t is None:
             t = genpy.Time.from_sec(time.time())
@@ -260,7 +287,9 @@ class Bag(Told):
             connection = self._connections[topic] = self._connection(
                 topic, type_, md5sum, cls, connection_header
             )
-        self._writer.write_raw(connection, data, t)
+        self._mend()
+        with in_its_words():
+            self._writer.write_raw(connection, data, t)
 
     @staticmethod
     def _unpacked(msg):
@@ -293,11 +322,35 @@ class Bag(Told):
         """Write what is collected, so that readers find it."""
         self._require_open()
         if self._writer is not None:
-            self._writer.flush()
+            with in_its_words():
+                self._writer.flush()
 
     def reindex(self):
-        """Nothing to do: a bag without its table of contents is read all the same."""
-        return iter(())
+        """Give a bag opened with "a" and `allow_unindexed` its table of contents; yields chunks' positions.
+
+        Nothing that can be read is lost, also of a chunk that is cut off. A bag opened with "r" is read in
+        any case, and left as it is.
+
+        Raises:
+            ROSBagFormatException: It is damaged before its end; `rosproto bag recover` writes a new one.
+        """
+        self._require_open()
+        return self._reindexed()
+
+    def _reindexed(self):
+        if self._mode == "a":
+            self._mend()
+        for chunk in self._readable().chunks:
+            yield chunk.pos
+
+    def _mend(self):
+        """Write the table of contents of an unindexed bag that is to be continued."""
+        if self._writer is None:
+            self._reader.close()
+            with in_its_words():
+                reindex(self._file)
+                self._reader = BagReader(self._file)
+            self._append()
 
     def close(self):
         """End it; a bag being written gets its table of contents."""
@@ -305,6 +358,7 @@ class Bag(Told):
             return
         self._closed = True
         if self._writer is not None:
-            self._writer.close()
+            with in_its_words():
+                self._writer.close()
         if self._reader is not None:
             self._reader.close()

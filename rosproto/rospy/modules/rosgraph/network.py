@@ -1,9 +1,14 @@
-"""Addresses of this computer, as ROS announces them."""
+"""Addresses of this computer, as ROS announces them, and the connection header of TCPROS."""
 
 import os
+import socket
 import sys
 
+from rosproto.errors import ProtocolError
+
 from .rosenv import ROS_HOSTNAME, ROS_IP, ROS_IPV6, get_master_uri
+
+MOST_BYTES = 1 << 24  # of a header; real ones have some hundreds
 
 
 def parse_http_host_and_port(url):
@@ -18,9 +23,12 @@ def parse_http_host_and_port(url):
         raise ValueError("not a valid URL")
     parts = urlparse(url)
     host, port = parts.hostname, parts.port
-    if not host:
+    if not parts.scheme or not host:
         raise ValueError("not a valid URL")
     return host, port or 80
+
+
+# -- addresses ----------------------------------------------------------------------------------------------
 
 
 def get_address_override():
@@ -35,20 +43,33 @@ def get_address_override():
 
 
 def get_local_address():
-    """The address under which others reach this computer: the one that routes to the master."""
+    """The address under which others reach this computer.
+
+    The one that routes to the master; with the master here, that of the first card.
+    """
     override = get_address_override()
     if override:
         return override
+    routed = _routed_address()
+    if routed is not None and not _is_loopback(routed):
+        return routed
+    found = get_local_addresses()
+    if len(found) == 1:
+        return found[0]
+    return next((one for one in found if not _is_loopback(one)), "::1" if use_ipv6() else "127.0.0.1")
+
+
+get_host_name = get_local_address
+
+
+def _routed_address():
     from rosproto.errors import RosError
     from rosproto.transport.address import local_address_towards
 
     try:
         return local_address_towards(*parse_http_host_and_port(get_master_uri()), timeout=1.0)
     except (RosError, OSError, ValueError):
-        return "127.0.0.1"
-
-
-get_host_name = get_local_address
+        return None
 
 
 def create_local_xmlrpc_uri(port):
@@ -62,25 +83,114 @@ def use_ipv6():
 
 
 def is_local_address(hostname):
-    """True for a name of this computer."""
-    import socket
+    """True for a name or address of this computer."""
+    try:
+        infos = socket.getaddrinfo(hostname, 0, 0 if use_ipv6() else socket.AF_INET, 0, socket.SOL_TCP)
+    except (OSError, UnicodeError):
+        return False
+    found = {info[4][0] for info in infos}
+    return any(_is_loopback(one) for one in found) or not found.isdisjoint(get_local_addresses())
 
-    return hostname in ("localhost", "127.0.0.1", "::1", socket.gethostname(), get_local_address())
+
+def _is_loopback(address):
+    return address.startswith("127.") or address == "::1"
+
+
+_local_addresses = {}
 
 
 def get_local_addresses():
-    """Addresses of this computer."""
-    import socket
+    """Addresses of this computer's cards, whatever ROS_IP says; looked up once."""
+    from rosproto.transport.interfaces import interface_addresses
 
-    try:
-        infos = socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)
-    except OSError:
-        infos = []
-    found = [info[4][0] for info in infos]
-    return list(dict.fromkeys([get_local_address(), *found, "127.0.0.1"]))
+    families = (socket.AF_INET6, socket.AF_INET) if use_ipv6() else (socket.AF_INET,)
+    if families not in _local_addresses:
+        found = [one for family in families for one in interface_addresses(family)]
+        _local_addresses[families] = found or ["127.0.0.1"]
+    return list(_local_addresses[families])
 
 
 def get_bind_address(address=None):
     """Where servers listen: nowhere else, when only this computer is meant."""
-    address = address or get_address_override()
-    return "127.0.0.1" if address and address.startswith("127.") else "0.0.0.0"
+    if address is None:
+        address = get_address_override()
+    if address and (address == "localhost" or _is_loopback(address)):
+        if use_ipv6():
+            return "::1"
+        return address if address.startswith("127.") else "127.0.0.1"
+    return "::" if use_ipv6() else "0.0.0.0"
+
+
+# -- the connection header (wiki.ros.org/ROS/TCPROS) --------------------------------------------------------
+
+
+class ROSHandshakeException(Exception):
+    """These bytes are no connection header."""
+
+
+def encode_ros_handshake_header(header):
+    """A header's bytes with its own length in front; keys and values are str or bytes."""
+    from rosproto.protocol.header import encode_header
+
+    try:
+        return encode_header({_text(key): _text(value) for key, value in header.items()})
+    except ProtocolError as error:
+        raise ROSHandshakeException(str(error)) from None
+
+
+def _text(value):
+    return value.decode("utf-8", "surrogateescape") if isinstance(value, bytes) else value
+
+
+def decode_ros_handshake_header(header_str):
+    """The fields of a header with its length in front; what follows it is left alone.
+
+    Raises:
+        ROSHandshakeException: It is none, or not whole.
+    """
+    from rosproto.protocol.header import decode_header
+
+    size = int.from_bytes(header_str[:4], "little")
+    if len(header_str) < 4 + size or len(header_str) < 4:
+        raise ROSHandshakeException(
+            "Incomplete header. Expected %s bytes but only have %s" % (4 + size, len(header_str))
+        )
+    try:
+        return decode_header(header_str[4 : 4 + size])
+    except ProtocolError as error:
+        raise ROSHandshakeException(str(error)) from None
+
+
+def read_ros_handshake_header(sock, b, buff_size):
+    """Read a header from a socket; bytes behind it that came along are left in the buffer `b` (BytesIO).
+
+    The socket's own time-out is the limit of each read.
+
+    Raises:
+        ROSHandshakeException: It is none, or the other side closed before it was whole.
+    """
+    while True:
+        data = b.getvalue()[: b.tell()]
+        size = int.from_bytes(data[:4], "little")
+        if len(data) >= 4 and size > MOST_BYTES:
+            raise ROSHandshakeException("a header of %s bytes is none; the stream is out of step" % size)
+        if len(data) >= 4 and len(data) - 4 >= size:
+            break
+        received = sock.recv(buff_size)
+        if not received:
+            raise ROSHandshakeException(
+                "connection from sender terminated before handshake header received. %s bytes were received."
+                " Please check sender for additional details." % b.tell()
+            )
+        b.write(received)
+    b.seek(0)
+    b.truncate(0)
+    b.write(data[4 + size :])
+    return decode_ros_handshake_header(data)
+
+
+def write_ros_handshake_header(sock, header):
+    """Send a header; how many bytes it took."""
+    data = encode_ros_handshake_header(header)
+    sock.sendall(data)
+    return len(data)

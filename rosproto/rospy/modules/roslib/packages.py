@@ -12,8 +12,8 @@ class InvalidROSPkgException(ROSPkgException):
 
 
 def get_pkg_dir(package, required=True, ros_root=None, ros_package_path=None):
-    """Folder of a package of ROS_PACKAGE_PATH: one with that name and a package.xml in it."""
-    found = _find(package, ros_package_path or os.environ.get("ROS_PACKAGE_PATH", ""))
+    """Folder of a package of ROS_PACKAGE_PATH (it holds a package.xml), or of one's definitions."""
+    found = _find(package, ros_package_path or os.environ.get("ROS_PACKAGE_PATH", "")) or _served(package)
     if found is None and required:
         raise InvalidROSPkgException("Cannot locate installation of package %s" % package)
     return found
@@ -59,3 +59,10 @@ def _packages(path):
 
 def _find(package, path):
     return next((folder for name, folder in _packages(path) if name == package), None)
+
+
+def _served(package):
+    """The folder of a message package's definitions, None when there is none."""
+    from rosproto.rospy.definitions import library
+
+    return library().folder(package)

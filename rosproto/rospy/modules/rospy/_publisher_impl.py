@@ -32,7 +32,6 @@ class _PublisherImpl(_TopicImpl):
         """Publish."""
         from rosproto.node.topic_types import resolve_type
 
-        node.add_header_fields(self.resolved_name, self._fields)
         # Below `Node.publisher`, which refuses the wildcard; rospy publishes AnyMsg.
         self.handle = node._topics.open_publisher(
             self.resolved_name,
@@ -40,8 +39,9 @@ class _PublisherImpl(_TopicImpl):
             latch=self.is_latch,
             queue_size=self.queue_size or UNBOUNDED,
             on_connect=self._connected,
+            on_disconnect=self._left,
+            header=self._fields,
         )
-        node.on_topic_left(self.resolved_name, self._left)
 
     def _fields(self):
         return {str(key): str(value) for key, value in self.headers.items()}
@@ -73,6 +73,12 @@ class _PublisherImpl(_TopicImpl):
         if self.handle is not None:
             self.handle.queue_size = queue_size or UNBOUNDED
 
+    def close(self):
+        """End it; who still holds it holds no message and no listener."""
+        super().close()
+        self.latch = None
+        self.subscriber_listeners = []
+
     def acquire(self):
         """Keep other threads from publishing."""
         self.publock.acquire()
@@ -88,7 +94,7 @@ class _PublisherImpl(_TopicImpl):
                 self.resolved_name, self.publish, lambda message: self._publish_to(link, message)
             )
 
-    def _left(self):
+    def _left(self, caller_id):
         for listener in list(self.subscriber_listeners):
             listener.peer_unsubscribe(self.resolved_name, self.get_num_connections())
 

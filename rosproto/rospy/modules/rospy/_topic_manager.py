@@ -9,7 +9,7 @@ from . import core
 from ._publisher_impl import _PublisherImpl
 from ._subscriber_impl import _SubscriberImpl
 from .exceptions import ROSException
-from .impl.registration import Registration
+from .impl.registration import Registration, get_registration_listeners
 
 
 class _TopicManager:
@@ -43,6 +43,7 @@ class _TopicManager:
                 if self._node is not None:
                     self._open(impl)
                 table[resolved_name] = impl
+                get_registration_listeners().notify_added(resolved_name, impl.type, reg_type)
             else:
                 options(impl)
             impl.ref_count += 1
@@ -78,6 +79,7 @@ class _TopicManager:
                 return
             del table[resolved_name]
         impl.close()
+        get_registration_listeners().notify_removed(resolved_name, impl.type, reg_type)
 
     def get_impl(self, reg_type, resolved_name):
         """The implementation of a topic, None when there is none."""

@@ -133,12 +133,35 @@ class _Remote:
         return lambda *args: call(self._uri, method, *args)
 
 
+_proxies = {}
+
+
 def xmlrpcapi(uri, cache=True):
-    """A master or node by its URI; None when that is none."""
-    if uri is None:
+    """A master or node by its URI, an xmlrpc.client.ServerProxy; None when that is none."""
+    from urllib.parse import urlparse
+
+    parts = urlparse(uri) if uri else None
+    if parts is None or not parts.scheme or not parts.netloc:
         return None
-    scheme, separator, rest = uri.partition("://")
-    return _Remote(uri) if scheme and separator and rest.strip("/") else None
+    if not cache:
+        return _proxy(uri)
+    if uri not in _proxies:
+        _proxies[uri] = _proxy(uri)
+    return _proxies[uri]
+
+
+def _proxy(uri):
+    """One whose calls go by our client: any thread may use it, and none waits for ever."""
+    from xmlrpc.client import ServerProxy
+
+    remote = _Remote(uri)
+
+    class Proxy(ServerProxy):
+        def _ServerProxy__request(self, methodname, params):  # all calls come by here
+            return getattr(remote, methodname)(*params)
+
+    Proxy.__name__ = Proxy.__qualname__ = "ServerProxy"
+    return Proxy(uri)
 
 
 # -- life and end -------------------------------------------------------------------------------------------

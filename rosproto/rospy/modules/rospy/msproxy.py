@@ -31,9 +31,19 @@ class MasterProxy:
     """Every method of the master's API, and `master[key]` for parameters."""
 
     def __init__(self, uri):
-        self.target = core.xmlrpcapi(uri)
+        self._uri = uri
+        self._remote = core._Remote(uri)
         self._cached = {}
         self._lock = threading.Lock()
+
+    @property
+    def target(self):
+        """The master as Python's ServerProxy."""
+        return core.xmlrpcapi(self._uri)
+
+    def is_cached(self, key):
+        """True when `get_param_cached` was asked for this global name."""
+        return key in self._cached
 
     def __getattr__(self, key):
         if key.startswith("__"):
@@ -48,7 +58,7 @@ class MasterProxy:
 
     def _call(self, method, *args):
         with core.uninterrupted:
-            return getattr(self.target, method)(names.get_caller_id(), *args)
+            return getattr(self._remote, method)(names.get_caller_id(), *args)
 
     def __getitem__(self, key):
         code, _, value = self._call("getParam", names.resolve_name(key))

@@ -1,7 +1,10 @@
 """rostopic as far as programs import it: types of topics, who is at them, how often and how much comes."""
 
+import sys
+
 import rosgraph
 
+from .fields import msgevalgen
 from .measure import ROSTopicBandwidth, ROSTopicDelay, ROSTopicHz
 
 __all__ = [
@@ -37,16 +40,48 @@ def _types():
 
 
 def get_topic_type(topic, blocking=False):
-    """(type, topic, None) of a topic or of what is below its name; Nones when it is unknown."""
+    """(type, topic, function) of a topic, or of a field written behind its name; Nones when it is unknown.
+
+    The function takes the field out of a message; None without a field.
+    """
     import time
 
-    while True:
-        for name, type_ in _types():
-            if topic == name or topic.startswith(name + "/"):
-                return (None if type_ == "*" else type_), name, msgevalgen(topic[len(name) :])
-        if not blocking:
-            return None, None, None
-        time.sleep(0.1)
+    import rospy
+
+    found = _typed(topic)
+    if blocking and found[0] is None:
+        sys.stderr.write("WARNING: topic [%s] does not appear to be published yet\n" % topic)
+        while found[0] is None and not rospy.is_shutdown():
+            time.sleep(0.1)
+            found = _typed(topic)
+    return found
+
+
+def _typed(topic):
+    known = dict(_types())
+    name = topic if topic in known else None
+    if name is None:
+        # The longest first; one whose messages have no such field is not meant.
+        below = sorted((one for one in known if topic.startswith(one + "/")), reverse=True)
+        name = next((one for one in below if _has_field(known[one], topic[len(one) + 1 :])), None)
+    if name is None or known[name] == "*":
+        return None, None, None
+    return known[name], name, msgevalgen(topic[len(name) :])
+
+
+def _has_field(type_, path):
+    """True when messages of a type have it, as far as up to a bracket; also when nobody knows the type."""
+    from genpy.message import get_message_class
+
+    found = get_message_class(type_)
+    message = found() if found else None
+    for name in path.rstrip("/").partition("[")[0].split("/"):
+        if message is None or not name:
+            break
+        if not hasattr(message, name):
+            return False
+        message = getattr(message, name)
+    return True
 
 
 def get_topic_class(topic, blocking=False):
@@ -122,20 +157,3 @@ def create_publisher(topic_name, topic_type, latch, disable_rostime=True):
     rospy.init_node("rostopic", anonymous=True, disable_rosout=True, disable_rostime=disable_rostime)
     name = rosgraph.names.script_resolve_name("rostopic", topic_name)
     return rospy.Publisher(name, found, latch=latch, queue_size=100), found
-
-
-def msgevalgen(pattern):
-    """A function that takes what a pattern like "/pose/position/x" or "/ranges[0]" names out of a message."""
-    if not pattern or pattern == "/":
-        return None
-    names = [part for part in pattern.split("/") if part]
-
-    def evaluate(message):
-        for name in names:
-            name, _, index = name.partition("[")
-            message = getattr(message, name)
-            if index:
-                message = message[int(index.rstrip("]"))]
-        return message
-
-    return evaluate

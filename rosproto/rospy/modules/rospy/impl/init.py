@@ -5,10 +5,13 @@ import threading
 import time
 
 import rosgraph
+from rosgraph.roslogging import RosStreamHandler
 
 from rosproto.errors import RosError
 
 from .. import core, names
+
+__all__ = ["RosStreamHandler", "node", "start_node"]
 
 node = None
 _DEBUGGED = {10: "DEBUG", 20: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}

@@ -5,8 +5,14 @@ import traceback
 
 _rosout_pub = None
 _with_topics = True
-_LEVELS = {1: logging.DEBUG, 2: logging.INFO, 4: logging.WARNING, 8: logging.ERROR, 16: logging.CRITICAL}
-_ROS_LEVELS = {levelno: level for level, levelno in _LEVELS.items()}
+_rospy_to_logging_levels = _LEVELS = {
+    1: logging.DEBUG,
+    2: logging.INFO,
+    4: logging.WARNING,
+    8: logging.ERROR,
+    16: logging.CRITICAL,
+}
+_logging_to_rospy_levels = _ROS_LEVELS = {levelno: level for level, levelno in _LEVELS.items()}
 
 
 def init_rosout():

@@ -128,3 +128,6 @@ def _summarize(message, prefix, durations):
     setattr(message, prefix + "_mean", rostime.Duration(mean))
     setattr(message, prefix + "_stddev", rostime.Duration(deviation))
     setattr(message, prefix + "_max", rostime.Duration(max(values)))
+
+
+SubscriberStatisticsLogger = SubscriberStatistics  # as rospy calls it

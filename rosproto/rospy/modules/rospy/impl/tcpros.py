@@ -1,3 +1,9 @@
-"""rospy.impl.tcpros: the buffer size that programs pass to Subscriber."""
+"""rospy.impl.tcpros: what programs import of it."""
 
-DEFAULT_BUFF_SIZE = 65536
+from . import _unserved
+from .tcpros_base import DEFAULT_BUFF_SIZE
+
+__all__ = ["DEFAULT_BUFF_SIZE", "get_tcpros_handler", "init_tcpros"]
+
+init_tcpros = _unserved.function("rospy.impl.tcpros.init_tcpros")
+get_tcpros_handler = _unserved.function("rospy.impl.tcpros.get_tcpros_handler")

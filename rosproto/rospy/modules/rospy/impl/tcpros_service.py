@@ -17,6 +17,7 @@ from rosproto.rospy.messages import Encoded, carried_service, is_known
 from .. import core, names
 from ..msg import args_kwds_to_message
 from ..service import ServiceException, manager
+from .registration import Registration, get_registration_listeners
 from .service_errors import service_exception
 from .service_wait import wait_for_service
 
@@ -122,6 +123,20 @@ class ServiceProxy(_Service):
         except OSError as error:
             raise ServiceException("unable to contact master") from error
 
+    def _get_service_uri(self, request=None):
+        """Where the service is at present.
+
+        Raises:
+            ServiceException: Nobody provides it, or the master cannot be asked.
+        """
+        try:
+            self.uri = rosgraph.Master(names.get_caller_id()).lookupService(self.resolved_name)
+        except OSError:
+            raise ServiceException("unable to contact master") from None
+        except rosgraph.MasterException:
+            raise ServiceException("service [%s] unavailable" % self.resolved_name) from None
+        return self.uri
+
     def _opened(self):
         caller = _caller_now()
         client = self._client
@@ -217,6 +232,7 @@ class Service(_Service):
             if _node is not None:
                 self._open(_node)
             manager.map[self.resolved_name] = self
+        get_registration_listeners().notify_added(self.resolved_name, self.uri, Registration.SRV)
 
     def _open(self, node):
         if not is_usable_name(self.resolved_name):
@@ -255,14 +271,17 @@ class Service(_Service):
             raise ServiceError(self.resolved_name, "error processing request: %s" % error) from None
 
     def shutdown(self, reason=""):
-        """Provide it no more."""
+        """Provide it no more; calls that were begun are answered. The handler may call this."""
         self.done = True
         with core.uninterrupted:
             with _lock:
-                if manager.map.get(self.resolved_name) is self:
+                known = manager.map.get(self.resolved_name) is self
+                if known:
                     del manager.map[self.resolved_name]
             if self._server is not None:
-                self._server.close()
+                self._server.leave()
+        if known:
+            get_registration_listeners().notify_removed(self.resolved_name, self.uri, Registration.SRV)
 
     def spin(self):
         """Wait until the service or the node is shut down."""
@@ -273,3 +292,6 @@ class Service(_Service):
                 wallsleep(0.1)
         except KeyboardInterrupt:
             core.logdebug("keyboard interrupt, shutting down")
+
+
+ServiceImpl = Service  # rospy's name for what both a Service and a relay of one share

@@ -1,0 +1,8 @@
+"""rospy.impl.masterslave: the names that programs import of it."""
+
+from . import _unserved
+
+__all__ = ["ROSHandler", "apivalidate"]
+
+ROSHandler = _unserved.class_of("rospy.impl.masterslave.ROSHandler")
+apivalidate = _unserved.function("rospy.impl.masterslave.apivalidate")

@@ -1,0 +1,48 @@
+"""rospy.impl.paramserver: the values that `rospy.get_param_cached` keeps up to date."""
+
+import threading
+
+
+class ParamServerCache:
+    """Values by global name."""
+
+    def __init__(self):
+        self.lock = threading.Lock()
+        self._set = {}
+
+    def get(self, key):
+        """The present value.
+
+        Raises:
+            KeyError: It was not asked for by `get_param_cached`, or is not set.
+        """
+        with self.lock:
+            if key in self._set:
+                return self._set[key]
+        from rospy import client
+
+        if not client.get_master().is_cached(key):
+            raise KeyError(key)
+        return client.get_param_cached(key)
+
+    def set(self, key, value):
+        """Have `get` give this value."""
+        with self.lock:
+            self._set[key] = value
+
+    def delete(self, key):
+        """Forget what was set here.
+
+        Raises:
+            KeyError: It was not.
+        """
+        with self.lock:
+            del self._set[key]
+
+
+_cache = ParamServerCache()
+
+
+def get_param_server_cache():
+    """The one of this process."""
+    return _cache

@@ -1,0 +1,89 @@
+"""rospy.impl.transport: the classes of rospy's connections, for programs that name them or derive from them.
+
+The connections themselves are the node's here; none of them is an instance of these.
+"""
+
+import itertools
+
+INBOUND = "i"
+OUTBOUND = "o"
+BIDIRECTIONAL = "b"
+
+_ids = itertools.count(1)
+
+
+class Transport:
+    """A connection, as rospy counts what passes through it."""
+
+    transport_type = "UNKNOWN"
+
+    def __init__(self, direction, name="unnamed"):
+        self.name, self.direction = name, direction
+        self.done = False
+        self.cleanup_cb = None
+        self.endpoint_id = ""
+        self.id = next(_ids)
+        self.stat_bytes = self.stat_num_msg = 0
+        self.local_endpoint = self.remote_endpoint = (0, 0)
+
+    def fileno(self):
+        """Descriptor for select(); None when there is none."""
+
+    def set_cleanup_callback(self, cleanup_callback):
+        """Have `cleanup_callback(transport)` called when it is closed."""
+        self.cleanup_cb = cleanup_callback
+
+    def close(self):
+        """End it."""
+        self.done = True
+        if self.cleanup_cb:
+            self.cleanup_cb(self)
+
+    def write_data(self, data):
+        """Send bytes; for derived classes."""
+        raise Exception("not implemented")
+
+    def get_transport_info(self):
+        """What getBusInfo says of it; for derived classes."""
+        raise NotImplementedError
+
+
+class DeadTransport(Transport):
+    """The numbers of a connection that is gone."""
+
+    def __init__(self, transport):
+        super().__init__(transport.direction, transport.name)
+        for name in (
+            "transport_type", "id", "stat_bytes", "stat_num_msg",
+            "endpoint_id", "local_endpoint", "remote_endpoint",
+        ):  # fmt: skip
+            setattr(self, name, getattr(transport, name))
+        self.done = True
+
+    def get_transport_info(self):
+        """Whose it was."""
+        kind, (_, port), (host, other) = self.transport_type, self.local_endpoint, self.remote_endpoint
+        return "Closed %s connection on port %s to [%s:%s]" % (kind, port, host, other)
+
+
+class ProtocolHandler:
+    """What rospy asks of a protocol; for derived classes."""
+
+    def shutdown(self):
+        """End it."""
+
+    def create_transport(self, topic, pub_uri, protocol_params):
+        """Connect to a publisher."""
+        raise Exception("interface impl")
+
+    def supports(self, protocol):
+        """True for a protocol that it speaks."""
+        return False
+
+    def get_supported(self):
+        """What a subscriber offers."""
+        return []
+
+    def init_publisher(self, topic, protocol):
+        """Answer a subscriber's offer."""
+        raise Exception("interface impl")

@@ -1,0 +1,77 @@
+"""What a pattern like "/poses[1:]/pose/position/x" takes out of a message."""
+
+import sys
+
+_PARTS = ("start", "stop", "step")
+
+
+def msgevalgen(pattern):
+    """A function that takes what the pattern names out of a message; None when it names nothing.
+
+    A message that has no such field, or no such element, gives None, and stderr says why; so it is with a
+    pattern that is none.
+    """
+    steps = []
+    for part in (part for part in pattern.split("/") if part):
+        name, bracket, rest = part.partition("[")
+        if not bracket:
+            steps.append((name, None))
+            continue
+        if not rest.endswith("]"):
+            _tell("missing closing ']' in slice spec '%s'" % part)
+            return None
+        try:
+            steps.append((name, _index(rest[:-1])))
+        except ValueError as error:
+            _tell("field '%s' has invalid slice argument '%s': %s" % (name, rest[:-1], error))
+            return None
+    return (lambda message: _walk(message, steps, pattern)) if steps else None
+
+
+def _walk(value, steps, pattern):
+    for number, (name, index) in enumerate(steps, 1):
+        try:
+            value = getattr(value, name)
+        except AttributeError:
+            _tell("no field named %s in %s" % (name, pattern))
+            return None
+        if index is None:
+            continue
+        try:
+            value = value.__getitem__(index)
+        except IndexError as error:
+            _tell("%s: %s" % (error, pattern))
+            return None
+        if isinstance(value, list):  # of messages: the rest is taken out of each
+            return [_walk(one, steps[number:], pattern) for one in value]
+    return value
+
+
+def _index(text):
+    """What stands between brackets, as Python has it.
+
+    Raises:
+        ValueError: It is none.
+    """
+    if not text:
+        raise ValueError("empty array index")
+    if ":" not in text:
+        return _integer(text, "array index step")
+    parts = text.split(":")
+    bounds = [
+        _integer(part, "slice " + name) if part else None for part, name in zip(parts, _PARTS)
+    ]  # the first that is none is told
+    if len(parts) > len(_PARTS):
+        raise ValueError("too many slice arguments")
+    return slice(*bounds)
+
+
+def _integer(text, what):
+    try:
+        return int(text)
+    except ValueError:
+        raise ValueError("non-integer %s '%s'" % (what, text)) from None
+
+
+def _tell(text):
+    print(text, file=sys.stderr)

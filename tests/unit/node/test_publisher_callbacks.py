@@ -1,0 +1,56 @@
+"""What a publisher is told of its subscribers, and what it says to them."""
+
+from __future__ import annotations
+
+import logging
+
+import pytest
+
+from rosproto.node import Node
+from tests.support.victim import eventually
+
+String = "std_msgs/String"
+
+
+def test_subscribers_that_come_and_go_are_told(nodes: tuple[Node, Node]) -> None:
+    """By name; a closed publisher is told nothing more."""
+    a, b = nodes
+    came: list[str] = []
+    left: list[str] = []
+    with a.publisher("/told", String, on_connect=came.append, on_disconnect=left.append):
+        with b.subscriber("/told", String):
+            eventually(lambda: came)
+            assert not left
+        eventually(lambda: left)
+    with a.publisher("/told", String, latch=True) as publisher, b.subscriber("/told", String) as subscriber:
+        publisher.publish(data="x")
+        subscriber.next(5)
+    eventually(lambda: not publisher.connections)
+    assert came == left == [b.name]
+
+
+def test_a_publisher_adds_to_the_header(nodes: tuple[Node, Node]) -> None:
+    """Asked for each subscriber; what has a meaning of its own is replaced."""
+    a, b = nodes
+    with a.publisher("/more", String, latch=True, header=lambda: {"who": "me", "type": "*"}) as publisher:
+        publisher.publish(data="x")
+        with b.subscriber("/more", String) as subscriber:
+            header = subscriber.next(5)._connection_header
+    assert (header["who"], header["type"], header["topic"]) == ("me", "*", "/more")
+
+
+def test_what_a_callback_raises_ends_no_link(
+    nodes: tuple[Node, Node], caplog: pytest.LogCaptureFixture
+) -> None:
+    """It is logged."""
+    a, b = nodes
+
+    def broken(*_: object) -> dict[str, str]:
+        raise RuntimeError("broken callback")
+
+    options = {"on_connect": broken, "on_disconnect": broken, "header": broken}
+    with caplog.at_level(logging.ERROR), a.publisher("/broken", String, latch=True, **options) as publisher:
+        publisher.publish(data="x")
+        with b.subscriber("/broken", String) as subscriber:
+            assert subscriber.next(5).data == "x"
+        eventually(lambda: len([one for one in caplog.records if one.exc_info]) == 3)
