@@ -69,6 +69,6 @@ def _print(codes: Iterable[StatusCode], args: Namespace, out: Output) -> None:
     for c in listed:
         level = out.colour(f"{c.level.name.lower():8s}", colours[int(c.level)])
         note = " (derived)" if c.derived else ""
-        words = c.chinese if args.chinese else c.english
+        words = c.chinese if args.chinese or out.language == "zh" else c.english
         out.line(f"{level} {c.code:012d} {words}{note}  {c.identifier or 'not in the table'}")
     out.result(listed)
