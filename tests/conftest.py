@@ -7,6 +7,8 @@ CI runs what failed once more, alone, and believes that.
 
 Interop tests start other programs and are excused. Hypothesis has no deadline of its own here: it would count the
 load of the machine.
+
+No test touches the user's folders or another machine: tests/support/watched/ gives it folders of its own and watches.
 """
 
 from __future__ import annotations
@@ -18,6 +20,11 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from tests.support.watched.plugin import begin, pytest_runtest_teardown, pytest_sessionfinish
+
+__all__ = ["pytest_runtest_teardown", "pytest_sessionfinish"]
+
+begin()
 settings.register_profile("no deadline", settings(), deadline=None)
 settings.load_profile("no deadline")
 

@@ -31,6 +31,7 @@ LAYERS = [
     "rosproto.tf",
     "rosproto.recording",
     "rosproto.aio",
+    "rosproto.selftest",
     "rosproto.rospy",
     "rosproto.cli",
     "rosproto",

@@ -18,6 +18,7 @@ ROOT = Path(__file__).resolve().parent.parent
 ALWAYS = ("tests/test_layers.py", "tests/test_exports.py")
 TESTS_OF = {
     "woosh_pure/cli": "tests/unit/woosh_cli",
+    "woosh_pure/language": "tests/unit/language",
     "woosh_pure": "tests/unit/woosh",
     "tools": "tests/unit/tools",
 }

@@ -40,9 +40,14 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Say it on stderr and end with code 2."""
-        text = f"{self.prog}: {self._with_verbs(message)}; see: {self.prog} --help"
-        self._print_message(f"usage: {synopsis(self.prog, self)}\n{text}\n", _stderr())
-        raise WrongUse(text)
+        text = f"{self._with_verbs(message)}; see: {self.prog} --help"
+        usage = f"{self.spoken('usage')}: {synopsis(self.prog, self)}"
+        self._print_message(f"{usage}\n{self.prog}: {self.spoken(text)}\n", _stderr())
+        raise WrongUse(f"{self.prog}: {text}")
+
+    def spoken(self, text: str) -> str:
+        """What is said on stderr, in the language of who reads it; who knows another one overrides this."""
+        return text
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Nothing unknown is handed up: the innermost parser knows best what was meant.

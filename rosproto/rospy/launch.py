@@ -33,6 +33,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     where.add_argument("--sim", action="store_true", help="run the program against a simulated chassis")
     where.add_argument("--master", metavar="URI", help="sets ROS_MASTER_URI")
     parser.add_argument(
+        "--mark",
+        metavar="NAME=X,Y,YAW",
+        action="append",
+        default=[],
+        help="with --sim: a mark of yours, in m, m and degrees (repeat for more)",
+    )
+    parser.add_argument(
+        "--marks",
+        metavar="FILE",
+        action="append",
+        default=[],
+        help="with --sim: marks from a list as `woosh marks` keeps it",
+    )
+    parser.add_argument(
         "--msg-path",
         metavar="FOLDER",
         action="append",
@@ -72,10 +86,19 @@ def main(argv: Sequence[str] | None = None, *, prog: str = "python -m rosproto.r
     except RosError as error:
         print(f"{prog}: {error}", file=sys.stderr)
         return 1
+    except (ValueError, OSError) as error:  # of the options; what the program raises is told by run_program
+        print(f"{prog}: {error}", file=sys.stderr)
+        return 2
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Set the environment up and run the program; its exit code."""
+    """Set the environment up and run the program; its exit code.
+
+    Raises:
+        RosError, ValueError, OSError: What the options ask for cannot be had.
+    """
+    if (arguments.mark or arguments.marks) and not arguments.sim:
+        raise ValueError("--mark and --marks are for --sim: a real chassis has its own marks")
     if arguments.msg_path:
         given = [os.path.abspath(folder) for folder in arguments.msg_path]
         before = os.environ.get(MSG_PATH, "")
@@ -92,7 +115,8 @@ def run(arguments: argparse.Namespace) -> int:
     elif arguments.sim:
         from rosproto.rospy.sim import start
 
-        os.environ.update(ROS_MASTER_URI=start(), ROS_IP="127.0.0.1")
+        uri = start(arguments.mark, arguments.marks)
+        os.environ.update(ROS_MASTER_URI=uri, ROS_IP="127.0.0.1")
         os.environ.pop("ROS_HOSTNAME", None)
     return run_program(arguments.program, arguments.arguments)
 

@@ -16,6 +16,7 @@ import pytest
 
 from rosproto.errors import DefinitionError
 from rosproto.msg import DefinitionLibrary, bundled, parse_message, parse_service
+from rosproto.selftest.definitions import known_md5sums
 from tests.support import ros
 
 pytestmark = pytest.mark.interop
@@ -215,3 +216,20 @@ def test_bundled_definitions_are_read_alike() -> None:
                 cases.append({"types": texts, "main": name, "kind": kind})
     assert len(cases) > 350
     assert not differing(cases)[:3]
+
+
+def test_the_table_of_the_selftest_is_genmsgs() -> None:
+    """Every md5sum by which an installation is checked (the first eight digits), and no type is left out."""
+    library = bundled()
+    table = {(kind, name): digits for digits, kind, name in known_md5sums()}
+    cases = []
+    for kind, name in table:
+        used = library.dependencies(name, kind=kind)
+        own = library.message(name).text if kind == "msg" else library.service(name).text
+        texts = {**{other: library.message(other).text for other in used}, name: own}
+        cases.append({"types": texts, "main": name, "kind": kind})
+    assert len(cases) == sum(
+        len(library.messages(package)) + len(library.services(package)) for package in library.packages()
+    )
+    for (kind, name), answer in zip(table, genmsg(cases), strict=True):
+        assert answer["md5"].startswith(table[kind, name]), (kind, name, answer)

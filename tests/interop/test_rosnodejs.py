@@ -20,7 +20,7 @@ from tests.support.victim import eventually
 @pytest.fixture(scope="session")
 def installed() -> Path:
     """Where rosnodejs is."""
-    return rosnodejs.install()
+    return rosnodejs.installed()
 
 
 @pytest.fixture(scope="session")

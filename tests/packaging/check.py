@@ -156,6 +156,7 @@ def check_installed(wheel: Path, work: Path) -> Path:
     assert "graph" in run(bin_ / "rosproto", "--help", **options)
     assert "woosh" in run(bin_ / "woosh", "--help", **options)
     assert "done in" in run(bin_ / "woosh", "demo", **options)
+    assert "this machine is fine" in run(bin_ / "woosh", "selftest", **options)
     run(python, "-c", USE, **options)
     run(python, "-c", USE_ROSPY, **options)
     assert contents(home) == before, "the installation was written to"
@@ -171,6 +172,7 @@ def check_zipped(wheel: Path, python: Path, work: Path) -> None:
     """Importing from the wheel itself, a zip: definitions are read as resources."""
     code = USE + "assert 'zipimporter' in type(rosproto.__loader__).__name__, rosproto.__loader__\n"
     code += "from woosh_pure import SimulatedChassis\nwith SimulatedChassis(full_graph=False): pass\n"
+    code += "from woosh_pure.cli import main\nassert main(['selftest', '--no-ros']) == 0\n"
     run(python, "-c", code, cwd=work, extra={"PYTHONPATH": str(wheel)})
     run(python, "-c", USE_ROSPY, cwd=work, extra={"PYTHONPATH": str(wheel)})
 

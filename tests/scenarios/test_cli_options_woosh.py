@@ -34,6 +34,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SimpleNamespace]
 
     folder = tmp_path_factory.mktemp("woosh")
     built_in_site().grid.save(folder / "hall.yaml")
+    (folder / "marks.json").write_text('{"M": {"x": 2.0, "y": 0.5, "yaw": 1.5}}')
     settings = Settings(limits=BodyLimits(omnidirectional=True))
     with SimulatedChassis(speed=10.0, full_graph=False, settings=settings) as sim:
         yield SimpleNamespace(sim=sim, folder=folder, uri=sim.master_uri)
@@ -185,9 +186,12 @@ ALONE = [
     Case("connect {host} --unchecked --host 127.0.0.1 --json", doc(lambda d: d["host"] == "127.0.0.1")),
     Case("connect --show --json", doc(lambda d: d["chassis"] is None), code=1),
     Case("connect --forget", has("no chassis was remembered")),
+    Case("selftest --no-ros --json", doc(lambda d: d["ok"] and len(d["checks"]) == 7)),
     Case("sim --port 0 --bind 127.0.0.1 --speed 5 --seed 3 --map {folder}/hall.yaml --omni --lost --for 0.2 --json",
-         doc(lambda d: d["marks"] == [])),
-    Case("sim --port 0 --firmware 1.1.0 --latch-status --stops-on-silence --at 0=estop --for 0.3",
+         doc(lambda d: "A1" in d["marks"] and "N" not in d["marks"])),
+    Case("sim --port 0 --mark N=1,0.5,90 --marks {folder}/marks.json --for 0 --json",
+         doc(lambda d: {"A1", "N", "M"} <= set(d["marks"]))),
+    Case("sim --port 0 --firmware 1.1.0 --latch-status --status-code-once --stops-on-silence --at 0=estop --for 0.3",
          has("those of firmware 1.1.0", "now: estop")),
 ]  # fmt: skip
 DRIVE = ("--linear 0.15 --angular 20 --direct --feedback-timeout 2 --share --acknowledged").split()
@@ -256,11 +260,11 @@ FIRST = {
 
 @pytest.mark.parametrize("path", FIRST)
 def test_what_every_command_takes(path: str, watched: SimpleNamespace) -> None:
-    """--chassis, --host, --msg-path, --no-learned and --debug change nothing of what it does."""
+    """--chassis, --host, --msg-path, --no-learned, --lang en and --debug change nothing of what it does."""
     (watched.folder / "pkg" / "msg").mkdir(parents=True, exist_ok=True)
     (watched.folder / "pkg" / "msg" / "Depth.msg").write_text("float64 depth\n")
     common = ["--chassis", watched.uri.removeprefix("http://").rstrip("/"), "--host", "127.0.0.1"]
-    common += ["--msg-path", str(watched.folder / "pkg"), "--no-learned", "--debug"]
+    common += ["--msg-path", str(watched.folder / "pkg"), "--no-learned", "--debug", "--lang", "en"]
     run_case(FIRST[path], words_of(FIRST[path], watched, *common), watched)
 
 

@@ -51,6 +51,22 @@ def hold(terminal, key: str, sim, until, timeout: float = 30.0) -> None:
         time.sleep(0.04)
 
 
+def test_drive_asks_in_the_language_of_who_drives(slow):
+    """Who says no has sent nothing."""
+    with drive(slow, "--lang", "zh") as terminal:
+        asked = terminal.wait_for(lambda text: "确认后输入 yes" in text)
+        assert "速度控制会绕过底盘的避障和限制" in asked
+        terminal.send("no\r")
+        assert terminal.exit_code() == 3
+        assert "没有确认，没有发送任何命令" in terminal.text
+    with drive(slow, *ACKNOWLEDGED, "--lang", "zh") as terminal:
+        terminal.wait_for(lambda text: "速度档" in text and "已发送" in text and "测得" in text)
+        terminal.send("q")
+        assert terminal.exit_code() == 0
+        assert "机器人已停稳" in terminal.text
+    assert standing(slow)
+
+
 # -- watch ---------------------------------------------------------------------------------------------------
 
 

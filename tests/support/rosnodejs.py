@@ -1,4 +1,7 @@
-"""The npm client `rosnodejs` as a peer: installed into a cache outside this repository, run by Debian's or any node."""
+"""The npm client `rosnodejs` as a peer: installed into a cache outside this repository, run by Debian's or any node.
+
+Tests reach no other machine, so it is installed beforehand: `python -m tests.support.rosnodejs`, as .ci/run does.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +14,9 @@ from pathlib import Path
 from rosproto.codec import message_class
 from rosproto.msg import split_full_text
 from tests.support import ros
+from tests.support.watched.plugin import CACHE
 
-__all__ = ["install", "package_tree", "start"]
+__all__ = ["install", "installed", "package_tree", "start"]
 
 VERSION = "3.1.0"
 PACKAGES = (
@@ -22,25 +26,43 @@ ACTIONS = ("actionlib/Test",)
 PARTS = ("Action", "ActionGoal", "ActionResult", "ActionFeedback", "Goal", "Result", "Feedback")
 
 
+def _target() -> Path:
+    cache = os.environ.get(CACHE) or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(cache) / "rosproto-tests" / f"rosnodejs-{VERSION}"
+
+
+def installed() -> Path:
+    """The directory with node_modules/rosnodejs; the running test is skipped where it has not been installed."""
+    ros.require(shutil.which("node"), "node is not installed")
+    target = _target()
+    if target.exists():
+        with ros.exclusive(target / "lock"):  # somebody may be installing it
+            pass
+    missing = f"rosnodejs {VERSION} is not installed: python -m tests.support.rosnodejs"
+    ros.require((target / "done").exists(), missing)
+    return target
+
+
 def install() -> Path:
-    """The directory with node_modules/rosnodejs; the running test is skipped where node, npm or the registry is absent."""
-    npm, node = shutil.which("npm"), shutil.which("node")
-    ros.require(npm and node, "node and npm are not installed")
-    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    target = cache / "rosproto-tests" / f"rosnodejs-{VERSION}"
+    """Install it from npm's registry; the directory with node_modules/rosnodejs.
+
+    Raises:
+        RuntimeError: It cannot be installed; with npm's words.
+    """
+    npm = shutil.which("npm")
+    if npm is None:
+        raise RuntimeError("npm is not installed")
+    target = _target()
     target.mkdir(parents=True, exist_ok=True)
     with ros.exclusive(target / "lock"):
         if not (target / "done").exists():
             command = [
-                str(npm), "install", "--prefix", str(target), "--no-audit", "--no-fund", "--no-save",
+                npm, "install", "--prefix", str(target), "--no-audit", "--no-fund", "--no-save",
                 "--ignore-scripts", f"rosnodejs@{VERSION}",
             ]  # fmt: skip
-            try:
-                done = subprocess.run(command, capture_output=True, text=True, timeout=300)
-                problem = done.stderr[-500:] if done.returncode else ""
-            except subprocess.TimeoutExpired:
-                problem = "npm took longer than 300 s"
-            ros.require(not problem, f"rosnodejs {VERSION} cannot be installed: {problem}")
+            done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+            if done.returncode:
+                raise RuntimeError(f"rosnodejs {VERSION} cannot be installed: {done.stderr[-500:]}")
             (target / "done").touch()
     return target
 
@@ -82,3 +104,7 @@ def start(
     return ros.RosProcess(
         [str(shutil.which("node")), "-e", program], ros.environment(master_uri.rstrip("/"), extra=env)
     )
+
+
+if __name__ == "__main__":
+    print(install())

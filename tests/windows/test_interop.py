@@ -62,8 +62,13 @@ time.sleep(60)
 
 @pytest.fixture(scope="module", autouse=True)
 def windows_python(tmp_path_factory: pytest.TempPathFactory) -> None:
-    """The interpreter is set up (once per computer; the first time takes a minute)."""
+    """The interpreter is set up; beforehand, because that reaches other machines."""
     ros.require(WINE.exists(), f"there is no {WINE} (Debian: apt-get install wine wine64)")
+    home = Path(os.environ["WOOSH_WINDOWS"]) / os.environ.get("WOOSH_WINDOWS_PYTHON", "3.11")
+    if home.exists():
+        with ros.exclusive(Path(f"{home}.lock")):  # somebody may be setting it up
+            pass
+    ros.require((home / "ready").exists(), "CPython for Windows is not set up: tests/windows/run python -V")
     base = tmp_path_factory.getbasetemp().parent
     with ros.exclusive(base / "windows.lock"):
         done = subprocess.run(

@@ -26,8 +26,9 @@ from rosproto.cli.parser import Parser, WrongUse, give_examples
 from rosproto.cli.streams import as_typed, escape_what_cannot_be_printed
 from rosproto.version import __version__
 
+from ..language import LANGUAGES, language_of
 from .examples import EXAMPLES
-from .output import Output
+from .output import Output, spoken
 from .registry import COMMANDS, Command, load
 
 __all__ = ["EXIT_CODES", "Terminated", "main", "parser_for"]
@@ -51,8 +52,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit code, see `EXIT_CODES`."""
     escape_what_cannot_be_printed()
     words = as_typed(sys.argv[1:] if argv is None else argv)
+    language = language_of(words, stream=sys.stdout)
     try:
-        parser = parser_for(words)
+        parser = parser_for(words, language)
         args = parser.parse_args(words)
     except KeyboardInterrupt:
         return INTERRUPTED
@@ -62,7 +64,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if args.command is None:
         parser.print_help(sys.stderr)
         return WRONG_USE
-    out = Output(as_json=args.json)
+    out = Output(as_json=args.json, language=language)
     with signals_unwind(until_exit=argv is None), linger_when_closed():
         return _run(load(args.command), args, out)
 
@@ -87,8 +89,9 @@ def _run(command: Command, args: argparse.Namespace, out: Output) -> int:
         code = _code_of_a_motion(error) or code
         text = f"{args.command}: {text}"
     text = _for_people(text)
-    _fail(out, text.removeprefix(f"{args.command}: "), code)
-    say(f"woosh: {text}")
+    plain = text.removeprefix(f"{args.command}: ")
+    _fail(out, plain, code)
+    say(f"woosh: {text.removesuffix(plain)}{out.say(plain)}")
     return code
 
 
@@ -131,10 +134,20 @@ def _fail(out: Output, text: str, code: int) -> None:
         pass  # stdout is what has failed
 
 
-def parser_for(words: Sequence[str]) -> argparse.ArgumentParser:
+def _speaking(language: str) -> type[Parser]:
+    """A parser that says in a language what is wrong; those of the verbs are made of its class, too."""
+
+    class Speaking(Parser):
+        def spoken(self, text: str) -> str:
+            return spoken(text, language)
+
+    return Speaking
+
+
+def parser_for(words: Sequence[str], language: str = "en") -> argparse.ArgumentParser:
     """A parser that knows the command named in `words` in full and the others by their help line."""
     common = _common()
-    parser = Parser(
+    parser = _speaking(language)(
         prog="woosh",
         description="Drive a Woosh chassis, or the simulated one.",
         parents=[_common(defaults=True)],
@@ -208,5 +221,11 @@ def _common(*, defaults: bool = False) -> Parser:
     )
     general = parser.add_argument_group("general")
     general.add_argument("--json", action="store_true", help="JSON for programs instead of lines", **false)
+    general.add_argument(
+        "--lang",
+        choices=LANGUAGES,
+        help="language of what is said (default: as $LC_ALL or $LANG say)",
+        **none,
+    )
     general.add_argument("--debug", action="store_true", help="show the traceback of an error", **false)
     return parser

@@ -8,6 +8,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "sim": ("woosh sim --speed 4", "woosh sim --port 0 --at 10=estop --at 20=release"),
     "connect": ("woosh connect 169.254.128.2", "woosh connect --show"),
     "doctor": ("woosh --chassis 169.254.128.2 doctor",),
+    "selftest": ("woosh selftest",),
     "ready": ("woosh ready --wait 120",),
     "faults": ("woosh faults", "woosh faults --find localization --chinese"),
     "scan": ("woosh scan --png scan.png",),

@@ -15,7 +15,7 @@ from typing import Any, TextIO
 
 from .console import enable_escapes, is_terminal
 
-__all__ = ["Output", "plain"]
+__all__ = ["Output", "plain", "spoken"]
 
 _COLOURS = {"red": "31", "green": "32", "yellow": "33", "blue": "34", "bold": "1", "dim": "2"}
 _FIRST_SIGN = 1.0
@@ -26,11 +26,13 @@ class Output:
 
     Attributes:
         as_json: True when only `result` and `record` may print on stdout.
+        language: Of the lines for people, see `woosh_pure.language`; the documents are the same in each.
         coloured: True when stdout is a terminal that shows colours, and $NO_COLOR is not set.
     """
 
-    def __init__(self, *, as_json: bool = False, stream: TextIO | None = None) -> None:
+    def __init__(self, *, as_json: bool = False, stream: TextIO | None = None, language: str = "en") -> None:
         self.as_json = as_json
+        self.language = language
         self._stream = stream or sys.stdout
         self._said = False
         self.coloured = not as_json and not os.environ.get("NO_COLOR") and enable_escapes(self._stream)
@@ -38,11 +40,15 @@ class Output:
     def line(self, text: str = "") -> None:
         """A line for people, at once visible; silent with --json."""
         if not self.as_json:
-            self._write(text)
+            self._write(self.say(text))
+
+    def say(self, text: str) -> str:
+        """The text in the language of this output; what its table does not have stays English."""
+        return spoken(text, self.language)
 
     def colour(self, text: str, name: str) -> str:
         """The text in a colour of the terminal; itself where there are none."""
-        return f"\x1b[{_COLOURS[name]}m{text}\x1b[0m" if self.coloured else text
+        return f"\x1b[{_COLOURS[name]}m{self.say(text)}\x1b[0m" if self.coloured else text
 
     def result(self, value: Any) -> None:
         """The document for machines; silent without --json."""
@@ -68,6 +74,7 @@ class Output:
         On a terminal one line that counts; elsewhere a single line.
         """
         done = threading.Event()
+        what = self.say(what)
         thread = threading.Thread(target=_show_life, args=(what, done), name="woosh:progress", daemon=True)
         if not self.as_json:
             thread.start()
@@ -86,6 +93,15 @@ class Output:
             print(text.encode(encoding, "replace").decode(encoding), file=self._stream, flush=True)
 
 
+def spoken(text: str, language: str) -> str:
+    """The text in a language of `woosh_pure.language`."""
+    if language == "en":
+        return text
+    from woosh_pure.language.table import words_for
+
+    return words_for(language).say(text)
+
+
 def _show_life(what: str, done: threading.Event) -> None:
     began = time.monotonic()
     if done.wait(_FIRST_SIGN):
@@ -97,7 +113,7 @@ def _show_life(what: str, done: threading.Event) -> None:
             return
         while not done.wait(0.2):
             print(f"\r{what} ... {time.monotonic() - began:.0f} s ", end="", file=stream, flush=True)
-        print("\r" + " " * (len(what) + 16) + "\r", end="", file=stream, flush=True)
+        print("\r" + " " * (2 * len(what) + 16) + "\r", end="", file=stream, flush=True)
     except (OSError, ValueError):
         return  # nobody reads it any more
 

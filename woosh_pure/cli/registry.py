@@ -15,7 +15,7 @@ from .output import Output
 __all__ = ["COMMANDS", "Command", "load"]
 
 COMMANDS = (
-    *("demo", "sim", "connect", "doctor", "learn"),
+    *("demo", "sim", "connect", "doctor", "selftest", "learn"),
     *("status", "ready", "watch", "battery", "faults", "imu", "scan", "camera", "cloud"),
     *("goto", "task", "charge", "move", "rotate", "drive", "stop"),
     *("localization", "map", "plan", "costmap", "footprint", "mode", "marks"),

@@ -48,6 +48,7 @@ logger = get_logger("woosh_pure.sim")
 MOST_FILES = 1024
 """Forty nodes and a few clients have 600 open, sockets included; beyond 1024 others' `select` would fail."""
 _TICK = 0.02
+_CODE_EVERY = 1.0  # s of wall time after which the last status code is said again
 _STEP = 0.02
 
 
@@ -65,6 +66,8 @@ class SimulatedChassis:
         settings: Options of the world.
         latch_status: Whether /robot_status is latched (not known of the real one; the harder case is the
             default).
+        repeat_status_code: Whether /status_code says its last code again every second; False says each once,
+            so that who comes later hears nothing (not known of the real one).
         reply_delay: Seconds by which /exec_task answers late, so that status messages come first.
         full_graph: Also the parts of the real graph that carry no content: second publishers, internal
             listeners,
@@ -88,6 +91,7 @@ class SimulatedChassis:
         site: Site | None = None,
         settings: Settings | None = None,
         latch_status: bool = False,
+        repeat_status_code: bool = True,
         reply_delay: float = 0.0,
         full_graph: bool = True,
         firmware: str = CURRENT,
@@ -115,6 +119,8 @@ class SimulatedChassis:
         self._status: StatusRecord | None = None
         self._plan: list[Pose2D] = []
         self._tf_due = 0.0
+        self._repeats_code = repeat_status_code
+        self._code_due = 0.0
 
     # -- life ------------------------------------------------------------------------------------------------
 
@@ -246,6 +252,8 @@ class SimulatedChassis:
                     self._send(topic, filler)
         with self.lock:
             self._publish_plan()
+            if self._repeats_code and now >= self._code_due:
+                self._say_code(self.world.last_code)
             if now >= self._tf_due:
                 self._tf_due = now + 0.1
                 self._publish_transforms()
@@ -263,13 +271,16 @@ class SimulatedChassis:
     def _note_codes(self) -> None:
         """Before the state they explain: two topics, but at least sent in the order of what happened."""
         for code in self.world.take_reports():
-            if self.network.silent:
-                continue
-            publisher = self.graph.publishers.get((_speaker(code), "/status_code")) or self.graph.first(
-                "/status_code"
-            )
-            if publisher is not None:
-                _publish(publisher, publisher.message_class(data=code))
+            if not self.network.silent:
+                self._say_code(code)
+
+    def _say_code(self, code: int) -> None:
+        self._code_due = time.monotonic() + _CODE_EVERY
+        publisher = self.graph.publishers.get((_speaker(code), "/status_code")) or self.graph.first(
+            "/status_code"
+        )
+        if publisher is not None:
+            _publish(publisher, publisher.message_class(data=code))
 
     def _publish_plan(self) -> None:
         motion = self.world.motion

@@ -26,6 +26,7 @@ from .tasks import StatusRecord, TaskMachine
 __all__ = ["NavigationSettings", "World"]
 
 _LOCATED, _LOST = 130103000000, 130103000012
+_INITIALISED, _NOT_INITIALISED = 140200000000, 140201000022
 _STEP_BLOCKED, _STEP_BLOCK_TIMEOUT = 130701000021, 130701000032
 _NAV_BLOCKED, _NAV_FAILED, _NAV_REACHED = 130104000011, 130104000042, 130104000041
 _ESTOP, _ESTOP_RELEASED, _BUMPER, _BUMPER_RELEASED = 110201000013, 110201000000, 110202000013, 110202000000
@@ -82,6 +83,7 @@ class World:
         self._command_smooth = True
         self._command_time = -math.inf
         self._reports: list[int] = []
+        self.last_code = _INITIALISED if self.located else _NOT_INITIALISED
 
     def _free_place(self, wanted: Pose2D) -> Pose2D:
         """Where the robot is switched on: on a map of somebody's, the place asked for may be a wall.
@@ -109,6 +111,7 @@ class World:
     def report(self, code: int) -> None:
         """Queue a number for /status_code."""
         self._reports.append(code)
+        self.last_code = code
 
     def take_reports(self) -> list[int]:
         """Codes since the last call."""

@@ -91,7 +91,7 @@ def test_a_provider_that_is_listed_but_gone_is_a_lost_connection(node):
         node.service_client("/set", SetBool).call(data=True)
 
 
-@pytest.mark.parametrize("uri", ["", "nonsense", "rosrpc://", "rosrpc://host:notaport"])
+@pytest.mark.parametrize("uri", ["", "nonsense.invalid", "rosrpc://", "rosrpc://host:notaport"])
 def test_an_unusable_address_from_the_master_is_an_error(node, uri):
     node.master.services["/set"] = uri
     with pytest.raises(Exception) as caught:

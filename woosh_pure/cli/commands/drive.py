@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
+from rosproto.cli.width import cut, padded
 from rosproto.errors import RosTimeout
 from woosh_pure.errors import MotionRefused
 
@@ -83,7 +84,7 @@ def run(args: Namespace, out: Output) -> int:
 def _ask(out: Output) -> None:
     out.line(_WARNING)
     try:
-        answer = input("Type yes to drive: ")
+        answer = input(f"{out.say('Type yes to drive:')} ")
     except EOFError:
         answer = ""
     if answer.strip().lower() != "yes":
@@ -112,12 +113,12 @@ def _drive(chassis: Chassis, args: Namespace, out: Output) -> None:
         linear = min(0.2, drive.limits.linear) if args.linear is None else args.linear
         turning = min(math.radians(25.0), drive.limits.angular) if angular is None else angular
         try:
-            _loop(chassis, drive, keys, Teleop(linear, turning))
+            _loop(chassis, drive, keys, Teleop(linear, turning), out)
         finally:
             sys.stdout.write("\r\n")
 
 
-def _loop(chassis: Chassis, drive: Drive, keys: Keys, teleop: Teleop) -> None:
+def _loop(chassis: Chassis, drive: Drive, keys: Keys, teleop: Teleop, out: Output) -> None:
     from ..teleop import VALID_FOR
 
     while True:
@@ -128,10 +129,10 @@ def _loop(chassis: Chassis, drive: Drive, keys: Keys, teleop: Teleop) -> None:
             drive.set(command.vx, command.wz, valid_for=VALID_FOR)
         elif not drive.active:
             drive.set(0.0)  # raises why it is over
-        _show(chassis, drive, teleop, command)
+        _show(chassis, drive, teleop, command, out)
 
 
-def _show(chassis: Chassis, drive: Drive, teleop: Teleop, command: Command | None) -> None:
+def _show(chassis: Chassis, drive: Drive, teleop: Teleop, command: Command | None, out: Output) -> None:
     sent, measured, pose = drive.sending, chassis.measured_velocity.latest, chassis.pose.latest
     stopped = "" if sent.vx or sent.wz or (command and command.moves) else "STOP"
     parts = [
@@ -142,9 +143,10 @@ def _show(chassis: Chassis, drive: Drive, teleop: Teleop, command: Command | Non
         parts.append(f"measured {measured.vx:+.2f} m/s {math.degrees(measured.wz):+4.0f}°/s")
     if pose is not None:
         parts.append(f"at {pose.x:.2f} {pose.y:.2f} {pose.yaw_degrees:.0f}°")
-    text = "  ".join(parts)[: size()[0] - 1]
+    columns = size()[0] - 1
+    text = padded(cut("  ".join(map(out.say, parts)), columns), columns)
     try:
-        sys.stdout.write(f"\r{text:{size()[0] - 1}s}")
+        sys.stdout.write(f"\r{text}")
     except UnicodeEncodeError:
         sys.stdout.write("\r" + text.encode("ascii", "replace").decode())
     sys.stdout.flush()

@@ -75,5 +75,5 @@ def _print_codes(codes: Iterable[StatusCode], args: Namespace, out: Output) -> N
     for c in codes:
         level = out.colour(f"{c.level.name.lower():8s}", colours[int(c.level)])
         note = " (derived)" if c.derived else ""
-        words = c.chinese if args.chinese else c.english
+        words = c.chinese if args.chinese or out.language == "zh" else c.english
         out.line(f"{level} {c.code:012d} {words}{note}  {c.identifier or 'not in the table'}")

@@ -49,7 +49,25 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--speed", type=positive, default=1.0, help="simulated seconds per second")
     parser.add_argument("--seed", type=int, default=0, help="of everything random")
     parser.add_argument(
-        "--map", type=Path, metavar="YAML", help="a map_server map instead of the built-in hall"
+        "--map",
+        type=Path,
+        metavar="YAML",
+        help="a map_server map instead of the built-in hall; the hall's marks that lie in it stay",
+    )
+    parser.add_argument(
+        "--mark",
+        action="append",
+        default=[],
+        metavar="NAME=X,Y,YAW",
+        help="a mark of yours: m, m, degrees (repeat for more); one of that name is moved there",
+    )
+    parser.add_argument(
+        "--marks",
+        action="append",
+        type=Path,
+        default=[],
+        metavar="FILE",
+        help="marks from a list as `woosh marks` keeps it",
     )
     parser.add_argument("--omni", action="store_true", help="an omnidirectional base")
     parser.add_argument("--lost", action="store_true", help="switched on without knowing its position")
@@ -61,6 +79,11 @@ def add_arguments(parser: ArgumentParser) -> None:
         "1.0.8, or 'page' for the vendor's web page",
     )
     parser.add_argument("--latch-status", action="store_true", help="latch /robot_status")
+    parser.add_argument(
+        "--status-code-once",
+        action="store_true",
+        help="say each status code once, and do not repeat the last one",
+    )
     parser.add_argument("--stops-on-silence", action="store_true", help="stop when velocity messages end")
     parser.add_argument(
         "--at",
@@ -74,10 +97,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
-    from woosh_pure.geometry import Pose2D
-    from woosh_pure.gridmap import GridMap
-    from woosh_pure.sim import Settings, SimulatedChassis, Site
+    from woosh_pure.sim import Settings, SimulatedChassis
     from woosh_pure.sim.body import BodyLimits
+    from woosh_pure.sim.given import site_of
 
     schedule = sorted(_parse_at(text) for text in args.at)
     _require_known(args.firmware)
@@ -87,15 +109,15 @@ def run(args: Namespace, out: Output) -> int:
         limits=BodyLimits(omnidirectional=args.omni),
         on_silence="stop" if args.stops_on_silence else "keep",
     )
-    site = Site(GridMap.load(args.map), {}, Pose2D(0.0, 0.0)) if args.map else None
     sim = SimulatedChassis(
         master_uri=args.master,
         host=args.bind,
         port=args.port,
         speed=args.speed,
-        site=site,
+        site=site_of(args.map, args.mark, args.marks),
         settings=settings,
         latch_status=args.latch_status,
+        repeat_status_code=not args.status_code_once,
         firmware=args.firmware,
     )
     with _listening(sim):

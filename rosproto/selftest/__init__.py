@@ -1,0 +1,28 @@
+"""Whether this machine is fine: checks of what is installed, without a test tool and without a robot.
+
+    for outcome in run(CHECKS):
+        print(outcome.name, outcome.state.value, outcome.seconds, outcome.text)
+
+`woosh selftest` runs these and drives a simulated chassis besides.
+"""
+
+from __future__ import annotations
+
+from rosproto.selftest.bags import check_bags
+from rosproto.selftest.beside import check_ros
+from rosproto.selftest.checking import Check, CheckFailed, NotHere, Outcome, State, run
+from rosproto.selftest.codecs import check_codec
+from rosproto.selftest.definitions import check_definitions
+from rosproto.selftest.nodes import check_master, check_nodes
+
+__all__ = ["CHECKS", "Check", "CheckFailed", "NotHere", "Outcome", "State", "run"]
+
+CHECKS = (
+    Check("definitions", check_definitions),
+    Check("codec", check_codec),
+    Check("master", check_master),
+    Check("nodes", check_nodes),
+    Check("bag", check_bags),
+    Check("ros", check_ros),
+)
+"""In this order: each stands on those before it."""

@@ -1,0 +1,55 @@
+"""`woosh selftest`: whether this machine is fine, without a robot and without a test tool."""
+
+from __future__ import annotations
+
+import time
+from argparse import ArgumentParser, Namespace
+
+from ..output import Output
+
+HELP = "check that everything works on this machine; needs no robot, moves nothing, takes seconds"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    parser.add_argument(
+        "--no-ros", action="store_true", help="do not look for a real ROS on this machine, and start nothing"
+    )
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    if args.master or args.chassis:
+        raise ValueError("the self-test is about this machine alone; for a chassis: woosh doctor")
+    from rosproto.selftest import State, run
+    from woosh_pure.selftest import CHECKS
+
+    began = time.monotonic()
+    outcomes = []
+    for outcome in run(check for check in CHECKS if not (args.no_ros and check.name == "ros")):
+        outcomes.append(outcome)
+        mark = {State.FINE: "green", State.FAILED: "red", State.NOT_HERE: "dim"}[outcome.state]
+        word = out.colour(f"{outcome.state.value:8s}", mark)
+        out.line(f"{word}  {outcome.name:12s}  {outcome.seconds:5.2f} s  {outcome.text}")
+    failed = [outcome.name for outcome in outcomes if outcome.state is State.FAILED]
+    seconds = time.monotonic() - began
+    if failed:
+        out.line(f"this machine is not fine: {', '.join(failed)} failed ({seconds:.1f} s)")
+    else:
+        out.line(f"this machine is fine ({seconds:.1f} s)")
+    out.result(
+        {
+            "ok": not failed,
+            "seconds": round(seconds, 2),
+            "checks": [
+                {
+                    "name": o.name,
+                    "state": o.state.value.lower(),
+                    "seconds": round(o.seconds, 3),
+                    "text": o.text,
+                }
+                for o in outcomes
+            ],
+        }
+    )
+    return 1 if failed else 0

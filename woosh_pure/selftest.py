@@ -1,0 +1,65 @@
+"""What `woosh selftest` checks: rosproto's own checks, the table of the chassis, and a simulated drive."""
+
+from __future__ import annotations
+
+import math
+
+from rosproto.selftest import CHECKS as ROS_CHECKS
+from rosproto.selftest import Check, CheckFailed
+
+__all__ = ["CHECKS", "check_drive", "check_table"]
+
+_SPEED = 8.0  # simulated seconds per second
+
+
+def check_table() -> str:
+    """The rows of the chassis's interface have definitions, and the status codes have words."""
+    from . import interface
+    from .faults import all_codes
+    from .rostypes import message_type
+
+    rows = [row for row in interface.topics() if row.definition_known]
+    for row in rows:
+        message_type(row.type)()
+    codes = list(all_codes())
+    wordless = [code.code for code in codes if not (code.english and code.chinese)]
+    if wordless:
+        raise CheckFailed(f"{len(wordless)} status codes have no words; the first is {wordless[0]}")
+    return f"{len(rows)} topics of the chassis have their definitions, {len(codes)} status codes their words"
+
+
+def check_drive() -> str:
+    """A simulated chassis: a step, a velocity that lapses, a task to a mark, and the stop."""
+    from .chassis import Chassis
+    from .sim import SimulatedChassis
+
+    with SimulatedChassis(speed=_SPEED, full_graph=False) as sim, Chassis(sim.master_uri) as chassis:
+        began = sim.pose
+        chassis.move(0.5).wait(timeout=5.0)
+        _near("a step of 0.5 m", began.distance_to(sim.pose), 0.5, 0.05)
+        with chassis.velocity(bypasses_protection=True, feedback_timeout=2.0) as drive:
+            drive.set(0.0, 0.3, valid_for=0.3)
+            chassis.measured_velocity.wait_for(lambda v: v.wz > 0.1, 4.0)
+        chassis.measured_velocity.wait_for(lambda v: v.is_standing(), 4.0)
+        mark = sim.world.site.marks["A1"].pose
+        chassis.go_to_mark("A1").wait(timeout=8.0)
+        off = sim.pose.distance_to(mark)
+        _near("the distance from the mark", off, 0.0, 0.1)
+        report = chassis.stop(everything=True, timeout=4.0)
+        if report.standing is not True:
+            raise CheckFailed(report.sentence())
+    return f"a step, a velocity and a task on a simulated chassis; it ended {off * 1000:.0f} mm from its mark"
+
+
+def _near(what: str, found: float, wanted: float, tolerance: float) -> None:
+    if not math.isclose(found, wanted, abs_tol=tolerance):
+        raise CheckFailed(f"{what}: measured {found:.3f} m, expected {wanted:g} m")
+
+
+CHECKS = (
+    *(check for check in ROS_CHECKS if check.name != "ros"),
+    Check("chassis", check_table),
+    Check("drive", check_drive),
+    *(check for check in ROS_CHECKS if check.name == "ros"),
+)
+"""The real ROS beside it comes last: it takes the longest, and most machines have none."""
