@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto import names
 from rosproto.errors import LocalProtocolError
+from rosproto.logs import PeerLog
 from rosproto.node import closing, intraprocess, options
 from rosproto.node.clock import NodeClock
 from rosproto.node.events import Event, Events
@@ -135,6 +136,7 @@ class Node:
         self._naming = Naming(self.name, remappings or {})
         self._host_given = host
         self._intraprocess = intraprocess
+        self._said = PeerLog("rosproto.node")  # what peers do, told within bounds
         self._events = Events(self.name, on_event)
         self._emit = self._events.emit
         self._closing = threading.Event()

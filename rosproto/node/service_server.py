@@ -108,7 +108,7 @@ class ServiceServer:
             header, service=self.name, type_name=self.type_name, md5sum=revision.md5sum, peer=peer
         )
         if not asked.probe:
-            note_differences(self.name, asked.callerid or peer, revision.request_to_ours)
+            note_differences(self._node._said, self.name, asked.callerid or peer, revision.request_to_ours)
         return asked, revision
 
     def _header(self, revision: ServiceRevision | None = None) -> dict[str, str]:
@@ -136,6 +136,7 @@ class ServiceServer:
             callerid=header.get("callerid", ""),
             persistent=persistent,
             limits=self._node.limits,
+            said=self._node._said,
         )
         with self._lock:
             if self._closed:
@@ -172,9 +173,10 @@ class ServiceServer:
         """A refusal in plain words is no defect; anything else gets its traceback."""
         caller = header.get("callerid", "")
         if isinstance(error, ServiceError):
-            logger.info("service %s told %s: %s", self.name, caller, error.text)
+            self._node._said.info(self.name, "service %s told %s: %s", self.name, caller, error.text)
         else:
-            logger.error("service %s: the call of %s failed", self.name, caller, exc_info=error)
+            text = "service %s: the call of %s failed"
+            self._node._said.error(self.name, text, self.name, caller, exc_info=error)
 
     def stats(self) -> dict[str, int]:
         """Counters since the start: calls, errors, accepted connections; and connections open now."""

@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import AnyMsg
 from rosproto.errors import LocalProtocolError, Md5sumMismatch
-from rosproto.logs import get_logger
 from rosproto.node.links import make_link
 from rosproto.node.revisions import RevisedType, note_differences, revised_type
 from rosproto.node.sink import RevisedSink, Sink, encoded
@@ -35,8 +34,6 @@ if TYPE_CHECKING:
     from rosproto.protocol.handshake import PublisherReply
 
 __all__ = ["Subscription"]
-
-_log = get_logger("rosproto.node")
 
 MOST_ERRORS = 32
 
@@ -127,7 +124,8 @@ class Subscription:
     def _as_many_as_allowed(self, wanted: dict[str, str]) -> dict[str, str]:
         """So many that threads stay bounded; those connected go first, a crowd of newcomers ousts nobody."""
         most = self.node.limits.publishers
-        _log.warning(
+        self.node._said.warning(
+            self.name,
             "! %s: the master names %d publishers, only %d of them are connected to (Limits.publishers)",
             self.name,
             len(wanted),
@@ -184,6 +182,11 @@ class Subscription:
                 sink = self._revised_sinks[revised] = RevisedSink(self, self._handles, revised)
         return sink
 
+    def forget_revised(self, revised: RevisedType) -> None:
+        """The session that needed it is over; the next one makes its own."""
+        with self._condition:
+            self._revised_sinks.pop(revised, None)
+
     @property
     def handles(self) -> list[Subscriber]:
         return list(self._handles)
@@ -222,7 +225,7 @@ class Subscription:
         if reply.type_name != known.name:
             raise mismatch
         revised = revised_type(self.node.revisions, known, reply.md5sum, reply.message_definition, mismatch)
-        note_differences(self.name, reply.callerid or peer, revised.conversion)
+        note_differences(self.node._said, self.name, reply.callerid or peer, revised.conversion)
         return revised
 
     def _mixed_types(self, reply: PublisherReply, peer: str, known: TopicType) -> Md5sumMismatch:

@@ -25,6 +25,7 @@ __all__ = [
     "check_service_server_header",
     "check_subscriber_header",
     "error_header",
+    "is_md5sum",
     "publisher_header",
     "service_client_header",
     "service_server_header",
@@ -296,6 +297,11 @@ def check_service_server_header(
         request_type=fields.get("request_type", ""),
         response_type=fields.get("response_type", ""),
     )
+
+
+def is_md5sum(text: str) -> bool:
+    """Whether this can be an md5sum at all: peers send texts of any length."""
+    return re.fullmatch(r"[0-9a-f]{32}", text) is not None
 
 
 def _refuse_wildcard(what: str, type_name: str, md5sum: str) -> None:
