@@ -27,6 +27,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from rosproto import names
+from rosproto.codec import AnyMsg
 from rosproto.errors import LocalProtocolError
 from rosproto.logs import PeerLog
 from rosproto.node import closing, intraprocess, options
@@ -220,7 +221,8 @@ class Node:
 
         Args:
             topic: Global, relative or "~private" name.
-            type: A message class or "package/Type".
+            type: A message class or "package/Type"; `AnyMsg` for a relay that does not know what it sends
+                (only subscribers of any type get it, as with rospy).
             latch: A subscriber that comes later gets the last message.
             queue_size: Most messages that wait for one slow subscriber; the oldest is dropped.
             on_connect: Called with the caller id of each new subscriber, in a thread of the library.
@@ -235,7 +237,7 @@ class Node:
         self._check_open()
         options.callback_or_none(on_connect, f"on_connect of {topic}")
         type_ = resolve_type(type, self.revisions)
-        if type_.is_wildcard:
+        if type_.is_wildcard and type is not AnyMsg:
             raise LocalProtocolError(
                 f"{topic}: a publisher needs a definite type; give the class or name of what it publishes"
             )
@@ -265,7 +267,8 @@ class Node:
 
         Args:
             topic: Global, relative or "~private" name.
-            type: A message class or "package/Type"; None takes the publisher's own definition.
+            type: A message class or "package/Type"; None takes the publisher's own definition, `AnyMsg` is
+                any type, raw.
             callback: Called with each message; see `Subscriber` for the thread. Without it, iterate or use
                 `next`.
             queue_size: Most messages that wait for the program; the oldest is dropped. 1 is the newest.
@@ -293,7 +296,7 @@ class Node:
             resolve_type(type, self.revisions),
             callback=callback,
             queue_size=options.queue_length(queue_size),
-            raw=raw,
+            raw=raw or type is AnyMsg,
             tcp_nodelay=tcp_nodelay,
             unreliable=unreliable,
             on_error=on_error,

@@ -82,7 +82,7 @@ class Publication:
 
     Attributes:
         name: Resolved topic.
-        type: Its type; never the wildcard.
+        type: Its type; the wildcard for a relay that publishes AnyMsg.
         links: The present subscribers that want our own definition; replaced, never changed, so it is read
             without a lock. Those that want another revision are in `_revised`, by md5sum.
     """
@@ -102,7 +102,7 @@ class Publication:
         self._burst = 0
         self._returned = 0.0
         # Most small messages have neither header nor arrays: then encoding is one call.
-        is_plain = not self._has_header and not type_.may_be_large
+        is_plain = not self._has_header and not type_.may_be_large and not type_.is_wildcard
         self._plain_class = type_.message_class if is_plain else None
         self._plain_encode = type_.encode
         self._revised: dict[str, RevisedOutput] = {}
@@ -210,7 +210,7 @@ class Publication:
             )
             return None
         except Md5sumMismatch as mismatch:
-            if mismatch.remote_type not in ("", self.type.name):
+            if self.type.is_wildcard or mismatch.remote_type not in ("", self.type.name):
                 raise
             known = self._revised.get(fields["md5sum"])
             if known is None and len(self._revised) >= self.node.limits.revisions:
@@ -400,7 +400,7 @@ class Publication:
     def _encode(self, message: Any) -> Frame:
         """The frame; header.seq is counted per topic and written into the bytes, not into the message."""
         type_ = self.type
-        if type(message) is not type_.message_class:
+        if type_.is_wildcard or type(message) is not type_.message_class:
             if isinstance(message, (bytes, bytearray, memoryview)):
                 return _raw_frame(message)  # a relay: nothing is rewritten, header.seq neither (pitfall 59)
             if isinstance(message, AnyMsg):

@@ -21,7 +21,7 @@ from rosproto.errors import LocalProtocolError, Md5sumMismatch
 from rosproto.node.links import make_link
 from rosproto.node.revisions import RevisedType, note_differences, revised_type
 from rosproto.node.sink import RevisedSink, Sink, encoded
-from rosproto.node.topic_types import TopicType, learn_type
+from rosproto.node.topic_types import ANY, TopicType, learn_type
 from rosproto.transport.address import parse_uri
 from rosproto.transport.waiting import wait_for
 
@@ -208,6 +208,8 @@ class Subscription:
             known = self._decode_type
             if known.is_wildcard and all(handle.raw for handle in self._handles):
                 return None
+        if reply.md5sum == ANY and known.is_wildcard:
+            raise self._untold_type(reply, peer)
         if not known.is_wildcard:
             return None if known.md5sum == reply.md5sum else self._revise(reply, peer, known)
         learned = learn_type(
@@ -227,6 +229,18 @@ class Subscription:
         revised = revised_type(self.node.revisions, known, reply.md5sum, reply.message_definition, mismatch)
         note_differences(self.node._said, self.name, reply.callerid or peer, revised.conversion)
         return revised
+
+    def _untold_type(self, reply: PublisherReply, peer: str) -> Md5sumMismatch:
+        return Md5sumMismatch(
+            f"{self.name}: {peer} publishes AnyMsg and does not tell of which type; subscribe with AnyMsg"
+            " (raw=True) for the bytes",
+            name=self.name,
+            peer=peer,
+            type_name=ANY,
+            md5sum=ANY,
+            remote_type=reply.type_name,
+            remote_md5sum=reply.md5sum,
+        )
 
     def _mixed_types(self, reply: PublisherReply, peer: str, known: TopicType) -> Md5sumMismatch:
         return Md5sumMismatch(
