@@ -21,6 +21,7 @@ How the parts hang together (the seam for services, parameters and whatever come
 from __future__ import annotations
 
 import itertools
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -31,6 +32,7 @@ from rosproto.codec import AnyMsg
 from rosproto.errors import LocalProtocolError
 from rosproto.logs import PeerLog
 from rosproto.node import closing, intraprocess, options
+from rosproto.node.call_site import CallSite
 from rosproto.node.clock import NodeClock
 from rosproto.node.events import Event, Events
 from rosproto.node.joining import join
@@ -248,6 +250,7 @@ class Node:
             queue_size=options.queue_length(queue_size),
             on_connect=on_connect,
             linger=linger,
+            site=CallSite(sys._getframe(1)) if on_connect is not None else None,
         )
 
     def subscriber(
@@ -269,8 +272,8 @@ class Node:
             topic: Global, relative or "~private" name.
             type: A message class or "package/Type"; None takes the publisher's own definition, `AnyMsg` is
                 any type, raw.
-            callback: Called with each message; see `Subscriber` for the thread. Without it, iterate or use
-                `next`.
+            callback: Called with each message; see `Subscriber` for the thread. Not before this has returned
+                and the program has gone on. Without it, iterate or use `next`.
             queue_size: Most messages that wait for the program; the oldest is dropped. 1 is the newest.
             raw: Give `AnyMsg` with the encoded bytes, do not decode.
             tcp_nodelay: Ask publishers to send each message at once. It removes stalls of 40 ms with peers
@@ -301,6 +304,7 @@ class Node:
             unreliable=unreliable,
             on_error=on_error,
             inline=inline,
+            site=CallSite(sys._getframe(1)) if callback is not None else None,
         )
 
     def wait_for_message(self, topic: str, type: TypeGiven = None, *, timeout: float | None = 10.0) -> Any:
@@ -329,7 +333,8 @@ class Node:
     def service_server(self, service: str, type: Any, handler: Callable[[Any], Any]) -> ServiceServer:
         """Provide a service: `handler(request)` returns the response. See `ServiceServer`."""
         self._check_open()
-        return self._services.server(self.resolve_name(service), type, handler)
+        site = CallSite(sys._getframe(1))
+        return self._services.server(self.resolve_name(service), type, handler, site)
 
     def wait_for_service(self, service: str, *, timeout: float | None = 10.0) -> None:
         """Wait until a service is provided and its provider answers.

@@ -269,7 +269,7 @@ class Publication:
                 for frame in self._latched.values():
                     self._send_latched(link, frame, output)
                 self._lock.notify_all()
-                callbacks = [handle.on_connect for handle in self._handles if handle.on_connect]
+                callbacks = [handle._connected for handle in self._handles if handle.on_connect]
         if closed:
             link.close()
             return

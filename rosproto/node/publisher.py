@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from rosproto.codec import Message
+    from rosproto.node.call_site import CallSite
     from rosproto.node.node import Node
     from rosproto.node.publication import Publication
     from rosproto.node.stats import LinkStats
@@ -37,6 +38,7 @@ class Publisher:
         queue_size: int,
         on_connect: Callable[[str], object] | None,
         linger: bool = True,
+        site: CallSite | None = None,
     ) -> None:
         self._node = node
         self._publication = publication
@@ -45,6 +47,14 @@ class Publisher:
         self.on_connect = on_connect
         self.linger = linger
         self._closed = False
+        self._site = site
+
+    def _connected(self, caller_id: str) -> None:
+        """A subscriber came; told in a thread of the library, once the program has what it asked for."""
+        if self.on_connect is not None:
+            if self._site is not None:
+                self._site.wait()
+            self.on_connect(caller_id)
 
     @property
     def topic(self) -> str:

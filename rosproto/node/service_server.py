@@ -22,6 +22,7 @@ from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcpros_io import write_header
 
 if TYPE_CHECKING:
+    from rosproto.node.call_site import CallSite
     from rosproto.node.node import Node
 
 __all__ = ["ServiceServer"]
@@ -45,13 +46,21 @@ class ServiceServer:
         md5sum: Of our definition.
     """
 
-    def __init__(self, node: Node, name: str, service_class: Any, handler: Callable[[Any], Any]) -> None:
+    def __init__(
+        self,
+        node: Node,
+        name: str,
+        service_class: Any,
+        handler: Callable[[Any], Any],
+        site: CallSite | None = None,
+    ) -> None:
         self.name = name
         self.type_name: str = service_class._type
         self.md5sum: str = service_class._md5sum
         self._node = node
         self._class = service_class
         self._handler = handler
+        self._site = site
         self._request_class = service_class._request_class
         self._response_class = service_class._response_class
         self._lock = threading.Lock()
@@ -156,6 +165,8 @@ class ServiceServer:
         A `sys.exit()` in a handler would end this thread only, and the caller would not learn why.
         """
         self._calls += 1
+        if self._site is not None:  # not before the program has what it asked for
+            self._site.wait()
         try:
             if revision is None:
                 request = decode(self._request_class, data)

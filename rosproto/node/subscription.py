@@ -47,10 +47,12 @@ class Subscription:
         links: One per publisher, by its URI in canonical form.
         errors: The last errors of links and handshakes, the newest last.
         skipped: Messages of past sessions not decoded because nobody keeps as many.
+        sink: What becomes of messages, for the present set of subscribers; another object for another set.
         unfit: Messages of other revisions dropped because a value did not fit.
     """
 
     kind = "subscriber"
+    sink: Sink
 
     def __init__(
         self, node: Node, name: str, type_: TopicType, *, tcp_nodelay: bool, unreliable: bool = False
@@ -71,7 +73,15 @@ class Subscription:
         self._generation = 0
         self._closed = False
         self._revised_sinks: dict[RevisedType, Sink] = {}
-        self.sink = Sink(self, (), type_)
+
+    def __getattr__(self, name: str) -> Any:
+        """`sink`, made when a link first asks: its decoder takes 2 ms, and no constructor waits for that."""
+        if name != "sink":
+            raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
+        with self._condition:
+            if "sink" not in vars(self):
+                self.sink = Sink(self, self._handles, self._decode_type)
+            return vars(self)["sink"]
 
     # -- master ---------------------------------------------------------------------------------------------
 
@@ -171,8 +181,9 @@ class Subscription:
         self.type = self._decode_type = type_
 
     def _renew_sink(self) -> None:
-        self.sink = Sink(self, self._handles, self._decode_type)
-        self._revised_sinks = {}
+        with self._condition:
+            vars(self).pop("sink", None)
+            self._revised_sinks = {}
 
     def sink_for(self, revised: RevisedType) -> Sink:
         """As `sink`, for a publisher that sends another revision of the type."""

@@ -2,9 +2,9 @@
 
 The md5sum decides whether two sides fit, as in rospy and roscpp; types only make the error readable.
 Where the wiki is silent: a wildcard `*` for md5sum and type may come from a subscriber or a service client
-(rostopic echo, rosservice call, rosbag record). Of those that serve, only a publisher of AnyMsg has it (rospy's
-relays and taps): it does not know what it sends, and only subscribers that take anything get it. roscpp's
-subscriber sends no message_definition and its service client no type, so neither is asked for.
+(rostopic echo, rosservice call, rosbag record). Of those that serve, only a publisher of AnyMsg has it
+(rospy's relays and taps): it does not know what it sends, and only subscribers that take anything get it.
+roscpp's subscriber sends no message_definition and its service client no type, so neither is asked for.
 """
 
 from __future__ import annotations
@@ -361,8 +361,8 @@ def _types_differ(
     """A definite type is asked of a publisher of AnyMsg; rospy's words."""
     asked = fields.get("type", "")
     return Md5sumMismatch(
-        f"{topic}: topic types do not match: [{asked or fields['md5sum']}] vs. [{type_name}]; it is published as"
-        " AnyMsg, whose type nobody tells: subscribe with AnyMsg, or have the relay publish the type",
+        f"{topic}: topic types do not match: [{asked or fields['md5sum']}] vs. [{type_name}]; it is published"
+        " as AnyMsg, whose type nobody tells: subscribe with AnyMsg, or have the relay publish the type",
         name=topic,
         peer=peer,
         type_name=type_name,

@@ -189,10 +189,9 @@ def test_any_message_to_any_subscriber(nodes: tuple[Node, Node]) -> None:
         assert received._connection_header["type"] == "*"
     with pytest.raises(CodecError, match="std_msgs/String"):
         publisher.publish(message_class(String)(data="x"))
-    with a.subscriber("/any", String) as typed, pytest.raises(RosTimeout):
+    with a.subscriber("/any", String) as typed:
         eventually(lambda: typed.errors)
         assert "AnyMsg" in str(typed.errors[0]) or "offers *" in str(typed.errors[0])
-        typed.next(0.01)
 
 
 def test_the_type_of_any_message_cannot_be_learned(nodes: tuple[Node, Node]) -> None:

@@ -40,6 +40,7 @@ class _PublisherImpl(_TopicImpl):
             latch=self.is_latch,
             queue_size=self.queue_size or UNBOUNDED,
             on_connect=self._connected,
+            site=self.site,
         )
         node.on_topic_left(self.resolved_name, self._left)
 
