@@ -33,6 +33,12 @@ HOLDS = {
         "unit/node/test_peer_costs.py::test_a_publisher_of_another_type_is_asked_once",
         "unit/node/test_link_state.py::test_another_definition_is_not_asked_again_and_again",
     ],
+    "Your own folders and the bundled definitions come before it": [
+        "unit/cli/test_own_definitions.py::test_the_users_own_come_first_everywhere",
+    ],
+    "a type whose name no file can have is left out": [
+        "scenarios/test_learn.py::test_a_type_no_file_can_be_named_after_is_left_out_and_told",
+    ],
     "the rest is counted": [
         "unit/test_logs.py::test_a_flood_is_counted_instead_of_told",
         "unit/test_logs.py::test_a_flood_about_invented_things_is_bounded",

@@ -135,7 +135,7 @@ class Node:
             )
         self.name = options.node_name(name, namespace, anonymous)
         self.limits = limits or Limits()
-        self.revisions = Revisions([*msg_path, *(options.message_path() if use_environment else ())])
+        self.revisions = Revisions(options.message_path(msg_path, use_environment=use_environment))
         self._naming = Naming(self.name, remappings or {})
         self._host_given = host
         self._intraprocess = intraprocess
