@@ -50,6 +50,7 @@ from rosproto.node.watchdog import Watchdog
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import is_loopback, parse_uri
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.os_errors import system_errors
 from rosproto.transport.waiting import wait_event
 
 if TYPE_CHECKING:
@@ -184,13 +185,15 @@ class Node:
         self.clock = NodeClock()
         self._rosout: Rosout | None = None
         try:
-            self._endpoints, self._facts = join(self, Deadline(timeout))
+            with system_errors(f"open the node {self.name}", self.master_uri):
+                self._endpoints, self._facts = join(self, Deadline(timeout))
         except BaseException:
             closing.give_up(self)
             raise
         closing.close_at_exit(self)
         try:
-            self._start(rosout)
+            with system_errors(f"open the node {self.name}", self.master_uri):
+                self._start(rosout)
         except BaseException:
             self.close()
             raise

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from rosproto.errors import LocalProtocolError, RosTimeout
+from rosproto.errors import LocalProtocolError, RosError, RosTimeout
+from rosproto.transport.os_errors import translate
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -117,9 +118,14 @@ class Publisher:
         """
         if self._closed:
             raise LocalProtocolError(f"{self.topic}: this publisher is closed; make another one to publish")
-        if message is None or fields:
-            message = self._message_of(message, fields)
-        self._publication.publish(self, message)
+        try:
+            if message is None or fields:
+                message = self._message_of(message, fields)
+            self._publication.publish(self, message)
+        except OSError as error:  # the first message imports what encodes it, and no file may be left to open
+            if isinstance(error, RosError):
+                raise
+            raise translate(error, f"publish {self.topic}", "") from error
 
     def _message_of(self, message: Any, fields: dict[str, Any]) -> Message:
         if message is not None:
