@@ -3,19 +3,119 @@
 `logging` and what it pulls in cost a sixth of the time that `import rosproto.node` took, and most programs
 never see a record. One below WARNING that arises before the program itself imported `logging` could not be
 seen by anybody: no handler and no level can be set without it.
+
+What peers do goes through a `PeerLog`: they decide how often something happens and how long its text is, and
+must not fill a disk with either.
 """
 
 from __future__ import annotations
 
 import sys
+import threading
+import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
+
+from rosproto.kept import Kept
 
 if TYPE_CHECKING:
     from logging import Logger
 
-__all__ = ["get_logger"]
+__all__ = ["PeerLog", "cut", "get_logger"]
 
 _UNSEEN = ("debug", "info")
+
+LONGEST = 4000  # characters of one thing in a record: two definitions side by side are wanted whole
+WINDOW = 60.0  # seconds
+MOST_ABOUT = 10  # records about one thing in a window
+MOST_IN_ALL = 100
+
+
+def cut(text: object, most: int = LONGEST) -> str:
+    """The text, or its beginning and how much is left out."""
+    whole = str(text)
+    return whole if len(whole) <= most else f"{whole[:most]}... ({len(whole) - most} characters more)"
+
+
+class PeerLog:
+    """A logger for what peers do: texts are cut, and repetitions are counted instead of told.
+
+    One for each node or master; what it keeps is bounded. Safe from any thread.
+
+    Args:
+        name: Of the logger.
+        monotonic: Clock, seconds.
+    """
+
+    def __init__(self, name: str, monotonic: Callable[[], float] = time.monotonic) -> None:
+        self._log = get_logger(name)
+        self._monotonic = monotonic
+        self._lock = threading.Lock()
+        self._shares: Kept[tuple[str, str], _Share] = Kept(256)
+        self._all = _Share(MOST_IN_ALL)
+
+    def info(self, about: str, message: str, *args: object) -> None:
+        """As `warning`."""
+        self._say("info", about, message, args)
+
+    def warning(self, about: str, message: str, *args: object, exc_info: BaseException | None = None) -> None:
+        """Say it, unless too much was said.
+
+        Args:
+            about: What of ours it is about: a topic, a service.
+            message: Format for `args`, each of which is cut.
+            exc_info: An error whose traceback belongs to it.
+        """
+        self._say("warning", about, message, args, exc_info)
+
+    def error(self, about: str, message: str, *args: object, exc_info: BaseException | None = None) -> None:
+        """As `warning`."""
+        self._say("error", about, message, args, exc_info)
+
+    def _say(
+        self,
+        level: str,
+        about: str,
+        message: str,
+        args: tuple[object, ...],
+        exc_info: BaseException | None = None,
+    ) -> None:
+        with self._lock:
+            now, key = self._monotonic(), (about, message)
+            share = self._shares.get(key)
+            if share is None:
+                share = _Share(MOST_ABOUT)
+                self._shares.put(key, share)
+            if not (share.may(now) and self._all.may(now)):
+                share.untold += 1
+                return
+            untold, share.untold = share.untold, 0
+        if untold:
+            message, args = f"{message} (and %d more like it were not told)", (*args, untold)
+        say = getattr(self._log, level)
+        options = {} if exc_info is None else {"exc_info": exc_info}
+        say(message, *(a if isinstance(a, (int, float)) else cut(a) for a in args), stacklevel=3, **options)
+
+
+class _Share:
+    """So many records in a window of time.
+
+    Attributes:
+        untold: Those left out since the last that was told.
+    """
+
+    __slots__ = ("_begun", "_left", "_most", "untold")
+
+    def __init__(self, most: int) -> None:
+        self._most = self._left = most
+        self._begun = -WINDOW
+        self.untold = 0
+
+    def may(self, now: float) -> bool:
+        if now - self._begun >= WINDOW:
+            self._begun, self._left = now, self._most
+        self._left -= 1
+        return self._left >= 0
 
 
 def get_logger(name: str) -> Logger:

@@ -12,6 +12,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 LAYERS = [
     "rosproto.errors",
+    "rosproto.kept",
     "rosproto.logs",
     "rosproto.records",
     "rosproto.version",

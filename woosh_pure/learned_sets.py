@@ -17,9 +17,10 @@ from pathlib import Path
 from rosproto.errors import DefinitionError
 from rosproto.msg import DefinitionLibrary, bundled
 
-__all__ = ["LearnedSet", "make_sets", "write_set"]
+__all__ = ["LearnedSet", "make_sets", "why_not_kept", "write_set"]
 
 # Names that Windows does not allow for files, whatever their ending.
+LONGEST = 251  # characters of a package or a type: with ".msg" the 255 that most systems allow a file
 _RESERVED = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(1, 10))}
 
 
@@ -58,6 +59,24 @@ class LearnedSet:
         return hashlib.sha256(lines.encode()).hexdigest()[:8]
 
 
+def why_not_kept(name: str, library: DefinitionLibrary) -> str:
+    """Why a type cannot be kept in files, for itself or for one it uses; "" when it can."""
+    for used in [name, *library.dependencies(name)]:
+        if problem := _unnameable(used):
+            return problem if used == name else f"{name[:LONGEST]} uses {problem}"
+    return ""
+
+
+def _unnameable(name: str) -> str:
+    """What is wrong with a type's name as the name of a file and its folder; "" when nothing is."""
+    package, _, base = name.partition("/")
+    if {package.lower(), base.lower()} & _RESERVED:
+        return f"{name}: a file cannot have this name on every system"
+    if max(len(package), len(base)) > LONGEST:
+        return f"{name[:60]}...: longer than the name of a file may be"
+    return ""
+
+
 def make_sets(learned: Iterable[tuple[str, DefinitionLibrary]]) -> list[LearnedSet]:
     """As few sets as hold all of these without contradiction, in the order given."""
     sets: list[LearnedSet] = []
@@ -91,9 +110,9 @@ def write_set(learned: LearnedSet, folder: Path, origin: str) -> Path:
     work = Path(tempfile.mkdtemp(prefix=".new-", dir=folder))
     try:
         for name, text in learned.texts.items():
+            if problem := _unnameable(name):
+                raise DefinitionError(f"{problem}; not kept")
             package, _, base = name.partition("/")
-            if {package.lower(), base.lower()} & _RESERVED:
-                raise DefinitionError(f"{name}: a file cannot have this name on every system; not kept")
             path = work / package / "msg" / f"{base}.msg"
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(text.encode("utf-8", "surrogateescape"))

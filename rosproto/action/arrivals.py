@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from rosproto.kept import Kept
 from rosproto.protocol.goal_client import GoalStatus
 
 __all__ = ["Arrivals"]
@@ -26,6 +27,7 @@ GAP = 1.0  # seconds without a status array that interrupt that; five are sent i
 AGAIN = 1.0  # seconds between two cancels of a goal that came too late
 KEEP = 120.0  # seconds; by then every system has given up repeating what was sent
 MOST_GIVEN_UP = 1000
+MOST_SERVERS = 64  # node names that send status for one action; anybody may invent them
 
 _RUNNING = (GoalStatus.PENDING, GoalStatus.ACTIVE)
 
@@ -34,17 +36,17 @@ class Arrivals:
     """What a client knows about servers that are heard and goals that are not."""
 
     def __init__(self) -> None:
-        self._runs: dict[str, tuple[float, float]] = {}  # server: heard since, heard last
+        self._runs: Kept[str, tuple[float, float]] = Kept(MOST_SERVERS)  # heard since, heard last
         self._given_up: dict[str, tuple[float, float]] = {}  # goal id: forgotten at, cancelled again from
 
     def heard(self, server: str, now: float) -> None:
         """A status array of `server` came."""
-        since, last = self._runs.get(server, (now, now))
-        self._runs[server] = (now if now - last > GAP else since, now)
+        since, last = self._runs.get(server) or (now, now)
+        self._runs.put(server, (now if now - last > GAP else since, now))
 
     def is_steady(self, server: str, now: float) -> bool:
         """True when `server` has been heard without a gap for long enough to be believed."""
-        since, _ = self._runs.get(server, (now, now))
+        since, _ = self._runs.get(server) or (now, now)
         return now - since >= STEADY
 
     def give_up(self, goal_id: str, now: float) -> None:

@@ -15,12 +15,12 @@ import threading
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from rosproto.action.arrivals import Arrivals
+from rosproto.action.arrivals import MOST_SERVERS, Arrivals
 from rosproto.action.dispatcher import Dispatcher
 from rosproto.action.goal_handle import GoalHandle
 from rosproto.action.types import action_type, part_from
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
-from rosproto.logs import get_logger
+from rosproto.logs import PeerLog, get_logger
 from rosproto.protocol.goal_client import CommState
 from rosproto.time import Time
 from rosproto.transport.clock import SYSTEM, Clock
@@ -88,6 +88,7 @@ class ActionClient:
         self._changed = threading.Condition(threading.RLock())
         self._handles: dict[str, GoalHandle] = {}
         self._heard: dict[str, float] = {}
+        self._said = PeerLog("rosproto.action")
         self._dispatcher = Dispatcher(self.name)
         self._closed = False
         self._parts: list[Any] = []
@@ -245,9 +246,7 @@ class ActionClient:
         server = _caller(message)
         mentioned = {status.goal_id.id: status for status in message.status_list}
         with self._changed:
-            if server not in self._heard and self._heard:
-                _log.info("= %s: status also from %s, before from %s", self.name, server, list(self._heard))
-            now = self._heard[server] = self._clock.monotonic()
+            now = self._hear(server)
             self._arrivals.heard(server, now)
             too_late = self._arrivals.too_late(mentioned, now)
             for handle in list(self._handles.values()):
@@ -260,6 +259,19 @@ class ActionClient:
             self._changed.notify_all()
         for goal_id in too_late:
             self._cancel_late(goal_id, server)
+
+    def _hear(self, server: str) -> float:
+        """Note that status came, and from whom; anybody may publish it, under any number of names."""
+        heard = self._heard
+        if server not in heard and heard:
+            text = "= %s: status also from %s, before from %s"
+            self._said.info(self.name, text, self.name, server, list(heard)[-3:])
+        now = heard[server] = self._clock.monotonic()
+        if len(heard) > MOST_SERVERS:
+            needed = {server, *(handle.server for handle in self._handles.values())}
+            others = [(at, other) for other, at in heard.items() if other not in needed]
+            del heard[min(others or [(0.0, next(iter(heard)))])[1]]
+        return now
 
     def _not_arrived(self, handle: GoalHandle, server: str, now: float) -> tuple[CommState, ...]:
         """End a goal that a server which takes goals and is heard does not know (see `arrivals`)."""
@@ -285,9 +297,8 @@ class ActionClient:
         return True
 
     def _cancel_late(self, goal_id: str, server: str) -> None:
-        _log.warning(
-            "! %s: %s has got goal %s after it was given up; cancelling it", self.name, server, goal_id
-        )
+        text = "! %s: %s has got goal %s after it was given up; cancelling it"
+        self._said.warning(self.name, text, self.name, server, goal_id)
         try:
             self._send_cancel(goal_id, Time())
         except (ConnectionLost, LocalProtocolError) as error:

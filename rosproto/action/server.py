@@ -11,6 +11,7 @@ Source: wiki.ros.org/actionlib/DetailedDescription, actionlib/action_server.py a
 from __future__ import annotations
 
 import itertools
+import sys
 import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -19,6 +20,7 @@ from rosproto.action.server_goal import ServerGoal
 from rosproto.action.types import action_type, part_from
 from rosproto.errors import LocalProtocolError, RosError
 from rosproto.logs import get_logger
+from rosproto.node.call_site import CallSite
 from rosproto.protocol.goal_server import GoalList, GoalRecord, GoalStatus
 from rosproto.time import Time
 from rosproto.transport.clock import SYSTEM, Clock
@@ -90,6 +92,7 @@ class ActionServer:
         clock: Clock = SYSTEM,
     ) -> None:
         self._node = node
+        self._site = CallSite(sys._getframe(1))
         self._handler = handler
         self._check = check
         self._concurrent = concurrent
@@ -180,6 +183,7 @@ class ActionServer:
     # -- what arrives ------------------------------------------------------------------------
 
     def _on_goal(self, message: Any) -> None:
+        self._site.wait()  # a client may be quicker than the program that made this server
         header = message._connection_header or {}
         stamp = message.goal_id.stamp
         if not stamp:

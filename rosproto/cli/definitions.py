@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from .graph import CommandError, Verb, print_json, unknown, verbs
+from .graph import CommandError, Verb, library_for, print_json, unknown, verbs
 from .parser import near
 
 if TYPE_CHECKING:
@@ -86,6 +86,13 @@ def _library(arguments: argparse.Namespace) -> DefinitionLibrary:
     return bundled().fork(folders) if folders else bundled()
 
 
+def _library_of(arguments: argparse.Namespace, name: str) -> DefinitionLibrary:
+    """The one that `topic pub` and `service call` take for this type."""
+    from rosproto.msg import bundled
+
+    return library_for(arguments, name, arguments.kind) or bundled()
+
+
 def _names(library: DefinitionLibrary, kind: str, package: str) -> list[str]:
     listing = {"msg": library.messages, "srv": library.services, "action": library.actions}[kind]
     return sorted(name if "/" in name else f"{package}/{name}" for name in listing(package))
@@ -135,9 +142,10 @@ def _in_bag(arguments: argparse.Namespace) -> DefinitionLibrary:
 
 
 def _show(arguments: argparse.Namespace) -> int:
-    library = _in_bag(arguments) if arguments.bag else _library(arguments)
+    given = _in_bag(arguments) if arguments.bag else None
     shown = []
-    for name, looked_for in _asked(library, arguments):
+    for name, looked_for in _asked(given or _library(arguments), arguments):
+        library = given or _library_of(arguments, name)
         text = (
             _raw(library, arguments.kind, name) if arguments.raw else _unfolded(library, arguments.kind, name)
         )
@@ -184,7 +192,8 @@ def _list(arguments: argparse.Namespace) -> int:
 
 def _md5(arguments: argparse.Namespace) -> int:
     library = _library(arguments)
-    sums = {name: library.md5sum(name, kind=arguments.kind) for name, _ in _asked(library, arguments)}
+    asked = [name for name, _ in _asked(library, arguments)]
+    sums = {name: _library_of(arguments, name).md5sum(name, kind=arguments.kind) for name in asked}
     if arguments.json:
         print_json(sums)
         return 0

@@ -145,18 +145,18 @@ def open_node(arguments: argparse.Namespace, name: str = "rosproto") -> Any:
 
 
 def msg_path(arguments: argparse.Namespace) -> list[Any]:
-    """Folders of --msg-path, then what `woosh learn` has kept; a node adds those of the environment."""
-    from rosproto.msg.user_folder import learned_paths
+    """The user's own folders (--msg-path, the environment), then what `woosh learn` has kept."""
+    from rosproto.msg.user_folder import own_and_learned
 
-    return [*(arguments.msg_path or ()), *(() if arguments.no_learned else learned_paths())]
+    return own_and_learned(arguments.msg_path or (), learned=not arguments.no_learned)
 
 
 def library_for(arguments: argparse.Namespace, name: str, kind: str = "msg") -> DefinitionLibrary | None:
-    """Where a type's definition is: None for the bundled ones, else one of `msg_path`."""
-    from rosproto.msg.user_folder import environment_paths
-    from rosproto.node.revisions import Revisions
+    """Where a type's definition is; None for the bundled ones. The user's own go first, learned ones last."""
+    from rosproto.msg.user_folder import library_of
 
-    return Revisions([*msg_path(arguments), *environment_paths()]).library_for(name, kind)
+    learned = not getattr(arguments, "no_learned", False)
+    return library_of(name, kind, arguments.msg_path or (), learned=learned)
 
 
 def absolute(name: str) -> str:

@@ -10,6 +10,7 @@ from rosproto.codec.flavour import Flavour, flavour_named
 from rosproto.codec.layout import attribute_name, check_field_name
 from rosproto.codec.message import DynamicMessage, Message, MessageMeta, ServiceType
 from rosproto.errors import DefinitionError
+from rosproto.kept import Kept
 from rosproto.msg import bundled, library_from_full_text
 from rosproto.msg.spec import MessageSpec
 
@@ -20,7 +21,9 @@ __all__ = ["define", "message_class", "pickled", "restore", "service_class"]
 
 _lock = RLock()
 _DEFINED_KEPT = 256
-_defined: dict[tuple[str, str, Flavour], type[DynamicMessage]] = {}
+_DEFINED_CHARACTERS = 2 << 20  # of all their texts; a class takes thirty times its text
+_defined_since = 0  # characters, since the collector was run for them
+_defined: Kept[tuple[str, str, Flavour], type[DynamicMessage]] = Kept(_DEFINED_KEPT, _DEFINED_CHARACTERS)
 
 
 def message_class(
@@ -201,7 +204,8 @@ def define(
     """A class from a full definition text, as connection headers and bags carry it.
 
     The text may come from anybody: it is bounded (`rosproto.msg.DefinitionLimits`), and only checked
-    identifiers of it reach generated code. The same text gives the same class while it is among the last 256.
+    identifiers of it reach generated code. The same text gives the same class while it is among the last 256
+    and those are no longer than 2 MB together.
 
     Args:
         name: "package/Type" that the text begins with.
@@ -222,10 +226,24 @@ def define(
             assert cls._binding is not None
             _ = cls._binding.layout  # everything it uses is there, or it is refused now
             if base is None:
-                if len(_defined) >= _DEFINED_KEPT:
-                    _defined.pop(next(iter(_defined)))
-                _defined[key] = cls
+                _defined.put(key, cls, len(full_text))
+                _clear_away(len(full_text))
     return cls
+
+
+def _clear_away(characters: int) -> None:
+    """Have classes that nobody holds any more go, once their texts are long together.
+
+    A class is in a cycle, and the collector waits for a number of objects: of texts of a megabyte each it
+    lets hundreds lie around.
+    """
+    global _defined_since
+    _defined_since += characters
+    if _defined_since > 2 * _DEFINED_CHARACTERS:
+        import gc
+
+        _defined_since = 0
+        gc.collect()
 
 
 def pickled(message: Message) -> tuple[Any, ...]:

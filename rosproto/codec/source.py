@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from struct import Struct, calcsize
+from struct import Struct
 from typing import Any
 
 __all__ = ["Source", "merge_codes", "quickest"]
@@ -114,12 +114,14 @@ def quickest(form: str, *, packs: bool) -> str:
     native = form[1:]
     if packs and "f" in native:
         return form
-    if sys.byteorder == "little" and calcsize(native) == calcsize(form):
+    # Not by `calcsize`, which keeps the last hundred formats, however long.
+    if sys.byteorder == "little" and Struct(native).size == Struct(form).size:
         return native
     return form
 
 
 STRUCTS_KEPT = 4096
+LONGEST_SHARED = 256  # characters of a format; a Struct takes 32 bytes for each, and few share a long one
 _methods: dict[tuple[str, str], Any] = {}
 
 
@@ -127,7 +129,9 @@ def _shared_method(form: str, method: str) -> Any:
     """One bound method per format: types share them (bounded, as definitions may be hostile)."""
     found = _methods.get((form, method))
     if found is None:
-        if len(_methods) >= STRUCTS_KEPT:
-            _methods.clear()
-        found = _methods[(form, method)] = getattr(Struct(quickest(form, packs=method == "pack")), method)
+        found = getattr(Struct(quickest(form, packs=method == "pack")), method)
+        if len(form) <= LONGEST_SHARED:
+            if len(_methods) >= STRUCTS_KEPT:
+                _methods.clear()
+            _methods[form, method] = found
     return found

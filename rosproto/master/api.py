@@ -15,7 +15,7 @@ import os
 import threading
 from collections.abc import Callable, Sequence
 
-from rosproto.logs import get_logger
+from rosproto.logs import PeerLog, get_logger
 from rosproto.records import NamedTuple
 
 from . import validation as v
@@ -86,6 +86,7 @@ class MasterApi:
         self._post = post
         self._stop = stop
         self._may_stop = may_stop
+        self._said = PeerLog("rosproto.master")
 
     def dispatch(self, method: str, params: Sequence[object], peer: str = "") -> list[object]:
         """Answer one call with the triple [status, text, value].
@@ -127,7 +128,8 @@ class MasterApi:
         if problem:
             return [ERROR, problem, 0]
         if not self._may_stop(peer):
-            _log.warning("! refused shutdown of the master by %s (%s): %s", params[0], peer, params[1])
+            text = "! refused shutdown of the master by %s (%s): %s"
+            self._said.warning("", text, params[0], peer, params[1])
             return [ERROR, f"shutdown of the master is not allowed from {peer}", 0]
         self._stop(f"external shutdown request from [{params[0]}] at {peer}: {params[1]}")
         return [SUCCESS, "shutdown", 0]

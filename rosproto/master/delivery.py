@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
-from rosproto.logs import get_logger
+from rosproto.logs import PeerLog, get_logger
 from rosproto.protocol.limits import Limits
 from rosproto.transport import Deadline, XmlRpcClient
 
@@ -31,15 +31,23 @@ class NodeSender:
         names_at: Names registered with a URI at this moment.
         timeout: Seconds for one call; for finding out who somebody is, all calls together.
         limits: Bounds for the node's answers.
+        said: The master's log of what nodes do.
     """
 
     def __init__(
-        self, uri: str, names_at: Callable[[str], list[str]], *, timeout: float, limits: Limits
+        self,
+        uri: str,
+        names_at: Callable[[str], list[str]],
+        *,
+        timeout: float,
+        limits: Limits,
+        said: PeerLog | None = None,
     ) -> None:
         self.uri = uri
         self._names_at = names_at
         self._timeout = timeout
         self._limits = limits
+        self._said = said or PeerLog("rosproto.master")
         try:
             self._client: XmlRpcClient | None = XmlRpcClient(uri, limits=limits, timeout=timeout)
         except ValueError:  # registered with something that only looks like a URI
@@ -80,20 +88,22 @@ class NodeSender:
         """Tell the old holder of a name to end, if it is really that one (see `identity.py`)."""
         others = [name for name in self._names_at(note.uri) if name != note.name]
         if others:
-            _log.info("= %s moved; its old address %s is %s now, left alone", note.name, note.uri, others[0])
+            text = "= %s moved; its old address %s is %s now, left alone"
+            self._said.info("", text, note.name, note.uri, others[0])
             return
         if note.name in self._names_at(note.uri):
             return  # it moved back to this address meanwhile: the process there is the rightful one
         verdict = identify(client, note, self._limits, Deadline(self._timeout))
         if verdict is not Verdict.SAME:
-            _log.warning(
+            self._said.warning(
+                "",
                 "! %s was registered twice; who listens at its old address %s is %s, so it is not shut down",
                 note.name,
                 note.uri,
                 "another node" if verdict is Verdict.OTHER else "not known",
             )
             return
-        _log.info("> shutdown of %s at %s: %s", note.name, note.uri, note.reason)
+        self._said.info("", "> shutdown of %s at %s: %s", note.name, note.uri, note.reason)
         client.call("shutdown", CALLER_ID, note.reason)
 
 

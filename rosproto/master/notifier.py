@@ -23,7 +23,7 @@ from collections.abc import Callable
 from enum import Enum
 from typing import Protocol
 
-from rosproto.logs import get_logger
+from rosproto.logs import PeerLog, get_logger
 
 from .notifications import Notification
 
@@ -113,6 +113,7 @@ class Notifier:
         self._senders: set[Sender] = set()
         self._order = itertools.count()
         self._closed = False
+        self._said = PeerLog("rosproto.master")
         self._counts = dict.fromkeys(("sent", "replaced", "dropped", "failed"), 0)
 
     def post(self, note: Notification) -> None:
@@ -267,8 +268,8 @@ class Notifier:
         # What was posted during the call is for somebody who came meanwhile, perhaps to the same address.
         later = {key: item for key, item in queue.pending.items() if item[0] > begun}
         self._counts["failed"] += 1 + len(queue.pending) - len(later)
-        say = _log.info if outcome is Delivery.GONE else _log.warning
-        say("! %s is %s: gave up %s and what followed", queue.uri, outcome.value, note.key)
+        say = self._said.info if outcome is Delivery.GONE else self._said.warning
+        say(queue.uri, "! %s is %s: gave up %s and what followed", queue.uri, outcome.value, note.key)
         queue.pending, queue.attempts = later, 0
         return False
 

@@ -6,7 +6,7 @@ import os
 import threading
 
 from rosproto.errors import RosError
-from rosproto.logs import get_logger
+from rosproto.logs import PeerLog, get_logger
 from rosproto.protocol import Fault
 from rosproto.protocol.limits import Limits
 from rosproto.transport import Peer, XmlRpcServer, is_loopback, local_address_towards, make_uri
@@ -76,8 +76,9 @@ class Master:
         self._process = os.getpid()
         self._closing = threading.Lock()
         registry = Registry()
+        said = PeerLog("rosproto.master")
         self._notifier = Notifier(
-            lambda uri: NodeSender(uri, self._names_at, timeout=call_timeout, limits=limits)
+            lambda uri: NodeSender(uri, self._names_at, timeout=call_timeout, limits=limits, said=said)
         )
         self._api = MasterApi(
             self._notifier.post,

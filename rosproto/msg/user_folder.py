@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from rosproto.errors import DefinitionError
@@ -17,7 +17,9 @@ from rosproto.msg.sources import folder_source
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["environment_paths", "learned_paths", "revisions_folder"]
+    from rosproto.msg.library import DefinitionLibrary
+
+__all__ = ["environment_paths", "learned_paths", "library_of", "own_and_learned", "revisions_folder"]
 
 
 def revisions_folder(environment: Mapping[str, str] | None = None, platform: str = sys.platform) -> Path:
@@ -62,6 +64,36 @@ def learned_paths(folder: str | os.PathLike[str] | None = None) -> list[Path]:
     except OSError:
         return []
     return [entry for entry in entries if not entry.name.startswith(".") and _is_set(entry)]
+
+
+def own_and_learned(
+    given: Iterable[str | os.PathLike[str]] = (), *, learned: bool = True
+) -> list[str | os.PathLike[str]]:
+    """The order for `msg_path=`: given by hand, then $ROSPROTO_MSG_PATH, and last what robots have sent."""
+    return [*given, *environment_paths(), *(learned_paths() if learned else ())]
+
+
+def library_of(
+    name: str, kind: str = "msg", given: Iterable[str | os.PathLike[str]] = (), *, learned: bool = True
+) -> DefinitionLibrary | None:
+    """Where a command finds a type by its name; None for the bundled definitions.
+
+    The user's own come first, also before bundled ones of that name. What was learned from a robot counts
+    only where nobody else has the type.
+
+    Raises:
+        DefinitionError: A folder is not there or holds no definition.
+    """
+    from rosproto.msg.library import DefinitionLibrary, bundled
+
+    own = [*given, *environment_paths()]
+    if any(DefinitionLibrary([path]).has(kind, name) for path in own):
+        return bundled().fork(own)
+    if not bundled().has(kind, name):
+        for path in learned_paths() if learned else ():
+            if DefinitionLibrary([path]).has(kind, name):
+                return bundled().fork([path])
+    return None
 
 
 def _is_set(path: Path) -> bool:

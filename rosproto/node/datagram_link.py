@@ -249,7 +249,6 @@ class DatagramLink:
                 f" {error}",
                 peer=self.address,
             )
-            _log.info("= %s", lost)
         self._on_closed(self, lost)
 
     def stats(self) -> LinkStats:

@@ -28,7 +28,6 @@ from rosproto.transport.address import parse_uri
 if TYPE_CHECKING:
     from rosproto.node.node import Node
     from rosproto.node.publication import Publication
-    from rosproto.node.revisions import RevisedType
     from rosproto.node.stats import LinkStats
     from rosproto.node.subscription import Subscription
 
@@ -163,7 +162,6 @@ class LocalLink(PublisherLink):
     def __init__(self, subscription: Subscription, uri: str, id: int) -> None:
         super().__init__(subscription, uri, id)
         self._pipe: _Pipe | None = None
-        self._revised: RevisedType | None = None
         self._bytes = 0
         self._messages = 0
 

@@ -21,6 +21,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from rosproto.logs import get_logger
+from rosproto.transport.waking import open_selector, wake_pair
 
 __all__ = ["LinkMonitor", "MonitoredLink"]
 
@@ -50,8 +51,12 @@ class LinkMonitor:
 
     def __init__(self, name: str) -> None:
         self._name = name
-        self._selector = selectors.DefaultSelector()
-        self._wake_in, self._wake_out = socket.socketpair()
+        self._selector = open_selector(f"watch the links of {name}")
+        try:
+            self._wake_in, self._wake_out = wake_pair(f"watch the links of {name}")
+        except BaseException:
+            self._selector.close()
+            raise
         self._wake_in.setblocking(False)
         self._wake_out.setblocking(False)
         self._selector.register(self._wake_in, selectors.EVENT_READ, None)

@@ -6,8 +6,13 @@ and begins again *with a fresh requestTopic*, because a restarted publisher list
 never tries again, and roscpp tries the old port for ever (docs/wire.md, 58). It ends only when the master
 no longer names the publisher, or the subscriber closes.
 
-The wait is short and bounded: `RETRY` doubles from 50 ms to 0.6 s, so that a publisher that can be reached
-again is connected within a second. A refusal (other md5sum) is not cured by haste: 0.5 s, doubling to 5 s.
+How long it waits (`Pauses`) follows from how the try ended. A publisher that cannot be reached is tried again
+after 50 ms, doubling to 0.6 s, so that one that comes back is connected within a second. A refusal is not
+cured by haste: 0.5 s, doubling to 5 s. Another definition is not cured by waiting at all, and each try is a
+warning in the publisher's log: 30 s, doubling to 5 minutes. And one that agrees and breaks off at once, again
+and again, is left alone for up to 5 s, whatever the reason: a session counts as a success when it has lasted
+`STEADY`. The master's word about a publisher (a nudge) ends any of these waits, yet not the first `LEAST` of
+them.
 """
 
 from __future__ import annotations
@@ -16,7 +21,10 @@ import enum
 
 from rosproto.transport.backoff import Backoff
 
-__all__ = ["LinkEvent", "LinkState", "next_state", "refused_backoff", "retry_backoff"]
+__all__ = ["LEAST", "STEADY", "LinkEvent", "LinkState", "Pauses", "next_state"]
+
+STEADY = 5.0  # seconds
+LEAST = 0.25  # seconds
 
 
 class LinkState(enum.Enum):
@@ -73,11 +81,30 @@ def next_state(state: LinkState, event: LinkEvent) -> LinkState:
     return following
 
 
-def retry_backoff() -> Backoff:
-    """Waits between tries."""
-    return Backoff(first=0.05, factor=2.0, most=0.6, jitter=0.2)
+class Pauses:
+    """How long one link waits before each try."""
 
+    def __init__(self) -> None:
+        self._retry = Backoff(first=0.05, factor=2.0, most=0.6, jitter=0.2)
+        self._brief = Backoff(first=0.05, factor=2.0, most=5.0, jitter=0.2)
+        self._refused = Backoff(first=0.5, factor=2.0, most=5.0, jitter=0.2)
+        self._mismatch = Backoff(first=30.0, factor=2.0, most=300.0, jitter=0.2)
 
-def refused_backoff() -> Backoff:
-    """Waits after refusals: each is a warning in the publisher's log."""
-    return Backoff(first=0.5, factor=2.0, most=5.0, jitter=0.2)
+    def after(self, lasted: float | None, *, refused: bool = False, mismatch: bool = False) -> float:
+        """Seconds to wait now.
+
+        Args:
+            lasted: Seconds that the session lasted; None: there was none.
+            refused: The two sides do not fit.
+            mismatch: Their definitions differ, and values cannot be carried over.
+        """
+        if lasted is not None:
+            self._retry.reset()
+            if lasted >= STEADY:
+                for backoff in (self._brief, self._refused, self._mismatch):
+                    backoff.reset()
+        if mismatch:
+            return self._mismatch.next()
+        if refused:
+            return self._refused.next()
+        return (self._retry if lasted is None else self._brief).next()

@@ -21,14 +21,18 @@ How the parts hang together (the seam for services, parameters and whatever come
 from __future__ import annotations
 
 import itertools
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from rosproto import names
+from rosproto.codec import AnyMsg
 from rosproto.errors import LocalProtocolError
+from rosproto.logs import PeerLog
 from rosproto.node import closing, intraprocess, options
+from rosproto.node.call_site import CallSite
 from rosproto.node.clock import NodeClock
 from rosproto.node.events import Event, Events
 from rosproto.node.joining import join
@@ -47,6 +51,7 @@ from rosproto.protocol.limits import Limits
 from rosproto.transport.address import is_loopback, parse_uri
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.host_names import HostNames
+from rosproto.transport.os_errors import system_errors
 from rosproto.transport.waiting import wait_event
 
 if TYPE_CHECKING:
@@ -136,10 +141,11 @@ class Node:
             )
         self.name = options.node_name(name, namespace, anonymous)
         self.limits = limits or Limits()
-        self.revisions = Revisions([*msg_path, *(options.message_path() if use_environment else ())])
+        self.revisions = Revisions(options.message_path(msg_path, use_environment=use_environment))
         self._naming = Naming(self.name, remappings or {})
         self._host_given = host
         self._intraprocess = intraprocess
+        self._said = PeerLog("rosproto.node")  # what peers do, told within bounds
         self._events = Events(self.name, on_event)
         self._emit = self._events.emit
         self._closing = threading.Event()
@@ -189,13 +195,15 @@ class Node:
         self.clock = NodeClock()
         self._rosout: Rosout | None = None
         try:
-            self._endpoints, self._facts = join(self, Deadline(timeout))
+            with system_errors(f"open the node {self.name}", self.master_uri):
+                self._endpoints, self._facts = join(self, Deadline(timeout))
         except BaseException:
             closing.give_up(self)
             raise
         closing.close_at_exit(self)
         try:
-            self._start(rosout)
+            with system_errors(f"open the node {self.name}", self.master_uri):
+                self._start(rosout)
         except BaseException:
             self.close()
             raise
@@ -230,7 +238,8 @@ class Node:
 
         Args:
             topic: Global, relative or "~private" name.
-            type: A message class or "package/Type".
+            type: A message class or "package/Type"; `AnyMsg` for a relay that does not know what it sends
+                (only subscribers of any type get it, as with rospy).
             latch: A subscriber that comes later gets the last message.
             queue_size: Most messages that wait for one slow subscriber; the oldest is dropped.
             on_connect: Called with the caller id of each new subscriber, in a thread of the library.
@@ -250,7 +259,7 @@ class Node:
         options.callback_or_none(on_disconnect, f"on_disconnect of {topic}")
         options.callback_or_none(header, f"header of {topic}")
         type_ = resolve_type(type, self.revisions)
-        if type_.is_wildcard:
+        if type_.is_wildcard and type is not AnyMsg:
             raise LocalProtocolError(
                 f"{topic}: a publisher needs a definite type; give the class or name of what it publishes"
             )
@@ -263,6 +272,7 @@ class Node:
             on_disconnect=on_disconnect,
             header=header,
             linger=linger,
+            site=CallSite(sys._getframe(1)) if on_connect is not None else None,
         )
 
     def subscriber(
@@ -282,9 +292,10 @@ class Node:
 
         Args:
             topic: Global, relative or "~private" name.
-            type: A message class or "package/Type"; None takes the publisher's own definition.
-            callback: Called with each message; see `Subscriber` for the thread. Without it, iterate or use
-                `next`.
+            type: A message class or "package/Type"; None takes the publisher's own definition, `AnyMsg` is
+                any type, raw.
+            callback: Called with each message; see `Subscriber` for the thread. Not before this has returned
+                and the program has gone on. Without it, iterate or use `next`.
             queue_size: Most messages that wait for the program; the oldest is dropped. 1 is the newest.
             raw: Give `AnyMsg` with the encoded bytes, do not decode.
             tcp_nodelay: Ask publishers to send each message at once. It removes stalls of 40 ms with peers
@@ -310,11 +321,12 @@ class Node:
             resolve_type(type, self.revisions),
             callback=callback,
             queue_size=options.queue_length(queue_size),
-            raw=raw,
+            raw=raw or type is AnyMsg,
             tcp_nodelay=tcp_nodelay,
             unreliable=unreliable,
             on_error=on_error,
             inline=inline,
+            site=CallSite(sys._getframe(1)) if callback is not None else None,
         )
 
     def wait_for_message(self, topic: str, type: TypeGiven = None, *, timeout: float | None = 10.0) -> Any:
@@ -343,7 +355,8 @@ class Node:
     def service_server(self, service: str, type: Any, handler: Callable[[Any], Any]) -> ServiceServer:
         """Provide a service: `handler(request)` returns the response. See `ServiceServer`."""
         self._check_open()
-        return self._services.server(self.resolve_name(service), type, handler)
+        site = CallSite(sys._getframe(1))
+        return self._services.server(self.resolve_name(service), type, handler, site)
 
     def wait_for_service(self, service: str, *, timeout: float | None = 10.0) -> None:
         """Wait until a service is provided and its provider answers.

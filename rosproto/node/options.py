@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from rosproto import names
+from rosproto.msg.user_folder import environment_paths
 from rosproto.transport.address import host_from_environment
 from rosproto.transport.host_names import VARIABLE, parse_host_names
 
@@ -32,9 +33,16 @@ def node_name(name: str, namespace: str, anonymous: bool) -> str:
     return resolved
 
 
-def message_path() -> list[str]:
-    """Folders in $ROSPROTO_MSG_PATH, separated as in $PATH."""
-    return [path for path in os.environ.get("ROSPROTO_MSG_PATH", "").split(os.pathsep) if path]
+def message_path(
+    given: Iterable[str | os.PathLike[str]], *, use_environment: bool
+) -> list[str | os.PathLike[str]]:
+    """The folders given, and those in $ROSPROTO_MSG_PATH that are not among them: a command gives all."""
+    folders = list(given)
+    return (
+        folders + [path for path in environment_paths() if path not in folders]
+        if use_environment
+        else folders
+    )
 
 
 def host_names() -> dict[str, str]:

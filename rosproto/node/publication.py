@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from rosproto.codec import AnyMsg
 from rosproto.codec.conversion import ConversionError
-from rosproto.errors import CodecError, ConnectionLost, Md5sumMismatch, RosError
+from rosproto.errors import CodecError, ConnectionLost, Md5sumMismatch, RosError, TooLarge
 from rosproto.logs import get_logger
 from rosproto.node.events import Event, EventKind, without_frames
 from rosproto.node.frames import LARGE, LargeFrame, prefix, small_frame
@@ -82,7 +82,7 @@ class Publication:
 
     Attributes:
         name: Resolved topic.
-        type: Its type; never the wildcard.
+        type: Its type; the wildcard for a relay that publishes AnyMsg.
         links: The present subscribers that want our own definition; replaced, never changed, so it is read
             without a lock. Those that want another revision are in `_revised`, by md5sum.
     """
@@ -102,7 +102,7 @@ class Publication:
         self._burst = 0
         self._returned = 0.0
         # Most small messages have neither header nor arrays: then encoding is one call.
-        is_plain = not self._has_header and not type_.may_be_large
+        is_plain = not self._has_header and not type_.may_be_large and not type_.is_wildcard
         self._plain_class = type_.message_class if is_plain else None
         self._plain_encode = type_.encode
         self._revised: dict[str, RevisedOutput] = {}
@@ -162,7 +162,7 @@ class Publication:
         """Every present subscriber, whatever revision it wants."""
         if not self._revised:
             return self.links
-        return self.links + tuple(link for output in self._revised.values() for link in output.links)
+        return self.links + tuple(link for output in list(self._revised.values()) for link in output.links)
 
     @property
     def wanted(self) -> list[tuple[OutgoingLink, type[Message]]]:
@@ -210,9 +210,11 @@ class Publication:
             )
             return None
         except Md5sumMismatch as mismatch:
-            if mismatch.remote_type not in ("", self.type.name):
+            if self.type.is_wildcard or mismatch.remote_type not in ("", self.type.name):
                 raise
             known = self._revised.get(fields["md5sum"])
+            if known is None and len(self._revised) >= self.node.limits.revisions:
+                raise TooLarge("revisions", len(self._revised) + 1, self.node.limits.revisions) from None
             return known or self._revise(fields, mismatch)
 
     def _revise(self, fields: dict[str, str], mismatch: Md5sumMismatch) -> RevisedOutput:
@@ -227,17 +229,17 @@ class Publication:
             output = RevisedOutput(self.type, theirs)
         except ConversionError as error:
             raise explained(mismatch, self.type.message_class, definition, str(error)) from error
-        note_differences(self.name, fields.get("callerid", "a subscriber"), output.conversion)
-        with self._lock:
-            self.publish = self._publish_revised  # type: ignore[method-assign]
-            return self._revised.setdefault(fields["md5sum"], output)
+        note_differences(
+            self.node._said, self.name, fields.get("callerid", "a subscriber"), output.conversion
+        )
+        return output
 
     def _refused(self, sock: socket.socket, address: str, error: RosError) -> None:
         if isinstance(error, (ConnectionLost, TimeoutError)):
             _log.debug("! %s: %s went away during the handshake: %s", self.name, address, error)
             sock.close()
             return
-        _log.warning("! %s: subscriber refused: %s", self.name, error)
+        self.node._said.warning(self.name, "! %s: subscriber refused: %s", self.name, error)
         refuse(sock, str(error))
         self.node._emit(Event(EventKind.REFUSED, self.name, address, without_frames(error)))
 
@@ -263,17 +265,18 @@ class Publication:
     def attach(self, link: OutgoingLink, address: str, output: RevisedOutput | None = None) -> None:
         """Add a subscriber: first the latched messages, then everything published from now on."""
         with self._lock:
-            closed = self._closed
+            closed = self._closed or not self._has_room(output)
             if not closed:
                 # Among the others first: a link that ends over its first message takes itself out again.
                 if output is None:
                     self.links = (*self.links, link)
                 else:
+                    output = self._present(output)
                     output.links = (*output.links, link)
                 for frame in self._latched.values():
                     self._send_latched(link, frame, output)
                 self._lock.notify_all()
-                callbacks = [handle.on_connect for handle in self._handles if handle.on_connect]
+                callbacks = [handle._connected for handle in self._handles if handle.on_connect]
         if closed:
             link.close()
             return
@@ -283,14 +286,24 @@ class Publication:
         for callback in callbacks:
             self._call(callback, link.caller_id)
 
+    def _has_room(self, output: RevisedOutput | None) -> bool:
+        """Asked again: several handshakes may have been let through at once."""
+        if output is None or output.type.md5sum in self._revised:
+            return True
+        return len(self._revised) < self.node.limits.revisions
+
+    def _present(self, output: RevisedOutput) -> RevisedOutput:
+        """The one output of that revision, from now until its last link goes (`detach`)."""
+        self.publish = self._publish_revised  # type: ignore[method-assign]
+        return self._revised.setdefault(output.type.md5sum, output)
+
     def _send_latched(self, link: OutgoingLink, frame: Frame, output: RevisedOutput | None) -> None:
         if output is not None:
             try:
                 frame = output.convert_frame(frame)
             except CodecError as error:  # published before anybody wanted it so: this one goes without it
-                _log.warning(
-                    "! %s: %s does not get the latched message: %s", self.name, link.caller_id, error
-                )
+                text = "! %s: %s does not get the latched message: %s"
+                self.node._said.warning(self.name, text, self.name, link.caller_id, error)
                 return
         _send(link, frame)
 
@@ -304,6 +317,7 @@ class Publication:
         """A link has ended; `error` says why, None when we ended it."""
         self.detach(link)
         if error is not None:
+            self.node._said.info(self.name, "= %s", error)
             kind = EventKind.DISCONNECTED
             self.node._emit(Event(kind, self.name, error.peer, error, peer=link.caller_id, direction="out"))
 
@@ -314,8 +328,12 @@ class Publication:
                 return
             self._gone_bytes += link.stats().bytes
             self.links = tuple(other for other in self.links if other is not link)
-            for output in self._revised.values():
+            for md5sum, output in list(self._revised.items()):
                 output.links = tuple(other for other in output.links if other is not link)
+                if not output.links:
+                    del self._revised[md5sum]
+            if not self._revised:
+                vars(self).pop("publish", None)
             self._lock.notify_all()
             callbacks = [] if self._closed else [handle.on_disconnect for handle in self._handles]
         for callback in callbacks:
@@ -334,8 +352,8 @@ class Publication:
     def publish(self, handle: Publisher, message: Any) -> None:
         """Encode and hand to every subscriber; see `Publisher.publish`.
 
-        As soon as a subscriber wants another revision, `_publish_revised` takes this method's place: until
-        then nobody asks with every message whether there is one.
+        While a subscriber wants another revision, `_publish_revised` takes this method's place: otherwise
+        nobody asks with every message whether there is one.
         """
         links = self.links
         if not links and not handle.latch:
@@ -393,7 +411,7 @@ class Publication:
     def _encode(self, message: Any) -> Frame:
         """The frame; header.seq is counted per topic and written into the bytes, not into the message."""
         type_ = self.type
-        if type(message) is not type_.message_class:
+        if type_.is_wildcard or type(message) is not type_.message_class:
             if isinstance(message, (bytes, bytearray, memoryview)):
                 return _raw_frame(message)  # a relay: nothing is rewritten, header.seq neither (pitfall 59)
             if isinstance(message, AnyMsg):

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from rosproto.errors import LocalProtocolError, RosTimeout
+from rosproto.errors import LocalProtocolError, RosError, RosTimeout
+from rosproto.transport.os_errors import translate
 
 if TYPE_CHECKING:
     from types import TracebackType
 
     from rosproto.codec import Message
+    from rosproto.node.call_site import CallSite
     from rosproto.node.node import Node
     from rosproto.node.publication import Publication
     from rosproto.node.stats import LinkStats
@@ -41,6 +43,7 @@ class Publisher:
         on_disconnect: Callable[[str], object] | None = None,
         header: Callable[[], Mapping[str, str]] | None = None,
         linger: bool = True,
+        site: CallSite | None = None,
     ) -> None:
         self._node = node
         self._publication = publication
@@ -51,6 +54,14 @@ class Publisher:
         self.header = header
         self.linger = linger
         self._closed = False
+        self._site = site
+
+    def _connected(self, caller_id: str) -> None:
+        """A subscriber came; told in a thread of the library, once the program has what it asked for."""
+        if self.on_connect is not None:
+            if self._site is not None:
+                self._site.wait()
+            self.on_connect(caller_id)
 
     @property
     def topic(self) -> str:
@@ -113,9 +124,14 @@ class Publisher:
         """
         if self._closed:
             raise LocalProtocolError(f"{self.topic}: this publisher is closed; make another one to publish")
-        if message is None or fields:
-            message = self._message_of(message, fields)
-        self._publication.publish(self, message)
+        try:
+            if message is None or fields:
+                message = self._message_of(message, fields)
+            self._publication.publish(self, message)
+        except OSError as error:  # the first message imports what encodes it, and no file may be left to open
+            if isinstance(error, RosError):
+                raise
+            raise translate(error, f"publish {self.topic}", "") from error
 
     def _message_of(self, message: Any, fields: dict[str, Any]) -> Message:
         if message is not None:

@@ -7,6 +7,7 @@ received is left to `TcprosLink` and to `LocalLink` (a publisher in this process
 from __future__ import annotations
 
 import threading
+from time import monotonic
 from typing import TYPE_CHECKING
 
 from rosproto.errors import (
@@ -21,11 +22,12 @@ from rosproto.errors import (
 )
 from rosproto.logs import get_logger
 from rosproto.node.events import Event, EventKind, without_frames
-from rosproto.node.link_state import LinkEvent, LinkState, next_state, refused_backoff, retry_backoff
+from rosproto.node.link_state import LEAST, STEADY, LinkEvent, LinkState, Pauses, next_state
 from rosproto.protocol.handshake import HandshakeRefused
 from rosproto.transport.os_errors import program_ends, translate
 
 if TYPE_CHECKING:
+    from rosproto.node.revisions import RevisedType
     from rosproto.node.stats import LinkStats
     from rosproto.node.subscription import Subscription
 
@@ -70,6 +72,9 @@ class PublisherLink:
         self._nudged = False
         self._sessions = 0
         self._attempts = 0
+        self._begun_at: float | None = None
+        self._told: type | None = None  # kind of the last failure that was logged
+        self._revised: RevisedType | None = None
         self._last_error: Exception | None = None
         self._past_bytes = 0
         self._past_messages = 0
@@ -129,13 +134,12 @@ class PublisherLink:
     # -- the thread -----------------------------------------------------------------------------------------
 
     def _run(self) -> None:
-        backoff, refused = retry_backoff(), refused_backoff()
+        pauses = Pauses()
         while self._step(LinkEvent.DUE) is LinkState.REQUESTING:
             try:
                 self._open()
                 if self._step(LinkEvent.ACCEPTED) is LinkState.RECEIVING:
-                    backoff.reset()
-                    refused.reset()
+                    self._begun_at = monotonic()
                     self._begun()
                     self._receive()
             except (RosError, OSError) as error:
@@ -149,7 +153,14 @@ class PublisherLink:
                 self._end_session()
             if not self.named:
                 self.close()
-            self._wait((refused if self._state is LinkState.REFUSED else backoff).next())
+            self._wait(
+                pauses.after(
+                    self._lasted,
+                    refused=self._state is LinkState.REFUSED,
+                    mismatch=isinstance(self._last_error, Md5sumMismatch),
+                )
+            )
+            self._begun_at = None
         self.subscription.link_closed(self)
 
     def _step(self, event: LinkEvent) -> LinkState:
@@ -157,8 +168,17 @@ class PublisherLink:
             self._state = next_state(self._state, event)
             return self._state
 
+    @property
+    def _lasted(self) -> float | None:
+        """Seconds since this session began; None when none did."""
+        return None if self._begun_at is None else monotonic() - self._begun_at
+
     def _wait(self, seconds: float) -> None:
         with self._condition:
+            # Anybody can make the master name a publisher again, any number of times.
+            least = min(seconds, LEAST)
+            self._condition.wait_for(lambda: self._state is LinkState.CLOSED, least)
+            seconds -= least
             self._condition.wait_for(lambda: self._nudged or self._state is LinkState.CLOSED, seconds)
             self._nudged = False
 
@@ -191,12 +211,22 @@ class PublisherLink:
         news = self._last_error is None or type(self._last_error) is not type(error)
         self._last_error = error
         if news:
-            say = _log.debug if self._is_ordinary(error, was) else _log.warning
-            say("! %s: publisher %s: %s", self.topic, self.caller_id or self.uri, error)
+            self._log_failure(error, was)
             self.subscription.report(error)
             self._node._emit(
                 Event(kind, self.topic, self.address, error, peer=self.caller_id, direction="in")
             )
+
+    def _log_failure(self, error: Exception, was: LinkState) -> None:
+        """Once for each kind, until a session has lasted."""
+        if (self._lasted or 0.0) >= STEADY:
+            self._told = None
+        if self._is_ordinary(error, was):
+            _log.debug("! %s: publisher %s: %s", self.topic, self.caller_id or self.uri, error)
+        elif self._told is not type(error):
+            self._told = type(error)
+            text = "! %s: publisher %s: %s"
+            self._node._said.warning(self.topic, text, self.topic, self.caller_id or self.uri, error)
 
     @staticmethod
     def _is_ordinary(error: Exception, was: LinkState) -> bool:
@@ -209,6 +239,9 @@ class PublisherLink:
         connected = bool(self.header)
         self.header = {}
         self.address = self.uri
+        revised, self._revised = self._revised, None
+        if revised is not None:
+            self.subscription.forget_revised(revised)
         if connected:
             self.subscription.link_changed()
 

@@ -22,6 +22,7 @@ from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcpros_io import write_header
 
 if TYPE_CHECKING:
+    from rosproto.node.call_site import CallSite
     from rosproto.node.node import Node
 
 __all__ = ["ServiceServer"]
@@ -45,13 +46,21 @@ class ServiceServer:
         md5sum: Of our definition.
     """
 
-    def __init__(self, node: Node, name: str, service_class: Any, handler: Callable[[Any], Any]) -> None:
+    def __init__(
+        self,
+        node: Node,
+        name: str,
+        service_class: Any,
+        handler: Callable[[Any], Any],
+        site: CallSite | None = None,
+    ) -> None:
         self.name = name
         self.type_name: str = service_class._type
         self.md5sum: str = service_class._md5sum
         self._node = node
         self._class = service_class
         self._handler = handler
+        self._site = site
         self._request_class = service_class._request_class
         self._response_class = service_class._response_class
         self._lock = threading.Lock()
@@ -108,7 +117,7 @@ class ServiceServer:
             header, service=self.name, type_name=self.type_name, md5sum=revision.md5sum, peer=peer
         )
         if not asked.probe:
-            note_differences(self.name, asked.callerid or peer, revision.request_to_ours)
+            note_differences(self._node._said, self.name, asked.callerid or peer, revision.request_to_ours)
         return asked, revision
 
     def _header(self, revision: ServiceRevision | None = None) -> dict[str, str]:
@@ -136,6 +145,7 @@ class ServiceServer:
             callerid=header.get("callerid", ""),
             persistent=persistent,
             limits=self._node.limits,
+            said=self._node._said,
         )
         with self._lock:
             if self._closed:
@@ -155,6 +165,8 @@ class ServiceServer:
         A `sys.exit()` in a handler would end this thread only, and the caller would not learn why.
         """
         self._calls += 1
+        if self._site is not None:  # not before the program has what it asked for
+            self._site.wait()
         try:
             if revision is None:
                 request = decode(self._request_class, data)
@@ -172,9 +184,10 @@ class ServiceServer:
         """A refusal in plain words is no defect; anything else gets its traceback."""
         caller = header.get("callerid", "")
         if isinstance(error, ServiceError):
-            logger.info("service %s told %s: %s", self.name, caller, error.text)
+            self._node._said.info(self.name, "service %s told %s: %s", self.name, caller, error.text)
         else:
-            logger.error("service %s: the call of %s failed", self.name, caller, exc_info=error)
+            text = "service %s: the call of %s failed"
+            self._node._said.error(self.name, text, self.name, caller, exc_info=error)
 
     def stats(self) -> dict[str, int]:
         """Counters since the start: calls, errors, accepted connections; and connections open now."""

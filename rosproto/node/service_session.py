@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable
 
 from rosproto.errors import RemoteProtocolError
-from rosproto.logs import get_logger
+from rosproto.logs import PeerLog, get_logger
 from rosproto.node.socket_waits import limit_waits
 from rosproto.protocol.framing import FrameDecoder
 from rosproto.protocol.limits import Limits
@@ -46,12 +46,14 @@ class ServiceSession:
         persistent: bool,
         limits: Limits,
         stall_seconds: float = 30.0,
+        said: PeerLog | None = None,
     ) -> None:
         self._sock = sock
         self._answer = answer
         self._persistent = persistent
         self._stall_seconds = stall_seconds
         self._requests = FrameDecoder(limits.message_bytes, room=ROOM, step=STEP)
+        self._said = said or PeerLog("rosproto.node")
         self._lock = threading.Lock()
         self._changed = threading.Condition(self._lock)
         self._busy = False
@@ -73,7 +75,7 @@ class ServiceSession:
                 if not self._end() or not self._persistent:
                     break
         except RemoteProtocolError as error:
-            logger.warning("! service client %s %s: %s", self.callerid, self.peer, error)
+            self._said.warning("", "! service client %s %s: %s", self.callerid, self.peer, error)
         except OSError as error:
             logger.debug("! service client %s %s: %s", self.callerid, self.peer, error)
         finally:

@@ -20,6 +20,7 @@ from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
+    from rosproto.node.call_site import CallSite
     from rosproto.node.master_client import MasterClient
     from rosproto.node.node import Node
 
@@ -81,7 +82,13 @@ class Services:
             self._clients.add(client)
         return client
 
-    def server(self, name: str, type_: ServiceTypeGiven, handler: Callable[[Any], Any]) -> ServiceServer:
+    def server(
+        self,
+        name: str,
+        type_: ServiceTypeGiven,
+        handler: Callable[[Any], Any],
+        site: CallSite | None = None,
+    ) -> ServiceServer:
         """Provide a service: it accepts calls when this returns.
 
         Raises:
@@ -91,7 +98,7 @@ class Services:
         if not callable(handler):
             raise TypeError(f"service {name}: the handler is a {type(handler).__name__}, expected a callable")
         server = ServiceServer(
-            self._node, name, resolve_service_type(type_, name, self._node.revisions), handler
+            self._node, name, resolve_service_type(type_, name, self._node.revisions), handler, site
         )
         registration = ServiceRegistration(self._node, name)
         with self._lock:

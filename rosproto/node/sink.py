@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import AnyMsg, encode
-from rosproto.logs import get_logger
 from rosproto.node.revisions import Unfit
 from rosproto.node.topic_types import TopicType
 
@@ -20,8 +19,6 @@ if TYPE_CHECKING:
     from rosproto.node.subscription import Subscription
 
 __all__ = ["RevisedSink", "Sink", "encoded", "raw_message"]
-
-_log = get_logger("rosproto.node")
 
 
 class Sink:
@@ -136,7 +133,9 @@ class RevisedSink(Sink):
             self.subscription.report(error)
         if not self._told:
             self._told = True
-            _log.warning("! %s: messages are dropped that do not fit: %s", self.subscription.name, unfit[0])
+            name = self.subscription.name
+            text = "! %s: messages are dropped that do not fit: %s"
+            self.subscription.node._said.warning(name, text, name, unfit[0])
         return [item for item in batch if type(item) is not Unfit]
 
 

@@ -17,7 +17,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rosproto.errors import MasterError, RosError
-from rosproto.logs import get_logger
+from rosproto.logs import PeerLog, get_logger
 from rosproto.protocol.udpros import UDPROS, DatagramRequest
 from rosproto.protocol.xmlrpc import Fault
 
@@ -85,6 +85,7 @@ class SlaveApi:
         self._is_master_address = is_master_address
         self._shut_down = shut_down
         self._allow_shutdown = allow_shutdown
+        self._said = PeerLog("rosproto.node")
         self.on_parameter_update: Callable[[str, Any, bool], bool] = lambda key, value, trusted: False
         self.methods: dict[str, tuple[Callable[..., Reply], int, Any]] = {
             "getBusStats": (self._get_bus_stats, 1, []),
@@ -183,7 +184,8 @@ class SlaveApi:
         if self._is_master_address(peer):
             self._topics.update_publishers(topic, uris)
         else:
-            _log.info("publisherUpdate of %s came from %s, not from the master: asking it", topic, peer)
+            text = "publisherUpdate of %s came from %s, not from the master: asking it"
+            self._said.info("", text, topic, peer)
             self._topics.verify_publishers(topic)
         return [1, "", 0]
 
@@ -198,7 +200,8 @@ class SlaveApi:
         reason = str(reason)[:1000]
         refusal = self._why_not(caller_id)
         if refusal:
-            _log.warning("shutdown by %s at %s (%s) refused: %s", caller_id[:200], peer, reason, refusal)
+            text = "shutdown by %s at %s (%s) refused: %s"
+            self._said.warning("", text, caller_id[:200], peer, reason, refusal)
             return [0, f"shutdown refused: {refusal}", 0]
         self._shut_down(f"shutdown by {caller_id[:200]} at {peer}: {reason}")
         return [1, "shutdown", 0]

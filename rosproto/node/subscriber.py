@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from rosproto.node.inbox import Inbox
 if TYPE_CHECKING:
     from types import TracebackType
 
+    from rosproto.node.call_site import CallSite
     from rosproto.node.node import Node
     from rosproto.node.stats import LinkStats
     from rosproto.node.subscription import Subscription
@@ -51,6 +53,7 @@ class Subscriber:
         raw: bool,
         on_error: Callable[[Exception], object] | None,
         inline: bool = False,
+        site: CallSite | None = None,
     ) -> None:
         self._node = node
         self._subscription = subscription
@@ -63,10 +66,34 @@ class Subscriber:
             kind = InlineCaller if inline else CallbackRunner
             self._runner = kind(callback, self._inbox, subscription.name)
         self._on_error = on_error
-        self._offer: Callable[[Sequence[Any], float], None] = (
-            self._runner.offer if self._runner is not None else self._inbox.put
-        )
-        self._offer_one = self._runner.offer_one if self._runner is not None else None
+        self._offer: Callable[[Sequence[Any], float], None] = self._inbox.put
+        self._offer_one: Callable[[Any], None] | None = None
+        self._site = site
+        self._first = threading.Lock()
+        self._early: list[tuple[Sequence[Any], float]] = []
+        if self._runner is not None:
+            self._offer = self._offer_first
+
+    def _offer_first(self, batch: Sequence[Any], stamp: float) -> None:
+        """The first messages for the callback: not before the program has what it asked for."""
+        site, runner = self._site, self._runner
+        assert runner is not None
+        if site is not None and site.is_here:  # a latched message, in the constructor itself
+            self._early.append((batch, stamp))
+            name = f"rosproto:first of {self.topic}"
+            threading.Thread(target=self._offer_first, args=((), 0.0), name=name, daemon=True).start()
+            return
+        with self._first:
+            if self._site is not None:
+                self._site.wait()
+                self._site = None
+            while self._early:
+                runner.offer(*self._early.pop(0))
+            if batch:
+                runner.offer(batch, stamp)
+            if self._offer_one is None:
+                self._offer, self._offer_one = runner.offer, runner.offer_one
+                self._subscription._renew_sink()
 
     # -- messages -------------------------------------------------------------------------------------------
 

@@ -24,7 +24,6 @@ from time import perf_counter, sleep
 from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, RosTimeout
-from rosproto.logs import get_logger
 from rosproto.node.frames import LargeFrame, remaining
 from rosproto.node.link_monitor import LinkMonitor
 from rosproto.node.outbox import Outbox
@@ -35,11 +34,10 @@ if TYPE_CHECKING:
 
 __all__ = ["SubscriberLink"]
 
-_log = get_logger("rosproto.node")
-
 BATCH_BYTES = 16 << 10
 BATCH_SECONDS = 200e-6
 RETRY_SECONDS = 500e-6  # publish() tries a blocked link this often itself: the monitor may not get to run
+MOST_NAME = 1024  # characters of a peer's name
 MOST_NOISE = 64 << 10  # bytes that a subscriber may send after its header
 MOST_VIEWS = 64  # buffers for one sendmsg; IOV_MAX is 1024 on Linux, 16 at the least by POSIX
 
@@ -107,7 +105,7 @@ class SubscriberLink:
         self.address = address
         self.topic = topic
         self.id = id
-        self.caller_id = header.get("callerid", "")
+        self.caller_id = header.get("callerid", "")[:MOST_NAME]
         self._monitor = monitor
         self._on_closed = on_closed
         self._lock = threading.RLock()  # a signal handler may publish, and interrupts what holds it
@@ -420,7 +418,6 @@ class SubscriberLink:
             lost = ConnectionLost(
                 f"{self.topic}: subscriber {self.caller_id} at {self.address} is gone{why}", peer=self.address
             )
-            _log.info("= %s", lost)
         self._on_closed(self, lost)
 
     @property

@@ -18,11 +18,10 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import AnyMsg
 from rosproto.errors import LocalProtocolError, Md5sumMismatch
-from rosproto.logs import get_logger
 from rosproto.node.links import make_link
 from rosproto.node.revisions import RevisedType, note_differences, revised_type
 from rosproto.node.sink import RevisedSink, Sink, encoded
-from rosproto.node.topic_types import TopicType, learn_type
+from rosproto.node.topic_types import ANY, TopicType, learn_type
 from rosproto.transport.address import parse_uri
 from rosproto.transport.waiting import wait_for
 
@@ -36,8 +35,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Subscription"]
 
-_log = get_logger("rosproto.node")
-
 MOST_ERRORS = 32
 
 
@@ -50,10 +47,12 @@ class Subscription:
         links: One per publisher, by its URI in canonical form.
         errors: The last errors of links and handshakes, the newest last.
         skipped: Messages of past sessions not decoded because nobody keeps as many.
+        sink: What becomes of messages, for the present set of subscribers; another object for another set.
         unfit: Messages of other revisions dropped because a value did not fit.
     """
 
     kind = "subscriber"
+    sink: Sink
 
     def __init__(
         self, node: Node, name: str, type_: TopicType, *, tcp_nodelay: bool, unreliable: bool = False
@@ -74,7 +73,15 @@ class Subscription:
         self._generation = 0
         self._closed = False
         self._revised_sinks: dict[RevisedType, Sink] = {}
-        self.sink = Sink(self, (), type_)
+
+    def __getattr__(self, name: str) -> Any:
+        """`sink`, made when a link first asks: its decoder takes 2 ms, and no constructor waits for that."""
+        if name != "sink":
+            raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
+        with self._condition:
+            if "sink" not in vars(self):
+                self.sink = Sink(self, self._handles, self._decode_type)
+            return vars(self)["sink"]
 
     # -- master ---------------------------------------------------------------------------------------------
 
@@ -127,7 +134,8 @@ class Subscription:
     def _as_many_as_allowed(self, wanted: dict[str, str]) -> dict[str, str]:
         """So many that threads stay bounded; those connected go first, a crowd of newcomers ousts nobody."""
         most = self.node.limits.publishers
-        _log.warning(
+        self.node._said.warning(
+            self.name,
             "! %s: the master names %d publishers, only %d of them are connected to (Limits.publishers)",
             self.name,
             len(wanted),
@@ -173,8 +181,9 @@ class Subscription:
         self.type = self._decode_type = type_
 
     def _renew_sink(self) -> None:
-        self.sink = Sink(self, self._handles, self._decode_type)
-        self._revised_sinks = {}
+        with self._condition:
+            vars(self).pop("sink", None)
+            self._revised_sinks = {}
 
     def sink_for(self, revised: RevisedType) -> Sink:
         """As `sink`, for a publisher that sends another revision of the type."""
@@ -183,6 +192,11 @@ class Subscription:
             with self._condition:
                 sink = self._revised_sinks[revised] = RevisedSink(self, self._handles, revised)
         return sink
+
+    def forget_revised(self, revised: RevisedType) -> None:
+        """The session that needed it is over; the next one makes its own."""
+        with self._condition:
+            self._revised_sinks.pop(revised, None)
 
     @property
     def handles(self) -> list[Subscriber]:
@@ -205,6 +219,8 @@ class Subscription:
             known = self._decode_type
             if known.is_wildcard and all(handle.raw for handle in self._handles):
                 return None
+        if reply.md5sum == ANY and known.is_wildcard:
+            raise self._untold_type(reply, peer)
         if not known.is_wildcard:
             return None if known.md5sum == reply.md5sum else self._revise(reply, peer, known)
         learned = learn_type(
@@ -222,8 +238,20 @@ class Subscription:
         if reply.type_name != known.name:
             raise mismatch
         revised = revised_type(self.node.revisions, known, reply.md5sum, reply.message_definition, mismatch)
-        note_differences(self.name, reply.callerid or peer, revised.conversion)
+        note_differences(self.node._said, self.name, reply.callerid or peer, revised.conversion)
         return revised
+
+    def _untold_type(self, reply: PublisherReply, peer: str) -> Md5sumMismatch:
+        return Md5sumMismatch(
+            f"{self.name}: {peer} publishes AnyMsg and does not tell of which type; subscribe with AnyMsg"
+            " (raw=True) for the bytes",
+            name=self.name,
+            peer=peer,
+            type_name=ANY,
+            md5sum=ANY,
+            remote_type=reply.type_name,
+            remote_md5sum=reply.md5sum,
+        )
 
     def _mixed_types(self, reply: PublisherReply, peer: str, known: TopicType) -> Md5sumMismatch:
         return Md5sumMismatch(

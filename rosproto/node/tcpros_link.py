@@ -26,7 +26,6 @@ from rosproto.transport.tcp import expect_data, interrupt
 from rosproto.transport.tcpros_io import read_header, write_header
 
 if TYPE_CHECKING:
-    from rosproto.node.revisions import RevisedType
     from rosproto.node.subscription import Subscription
 
 __all__ = ["TcprosLink"]
@@ -43,7 +42,6 @@ class TcprosLink(PublisherLink):
         super().__init__(subscription, uri, id)
         self._sock: socket.socket | None = None
         self._reader: FrameReader | None = None
-        self._revised: RevisedType | None = None
 
     def _open(self) -> None:
         deadline = Deadline(TRY_SECONDS)

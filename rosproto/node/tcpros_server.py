@@ -15,7 +15,7 @@ from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout, TooLarge
-from rosproto.logs import get_logger
+from rosproto.logs import PeerLog, get_logger
 from rosproto.protocol.handshake import error_header
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp_server import TcpServer
@@ -58,6 +58,7 @@ class TcprosServer:
         self.on_topic = on_topic
         self.on_service: OnConnection | None = None
         self.refused = 0
+        self._said = PeerLog("rosproto.node")
         self._born = threading.Lock()
         with self._born:  # as in XmlRpcServer
             self._server = TcpServer(
@@ -109,7 +110,7 @@ class TcprosServer:
 
     def _refuse(self, sock: socket.socket, peer: tuple[str, int], why: str) -> None:
         self.refused += 1
-        _log.warning("connection from %s:%s refused: %s", *peer[:2], why[:500])
+        self._said.warning(peer[0], "connection from %s:%s refused: %s", *peer[:2], why[:500])
         refuse(sock, why)
 
 

@@ -21,6 +21,7 @@ from rosproto.node.topic_types import TopicType
 from rosproto.node.turns import Turns
 
 if TYPE_CHECKING:
+    from rosproto.node.call_site import CallSite
     from rosproto.node.node import Node
     from rosproto.node.stats import LinkStats
     from rosproto.protocol.udpros import DatagramRequest
@@ -58,6 +59,7 @@ class TopicTable:
         on_disconnect: Callable[[str], object] | None = None,
         header: Callable[[], Mapping[str, str]] | None = None,
         linger: bool = True,
+        site: CallSite | None = None,
     ) -> Publisher:
         """See `Node.publisher`."""
         with self._publishing.take(name):
@@ -80,6 +82,7 @@ class TopicTable:
                 on_disconnect=on_disconnect,
                 header=header,
                 linger=linger,
+                site=site,
             )
             publication.add_handle(publisher)
             self._publications[name] = publication
@@ -115,6 +118,7 @@ class TopicTable:
         unreliable: bool = False,
         on_error: Callable[[Exception], object] | None = None,
         inline: bool = False,
+        site: CallSite | None = None,
         deadline: Deadline | None = None,
     ) -> Subscriber:
         """See `Node.subscriber`; the master, and others who open the topic, have time until the deadline."""
@@ -136,6 +140,7 @@ class TopicTable:
                 raw=raw,
                 on_error=on_error,
                 inline=inline,
+                site=site,
             )
             subscription.add_handle(subscriber)
             self._subscriptions[name] = subscription

@@ -15,7 +15,6 @@ from time import monotonic
 from typing import TYPE_CHECKING
 
 from rosproto.errors import CodecError, ConnectionLost, MasterError, TooLarge
-from rosproto.logs import get_logger
 from rosproto.node.link_state import LinkEvent
 from rosproto.node.slave_client import NodeClient
 from rosproto.node.tcpros_link import TRY_SECONDS, TcprosLink
@@ -33,8 +32,6 @@ if TYPE_CHECKING:
     from rosproto.node.subscription import Subscription
 
 __all__ = ["UdprosLink"]
-
-_log = get_logger("rosproto.node")
 
 QUIET_SECONDS = 3.0  # of silence, after which the publisher is asked
 LATE_SECONDS = 0.5
@@ -129,7 +126,8 @@ class UdprosLink(TcprosLink):
                 # Anybody can send a datagram: it is dropped, the connection lives on.
                 if not told:
                     told = True
-                    _log.warning("! %s: a datagram from %s is dropped: %s", self.topic, self.caller_id, error)
+                    text = "! %s: a datagram from %s is dropped: %s"
+                    self._node._said.warning(self.topic, text, self.topic, self.caller_id, error)
                     self.subscription.report(error)
 
     def _take(self, datagram: bytes) -> None:

@@ -36,6 +36,7 @@ __all__ = ["CANCELED_BY_TIME", "GoalList", "GoalRecord", "GoalStatus", "next_sta
 
 KEEP_SECONDS = 5.0
 MOST_EARLY_CANCELS = 1000
+MOST_ENDED = 1000  # goals that have ended and are still told of; a flood of refused ones is forgotten sooner
 CANCELED_BY_TIME = "canceled: the goal is not newer than the latest cancel request"
 
 _TABLE = """
@@ -171,10 +172,11 @@ class GoalList:
             record.text = text
 
     def expire(self, now: float) -> None:
-        """Drop entries whose time is over."""
-        for record in self:
-            if record.expires is not None and record.expires <= now:
-                del self._records[record.goal_id]
+        """Drop entries whose time is over, and of very many the oldest."""
+        ended = [record for record in self if record.expires is not None and not record.early_cancel]
+        over = ended[: max(0, len(ended) - MOST_ENDED)]
+        for record in [*over, *(r for r in self if r.expires is not None and r.expires <= now)]:
+            self._records.pop(record.goal_id, None)
 
     def _try(self, record: GoalRecord, command: str, now: float) -> bool:
         after = next_status(record.status, command)

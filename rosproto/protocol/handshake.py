@@ -2,8 +2,9 @@
 
 The md5sum decides whether two sides fit, as in rospy and roscpp; types only make the error readable.
 Where the wiki is silent: a wildcard `*` for md5sum and type may come from a subscriber or a service client
-(rostopic echo, rosservice call, rosbag record), never from the side that serves. roscpp's subscriber sends
-no message_definition and its service client no type, so neither is asked for.
+(rostopic echo, rosservice call, rosbag record). Of those that serve, only a publisher of AnyMsg has it
+(rospy's relays and taps): it does not know what it sends, and only subscribers that take anything get it.
+roscpp's subscriber sends no message_definition and its service client no type, so neither is asked for.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ __all__ = [
     "check_service_server_header",
     "check_subscriber_header",
     "error_header",
+    "is_md5sum",
     "publisher_header",
     "service_client_header",
     "service_server_header",
@@ -129,9 +131,10 @@ def publisher_header(
     """What a publisher answers. rosbag and rostopic write and read `message_definition`: the full text.
 
     Raises:
-        LocalProtocolError: Type or md5sum is the wildcard, which no peer accepts from a publisher.
+        LocalProtocolError: One of type and md5sum is the wildcard (both are, for AnyMsg), or empty.
     """
-    _refuse_wildcard(f"publisher of {topic}", type_name, md5sum)
+    if not type_name == md5sum == ANY:
+        _refuse_wildcard(f"publisher of {topic}", type_name, md5sum)
     return {
         "callerid": callerid,
         "latching": "1" if latching else "0",
@@ -217,6 +220,8 @@ def check_subscriber_header(
     name = _check_required(fields, topic, peer, "subscriber", ("topic", "md5sum", "callerid"))
     if fields["topic"] != topic:
         raise RemoteProtocolError(f"{name} wants topic {fields['topic']}, this link is for {topic}")
+    if md5sum == ANY != fields["md5sum"]:
+        raise _types_differ(fields, topic, type_name, md5sum, peer)
     _check_md5sum(fields, topic, type_name, md5sum, peer, "asks for")
     return SubscriberRequest(
         callerid=fields["callerid"],
@@ -231,7 +236,8 @@ def check_subscriber_header(
 def check_publisher_header(
     fields: Mapping[str, str], *, topic: str, type_name: str, md5sum: str, peer: str = ""
 ) -> PublisherReply:
-    """On the subscriber: does this publisher fit? With "*" the reply's own type and md5sum hold.
+    """On the subscriber: does this publisher fit? With "*" the reply's own type and md5sum hold; they are "*"
+    as well when it publishes AnyMsg.
 
     Raises:
         Md5sumMismatch: Another definition; `message_definition` has the publisher's full text. Also when
@@ -298,6 +304,11 @@ def check_service_server_header(
     )
 
 
+def is_md5sum(text: str) -> bool:
+    """Whether this can be an md5sum at all: peers send texts of any length."""
+    return re.fullmatch(r"[0-9a-f]{32}", text) is not None
+
+
 def _refuse_wildcard(what: str, type_name: str, md5sum: str) -> None:
     if ANY in (type_name, md5sum) or not type_name or not md5sum:
         raise LocalProtocolError(
@@ -344,6 +355,24 @@ def _check_refusal(fields: Mapping[str, str], name: str, type_name: str, md5sum:
     )
 
 
+def _types_differ(
+    fields: Mapping[str, str], topic: str, type_name: str, md5sum: str, peer: str
+) -> Md5sumMismatch:
+    """A definite type is asked of a publisher of AnyMsg; rospy's words."""
+    asked = fields.get("type", "")
+    return Md5sumMismatch(
+        f"{topic}: topic types do not match: [{asked or fields['md5sum']}] vs. [{type_name}]; it is published"
+        " as AnyMsg, whose type nobody tells: subscribe with AnyMsg, or have the relay publish the type",
+        name=topic,
+        peer=peer,
+        type_name=type_name,
+        md5sum=md5sum,
+        remote_type=asked,
+        remote_md5sum=fields["md5sum"],
+        message_definition=fields.get("message_definition", ""),
+    )
+
+
 def _check_md5sum(
     fields: Mapping[str, str],
     name: str,
@@ -375,6 +404,8 @@ def _real(fields: Mapping[str, str], type_name: str, md5sum: str, name: str) -> 
     """Type and md5sum on the wire: the publisher's own; ours where an old peer left its type out."""
     real_md5sum = fields["md5sum"] if fields["md5sum"] != ANY else md5sum
     real_type = fields.get("type", "")
+    if md5sum == real_md5sum == real_type == ANY:
+        return ANY, ANY
     if real_type in ("", ANY):
         real_type = type_name
     if ANY in (real_md5sum, real_type) or not real_type:

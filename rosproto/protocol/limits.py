@@ -20,6 +20,8 @@ class Limits(NamedTuple):
         connections: Open connections of one server (TCPROS and XML-RPC counted apart).
         publishers: Publishers of one topic that a subscriber connects to; each costs a thread, and anybody
             may register at a master.
+        revisions: Definitions other than ours that the subscribers of one topic may have at a time; each
+            costs `publish()` a conversion.
         handshake_seconds: Time to send a complete connection header or HTTP head.
         idle_seconds: An idle keep-alive HTTP connection is closed after this.
     """
@@ -32,5 +34,6 @@ class Limits(NamedTuple):
     pending_handshakes: int = 256
     connections: int = 4096
     publishers: int = 1000
+    revisions: int = 16
     handshake_seconds: float = 10.0
     idle_seconds: float = 60.0

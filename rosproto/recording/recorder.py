@@ -413,14 +413,28 @@ class _Tap:
         self._clock = node.clock
         self._put = buffer.put
         self._latest: tuple[dict[str, str], Connection] | None = None
+        self._told = False
         self._known: dict[tuple[tuple[str, str], ...], Connection] = {}
 
     def __call__(self, message: Any) -> None:
         header = message._connection_header
+        if header["type"] == "*":
+            self._leave_out(header)
+            return
         connection = self._connection_for(header)
         stamp = Time._raw(*divmod(self._clock.now_nsec(), NS))
         raw = RawMessage(connection.type, message._buff, connection.md5sum, (0, 0), connection)
         self._put(Entry(self._topic, raw, stamp))
+
+    def _leave_out(self, header: dict[str, str]) -> None:
+        """A publisher of AnyMsg tells no type, and nobody could read what a bag had of it."""
+        if not self._told:
+            self._told = True
+            _log.warning(
+                "! %s: %s publishes AnyMsg, whose type nobody knows; it is not recorded",
+                self._topic,
+                header.get("callerid", "")[:200],
+            )
 
     def _connection_for(self, header: dict[str, str]) -> Connection:
         """One object per publisher and session; may be asked by two link threads at once."""

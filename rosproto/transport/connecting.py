@@ -22,6 +22,7 @@ from rosproto.transport.host_names import HostNames
 from rosproto.transport.local_socket import connect_locally
 from rosproto.transport.os_errors import translate
 from rosproto.transport.tcp import tune
+from rosproto.transport.waking import open_selector
 
 __all__ = ["connect"]
 
@@ -144,7 +145,7 @@ class _Attempts:
         sock.setblocking(False)
         self._pending[sock] = address
         if self._selector is None:
-            self._selector = selectors.DefaultSelector()
+            self._selector = open_selector(f"connect to port {self._port}")
         self._selector.register(sock, selectors.EVENT_WRITE)
         if len(self._pending) > MOST_PENDING:
             self._drop(next(iter(self._pending)))

@@ -7,7 +7,19 @@ from __future__ import annotations
 
 import sys
 
-__all__ = ["allow_open_files"]
+__all__ = ["allow_open_files", "open_file_limit"]
+
+
+def open_file_limit() -> int | None:
+    """How many files this process may have open; None where there is no such number, or nobody tells."""
+    if sys.platform == "win32":
+        return None
+    try:
+        import resource
+    except (ImportError, OSError):
+        return None  # no file is left to read the module from
+    soft = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+    return None if soft == resource.RLIM_INFINITY else soft
 
 
 def allow_open_files(count: int) -> None:

@@ -3,11 +3,22 @@
 from __future__ import annotations
 
 import errno
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.open_files import open_file_limit
 
-__all__ = ["closed_by_peer", "connection_is_over", "no_file_left", "no_route", "program_ends", "translate"]
+__all__ = [
+    "closed_by_peer",
+    "connection_is_over",
+    "no_file_left",
+    "no_route",
+    "program_ends",
+    "system_errors",
+    "translate",
+]
 
 _REFUSED = {errno.ECONNREFUSED, 10061}  # 100xx: Windows' own numbers
 _UNREACHABLE = {errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENETDOWN, 10051, 10065, 10050}
@@ -42,6 +53,21 @@ def translate(error: OSError, doing: str, peer: str, deadline: Deadline | None =
             seconds=seconds,
         )
     return ConnectionLost(f"{doing}: {_reason(error)}", peer=peer)
+
+
+@contextmanager
+def system_errors(doing: str, peer: str = "") -> Iterator[None]:
+    """What the system refuses inside becomes our error, its cause chained; see `translate`.
+
+    Raises:
+        RosTimeout, ConnectionLost: In place of an OSError.
+    """
+    try:
+        yield
+    except RosError:
+        raise
+    except OSError as error:
+        raise translate(error, doing, peer) from error
 
 
 def _code(error: OSError) -> int | None:
@@ -85,10 +111,15 @@ def _reason(error: OSError) -> str:
     if code in _NOT_OURS:
         return "this computer has no such address; check ROS_HOSTNAME, ROS_IP or host="
     if code in _NO_FILE_LEFT:
-        return "too many open files in this program (or computer); `ulimit -n 4096` allows more"
+        return f"too many open files{_file_limit()}; close some, or allow more with `ulimit -n 4096`"
     if isinstance(error, TimeoutError):
         return "the other side does not answer any more; check its power, the cable or Wi-Fi, and firewalls"
     return error.strerror or str(error) or type(error).__name__
+
+
+def _file_limit() -> str:
+    limit = open_file_limit()
+    return " in this program (or computer)" + ("" if limit is None else f", which may have {limit}")
 
 
 def closed_by_peer(doing: str, peer: str) -> ConnectionLost:

@@ -8,7 +8,7 @@ import sys
 
 from rosproto.errors import ConnectionLost
 from rosproto.transport.address import format_address, resolve
-from rosproto.transport.os_errors import translate
+from rosproto.transport.os_errors import system_errors, translate
 
 __all__ = [
     "KEEPALIVE_COUNT",
@@ -61,7 +61,8 @@ def listen(host: str, port: int = 0, backlog: int = 1024) -> socket.socket:
             "listen: host is empty; say 127.0.0.1, an address of this computer, or 0.0.0.0 for all"
         )
     address = resolve(host)[0]
-    sock = socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_STREAM)
+    with system_errors(f"listen on {peer}", peer):
+        sock = socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_STREAM)
     try:
         _set_reuse(sock)
         sock.bind((address, port))

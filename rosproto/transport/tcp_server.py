@@ -29,6 +29,7 @@ from rosproto.transport.forking import leave_to_parent, left_to_parent
 from rosproto.transport.local_socket import listen_locally, widen
 from rosproto.transport.os_errors import connection_is_over, no_file_left, program_ends
 from rosproto.transport.tcp import interrupt, listen, tune
+from rosproto.transport.waking import open_selector, wake_pair
 
 __all__ = ["Allow", "OnConnection", "ServerStats", "TcpServer"]
 
@@ -116,8 +117,20 @@ class TcpServer:
         for each in self._listeners:
             leave_to_parent(each)
             each.setblocking(False)
-        # closing a socket does not wake its accept() everywhere; a byte through this pair does
-        self._wake_receiver, self._wake_sender = socket.socketpair()
+        try:
+            self._selector = open_selector(f"listen on {format_address(host, self.port)}")
+            try:
+                # closing a socket does not wake its accept() everywhere; a byte through this pair does
+                self._wake_receiver, self._wake_sender = wake_pair(
+                    f"listen on {format_address(host, self.port)}"
+                )
+            except BaseException:
+                self._selector.close()
+                raise
+        except BaseException:
+            for each in self._listeners:
+                each.close()
+            raise
         self._acceptor = threading.Thread(
             target=self._accept_loop, name=f"rosproto:{name} accept", daemon=True
         )
@@ -199,7 +212,7 @@ class TcpServer:
                 thread.join(deadline.remaining())
 
     def _accept_loop(self) -> None:
-        with selectors.DefaultSelector() as selector:
+        with self._selector as selector:
             for listener in self._listeners:
                 selector.register(listener, selectors.EVENT_READ, listener)
             selector.register(self._wake_receiver, selectors.EVENT_READ)

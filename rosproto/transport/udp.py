@@ -6,7 +6,7 @@ import socket
 
 from rosproto.transport.address import format_address, resolve
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.os_errors import translate
+from rosproto.transport.os_errors import system_errors, translate
 
 __all__ = ["open_receiver", "open_sender"]
 
@@ -50,7 +50,8 @@ def open_sender(host: str, port: int, deadline: Deadline) -> socket.socket:
 
 
 def _socket(address: str) -> socket.socket:
-    return socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_DGRAM)
+    with system_errors("open a socket for datagrams", address):
+        return socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_DGRAM)
 
 
 def _widen(sock: socket.socket, option: int) -> None:

@@ -150,6 +150,21 @@ def test_names_that_differ_in_case_only_are_kept_apart() -> None:
     assert [list(learned.texts) for learned in make_sets(pairs)] == [["my_msgs/Note"], ["my_msgs/note"]]
 
 
+def test_a_type_no_file_can_be_named_after_is_left_out_and_told(tmp_path: Path) -> None:
+    """Reserved on Windows, or longer than any file name; the others are kept all the same."""
+    long = "m/" + "L" * 253
+    names = ["aux/Foo", "my_msgs/Con", long, "my_msgs/Fine"]
+    with Master() as master, Node("/robot", master_uri=master.uri, rosout=False) as robot:
+        for number, name in enumerate(names):
+            robot.publisher(f"/topic{number}", define(name, "uint8 a\n"))
+        used = "my_msgs/User"
+        robot.publisher("/user", define(used, "aux/Foo foo\n" + "=" * 80 + "\nMSG: aux/Foo\nuint8 a\n"))
+        document = learn(master.uri, tmp_path / "kept")
+    assert sorted(document["skipped"]) == sorted(["aux/Foo", "my_msgs/Con", long, used])
+    (path,) = document["written"]
+    assert [found.name for found in Path(path).rglob("*.msg")] == ["Fine.msg"]
+
+
 def test_a_set_that_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
     """A name Windows reserves is refused everywhere, and no half-written folder stays."""
     (learned,) = make_sets([("my_msgs/Aux", library_from_full_text("my_msgs/Aux", "uint8 a\n"))])

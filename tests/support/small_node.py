@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from rosproto.errors import MasterError
+from rosproto.logs import PeerLog
 from rosproto.names import resolve
 from rosproto.node.parameters import Parameters
 from rosproto.node.registrations import Registrations
@@ -109,6 +110,7 @@ class SmallNode:
         self.limits = limits or Limits()
         self.hosts = HostNames()
         self.revisions = Revisions()
+        self._said = PeerLog("rosproto.node")
         self._closers: list[Any] = []
         self._slave = _Slave()
         self._registrations = Registrations(self.master)  # type: ignore[arg-type]

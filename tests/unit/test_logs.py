@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from rosproto.logs import get_logger
+from rosproto.logs import LONGEST, MOST_ABOUT, MOST_IN_ALL, WINDOW, PeerLog, cut, get_logger
 
 
 def run(code: str) -> tuple[str, str]:
@@ -80,3 +80,38 @@ def test_a_record_that_cannot_be_written_harms_nobody() -> None:
         "log.warning('! seen')\n"
     )
     assert run(code) == ("", "! seen\n")
+
+
+def test_a_flood_is_counted_instead_of_told(caplog: pytest.LogCaptureFixture) -> None:
+    """So much about one thing and no more; the next record after a while says how many were left out."""
+    now = [0.0]
+    said = PeerLog("rosproto.test.peers", lambda: now[0])
+    for number in range(1000):
+        said.warning("/a", "! %s: number %d", "/a", number)
+    assert len(caplog.records) == MOST_ABOUT
+    said.warning("/b", "! %s: number %d", "/b", 0)  # what happens to another topic is told all the same
+    assert caplog.messages[-1] == "! /b: number 0"
+    assert caplog.records[-1].filename == "test_logs.py"
+    now[0] += WINDOW
+    said.warning("/a", "! %s: number %d", "/a", 1000)
+    assert caplog.messages[-1] == "! /a: number 1000 (and 990 more like it were not told)"
+
+
+def test_a_flood_about_invented_things_is_bounded(caplog: pytest.LogCaptureFixture) -> None:
+    """Peers invent names, so the sum of all is bounded as well, and what is remembered of them."""
+    said = PeerLog("rosproto.test.peers", lambda: 0.0)
+    for number in range(2000):
+        said.info(f"/topic{number}", "! it is %s", number)
+        said.warning(f"/topic{number}", "! it is %s", number)
+    assert len(caplog.records) <= MOST_IN_ALL
+    assert len(said._shares) <= 256
+
+
+def test_long_texts_are_cut(caplog: pytest.LogCaptureFixture) -> None:
+    said = PeerLog("rosproto.test.peers")
+    said.error("/a", "! %s: %s", "/a", ValueError("x" * 1_000_000), exc_info=ValueError("cause"))
+    (record,) = caplog.records
+    assert len(record.getMessage()) < LONGEST + 100
+    assert record.getMessage().endswith("x... (996000 characters more)")
+    assert record.exc_info
+    assert cut("short") == "short"

@@ -8,7 +8,7 @@ import pytest
 
 from rosproto import Master, Node
 from rosproto.cli import main
-from rosproto.codec import service_class
+from rosproto.codec import define, service_class
 from rosproto.msg import bundled
 
 
@@ -57,3 +57,59 @@ def test_a_service_of_another_revision_is_called(
         assert "woosh learn" in said.err
     else:
         assert (code, said.out.strip()) == (0, "b: 2")
+
+
+def note(folder: Path, type_name: str, text: str) -> None:
+    """A folder with one message."""
+    package_name, _, base = type_name.partition("/")
+    place = folder / package_name / "msg"
+    place.mkdir(parents=True, exist_ok=True)
+    (place / f"{base}.msg").write_text(text)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("type_name", ["my_msgs/Note", "std_msgs/String"])
+@pytest.mark.parametrize("how", ["environment", "given"])
+def test_the_users_own_come_first_everywhere(
+    type_name: str,
+    how: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """What a robot has sent replaces neither the user's own type nor a bundled one; show and pub agree."""
+    for variable in ("XDG_DATA_HOME", "LOCALAPPDATA", "HOME"):
+        monkeypatch.setenv(variable, str(tmp_path / "home"))
+    from rosproto.msg.user_folder import revisions_folder
+
+    note(tmp_path / "mine", type_name, "string mine\n")
+    note(revisions_folder() / "a-robot", type_name, "string theirs\n")
+    note(revisions_folder() / "a-robot", "robot_msgs/Only", "string learned\n")
+    options = ["--msg-path", str(tmp_path / "mine")] if how == "given" else []
+    if how == "environment":
+        monkeypatch.setenv("ROSPROTO_MSG_PATH", str(tmp_path / "mine"))
+
+    def said(*words: str) -> str:
+        assert main([*words]) == 0
+        return capsys.readouterr().out
+
+    def published(master: Master, name: str, values: str, *options: str) -> str:
+        """The definition under which `topic pub` publishes."""
+        with (
+            Node("/ear", master_uri=master.uri, rosout=False) as node,
+            node.subscriber("/t", raw=True) as ear,
+        ):
+            pub = ["topic", "pub", "-1", "/t", name, values, "--master", master.uri, *options]
+            assert main(pub) == 0
+            capsys.readouterr()
+            return str(ear.next(20)._connection_header["message_definition"]).strip()
+
+    with Master() as master:
+        assert published(master, type_name, "{mine: x}", *options) == "string mine"
+    assert said("msg", "show", type_name, *options).strip() == "string mine"
+    assert said("msg", "show", "robot_msgs/Only", *options).strip() == "string learned"
+    ours = define(type_name, "string mine\n")._md5sum
+    assert said("msg", "md5", type_name, *options).strip() == ours
+    monkeypatch.delenv("ROSPROTO_MSG_PATH", raising=False)
+    shown = said("msg", "show", type_name).strip()
+    assert shown == ("string data" if type_name == "std_msgs/String" else "string theirs")

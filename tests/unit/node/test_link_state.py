@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosproto.node.link_state import LinkEvent, LinkState, next_state, refused_backoff, retry_backoff
+from rosproto.node.link_state import LinkEvent, LinkState, Pauses, next_state
 
 
 def test_the_way_to_a_connection_and_back() -> None:
@@ -45,6 +45,24 @@ def test_an_event_that_cannot_happen_is_a_bug() -> None:
 
 def test_waits_are_bounded() -> None:
     """A publisher that can be reached again is connected within a second; refusals are tried slowly."""
-    retry, refused = retry_backoff(), refused_backoff()
-    assert max(retry.next() for _ in range(50)) < 0.8
-    assert 4.0 <= [refused.next() for _ in range(10)][-1] <= 6.0
+    pauses = Pauses()
+    assert max(pauses.after(None) for _ in range(50)) < 0.8
+    assert 4.0 <= [pauses.after(None, refused=True) for _ in range(10)][-1] <= 6.0
+
+
+def test_sessions_that_end_at_once_are_no_success() -> None:
+    """A publisher that agrees and breaks off is tried every few seconds at last; one that stayed, at once."""
+    pauses = Pauses()
+    assert pauses.after(0.0) < 0.1
+    brief = [pauses.after(0.01) for _ in range(50)]
+    assert 4.0 <= brief[-1] <= 6.0
+    assert sum(brief[:12]) > 20  # it was 23 a second
+    assert pauses.after(60.0) < 0.1
+
+
+def test_another_definition_is_not_asked_again_and_again() -> None:
+    """Each try is a warning in the publisher's log: one in the first 20 seconds, as with rospy."""
+    pauses = Pauses()
+    assert pauses.after(None, mismatch=True) > 20
+    assert max(pauses.after(0.1, mismatch=True) for _ in range(20)) <= 360
+    assert pauses.after(60.0, mismatch=True) < 40

@@ -11,6 +11,7 @@ import pytest
 
 from rosproto.codec import AnyMsg, encode, message_class
 from rosproto.errors import (
+    CodecError,
     ConnectionLost,
     RosTimeout,
 )
@@ -170,6 +171,36 @@ def test_raw_messages_are_relayed_without_decoding(nodes: tuple[Node, Node]) -> 
         scan = end.next(20)
         assert scan.header.seq == seq
         assert list(scan.ranges) == [1.0, 2.0]
+
+
+def test_any_message_to_any_subscriber(nodes: tuple[Node, Node]) -> None:
+    """A relay that never knows a type: latched and live, small and large; a typed subscriber is told why not."""
+    a, b = nodes
+    publisher = a.publisher("/any", AnyMsg, latch=True)
+    publisher.publish(AnyMsg(_buff=b"kept"))
+    subscriber = b.subscriber("/any", AnyMsg)
+    assert subscriber.next(20)._buff == b"kept"
+    large = bytes(range(256)) * 4000
+    for sent in (AnyMsg(_buff=b"live"), b"bytes", AnyMsg(_buff=large)):
+        publisher.publish(sent)
+        received = subscriber.next(20)
+        assert type(received) is AnyMsg
+        assert received._buff == getattr(sent, "_buff", sent)
+        assert received._connection_header["type"] == "*"
+    with pytest.raises(CodecError, match="std_msgs/String"):
+        publisher.publish(message_class(String)(data="x"))
+    with a.subscriber("/any", String) as typed:
+        eventually(lambda: typed.errors)
+        assert "AnyMsg" in str(typed.errors[0]) or "offers *" in str(typed.errors[0])
+
+
+def test_the_type_of_any_message_cannot_be_learned(nodes: tuple[Node, Node]) -> None:
+    """Decoding whatever comes needs a type; the error says how to get the bytes."""
+    a, b = nodes
+    a.publisher("/untold", AnyMsg)
+    with b.subscriber("/untold") as subscriber:
+        eventually(lambda: subscriber.errors)
+        assert "subscribe with AnyMsg" in str(subscriber.errors[0])
 
 
 def test_raw_and_decoded_subscribers_share_a_topic(nodes: tuple[Node, Node]) -> None:

@@ -108,11 +108,31 @@ def test_a_wildcard_subscriber_takes_over_the_publishers_type() -> None:
     assert (reply.type_name, reply.md5sum) == ("std_msgs/String", STRING)
 
 
-def test_a_publisher_may_not_use_wildcards() -> None:
+def test_a_publisher_of_any_type_and_a_subscriber_of_any_type_agree() -> None:
+    """As with rospy's AnyMsg on both sides: relays and taps are built so."""
+    fields = hs.publisher_header(topic="/t", type_name="*", md5sum="*", callerid="/p", message_definition="")
+    reply = check_pub(over_the_wire(fields), "*", "*")
+    assert (reply.type_name, reply.md5sum) == ("*", "*")
+    asked = hs.check_subscriber_header(
+        subscriber(md5sum="*", type="*"), topic="/t", type_name="*", md5sum="*", peer="1.2.3.4:5"
+    )
+    assert asked.md5sum == "*"
+
+
+def test_a_publisher_of_any_type_refuses_those_that_want_one() -> None:
+    """Nobody can say whether they would understand it; rospy's words."""
+    with pytest.raises(Md5sumMismatch, match=r"types do not match: \[std_msgs/String\] vs\. \[\*\]"):
+        hs.check_subscriber_header(subscriber(), topic="/t", type_name="*", md5sum="*", peer="1.2.3.4:5")
+
+
+@pytest.mark.parametrize(("type_name", "md5sum"), [("*", STRING), ("std_msgs/String", "*"), ("", STRING)])
+def test_a_publisher_may_not_use_half_a_wildcard(type_name: str, md5sum: str) -> None:
     with pytest.raises(LocalProtocolError, match="real"):
-        hs.publisher_header(topic="/t", type_name="*", md5sum="*", callerid="/p", message_definition="")
+        hs.publisher_header(
+            topic="/t", type_name=type_name, md5sum=md5sum, callerid="/p", message_definition=""
+        )
     with pytest.raises(RemoteProtocolError, match="which type"):
-        check_pub(publisher(md5sum="*", type="*"), "*", "*")
+        check_pub(publisher(md5sum="*", type="-"), "*", "*")
 
 
 @pytest.mark.parametrize("missing", ["topic", "md5sum", "callerid"])

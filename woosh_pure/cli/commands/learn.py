@@ -66,12 +66,14 @@ def run(args: Namespace, out: Output) -> int:
         knowledge = Knowledge([*learned, *map(Path, args.msg_path or ()), *map(Path, environment_paths())])
         judgements = [judge(answer, knowledge) for answer in answers]
     _print(judgements, out, everything=args.all)
-    written = _keep(judgements, folder, uri, out, dry=args.dry_run)
+    skipped: list[str] = []
+    written = _keep(judgements, folder, uri, out, skipped, dry=args.dry_run)
     out.result(
         {
             "master_uri": uri,
             "folder": str(folder),
             "written": [str(path) for path in written],
+            "skipped": skipped,
             "findings": [_document(judgement) for judgement in judgements],
         }
     )
@@ -96,12 +98,23 @@ def _print(judgements: list[Judgement], out: Output, *, everything: bool) -> Non
     out.line(", ".join(f"{counts[word]} {text.lower()}" for word, text in _WORDS.items() if counts[word]))
 
 
-def _keep(judgements: list[Judgement], folder: Path, uri: str, out: Output, *, dry: bool) -> list[Path]:
-    """Write what is new."""
+def _keep(
+    judgements: list[Judgement], folder: Path, uri: str, out: Output, skipped: list[str], *, dry: bool
+) -> list[Path]:
+    """Write what is new; what no file can be named after goes to `skipped`."""
     from rosproto.transport.address import parse_uri
-    from woosh_pure.learned_sets import make_sets, write_set
+    from woosh_pure.learned_sets import make_sets, why_not_kept, write_set
 
-    new = [(f.answer.type, f.library) for f in judgements if f.verdict == "new" and f.library is not None]
+    new = []
+    for judgement in judgements:
+        name, library = judgement.answer.type, judgement.library
+        if judgement.verdict == "new" and library is not None:
+            why = why_not_kept(name, library)
+            if why:
+                out.line(f"not kept: {why}")
+                skipped.append(name)
+            else:
+                new.append((name, library))
     sets = make_sets(new)
     if not sets:
         out.line("nothing new to keep")

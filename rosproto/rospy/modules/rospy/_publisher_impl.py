@@ -41,6 +41,7 @@ class _PublisherImpl(_TopicImpl):
             on_connect=self._connected,
             on_disconnect=self._left,
             header=self._fields,
+            site=self.site,
         )
 
     def _fields(self):

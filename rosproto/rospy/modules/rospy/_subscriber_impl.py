@@ -26,16 +26,20 @@ class _SubscriberImpl(_TopicImpl):
 
     def attach(self, node):
         """Subscribe."""
+        from rosproto.node.topic_types import resolve_type
+
         anything = issubclass(self.data_class, AnyMsg)
         self._statistics = statistics.of_subscriber(self)
-        self.handle = node.subscriber(
+        # Below `Node.subscriber`, which would take this place for the program's.
+        self.handle = node._topics.open_subscriber(
             self.resolved_name,
-            None if anything else carried(self.data_class),
-            self._receive_raw if anything else self._receive,
+            resolve_type(None if anything else carried(self.data_class)),
+            callback=self._receive_raw if anything else self._receive,
             queue_size=self.queue_size or UNBOUNDED,
             raw=anything,
             tcp_nodelay=self.tcp_nodelay,
             inline=True,
+            site=self.site,
         )
 
     def close(self):

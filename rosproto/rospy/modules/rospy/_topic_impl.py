@@ -25,6 +25,7 @@ class _TopicImpl:
 
     Attributes:
         handle: The node's Publisher or Subscriber; None before there is a node.
+        site: Where the program made it (`rosproto.node.call_site`).
         refused: The master did not take the registration; nothing comes or goes.
     """
 
@@ -35,6 +36,7 @@ class _TopicImpl:
         self.ref_count = 0
         self.closed = self.refused = False
         self.handle = None
+        self.site = None
         self.c_lock = threading.RLock()
 
     @property

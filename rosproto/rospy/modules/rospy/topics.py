@@ -5,10 +5,13 @@ one connection per peer, callbacks one after the other in the thread that receiv
 init_node; the implementation is attached to the node when there is one.
 """
 
+import sys
 import traceback
 
 import genpy
 import rosgraph.names
+
+from rosproto.node.call_site import CallSite
 
 from . import core, names
 from ._publisher_impl import _PublisherImpl
@@ -70,8 +73,15 @@ class Topic:
         self.type = data_class._type
         self.md5sum = data_class._md5sum
         self.reg_type = reg_type
+        frame = sys._getframe(1)
+        site = CallSite(frame.f_back or frame)  # whoever made the Publisher or Subscriber
+
+        def prepared(impl):
+            impl.site = impl.site or site
+            options(impl)
+
         with core.uninterrupted:
-            self.impl = manager.acquire_impl(reg_type, self.resolved_name, data_class, options)
+            self.impl = manager.acquire_impl(reg_type, self.resolved_name, data_class, prepared)
 
     def get_num_connections(self):
         """Peers connected now."""

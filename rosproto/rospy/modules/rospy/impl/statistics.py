@@ -16,7 +16,7 @@ def of_subscriber(impl):
     if impl.resolved_name in _UNWATCHED:
         return None
     try:
-        wanted = client.get_param("/enable_statistics", False)
+        wanted = client.get_param_cached("/enable_statistics", False)  # each asking is a call to the master
     except Exception:  # no master: no statistics, but a subscriber all the same
         return None
     return SubscriberStatistics(impl) if wanted else None

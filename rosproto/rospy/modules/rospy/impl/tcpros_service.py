@@ -11,6 +11,7 @@ import rosgraph.names
 
 from rosproto.errors import Md5sumMismatch, RosError, ServiceError
 from rosproto.names import is_usable_name
+from rosproto.node.call_site import CallSite
 from rosproto.rospy.host import refusal
 from rosproto.rospy.messages import Encoded, carried_service, is_known
 
@@ -222,6 +223,7 @@ class Service(_Service):
                 stacklevel=2,
             )
         self.handler = handler
+        self._site = CallSite(sys._getframe(1))
         self.done = False
         self._server = None
         if error_handler is not None:
@@ -261,6 +263,7 @@ class Service(_Service):
         )
 
     def _answer(self, request):
+        self._site.wait()
         try:
             return _carried(convert_return_to_response(self.handler(request), self.response_class))
         except ServiceException as error:

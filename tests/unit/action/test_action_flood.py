@@ -1,0 +1,38 @@
+"""Strangers may speak on an action's topics under any number of names and goal ids: what is kept is bounded."""
+
+from __future__ import annotations
+
+from rosproto.action.arrivals import MOST_SERVERS
+from rosproto.action.client import ActionClient
+from rosproto.protocol.goal_server import MOST_ENDED, GoalList
+from tests.support.clock import FakeClock
+from tests.unit.action.fakegraph import Goal, Graph
+
+ACTIVE = 1
+
+
+def test_servers_under_invented_names_are_forgotten(
+    graph: Graph, client: ActionClient, clock: FakeClock
+) -> None:
+    """All but the one that has our goal: its silence is what counts."""
+    handle = client.send_goal(Goal())
+    graph.status((handle.goal_id, ACTIVE), server="/srv")
+    for number in range(1000):
+        clock.advance(0.001)
+        graph.status(server=f"/stranger{number}")
+    assert len(client._heard) <= MOST_SERVERS
+    assert "/srv" in client._heard
+    assert len(client._arrivals._runs) <= MOST_SERVERS
+
+
+def test_goals_that_have_ended_are_told_of_within_bounds() -> None:
+    """A flood of refused goals does not make each status array longer for five seconds."""
+    goals = GoalList()
+    for number in range(3 * MOST_ENDED):
+        record, new = goals.goal_received(f"goal{number}", number + 1, now=0.0)
+        assert new
+        goals.apply(record, "reject", 0.0, "no")
+    running, _ = goals.goal_received("running", 1 << 40, now=0.0)
+    goals.expire(0.1)
+    assert len(goals) == MOST_ENDED + 1
+    assert running in list(goals)

@@ -1,0 +1,41 @@
+"""A memory for what peers send stays as small as it was told to."""
+
+from __future__ import annotations
+
+from rosproto.kept import Kept
+
+
+def test_the_entry_used_longest_ago_makes_room() -> None:
+    kept: Kept[str, int] = Kept(2)
+    kept.put("a", 1)
+    kept.put("b", 2)
+    assert kept.get("a") == 1
+    kept.put("c", 3)
+    assert kept.keys() == ["a", "c"]
+    assert kept.get("b") is None
+    assert "c" in kept
+    assert len(kept) == 2
+
+
+def test_weights_count_together() -> None:
+    """Replacing one takes its weight along; one that is too heavy alone ousts nobody."""
+    kept: Kept[str, int] = Kept(10, weight=100)
+    kept.put("a", 1, 60)
+    kept.put("a", 1, 40)
+    kept.put("b", 2, 60)
+    assert kept.keys() == ["a", "b"]
+    kept.put("huge", 3, 101)
+    assert kept.keys() == ["a", "b"]
+    kept.put("c", 4, 1)
+    assert kept.keys() == ["b", "c"]
+
+
+def test_forgetting() -> None:
+    kept: Kept[str, int] = Kept(10, weight=10)
+    kept.put("a", 1, 10)
+    assert kept.pop("a") == 1
+    assert kept.pop("a") is None
+    kept.put("b", 2, 10)
+    kept.clear()
+    kept.put("c", 3, 10)
+    assert kept.keys() == ["c"]
