@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosError
@@ -75,14 +76,17 @@ class ActionHandle(GoalHandle[Any]):
         since = running.stops if since is None else since
         client = self._core.action(self._name)
         require_goal(client, message)
-        running.add_goal(self, since, check=check)
+        letting_go = self._letting_go()
+        let_go = partial(running.keeper.put, letting_go)
         try:
+            running.add_goal(self, since, check=check)
             self._send_shielded(lambda: self._send_to(client, message))
         except Exception as error:
             self._finish(OutcomeKind.CANCELLED, f"not sent: {error}")
             raise
         except BaseException:  # Ctrl-C: nobody gets this handle, so nobody else could end the goal
-            self._abandon()
+            let_go()  # before anything else: see `keeper`
+            running.keeper.hold(letting_go)
             raise
 
     def _send_to(self, client: rosproto.ActionClient, message: Any) -> None:
@@ -110,6 +114,8 @@ class ActionHandle(GoalHandle[Any]):
         self._await_sent(timeout)
         if self._goal is not None:
             self._goal.cancel()
+        elif self._sending is None or not self._sending.is_alive():
+            self._finish(OutcomeKind.CANCELLED, "it was never sent")
 
     def _cancel_confirmed(self, timeout: float) -> bool:
         # A cancel is a message: that it was sent says nothing.

@@ -26,7 +26,7 @@ from .readiness import Readiness
 from .readings import Readings
 from .shaper import DEFAULT_ANGULAR, DEFAULT_LINEAR, DriveLimits
 from .steps import MAX_SPEED, MAX_TURN_RATE
-from .stop import StopReport, cancel_goals
+from .stop import StopReport
 from .stop import stop as _stop
 from .timeouts import require_timeout
 from .velocity import Drive
@@ -45,6 +45,8 @@ _log = get_logger("woosh_pure.chassis")
 
 # Seconds for which nothing must block: messages of different topics may come in another order than sent.
 _SETTLED = 0.3
+# Bounds of what Ctrl-C does not end: the parts have their own bounds, which these do not cut off.
+_CLOSE_SECONDS, _STOP_SECONDS = 30.0, 20.0
 
 
 class Chassis(Readings, Moving, Localisation, Peripherals):
@@ -117,23 +119,27 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
 
     def close(self) -> None:
         """End velocity blocks, cancel our goals (unless `leave_running`), leave the graph. Idempotent,
-        bounded.
+        bounded. Nothing begins once it is called; Ctrl-C does not end it halfway.
 
         Raises:
             ConnectionLost: A goal could not be cancelled: the robot may still be driving. All else is closed.
         """
         running = self._core.running
-        running.note_stop()  # what another thread prepares now must not begin
-        for drive in running.drives:
-            drive.halt("the chassis was closed")
-            drive.finish()
-        report = StopReport()
-        if not running.leave:
-            cancel_goals(self._core, report, 3.0)
+        if running.moved:
+            running.keeper.do(self._close, _CLOSE_SECONDS)
+        else:
+            self._close()
+
+    def _close(self) -> None:
+        running = self._core.running
+        running.note_end("this Chassis is closed")
+        problems = running.end_all("the Chassis was closed")
+        if running.drives or (running.goals and not running.leave):
+            problems = running.end_all("the Chassis was closed", 1.0)
         self._core.close()
-        if report.problems:
+        if problems:
             raise ConnectionLost(
-                f"not done when closing: {'; '.join(report.problems)}; the robot may still be driving; stop "
+                f"not done when closing: {'; '.join(problems)}; the robot may still be driving; stop "
                 "it by its own button"
             )
 
@@ -303,7 +309,10 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             What was done, and whether the robot is known to stand still. It never raises for what did not
             work: the report says it.
         """
-        return _stop(self._core, everything=everything, end_drivers=end_drivers, timeout=timeout)
+        return self._core.running.keeper.do(
+            lambda: _stop(self._core, everything=everything, end_drivers=end_drivers, timeout=timeout),
+            _STOP_SECONDS + (timeout if 0.0 <= timeout < math.inf else 0.0),
+        )
 
     # -- everything else -------------------------------------------------------------------------------------
 

@@ -7,13 +7,16 @@ Everything that moves is added here before it is sent, so that nothing moves whi
 from __future__ import annotations
 
 import atexit
+import os
 import threading
 import time
 from typing import TYPE_CHECKING, Any
 
+from rosproto.errors import ConnectionLost
 from rosproto.logs import get_logger
 
 from .errors import MotionRefused
+from .keeper import Job, Keeper
 
 if TYPE_CHECKING:
     from .goal import GoalHandle
@@ -23,6 +26,9 @@ __all__ = ["Running"]
 
 logger = get_logger("woosh_pure.core")
 _JUST = 5.0  # seconds
+_EXIT_SECONDS = 8.0
+_EXIT_CALLS = 32
+"""How often `_at_exit` is registered: an interrupt may end one call of it, and the next one waits on."""
 
 
 class Running:
@@ -32,12 +38,18 @@ class Running:
         leave: Whether goals go on when the program ends.
         moved: Whether a motion was ever started.
         stops: How often `stop` was called: what was being prepared then must not begin afterwards.
+        over: Why nothing begins any more; "" while something may.
+        keeper: Where motion is stopped, out of reach of Ctrl-C.
     """
 
     def __init__(self, *, leave: bool) -> None:
         self.leave = leave
         self.moved = False
         self.stops = 0
+        self.over = ""
+        self.keeper = Keeper()
+        self._exit = Job(self._end_at_exit, _EXIT_SECONDS)
+        self._pid = os.getpid()
         self._lock = threading.RLock()
         self._goals: list[GoalHandle[Any]] = []
         self._drives: list[Drive] = []
@@ -60,6 +72,55 @@ class Running:
         with self._lock:
             self.stops += 1
 
+    def note_end(self, why: str) -> None:
+        """From now on nothing begins.
+
+        Args:
+            why: In words, as the text of the error that who begins something gets.
+        """
+        with self._lock:
+            self.stops += 1
+            self.over = self.over or why
+
+    def require_not_over(self) -> None:
+        """Refuse to prepare a motion that could not begin.
+
+        Raises:
+            ConnectionLost: The Chassis is being closed, or its node is shut down.
+        """
+        if self.over:
+            raise ConnectionLost(
+                f"{self.over}: nothing begins any more, and nothing was sent; open a new one"
+            )
+
+    def end_all(self, why: str, seconds: float = 3.0) -> list[str]:
+        """End drives and goals (`leave` leaves goals), and wait until that is confirmed.
+
+        Args:
+            why: In words, for outcomes and errors.
+            seconds: For the goals to be cancelled; all at once.
+
+        Returns:
+            What could not be done, in words.
+        """
+        from .stop import StopReport, cancel_goals
+
+        drives, report = self.drives, StopReport()
+        for drive in drives:
+            drive.halt(why)
+        for drive in drives:
+            drive.finish()
+        if not self.leave:
+            cancel_goals(self, report, seconds, why)
+        return report.problems
+
+    def end_with_node(self, reason: str) -> None:
+        """The node is about to close, and still works: `Node.before_close`."""
+        why = f"the node was shut down ({reason})" if reason else "the node was closed"
+        self.note_end(why)
+        for problem in self.end_all(why):
+            logger.warning("! %s; the robot may still be driving: %s", why, problem)
+
     def require_free_base(self, what: str) -> None:
         """Refuse a goal while a velocity block of this Chassis is open: both would command the base.
 
@@ -79,7 +140,9 @@ class Running:
 
         Raises:
             MotionRefused: `stop` was called since then, or a velocity block is open.
+            ConnectionLost: The Chassis is being closed.
         """
+        self.keeper.start()
         with self._lock:
             self._require_no_stop(goal.goal, since)
             if check and goal.drives:
@@ -117,7 +180,9 @@ class Running:
 
         Raises:
             MotionRefused: Another one is open, a goal of ours moves the base, or `stop` was called meanwhile.
+            ConnectionLost: The Chassis is being closed.
         """
+        self.keeper.start()
         under_way = [goal for goal in self.goals if not goal.done]  # `done` may look at the network
         with self._lock:
             self._require_no_stop("velocity", since)
@@ -141,26 +206,31 @@ class Running:
     def close(self) -> None:
         """Forget everything; it must have ended before."""
         atexit.unregister(self._at_exit)
+        self.keeper.end()
         with self._lock:
             self._goals.clear()
 
     def _require_no_stop(self, what: str, since: int) -> None:
+        self.require_not_over()
         if self.stops != since:
             raise MotionRefused(f"{what}: stop() was called while it was being prepared; nothing was sent")
 
     def _will_move(self) -> None:
         if not self.moved:
-            atexit.register(self._at_exit)
+            for _ in range(_EXIT_CALLS):
+                atexit.register(self._at_exit)
         self.moved = True
 
     def _at_exit(self) -> None:
-        # A program that did not use `with`, or was interrupted again while it left the block. No thread can
-        # be started any more here (CPython 3.12), so: one by one.
-        for drive in self.drives:
-            drive.halt("the program ends")
-            drive.finish()
-        for goal in [] if self.leave else self.goals:
-            try:
-                goal._request_cancel(2.0)
-            except Exception as error:  # nothing can be done about it any more
-                logger.debug("! %s: not cancelled at exit: %s", goal.goal, error)
+        """A program that did not use `with`, or was interrupted again and again while it left the block.
+
+        Registered after the node's own end, so called before it: the node still works.
+        """
+        if os.getpid() == self._pid:  # what a fork has copied is its parent's
+            self.keeper.put(self._exit)
+            self._exit.join()
+
+    def _end_at_exit(self) -> None:
+        self.note_end("the program ended")
+        for problem in self.end_all("the program ended"):
+            logger.warning("! not done when the program ended, the robot may still be driving: %s", problem)

@@ -10,11 +10,13 @@ import math
 import threading
 import time
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
 
 from .goal import NOT_CONFIRMED
+from .keeper import Job, begin
 from .outcome import OutcomeKind
 from .roster import Roster
 from .stop_others import OtherPrograms, cancel_others
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
 
     from .core import Core
     from .goal import GoalHandle
+    from .running import Running
 
 __all__ = ["StopReport", "cancel_goals", "stop"]
 
@@ -86,7 +89,7 @@ def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> 
     )
     zeros.start()
     programs = OtherPrograms(core, deadline, end=end_drivers) if everything or end_drivers else None
-    cancel_goals(core, report, min(timeout, 3.0))
+    cancel_goals(core.running, report, min(timeout, 3.0), "stop() was called")
     if everything:
         cancel_others(core, roster, report, deadline)
     zeros.join(max(_LISTENERS, deadline - time.monotonic()) + 0.5)
@@ -163,24 +166,29 @@ def _send_zeros(
         time.sleep(0.05 if sent else 0.01)
 
 
-def cancel_goals(core: Core, report: StopReport, timeout: float) -> None:
-    """Ask for the end of every goal this client started; all at once, not one after the other."""
-    workers = []
-    for goal in core.running.take_goals():
-        worker = threading.Thread(
-            target=_cancel, args=(goal, report, timeout), name="woosh:cancel", daemon=True
-        )
-        worker.start()
-        workers.append((worker, goal))
-    for worker, goal in workers:
-        worker.join(timeout + 1.0)
-        if worker.is_alive():
+def cancel_goals(running: Running, report: StopReport, timeout: float, why: str) -> None:
+    """Ask for the end of every goal this client started; all at once, not one after the other.
+
+    Args:
+        running: What was started.
+        report: Takes what was done, and what was not.
+        timeout: Seconds for the chassis to confirm.
+        why: In words, for the outcomes.
+    """
+    jobs = []
+    for goal in running.take_goals():
+        job = Job(partial(_cancel, goal, report, timeout, why), timeout + 1.0)
+        begin(job, "woosh:cancel")
+        jobs.append((job, goal))
+    for job, goal in jobs:
+        job.join()
+        if not job.over:
             report.problems.append(f"cancelling {goal.goal} (no answer yet)")
 
 
-def _cancel(goal: GoalHandle[object], report: StopReport, timeout: float) -> None:
+def _cancel(goal: GoalHandle[object], report: StopReport, timeout: float, why: str) -> None:
     try:
-        outcome = goal.cancel(timeout)
+        outcome = goal._cancel(timeout, why)
         if outcome.kind is OutcomeKind.CANCELLED and outcome.text == NOT_CONFIRMED and not outcome.stopped:
             report.problems.append(f"cancelling {goal.goal} ({NOT_CONFIRMED})")
         else:

@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
@@ -203,12 +204,21 @@ def start_task(core: Core, order: TaskOrder, *, timeout: float | None, check: bo
     tracker = TaskTracker(new_task_id())
     text = f"{order.task_type} task {tracker.task_id} to {order.target}"
     handle = TaskHandle(core, tracker, text, timeout)
+    letting_go = handle._letting_go()
+    let_go = partial(core.running.keeper.put, letting_go)
     try:
-        core.running.add_goal(handle, since, check=check)
+        try:
+            core.running.add_goal(handle, since, check=check)
+        except Exception:
+            handle._off()
+            raise
+        _send(core, handle, order)
     except Exception:
-        handle._off()
         raise
-    _send(core, handle, order)
+    except BaseException:  # Ctrl-C: nobody gets this handle, so nobody else could end the task
+        let_go()  # before anything else: see `keeper`
+        core.running.keeper.hold(letting_go)
+        raise
     return handle
 
 
@@ -238,9 +248,6 @@ def _send(core: Core, handle: TaskHandle, order: TaskOrder) -> None:
     except Exception:  # whatever it was: nothing was started, and nobody has to cancel it
         handle._off()
         handle._finish(OutcomeKind.CANCELLED, "not sent")
-        raise
-    except BaseException:  # Ctrl-C: nobody gets this handle, so nobody else could end the task
-        handle._abandon()
         raise
     handle._reply(reply.success, reply.message, int(reply.statusCode))
     if not reply.success:
