@@ -16,6 +16,7 @@ LAYERS = [
     "rosproto.records",
     "rosproto.version",
     "rosproto.values",
+    "rosproto.numbers",
     "rosproto.names",
     "rosproto.time",
     "rosproto.msg",
@@ -41,6 +42,7 @@ LAYERS = [
 PURE = [
     "rosproto.errors",
     "rosproto.values",
+    "rosproto.numbers",
     "rosproto.names",
     "rosproto.time",
     "rosproto.codec",

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.msg.user_folder import learned_paths
+from rosproto.numbers import as_float
 from rosproto.transport.host_names import HostNames
 
 from . import interface
@@ -26,7 +27,7 @@ from .readiness import Readiness
 from .readings import Readings
 from .shaper import DEFAULT_ANGULAR, DEFAULT_LINEAR, DriveLimits
 from .steps import MAX_SPEED, MAX_TURN_RATE
-from .stop import StopReport
+from .stop import StopReport, stop_seconds
 from .stop import stop as _stop
 from .timeouts import require_timeout
 from .velocity import Drive
@@ -91,6 +92,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         resolve: Mapping[str, str] | None = None,
     ) -> None:
         self.master_uri = master_uri_of(address)
+        timeout = as_float(timeout)
         if not 0.0 < timeout < math.inf:
             raise ValueError(f"timeout={timeout}: expected more than 0 s, and not for ever")
         self._core = Core(
@@ -193,7 +195,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             RosTimeout: Something still blocks, or is not known; the text says what.
             ValueError: `timeout` is negative or NaN.
         """
-        require_timeout(timeout)
+        timeout = require_timeout(timeout)
         end = None if timeout is None else time.monotonic() + timeout
         ready_since = math.inf
         while True:
@@ -309,9 +311,10 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             What was done, and whether the robot is known to stand still. It never raises for what did not
             work: the report says it.
         """
+        timeout = stop_seconds(timeout)
         return self._core.running.keeper.do(
             lambda: _stop(self._core, everything=everything, end_drivers=end_drivers, timeout=timeout),
-            _STOP_SECONDS + (timeout if 0.0 <= timeout < math.inf else 0.0),
+            _STOP_SECONDS + timeout,
         )
 
     # -- everything else -------------------------------------------------------------------------------------
@@ -368,10 +371,11 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         if given != found.type:
             raise ValueError(f"{found.name} takes {found.type}, got {given}")
         require_finite(message, found.type)
-        self._core.send(found.name, message, timeout)
+        self._core.send(found.name, message, require_timeout(timeout))
 
 
 def _lower(name: str, known: float, asked: float | None) -> float:
+    asked = as_float(asked)
     if asked is None:
         return known
     if not (math.isfinite(asked) and 0.0 < asked <= known):

@@ -18,7 +18,7 @@ from rosproto.logs import get_logger
 from .errors import GoalFailed
 from .keeper import Job
 from .outcome import Outcome, OutcomeKind
-from .timeouts import require_timeout
+from .timeouts import require_limit, require_timeout
 
 if TYPE_CHECKING:
     from .core import Core
@@ -353,7 +353,7 @@ class GoalHandle(Generic[P]):
             RosError: The cancellation could not be sent, or was not confirmed in time.
             ValueError: `timeout` is negative or NaN.
         """
-        require_timeout(timeout)
+        timeout = require_limit(timeout)
         return self._core.running.keeper.do(
             lambda: self._cancel(timeout, "cancel() was called"), _CANCEL_SECONDS + 2.0 * timeout
         )

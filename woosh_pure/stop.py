@@ -14,6 +14,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
+from rosproto.numbers import as_float
 
 from .goal import NOT_CONFIRMED
 from .keeper import Job, begin
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from .goal import GoalHandle
     from .running import Running
 
-__all__ = ["StopReport", "cancel_goals", "stop"]
+__all__ = ["StopReport", "cancel_goals", "stop", "stop_seconds"]
 
 _REPEATS = 6
 _LISTENERS = 1.0  # seconds at least for those to connect who listen for velocities
@@ -72,10 +73,17 @@ class StopReport:
         return "; ".join(parts)
 
 
+def stop_seconds(given: float) -> float:
+    """How long a stop may take. Whatever was given: a stop is not refused for its arguments."""
+    try:
+        seconds = as_float(given)
+    except (TypeError, ValueError):
+        return 5.0
+    return seconds if seconds is not None and 0.0 <= seconds < math.inf else 5.0
+
+
 def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> StopReport:
     """See `Chassis.stop`."""
-    if not 0.0 <= timeout < math.inf:
-        timeout = 5.0  # whatever was given: a stop is not refused for its arguments
     report = StopReport()
     deadline = time.monotonic() + timeout
     core.running.note_stop()

@@ -12,6 +12,7 @@ from __future__ import annotations
 import atexit
 import os
 import threading
+import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -69,7 +70,12 @@ def _at_exit() -> None:
         _close_all(mine)
     else:
         farewell = any(node._before_close for node in mine)
-        thread.join(EXIT_SECONDS + (BEFORE_CLOSE_SECONDS if farewell else 0.0))
+        end = time.monotonic() + EXIT_SECONDS + (BEFORE_CLOSE_SECONDS if farewell else 0.0)
+        while thread.is_alive() and (left := end - time.monotonic()) > 0.0:
+            try:
+                thread.join(left)
+            except KeyboardInterrupt:
+                continue  # a second Ctrl-C would leave the node registered; it takes seconds at most
 
 
 def _close_all(nodes: list[Node]) -> None:

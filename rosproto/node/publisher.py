@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import LocalProtocolError, RosTimeout
+from rosproto.numbers import as_float
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -126,6 +127,7 @@ class Publisher:
         Raises:
             RosTimeout: They did not come; the text names what was seen.
         """
+        timeout = as_float(timeout)
         if self._publication.wait_for(count, timeout):
             return
         if self._closed:
