@@ -320,7 +320,13 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
     # -- everything else -------------------------------------------------------------------------------------
 
     def action(
-        self, name: str, goal: Any, *, timeout: float | None = 60.0, check: bool = True
+        self,
+        name: str,
+        goal: Any,
+        *,
+        timeout: float | None = 60.0,
+        check: bool = True,
+        replace: bool = False,
     ) -> ActionHandle:
         """Send a goal to any action server of the chassis: lift, roller, tractor, docking ... Returns at
         once.
@@ -331,19 +337,20 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             timeout: Default of the handle's `wait()`, s; None for ever.
             check: False sends a goal that moves the whole robot (docking, navigation ...) even when the known
                 state speaks against moving, or a velocity block is open.
+            replace: True, for such a goal, ends what this Chassis has under way that moves the base.
 
         Raises:
             KeyError: It is not in the table; the text lists near names.
             ValueError: It is no action, the goal is another's, a number is not finite or out of the
                 interface's limits, or `timeout` is no time.
-            MotionRefused: It moves the robot, and that is not ready or driven by a velocity block.
+            MotionRefused: It moves the robot, and that is not ready, or moved by something else of ours.
             FirmwareLimit: The chassis's definition has no field for a value given; nothing was sent.
             RosTimeout: The action server is not there.
         """
         found = interface.row(name)
         if found.kind != "action":
             raise ValueError(f"{found.name} is a {found.kind}, not an action")
-        return start_action(self._core, found, goal, timeout=timeout, check=check)
+        return start_action(self._core, found, goal, timeout=timeout, check=check, replace=replace)
 
     def send(self, topic: str, message: Any, *, timeout: float | None = None) -> None:
         """Send a message to any topic the chassis listens to, once it is connected; velocities apart.

@@ -36,6 +36,9 @@ logger = get_logger("woosh_pure.goal")
 _SLICE = 0.1
 _TIME_OUT_SECONDS, _CANCEL_SECONDS, _LET_GO_SECONDS = 15.0, 10.0, 6.0  # bounds of what Ctrl-C does not end
 
+_BY_US = (OutcomeKind.CANCELLED, OutcomeKind.REPLACED)
+_REPLACEABLE = (*_BY_US, OutcomeKind.FAILED)
+
 
 class _Default:
     """Stands for "not given" where None means "for ever"."""
@@ -67,6 +70,7 @@ class GoalHandle(Generic[P]):
         self._calling: set[int] = set()
         self._cancelled_by_us = False
         self._why = ""  # this client's words for having cancelled it
+        self._replaced_by = ""  # in words, the goal of this client that takes its place
         self._may_go_on = False  # ended here, but the robot has not confirmed that it has ended there
         self._sending: threading.Thread | None = None
 
@@ -79,6 +83,11 @@ class GoalHandle(Generic[P]):
     def drives(self) -> bool:
         """True while this goal may move the base."""
         return False
+
+    @property
+    def server(self) -> str:
+        """Which of the chassis's action servers has it: a second goal replaces it there; "" for a task."""
+        return ""
 
     def __repr__(self) -> str:
         outcome = self._outcome  # which is False unless it is an arrival
@@ -169,7 +178,13 @@ class GoalHandle(Generic[P]):
                 return
             self._may_go_on = may_go_on or kind is OutcomeKind.CONNECTION_LOST
             seconds = time.monotonic() - self._started
-            ours = self._why if self._cancelled_by_us and kind is OutcomeKind.CANCELLED else ""
+            if self._replaced_by and kind in _REPLACEABLE:
+                kind, self._why, self._cancelled_by_us = (
+                    OutcomeKind.REPLACED,
+                    f"replaced by {self._replaced_by}",
+                    True,
+                )
+            ours = self._why if self._cancelled_by_us and kind in _BY_US else ""
             self._outcome = outcome = Outcome(kind, self.goal, text, code, stopped, seconds, ours)
             self._condition.notify_all()
         self._core.note_outcome(outcome, drives=self.drives, told=bool(self.task_id))

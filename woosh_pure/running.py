@@ -12,7 +12,7 @@ import threading
 import time
 from typing import TYPE_CHECKING, Any
 
-from rosproto.errors import ConnectionLost
+from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 
 from .errors import MotionRefused
@@ -130,25 +130,75 @@ class Running:
         if any(not drive.finished for drive in self.drives):
             raise MotionRefused(f"{what} refused, nothing was sent: a velocity block is open; leave it first")
 
-    def add_goal(self, goal: GoalHandle[Any], since: int, *, check: bool = True) -> None:
+    def require_alone(self, goal: GoalHandle[Any]) -> None:
+        """Refuse to go on with a goal while something else of this Chassis moves the base.
+
+        Raises:
+            MotionRefused: Something does.
+        """
+        self.require_free_base(goal.goal)
+        self._make_way(goal, self._others(goal), check=True, replace=False)
+
+    def add_goal(
+        self, goal: GoalHandle[Any], since: int, *, check: bool = True, replace: bool = False
+    ) -> None:
         """Add a goal that is about to be sent.
 
         Args:
             goal: The goal.
             since: `stops` when its verb began.
-            check: False adds it beside a velocity block, too.
+            check: False adds it beside a velocity block or another motion, too.
+            replace: True ends another goal that moves the base, as replaced.
 
         Raises:
-            MotionRefused: `stop` was called since then, or a velocity block is open.
+            MotionRefused: `stop` was called since then, a velocity block is open, or another goal moves.
             ConnectionLost: The Chassis is being closed.
         """
         self.keeper.start()
+        if goal.drives:
+            self._make_way(goal, self._others(goal), check=check, replace=replace)
+        ended = [other for other in self.goals if other.done]  # which may look at the network
         with self._lock:
             self._require_no_stop(goal.goal, since)
             if check and goal.drives:
                 self.require_free_base(goal.goal)
+                late = [o for o in self._goals if o.drives and o not in ended and not o._replaced_by]
+                self._make_way(goal, late, check=True, replace=False)
             self._will_move()
             self._goals.append(goal)
+
+    def _others(self, goal: GoalHandle[Any]) -> list[GoalHandle[Any]]:
+        return [o for o in self.goals if o is not goal and not o.done and o.drives]
+
+    def _make_way(
+        self, goal: GoalHandle[Any], others: list[GoalHandle[Any]], *, check: bool, replace: bool
+    ) -> None:
+        """Refuse a goal beside others of ours, or end those: two that move the base are no control."""
+        if others and check and not replace:
+            raise MotionRefused(
+                f"{goal.goal} refused, nothing was sent: {', '.join(o.goal for o in others)} is under way "
+                "and would be lost; wait for it or cancel it, or replace it with replace=True"
+            )
+        for other in others:
+            other._replaced_by = goal.goal
+            # Its own server passes smoothly from one goal to the next; what another does is not documented.
+            if replace and not (other.server and other.server == goal.server):
+                self._end_replaced(other)
+
+    def _end_replaced(self, other: GoalHandle[Any]) -> None:
+        try:
+            self.keeper.do(lambda: other._cancel(3.0, "replaced"), 10.0)
+        except RosError as error:
+            other._replaced_by = ""
+            raise MotionRefused(
+                f"{other.goal} could not be ended, so that nothing else was sent: {error}"
+            ) from error
+
+    def forget_replacing(self, goal: GoalHandle[Any]) -> None:
+        """A goal was not sent after all: what it was to replace goes on."""
+        for other in self.goals:
+            if other._replaced_by == goal.goal:
+                other._replaced_by = ""
 
     def note_abandoned(self, goal: GoalHandle[Any]) -> None:
         """A goal is being cancelled that its caller hears no more of; a `stop` that follows tells its end."""

@@ -68,7 +68,12 @@ class TaskHandle(GoalHandle[RobotStatus]):
         self._command(TaskCommand.PAUSE)
 
     def resume(self) -> None:
-        """Go on after `pause`."""
+        """Go on after `pause`.
+
+        Raises:
+            MotionRefused: The chassis refused, or something else of ours moves the base.
+        """
+        self._core.running.require_alone(self)
         self._command(TaskCommand.RESUME)
 
     def interrupt_wait(self) -> None:
@@ -192,7 +197,9 @@ class TaskOrder:
         }
 
 
-def start_task(core: Core, order: TaskOrder, *, timeout: float | None, check: bool) -> TaskHandle:
+def start_task(
+    core: Core, order: TaskOrder, *, timeout: float | None, check: bool, replace: bool
+) -> TaskHandle:
     """Listen first, then call the service: whatever comes in whatever order is seen."""
     order.check()
     since = core.running.stops
@@ -208,7 +215,7 @@ def start_task(core: Core, order: TaskOrder, *, timeout: float | None, check: bo
     let_go = partial(core.running.keeper.put, letting_go)
     try:
         try:
-            core.running.add_goal(handle, since, check=check)
+            core.running.add_goal(handle, since, check=check, replace=replace)
         except Exception:
             handle._off()
             raise

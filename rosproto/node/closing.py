@@ -86,12 +86,12 @@ def _close_all(nodes: list[Node]) -> None:
 def close(node: Node, reason: str) -> None:
     """Close a node; a second caller waits for the first."""
     with node._close_lock:
-        closer, first = node._closer, node._closer is None and not node._closing.is_set()
+        by, first = node._closer, node._closer is None and not node._closing.is_set()
         if first:
             node._closer = threading.get_ident()
             node._close_reason = reason
     if not first:
-        if closer != threading.get_ident():  # not from one of the callbacks below
+        if by != threading.get_ident():  # not from one of the callbacks below
             node._closed.wait(5 * CLOSE_SECONDS + (BEFORE_CLOSE_SECONDS if node._before_close else 0.0))
         return
     try:
