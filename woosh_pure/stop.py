@@ -46,11 +46,13 @@ class StopReport:
             known.
         cancelled: What was cancelled, in words.
         problems: What could not be done, in words.
+        looked: Whether it was looked for what others have started, too.
     """
 
     standing: bool | None = None
     cancelled: list[str] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
+    looked: bool = False
 
     def __str__(self) -> str:
         """`sentence()`."""
@@ -67,7 +69,7 @@ class StopReport:
         if self.cancelled:
             parts.append(f"cancelled {', '.join(self.cancelled)}")
         elif not self.problems:
-            parts.append("nothing of ours was running")
+            parts.append("nothing was running" if self.looked else "nothing of ours was running")
         if self.problems:
             parts.append(f"not done: {'; '.join(self.problems)}")
         return "; ".join(parts)
