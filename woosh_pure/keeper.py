@@ -13,11 +13,14 @@ The thread is started before the first motion: at the end of a program CPython 3
 
 from __future__ import annotations
 
+import os
 import queue
 import threading
 import time
 from collections.abc import Callable
 from typing import Any, Generic, TypeVar
+
+from rosproto.errors import RosTimeout
 
 __all__ = ["Job", "Keeper", "begin"]
 
@@ -77,13 +80,14 @@ class Job(Generic[R]):
         """What came of it.
 
         Raises:
-            TimeoutError: It is not done.
+            RosTimeout: It is not done.
             BaseException: What it has raised.
         """
         if self.error is not None:
             raise self.error
         if not self._result:
-            raise TimeoutError(f"not done within {self._seconds:g} s")
+            text = f"not done within {self._seconds:g} s: it goes on in the background; watch the robot"
+            raise RosTimeout(text, what="a stop", seconds=self._seconds)
         return self._result[0]
 
 
@@ -97,7 +101,11 @@ class Keeper:
     def __init__(self) -> None:
         self._jobs: queue.SimpleQueue[Job[Any] | None] = queue.SimpleQueue()
         self.put = self._jobs.put
-        self._started = False
+        self._started_in = 0  # the process; a fork has none of its threads
+
+    @property
+    def _started(self) -> bool:
+        return self._started_in == os.getpid()
 
     def start(self) -> None:
         """Be ready. To be called before anything is sent that moves the robot.
@@ -107,12 +115,12 @@ class Keeper:
         """
         if not self._started:
             threading.Thread(target=_work, args=(self._jobs,), name="woosh:keeper", daemon=True).start()
-            self._started = True
+            self._started_in = os.getpid()
 
     def end(self) -> None:
         """Nothing moves any more."""
         if self._started:
-            self._started = False
+            self._started_in = 0
             self.put(None)
 
     def do(self, work: Callable[[], R], seconds: float) -> R:

@@ -95,3 +95,11 @@ def test_before_it_has_started_and_after_its_end_things_are_done_all_the_same():
     keeper.end()
     assert keeper.do(lambda: "after", 5.0) == "after"
     keeper.hold(Job(lambda: None, 60.0))  # nobody will ever do it: not waited for
+
+
+def test_a_fork_has_a_keeper_of_no_thread_and_waits_for_none(keeper, monkeypatch):
+    """What its parent has started does not run there."""
+    monkeypatch.setattr("woosh_pure.keeper.os.getpid", lambda: -1)
+    monkeypatch.setattr(keeper, "put", lambda job: pytest.fail("nobody would do it"))
+    assert keeper.do(lambda: "done", 5.0) == "done"
+    keeper.hold(Job(lambda: None, 60.0))
