@@ -85,6 +85,11 @@ class GoalHandle(Generic[P]):
         return False
 
     @property
+    def holds_the_base(self) -> bool:
+        """Whether another motion would disturb it: it drives, and is not being cancelled by us."""
+        return self.drives and not self._cancelled_by_us
+
+    @property
     def server(self) -> str:
         """Which of the chassis's action servers has it: a second goal replaces it there; "" for a task."""
         return ""
@@ -153,6 +158,7 @@ class GoalHandle(Generic[P]):
 
     def _abandon(self) -> None:
         """Cancel a goal that nobody waits for any more (asyncio), without waiting for its end."""
+        self._mark_cancelled("its wait was interrupted")
         self._core.running.keeper.put(self._letting_go())
 
     def _cancel_confirmed(self, timeout: float) -> bool:

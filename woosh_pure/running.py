@@ -162,13 +162,13 @@ class Running:
             self._require_no_stop(goal.goal, since)
             if check and goal.drives:
                 self.require_free_base(goal.goal)
-                late = [o for o in self._goals if o.drives and o not in ended and not o._replaced_by]
+                late = [o for o in self._goals if o.holds_the_base and o not in ended and not o._replaced_by]
                 self._make_way(goal, late, check=True, replace=False)
             self._will_move()
             self._goals.append(goal)
 
     def _others(self, goal: GoalHandle[Any]) -> list[GoalHandle[Any]]:
-        return [o for o in self.goals if o is not goal and not o.done and o.drives]
+        return [o for o in self.goals if o is not goal and not o.done and o.holds_the_base]
 
     def _make_way(
         self, goal: GoalHandle[Any], others: list[GoalHandle[Any]], *, check: bool, replace: bool
@@ -210,6 +210,12 @@ class Running:
         with self._lock:
             abandoned, self._abandoned = self._just_abandoned(), []
             return [*self._goals, *(goal for _, goal in abandoned if goal not in self._goals)]
+
+    @property
+    def just_let_go(self) -> bool:
+        """Whether a goal was cancelled just now because its wait was interrupted."""
+        with self._lock:
+            return bool(self._just_abandoned())
 
     def _just_abandoned(self) -> list[tuple[float, GoalHandle[Any]]]:
         return [each for each in self._abandoned if time.monotonic() - each[0] < _JUST]
