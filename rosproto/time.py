@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import Any, TypeVar
 
+from rosproto.numbers import as_float
+
 __all__ = ["Duration", "TVal", "Time"]
 
 _NSEC = 1_000_000_000
@@ -38,6 +40,7 @@ class TVal:
         Raises:
             ValueError: `secs` is a float and `nsecs` is not 0.
         """
+        secs = secs if isinstance(secs, int) else as_float(secs)
         whole = int(secs)
         if isinstance(secs, int) or whole == secs:
             rest = int(nsecs)
@@ -60,6 +63,7 @@ class TVal:
     @classmethod
     def from_sec(cls: type[_Self], float_secs: float) -> _Self:
         """Make one from float seconds (the scale of `time.time()`); the fraction is cut, not rounded."""
+        float_secs = as_float(float_secs)
         whole = int(float_secs)
         return cls(whole, int((float_secs - whole) * _NSEC))
 

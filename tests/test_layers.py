@@ -17,6 +17,7 @@ LAYERS = [
     "rosproto.records",
     "rosproto.version",
     "rosproto.values",
+    "rosproto.numbers",
     "rosproto.names",
     "rosproto.time",
     "rosproto.msg",
@@ -43,6 +44,7 @@ LAYERS = [
 PURE = [
     "rosproto.errors",
     "rosproto.values",
+    "rosproto.numbers",
     "rosproto.names",
     "rosproto.time",
     "rosproto.codec",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosError
@@ -59,30 +60,42 @@ class ActionHandle(GoalHandle[Any]):
         """True while it may move the base."""
         return self._drives
 
-    def send(self, message: Any, since: int | None = None, *, check: bool = True) -> None:
+    @property
+    def server(self) -> str:
+        """Name of the action."""
+        return self._name
+
+    def send(
+        self, message: Any, since: int | None = None, *, check: bool = True, replace: bool = False
+    ) -> None:
         """Send the goal. The handle is remembered before, so that `stop` in another thread sees it.
 
         Args:
             message: The goal message.
             since: `Running.stops` when the verb began; None: now.
-            check: False sends it beside an open velocity block, too.
+            check: False sends it beside an open velocity block or another motion of ours, too.
+            replace: True ends another motion of ours.
 
         Raises:
             FirmwareLimit: The chassis's definition has no way to say this; nothing was sent.
-            MotionRefused: `stop` was called meanwhile, or a velocity block is open.
+            MotionRefused: `stop` was called meanwhile, or something else of ours moves the base.
         """
         running = self._core.running
         since = running.stops if since is None else since
         client = self._core.action(self._name)
         require_goal(client, message)
-        running.add_goal(self, since, check=check)
+        letting_go = self._letting_go()
+        let_go = partial(running.keeper.put, letting_go)
         try:
+            running.add_goal(self, since, check=check, replace=replace)
             self._send_shielded(lambda: self._send_to(client, message))
         except Exception as error:
             self._finish(OutcomeKind.CANCELLED, f"not sent: {error}")
+            running.forget_replacing(self)
             raise
         except BaseException:  # Ctrl-C: nobody gets this handle, so nobody else could end the goal
-            self._abandon()
+            let_go()  # before anything else: see `keeper`
+            running.keeper.hold(letting_go)
             raise
 
     def _send_to(self, client: rosproto.ActionClient, message: Any) -> None:
@@ -110,6 +123,8 @@ class ActionHandle(GoalHandle[Any]):
         self._await_sent(timeout)
         if self._goal is not None:
             self._goal.cancel()
+        elif self._sending is None or not self._sending.is_alive():
+            self._finish(OutcomeKind.CANCELLED, "it was never sent")
 
     def _cancel_confirmed(self, timeout: float) -> bool:
         # A cancel is a message: that it was sent says nothing.
@@ -187,7 +202,13 @@ class NavigationHandle(ActionHandle):
 
 
 def start_navigation(
-    core: Core, path: Sequence[Pose2D], *, mode: ExecutionMode, timeout: float | None, check: bool
+    core: Core,
+    path: Sequence[Pose2D],
+    *,
+    mode: ExecutionMode,
+    timeout: float | None,
+    check: bool,
+    replace: bool,
 ) -> NavigationHandle:
     """Send a goal to /move_base: the last pose is the target, the ones before it are the way."""
     for pose in path:
@@ -199,11 +220,13 @@ def start_navigation(
     goal.poses = [stamped_pose(pose) for pose in path] if len(path) > 1 else []
     goal.execution_mode = int(mode)
     handle = NavigationHandle(core, "/move_base", f"navigation to {path[-1]}", timeout, drives=True)
-    handle.send(goal, since, check=check)
+    handle.send(goal, since, check=check, replace=replace)
     return handle
 
 
-def start_action(core: Core, row: Row, goal: Any, *, timeout: float | None, check: bool) -> ActionHandle:
+def start_action(
+    core: Core, row: Row, goal: Any, *, timeout: float | None, check: bool, replace: bool
+) -> ActionHandle:
     """Send a goal of any kind; one that moves the base is checked like those of the verbs for it."""
     since = core.running.stops
     require_finite(goal, f"goal of {row.name}")
@@ -213,7 +236,7 @@ def start_action(core: Core, row: Row, goal: Any, *, timeout: float | None, chec
     if row.moves_base:
         core.require_ready(f"goal of {row.name}", check)
     handle = ActionHandle(core, row.name, f"goal of {row.name}", timeout, drives=row.moves_base)
-    handle.send(goal, since, check=check)
+    handle.send(goal, since, check=check, replace=replace)
     return handle
 
 
@@ -314,6 +337,7 @@ class StepHandle(ActionHandle):
         """Go on after `pause` with the steps that remain (interface: a combination must be sent again)."""
         if not self._paused:
             raise MotionRefused(f"{self.goal}: it is not paused")
+        self._core.running.require_alone(self)
         with self._condition:
             self._done_before = self._overall()
             self._first += self._index
@@ -359,7 +383,7 @@ def step_goal(mode: StepControlMode, steps: Sequence[Step], avoid: bool) -> Any:
 
 
 def start_steps(
-    core: Core, steps: Sequence[Step], *, avoid: bool, timeout: float | None, check: bool
+    core: Core, steps: Sequence[Step], *, avoid: bool, timeout: float | None, check: bool, replace: bool
 ) -> StepHandle:
     """Send steps to /cmd_vel_control as one goal."""
     checked = check_steps(steps)
@@ -367,5 +391,5 @@ def start_steps(
     core.require_ready("step move", check)
     expected = 15.0 + 2.0 * sum(step.expected_seconds for step in checked)
     handle = StepHandle(core, checked, avoid, expected if timeout is None else timeout)
-    handle.send(step_goal(StepControlMode.EXECUTE, checked, avoid), since, check=check)
+    handle.send(step_goal(StepControlMode.EXECUTE, checked, avoid), since, check=check, replace=replace)
     return handle

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.msg.user_folder import learned_paths
+from rosproto.numbers import as_float
 from rosproto.transport.host_names import HostNames
 
 from . import interface
@@ -26,7 +27,7 @@ from .readiness import Readiness
 from .readings import Readings
 from .shaper import DEFAULT_ANGULAR, DEFAULT_LINEAR, DriveLimits
 from .steps import MAX_SPEED, MAX_TURN_RATE
-from .stop import StopReport, cancel_goals
+from .stop import StopReport, stop_seconds
 from .stop import stop as _stop
 from .timeouts import require_timeout
 from .velocity import Drive
@@ -45,6 +46,8 @@ _log = get_logger("woosh_pure.chassis")
 
 # Seconds for which nothing must block: messages of different topics may come in another order than sent.
 _SETTLED = 0.3
+# Bounds of what Ctrl-C does not end: the parts have their own bounds, which these do not cut off.
+_CLOSE_SECONDS, _STOP_SECONDS = 30.0, 20.0
 
 
 class Chassis(Readings, Moving, Localisation, Peripherals):
@@ -89,6 +92,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         resolve: Mapping[str, str] | None = None,
     ) -> None:
         self.master_uri = master_uri_of(address)
+        timeout = as_float(timeout)
         if not 0.0 < timeout < math.inf:
             raise ValueError(f"timeout={timeout}: expected more than 0 s, and not for ever")
         self._core = Core(
@@ -117,23 +121,27 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
 
     def close(self) -> None:
         """End velocity blocks, cancel our goals (unless `leave_running`), leave the graph. Idempotent,
-        bounded.
+        bounded. Nothing begins once it is called; Ctrl-C does not end it halfway.
 
         Raises:
             ConnectionLost: A goal could not be cancelled: the robot may still be driving. All else is closed.
         """
         running = self._core.running
-        running.note_stop()  # what another thread prepares now must not begin
-        for drive in running.drives:
-            drive.halt("the chassis was closed")
-            drive.finish()
-        report = StopReport()
-        if not running.leave:
-            cancel_goals(self._core, report, 3.0)
+        if running.moved:
+            running.keeper.do(self._close, _CLOSE_SECONDS)
+        else:
+            self._close()
+
+    def _close(self) -> None:
+        running = self._core.running
+        running.note_end("this Chassis is closed")
+        problems = running.end_all("the Chassis was closed")
+        if running.drives or (running.goals and not running.leave):
+            problems = running.end_all("the Chassis was closed", 1.0)
         self._core.close()
-        if report.problems:
+        if problems:
             raise ConnectionLost(
-                f"not done when closing: {'; '.join(report.problems)}; the robot may still be driving; stop "
+                f"not done when closing: {'; '.join(problems)}; the robot may still be driving; stop "
                 "it by its own button"
             )
 
@@ -187,7 +195,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             RosTimeout: Something still blocks, or is not known; the text says what.
             ValueError: `timeout` is negative or NaN.
         """
-        require_timeout(timeout)
+        timeout = require_timeout(timeout)
         end = None if timeout is None else time.monotonic() + timeout
         ready_since = math.inf
         while True:
@@ -303,12 +311,22 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             What was done, and whether the robot is known to stand still. It never raises for what did not
             work: the report says it.
         """
-        return _stop(self._core, everything=everything, end_drivers=end_drivers, timeout=timeout)
+        timeout = stop_seconds(timeout)
+        return self._core.running.keeper.do(
+            lambda: _stop(self._core, everything=everything, end_drivers=end_drivers, timeout=timeout),
+            _STOP_SECONDS + timeout,
+        )
 
     # -- everything else -------------------------------------------------------------------------------------
 
     def action(
-        self, name: str, goal: Any, *, timeout: float | None = 60.0, check: bool = True
+        self,
+        name: str,
+        goal: Any,
+        *,
+        timeout: float | None = 60.0,
+        check: bool = True,
+        replace: bool = False,
     ) -> ActionHandle:
         """Send a goal to any action server of the chassis: lift, roller, tractor, docking ... Returns at
         once.
@@ -319,19 +337,20 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             timeout: Default of the handle's `wait()`, s; None for ever.
             check: False sends a goal that moves the whole robot (docking, navigation ...) even when the known
                 state speaks against moving, or a velocity block is open.
+            replace: True, for such a goal, ends what this Chassis has under way that moves the base.
 
         Raises:
             KeyError: It is not in the table; the text lists near names.
             ValueError: It is no action, the goal is another's, a number is not finite or out of the
                 interface's limits, or `timeout` is no time.
-            MotionRefused: It moves the robot, and that is not ready or driven by a velocity block.
+            MotionRefused: It moves the robot, and that is not ready, or moved by something else of ours.
             FirmwareLimit: The chassis's definition has no field for a value given; nothing was sent.
             RosTimeout: The action server is not there.
         """
         found = interface.row(name)
         if found.kind != "action":
             raise ValueError(f"{found.name} is a {found.kind}, not an action")
-        return start_action(self._core, found, goal, timeout=timeout, check=check)
+        return start_action(self._core, found, goal, timeout=timeout, check=check, replace=replace)
 
     def send(self, topic: str, message: Any, *, timeout: float | None = None) -> None:
         """Send a message to any topic the chassis listens to, once it is connected; velocities apart.
@@ -359,10 +378,11 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         if given != found.type:
             raise ValueError(f"{found.name} takes {found.type}, got {given}")
         require_finite(message, found.type)
-        self._core.send(found.name, message, timeout)
+        self._core.send(found.name, message, require_timeout(timeout))
 
 
 def _lower(name: str, known: float, asked: float | None) -> float:
+    asked = as_float(asked)
     if asked is None:
         return known
     if not (math.isfinite(asked) and 0.0 < asked <= known):

@@ -101,16 +101,27 @@ class Core:
         with self._making:
             self.require_open()
             if self._node is None:
-                self._node = rosproto.Node(
-                    self._name,
-                    master_uri=self.master_uri,
-                    host=self._host,
-                    anonymous=True,
-                    timeout=self.timeout,
-                    msg_path=self._msg_path,
-                    resolve=self._resolve,
-                )
+                self._node = self.new_node()
+                self._node.before_close(self._before_close)
             return self._node
+
+    def new_node(self) -> rosproto.Node:
+        """A node of ours, under a name that no other has."""
+        return rosproto.Node(
+            self._name,
+            master_uri=self.master_uri,
+            host=self._host,
+            anonymous=True,
+            timeout=self.timeout,
+            msg_path=self._msg_path,
+            resolve=self._resolve,
+        )
+
+    def _before_close(self, reason: str) -> None:
+        topics = self.velocity.in_use
+        self.running.end_with_node(reason)
+        if reason and topics:
+            self.velocity.zero_from_elsewhere(topics)
 
     @property
     def state(self) -> str:
@@ -192,10 +203,13 @@ class Core:
     def service(self, name: str) -> Any:
         """The client of a service of the interface."""
         self.require_open()
+        if made := self._services.get(name):
+            return made  # without the lock: a cancel must not wait for a verb that is connecting
         with self._making:
             if name not in self._services:
-                self._services[name] = self.node.service_client(name, row(name).type)
-                self._services[name].lossless = True
+                client = self.node.service_client(name, row(name).type)
+                client.lossless = True
+                self._services[name] = client
             return self._services[name]
 
     def call(self, name: str, *, timeout: float | None = None, **fields: Any) -> Any:
@@ -346,6 +360,7 @@ class Core:
             MotionRefused: With the readiness.
         """
         self.require_open()
+        self.running.require_not_over()
         self._listen("battery", "status", "status_code", "velocity")
         readiness = self.known_readiness()
         if check and readiness.refuses:

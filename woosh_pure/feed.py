@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 from rosproto.logs import get_logger
+from rosproto.numbers import as_float
 
 from .convert import stamp_of, to_value
 from .interface import Row
@@ -137,7 +138,7 @@ class Feed(Generic[T]):
         subscriber = self.open()._subscriber
         if subscriber is None:
             return False
-        end = time.monotonic() + timeout
+        end = time.monotonic() + as_float(timeout)
         # A publisher that cannot be reached is tried again for ever in the background, not waited for here.
         while any(not (link.connected or link.last_error) for link in subscriber.stats()):
             if self._closed or time.monotonic() > end:
@@ -351,7 +352,7 @@ class Feed(Generic[T]):
 
     def _begin_wait(self, timeout: float | None) -> float | None:
         """The deadline of a wait that may begin."""
-        require_timeout(timeout)
+        timeout = require_timeout(timeout)
         self._require_open()
         if self.in_callback:
             raise LocalProtocolError(

@@ -7,6 +7,8 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from rosproto.numbers import as_float
+
 __all__ = [
     "Footprint",
     "Pose2D",
@@ -39,6 +41,14 @@ def yaw_from_quaternion(x: float, y: float, z: float, w: float) -> float:
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)) if (x or y or z or w) else 0.0
 
 
+def _as_floats(value: object, *names: str) -> None:
+    """Make numbers of a frozen value floats: numpy's small ones overflow and lose digits in sums."""
+    for name in names:
+        number = getattr(value, name)
+        if type(number) is not float:
+            object.__setattr__(value, name, as_float(number))
+
+
 @dataclass(frozen=True, slots=True)
 class Pose2D:
     """Where something is in the plane: `frame`_T_`child`.
@@ -55,6 +65,9 @@ class Pose2D:
     yaw: float = 0.0
     frame: str = "map"
     child: str = "base_link"
+
+    def __post_init__(self) -> None:
+        _as_floats(self, "x", "y", "yaw")
 
     @property
     def yaw_degrees(self) -> float:
@@ -127,6 +140,9 @@ class Velocity:
     vy: float = 0.0
     wz: float = 0.0
 
+    def __post_init__(self) -> None:
+        _as_floats(self, "vx", "vy", "wz")
+
     def is_standing(self, linear: float = 0.01, angular: float = 0.01) -> bool:
         """True when both speeds are at most the given m/s and rad/s."""
         return math.hypot(self.vx, self.vy) <= linear and abs(self.wz) <= angular
@@ -155,6 +171,7 @@ class Footprint:
         if not (math.isfinite(padding) and padding >= 0.0):
             raise ValueError(f"padding={padding}: must be a number of at least 0 (m)")
         try:
+            padding = as_float(padding)
             corners = [(float(x), float(y)) for x, y in points]
         except (TypeError, ValueError):
             raise ValueError("a footprint is made of corners (x, y), two numbers in m each") from None

@@ -9,14 +9,16 @@ import threading
 import time
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosError
 from rosproto.logs import get_logger
 
 from .errors import GoalFailed
+from .keeper import Job
 from .outcome import Outcome, OutcomeKind
-from .timeouts import require_timeout
+from .timeouts import require_limit, require_timeout
 
 if TYPE_CHECKING:
     from .core import Core
@@ -32,6 +34,10 @@ logger = get_logger("woosh_pure.goal")
 
 # Waiting is cut into slices: on Windows a lock that waits cannot be interrupted by Ctrl-C.
 _SLICE = 0.1
+_TIME_OUT_SECONDS, _CANCEL_SECONDS, _LET_GO_SECONDS = 15.0, 10.0, 6.0  # bounds of what Ctrl-C does not end
+
+_BY_US = (OutcomeKind.CANCELLED, OutcomeKind.REPLACED)
+_REPLACEABLE = (*_BY_US, OutcomeKind.FAILED)
 
 
 class _Default:
@@ -63,6 +69,8 @@ class GoalHandle(Generic[P]):
         self._callbacks: list[Callable[[P], object]] = []
         self._calling: set[int] = set()
         self._cancelled_by_us = False
+        self._why = ""  # this client's words for having cancelled it
+        self._replaced_by = ""  # in words, the goal of this client that takes its place
         self._may_go_on = False  # ended here, but the robot has not confirmed that it has ended there
         self._sending: threading.Thread | None = None
 
@@ -75,6 +83,16 @@ class GoalHandle(Generic[P]):
     def drives(self) -> bool:
         """True while this goal may move the base."""
         return False
+
+    @property
+    def holds_the_base(self) -> bool:
+        """Whether another motion would disturb it: it drives, and is not being cancelled by us."""
+        return self.drives and not self._cancelled_by_us
+
+    @property
+    def server(self) -> str:
+        """Which of the chassis's action servers has it: a second goal replaces it there; "" for a task."""
+        return ""
 
     def __repr__(self) -> str:
         outcome = self._outcome  # which is False unless it is an arrival
@@ -114,18 +132,34 @@ class GoalHandle(Generic[P]):
         if sending is not None and sending is not threading.current_thread():
             sending.join(timeout)
 
-    def _abandon(self) -> None:
-        """Cancel a goal that nobody waits for any more (Ctrl-C, asyncio), without waiting for its end."""
-        self._cancelled_by_us = True  # the sending itself looks at this before and after
+    def _mark_cancelled(self, why: str) -> None:
+        """It is this client that cancels it. The sending itself looks at this, before and after."""
+        self._why = self._why or why
+        self._cancelled_by_us = True
+
+    def _letting_go(self, *, waited_for: bool = False) -> Job[None]:
+        """For the keeper, when nobody waits any more, or nobody has this handle: cancel it.
+
+        Args:
+            waited_for: Somebody has the handle: `leave_running` leaves it running.
+        """
+        return Job(lambda: self._let_go(waited_for), _LET_GO_SECONDS)
+
+    def _let_go(self, waited_for: bool) -> None:
+        if self._outcome is not None and not self._may_go_on:
+            return
+        if waited_for and self._core.running.leave:
+            return
         self._core.running.note_abandoned(self)
+        try:
+            self._cancel(3.0, "its wait was interrupted")
+        except RosError as error:
+            logger.warning("! %s: interrupted, and not cancelled: %s", self.goal, error)
 
-        def end() -> None:
-            try:
-                self._request_cancel(3.0)
-            except RosError as error:
-                logger.warning("! %s: interrupted, and not cancelled: %s", self.goal, error)
-
-        threading.Thread(target=end, name="woosh:cancel", daemon=True).start()
+    def _abandon(self) -> None:
+        """Cancel a goal that nobody waits for any more (asyncio), without waiting for its end."""
+        self._mark_cancelled("its wait was interrupted")
+        self._core.running.keeper.put(self._letting_go())
 
     def _cancel_confirmed(self, timeout: float) -> bool:
         """Whether the chassis has confirmed a cancel that was sent, although the end was not told; a reply
@@ -150,7 +184,14 @@ class GoalHandle(Generic[P]):
                 return
             self._may_go_on = may_go_on or kind is OutcomeKind.CONNECTION_LOST
             seconds = time.monotonic() - self._started
-            self._outcome = outcome = Outcome(kind, self.goal, text, code, stopped, seconds)
+            if self._replaced_by and kind in _REPLACEABLE:
+                kind, self._why, self._cancelled_by_us = (
+                    OutcomeKind.REPLACED,
+                    f"replaced by {self._replaced_by}",
+                    True,
+                )
+            ours = self._why if self._cancelled_by_us and kind in _BY_US else ""
+            self._outcome = outcome = Outcome(kind, self.goal, text, code, stopped, seconds, ours)
             self._condition.notify_all()
         self._core.note_outcome(outcome, drives=self.drives, told=bool(self.task_id))
         if not self._may_go_on:  # otherwise `stop` and `close` must still cancel it
@@ -234,15 +275,16 @@ class GoalHandle(Generic[P]):
     ) -> Outcome:
         """Wait for the end.
 
-        When `timeout` passes the goal is cancelled and the stop is confirmed before this returns. Ctrl-C
-        cancels the goal, too (unless the Chassis has `leave_running`), also where no `with` block is left by
-        it: in a notebook or an interpreter.
+        When `timeout` passes the goal is cancelled and the stop is confirmed before this returns. Whatever
+        else ends the wait cancels the goal, too (unless the Chassis has `leave_running`): Ctrl-C, also where
+        no `with` block is left by it (a notebook), and what `meanwhile` raises. The first Ctrl-C begins that,
+        and later ones do not end it.
 
         Args:
             timeout: Seconds; None waits for ever; left out: `default_timeout`.
             raises: False returns an outcome that is no arrival instead of raising it.
             meanwhile: Called in this thread about ten times a second, to show how far it is. What it raises
-                ends the wait and not the goal.
+                ends the wait, and the goal.
 
         Raises:
             GoalFailed: It ended in anything but an arrival; `error.outcome` says how.
@@ -255,17 +297,16 @@ class GoalHandle(Generic[P]):
                 f"{self.goal}: waiting for it in a callback of its own news would wait for itself; "
                 "wait in another thread"
             )
+        keeper, letting_go = self._core.running.keeper, self._letting_go(waited_for=True)
+        let_go = partial(keeper.put, letting_go)
         try:
-            in_time = self._wait_until_done(seconds, meanwhile)
-        except Exception:
-            raise
+            if not self._wait_until_done(seconds, meanwhile):
+                keeper.do(lambda: self._time_out(seconds or 0.0), _TIME_OUT_SECONDS)
+            outcome = self._confirmed()
         except BaseException:
-            if not self._core.running.leave:
-                self._abandon()
+            let_go()  # before anything else: see `keeper`
+            keeper.hold(letting_go)
             raise
-        if not in_time:
-            self._time_out(seconds or 0.0)
-        outcome = self._confirmed()
         if raises and not outcome.arrived:
             raise GoalFailed(outcome)
         return outcome
@@ -308,7 +349,7 @@ class GoalHandle(Generic[P]):
     def _time_out(self, seconds: float) -> None:
         text, sent = f"not finished within {seconds:.1f} s", True
         try:
-            self._cancelled_by_us = True
+            self._mark_cancelled("its time was up")
             self._request_cancel(3.0)
         except RosError as error:
             text, sent = f"{text}; cancelling failed: {error}", False
@@ -333,9 +374,14 @@ class GoalHandle(Generic[P]):
             RosError: The cancellation could not be sent, or was not confirmed in time.
             ValueError: `timeout` is negative or NaN.
         """
-        require_timeout(timeout)
+        timeout = require_limit(timeout)
+        return self._core.running.keeper.do(
+            lambda: self._cancel(timeout, "cancel() was called"), _CANCEL_SECONDS + 2.0 * timeout
+        )
+
+    def _cancel(self, timeout: float, why: str) -> Outcome:
         if not self.done:
-            self._cancelled_by_us = True
+            self._mark_cancelled(why)
             self._request_cancel(timeout)
             if self._in_own_callback():
                 seconds = time.monotonic() - self._started

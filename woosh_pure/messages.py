@@ -6,6 +6,8 @@ import math
 import time
 from typing import Any
 
+from rosproto.numbers import as_float
+
 from .geometry import Footprint, Pose2D, Velocity, quaternion_from_yaw
 from .rostypes import message_type
 
@@ -30,6 +32,8 @@ def require_finite(value: Any, what: str) -> Any:
     Raises:
         ValueError: One is NaN or infinite; the text says where.
     """
+    if not isinstance(value, (float, int, str)) and getattr(value, "shape", None) == ():
+        value = value.item()  # a number of numpy
     if isinstance(value, float):
         if not math.isfinite(value):
             raise ValueError(f"{what}: {value} is not finite; nothing was sent")
@@ -62,6 +66,7 @@ def stamped_pose(pose: Pose2D) -> Any:
 
 def pose_with_covariance(pose: Pose2D, *, position_deviation: float, yaw_deviation: float) -> Any:
     """geometry_msgs/PoseWithCovarianceStamped; deviations (1 sigma) in m and rad."""
+    position_deviation, yaw_deviation = as_float(position_deviation), as_float(yaw_deviation)
     for value in (position_deviation, yaw_deviation):
         if not (math.isfinite(value) and value > 0.0):
             raise ValueError(f"deviation {value}: must be a positive number (m, rad)")

@@ -25,7 +25,9 @@ class Moving:
 
     # -- tasks -----------------------------------------------------------------------------------------------
 
-    def go_to_mark(self, mark: str, *, timeout: float | None = 300.0, check: bool = True) -> TaskHandle:
+    def go_to_mark(
+        self, mark: str, *, timeout: float | None = 300.0, check: bool = True, replace: bool = False
+    ) -> TaskHandle:
         """Drive to a mark of the map (`/exec_task`, task type pick). Returns at once; `.wait()` for the
         arrival.
 
@@ -33,15 +35,16 @@ class Moving:
             mark: Its name, as on the chassis's own map; marks cannot be listed over this interface.
             timeout: What the handle's `wait()` allows when it is not told otherwise, s; None for ever.
             check: False sends it even when the known state speaks against moving.
+            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
 
         Raises:
-            MotionRefused: Not ready, or the chassis refused.
+            MotionRefused: Not ready, another motion of this Chassis is under way, or the chassis refused.
             StaleState: `/robot_status` has no publisher: the end could not be seen.
             ValueError: No mark, or `timeout` is no time.
             ConnectionLost, RosTimeout, ServiceError: The chassis did not answer; what it may have begun was
                 cancelled again if possible.
         """
-        return self.task(TaskType.PICK, mark, timeout=timeout, check=check)
+        return self.task(TaskType.PICK, mark, timeout=timeout, check=check, replace=replace)
 
     def task(
         self,
@@ -54,6 +57,7 @@ class Moving:
         custom: int = 0,
         timeout: float | None = 300.0,
         check: bool = True,
+        replace: bool = False,
     ) -> TaskHandle:
         """Run a task (`/exec_task`). Returns at once.
 
@@ -67,9 +71,11 @@ class Moving:
             custom: The project's own byte, -128 to 127.
             timeout: Default of the handle's `wait()`, s; None for ever.
             check: False sends it even when the known state speaks against moving.
+            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
 
         Raises:
-            MotionRefused: Not ready, or the chassis refused; `error.readiness` says why.
+            MotionRefused: Not ready, another motion of this Chassis is under way, or the chassis refused;
+                `error.readiness` says why.
             StaleState: The end could not be seen.
             ValueError: A number is not finite or out of range, or nothing says where to.
             ConnectionLost, RosTimeout, ServiceError: The chassis did not answer; what it may have begun was
@@ -77,7 +83,7 @@ class Moving:
         """
         way = [pose.require_sensible() for pose in poses]
         order = TaskOrder(TaskType(task_type), mark, way, Direction(direction), type_number, custom)
-        return start_task(self._core, order, timeout=timeout, check=check)
+        return start_task(self._core, order, timeout=timeout, check=check, replace=replace)
 
     def park(
         self,
@@ -88,12 +94,13 @@ class Moving:
         custom: int = 0,
         timeout: float | None = 300.0,
         check: bool = True,
+        replace: bool = False,
     ) -> TaskHandle:
         """Drive to a parking mark (`/exec_task`, task type park). Returns at once.
 
         Args:
             mark: Its name, as on the chassis's own map.
-            poses, type_number, custom, timeout, check: As for `task`: units, frames.
+            poses, type_number, custom, timeout, check, replace: As for `task`: units, frames.
 
         Raises:
             MotionRefused, StaleState, ValueError, ConnectionLost, RosTimeout, ServiceError: As `task`.
@@ -106,6 +113,7 @@ class Moving:
             custom=custom,
             timeout=timeout,
             check=check,
+            replace=replace,
         )
 
     def charge(
@@ -117,12 +125,13 @@ class Moving:
         custom: int = 0,
         timeout: float | None = 300.0,
         check: bool = True,
+        replace: bool = False,
     ) -> TaskHandle:
         """Drive to a charger and charge (`/exec_task`, task type charge). Returns at once.
 
         Args:
             mark: Its name, as on the chassis's own map.
-            poses, type_number, custom, timeout, check: As for `task`: units, frames.
+            poses, type_number, custom, timeout, check, replace: As for `task`: units, frames.
 
         Raises:
             MotionRefused, StaleState, ValueError, ConnectionLost, RosTimeout, ServiceError: As `task`.
@@ -135,6 +144,7 @@ class Moving:
             custom=custom,
             timeout=timeout,
             check=check,
+            replace=replace,
         )
 
     def carry(
@@ -147,13 +157,14 @@ class Moving:
         custom: int = 0,
         timeout: float | None = 300.0,
         check: bool = True,
+        replace: bool = False,
     ) -> TaskHandle:
         """Drive to a mark and load or unload there (`/exec_task`, task type carry). Returns at once.
 
         Args:
             mark: Its name, as on the chassis's own map.
             direction: Load or unload.
-            poses, type_number, custom, timeout, check: As for `task`: units, frames.
+            poses, type_number, custom, timeout, check, replace: As for `task`: units, frames.
 
         Raises:
             MotionRefused, StaleState, ValueError, ConnectionLost, RosTimeout, ServiceError: As `task`.
@@ -167,6 +178,7 @@ class Moving:
             custom=custom,
             timeout=timeout,
             check=check,
+            replace=replace,
         )
 
     # -- navigation ------------------------------------------------------------------------------------------
@@ -180,6 +192,7 @@ class Moving:
         frame: str = "map",
         timeout: float | None = 300.0,
         check: bool = True,
+        replace: bool = False,
     ) -> NavigationHandle:
         """Drive to a pose (`/move_base`). Returns at once.
 
@@ -190,13 +203,14 @@ class Moving:
             frame: The map, or another frame the chassis knows a transform of.
             timeout: Default of the handle's `wait()`, s; None for ever.
             check: False sends it even when the known state speaks against moving.
+            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
 
         Raises:
-            MotionRefused: Not ready, or a velocity block is open.
+            MotionRefused: Not ready, or a velocity block or another motion of this Chassis is under way.
             RosTimeout: The action server is not there.
             ValueError: A number is not finite, or the yaw is more than one turn.
         """
-        return self.follow([Pose2D(x, y, yaw, frame)], timeout=timeout, check=check)
+        return self.follow([Pose2D(x, y, yaw, frame)], timeout=timeout, check=check, replace=replace)
 
     def follow(
         self,
@@ -205,6 +219,7 @@ class Moving:
         point_by_point: bool = False,
         timeout: float | None = 300.0,
         check: bool = True,
+        replace: bool = False,
     ) -> NavigationHandle:
         """Drive along a path to its last pose (`/move_base`). Returns at once.
 
@@ -213,9 +228,10 @@ class Moving:
             point_by_point: Stop at every point instead of passing by.
             timeout: Default of the handle's `wait()`, s; None for ever.
             check: False sends it even when the known state speaks against moving.
+            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
 
         Raises:
-            MotionRefused: Not ready, or a velocity block is open.
+            MotionRefused: Not ready, or a velocity block or another motion of this Chassis is under way.
             RosTimeout: The action server is not there.
             ValueError: The path is empty, a number is not finite, or a yaw is more than one turn.
             FirmwareLimit: The chassis's definition does not know `point_by_point`; nothing was sent.
@@ -227,7 +243,7 @@ class Moving:
             if not isinstance(pose, Pose2D):
                 raise TypeError(f"the path has {pose!r} in it; expected Pose2D(x, y, yaw)")
         mode = ExecutionMode.POINT_BY_POINT if point_by_point else ExecutionMode.FREE
-        return start_navigation(self._core, path, mode=mode, timeout=timeout, check=check)
+        return start_navigation(self._core, path, mode=mode, timeout=timeout, check=check, replace=replace)
 
     # -- precise moves ---------------------------------------------------------------------------------------
 
@@ -239,6 +255,7 @@ class Moving:
         avoid: bool = True,
         timeout: float | None = None,
         check: bool = True,
+        replace: bool = False,
     ) -> StepHandle:
         """Drive straight by `distance` (`/cmd_vel_control`). Returns at once.
 
@@ -248,11 +265,14 @@ class Moving:
             avoid: False switches the obstacle avoidance of this move off.
             timeout: Default of the handle's `wait()`, s; None derives it from way and speed.
             check: False sends it even when the known state speaks against moving.
+            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
 
         Raises:
             MotionRefused, ValueError, FirmwareLimit, RosTimeout: As `steps`.
         """
-        return self.steps([Step.straight(distance, speed)], avoid=avoid, timeout=timeout, check=check)
+        return self.steps(
+            [Step.straight(distance, speed)], avoid=avoid, timeout=timeout, check=check, replace=replace
+        )
 
     def rotate(
         self,
@@ -264,6 +284,7 @@ class Moving:
         avoid: bool = True,
         timeout: float | None = None,
         check: bool = True,
+        replace: bool = False,
     ) -> StepHandle:
         """Turn in place by `angle`, counter-clockwise positive (`/cmd_vel_control`). Returns at once.
 
@@ -276,6 +297,7 @@ class Moving:
             avoid: False switches the obstacle avoidance of this move off.
             timeout: Default of the handle's `wait()`, s; None derives it from angle and speed.
             check: False sends it even when the known state speaks against moving.
+            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
 
         Raises:
             ValueError: Not finite, too far, or more than a turn without `several_turns`.
@@ -288,6 +310,7 @@ class Moving:
             timeout=timeout,
             several_turns=several_turns,
             check=check,
+            replace=replace,
         )
 
     def strafe(
@@ -298,6 +321,7 @@ class Moving:
         avoid: bool = True,
         timeout: float | None = None,
         check: bool = True,
+        replace: bool = False,
     ) -> StepHandle:
         """Move sideways by `distance` (`/cmd_vel_control`); only an omnidirectional base does it. Returns at
         once.
@@ -308,12 +332,15 @@ class Moving:
             avoid: False switches the obstacle avoidance of this move off.
             timeout: Default of the handle's `wait()`, s; None derives it from way and speed.
             check: False sends it even when the known state speaks against moving.
+            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
 
         Raises:
             MotionRefused, ValueError, FirmwareLimit, RosTimeout: As `steps`. A differential base fails the
                 goal.
         """
-        return self.steps([Step.lateral(distance, speed)], avoid=avoid, timeout=timeout, check=check)
+        return self.steps(
+            [Step.lateral(distance, speed)], avoid=avoid, timeout=timeout, check=check, replace=replace
+        )
 
     def move_diagonal(
         self,
@@ -325,6 +352,7 @@ class Moving:
         avoid: bool = True,
         timeout: float | None = None,
         check: bool = True,
+        replace: bool = False,
     ) -> StepHandle:
         """Move in a direction without turning (`/cmd_vel_control`); only an omnidirectional base does it.
         Returns at once.
@@ -337,6 +365,7 @@ class Moving:
             avoid: False switches the obstacle avoidance of this move off.
             timeout: Default of the handle's `wait()`, s; None derives it from way and speed.
             check: False sends it even when the known state speaks against moving.
+            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
 
         Raises:
             MotionRefused, ValueError, FirmwareLimit, RosTimeout: As `steps`. A differential base fails the
@@ -355,6 +384,7 @@ class Moving:
         timeout: float | None = None,
         several_turns: bool = False,
         check: bool = True,
+        replace: bool = False,
     ) -> StepHandle:
         """Several precise moves as one goal (`/cmd_vel_control`). Returns at once.
 
@@ -364,10 +394,11 @@ class Moving:
             timeout: Default of the handle's `wait()`, s; None derives it from ways and speeds.
             several_turns: Must be said for a step of more than one turn: such an angle is usually in degrees.
             check: False sends it even when the known state speaks against moving.
+            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
 
         Raises:
             ValueError: Not finite, too far, too fast, more than a turn, or no steps.
-            MotionRefused: Not ready, or a velocity block is open.
+            MotionRefused: Not ready, or a velocity block or another motion of this Chassis is under way.
             FirmwareLimit: The chassis's definition does not know this kind of step; nothing was sent.
             RosTimeout: The action server is not there.
         """
@@ -378,4 +409,6 @@ class Moving:
                 f"{max(turns, key=abs):.2f} rad is more than one turn; for degrees say degrees=True, "
                 "for many turns say several_turns=True"
             )
-        return start_steps(self._core, tuple(steps), avoid=avoid, timeout=timeout, check=check)
+        return start_steps(
+            self._core, tuple(steps), avoid=avoid, timeout=timeout, check=check, replace=replace
+        )

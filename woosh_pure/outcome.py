@@ -36,6 +36,8 @@ class Outcome:
             was none.
         stopped: Whether the robot is known to stand still: True, False (it still moves), None (not known).
         seconds: From sending to the end, our clock.
+        by_us: Why this program cancelled it ("cancel() was called", "its wait was interrupted" ...), or
+            replaced it; "" when it did not.
     """
 
     kind: OutcomeKind
@@ -44,6 +46,7 @@ class Outcome:
     code: int | None = None
     stopped: bool | None = None
     seconds: float = 0.0
+    by_us: str = ""
 
     @property
     def arrived(self) -> bool:
@@ -68,7 +71,7 @@ class Outcome:
         if not self.arrived:
             if self.kind is not OutcomeKind.REPLACED or self.stopped:
                 parts.append(_STOPPED[self.stopped])
-            parts.append(_NEXT[self.kind])
+            parts.append(f"this program ended it: {self.by_us}" if self.by_us else _NEXT[self.kind])
         return "; ".join(parts)
 
 
@@ -80,7 +83,7 @@ _STOPPED = {
 
 _NEXT = {
     OutcomeKind.FAILED: "look at chassis.readiness() and chassis.faults",
-    OutcomeKind.CANCELLED: "somebody cancelled it, here or on the robot",
+    OutcomeKind.CANCELLED: "somebody else cancelled it: the robot itself, or another client",
     OutcomeKind.REJECTED: "look at chassis.readiness() for what is in the way",
     OutcomeKind.REPLACED: "another client commands this robot now, and may move it; only one should",
     OutcomeKind.TIMED_OUT: "it was cancelled; give a longer timeout if it was on its way",

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosTimeout
+from rosproto.numbers import as_float
 
 from .convert import pose_of
 from .enums import LedState, NavDirection, NavigationMode
@@ -216,6 +217,7 @@ class Peripherals:
             ValueError: A number is not finite, or `tolerance` is not 0 to 5 m.
             ServiceError, RosTimeout: There is no such service, or no answer within 30 s.
         """
+        tolerance = as_float(tolerance)
         if not (math.isfinite(tolerance) and 0.0 <= tolerance <= 5.0):
             raise ValueError(
                 f"tolerance {tolerance} m: expected 0 to 5, and small: it becomes position error"
@@ -275,6 +277,7 @@ class Peripherals:
             GoalFailed: The chassis did not accept it.
         """
         mode, direction = NavigationMode(mode), NavDirection(direction)
+        waiting_timeout, max_speed = as_float(waiting_timeout), as_float(max_speed)
         if not (mode.known and direction.known):
             raise ValueError(f"mode {int(mode)}, direction {int(direction)}: expected 0 to 3 each")
         if max_speed > MAX_SPEED:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from rosproto.numbers import as_float
+
 from .geometry import Velocity
 
 __all__ = ["DEFAULT_ANGULAR", "DEFAULT_LINEAR", "DriveLimits", "Shaper"]
@@ -59,6 +61,7 @@ class Shaper:
             ValueError: Not finite, or out of the limits.
         """
         self.limits.check(velocity)
+        valid_for = as_float(valid_for)
         if not (math.isfinite(valid_for) and 0.0 < valid_for <= 5.0):
             raise ValueError(f"valid_for={valid_for}: must be between 0 and 5 s; call again to go on longer")
         self._wanted, self._until = velocity, now + valid_for

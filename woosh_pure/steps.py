@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from rosproto.numbers import as_float
+
 from .enums import StepMode
 from .geometry import Velocity
 
@@ -37,6 +39,10 @@ class Step:
     data: float
     speed: float = 0.0
     angle: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("data", "speed", "angle"):
+            object.__setattr__(self, name, as_float(getattr(self, name)))
 
     @classmethod
     def straight(cls, distance: float, speed: float = 0.0) -> Step:

@@ -10,11 +10,14 @@ import math
 import threading
 import time
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
+from rosproto.numbers import as_float
 
 from .goal import NOT_CONFIRMED
+from .keeper import Job, begin
 from .outcome import OutcomeKind
 from .roster import Roster
 from .stop_others import OtherPrograms, cancel_others
@@ -25,8 +28,9 @@ if TYPE_CHECKING:
 
     from .core import Core
     from .goal import GoalHandle
+    from .running import Running
 
-__all__ = ["StopReport", "cancel_goals", "stop"]
+__all__ = ["StopReport", "cancel_goals", "stop", "stop_seconds"]
 
 _REPEATS = 6
 _LISTENERS = 1.0  # seconds at least for those to connect who listen for velocities
@@ -42,11 +46,13 @@ class StopReport:
             known.
         cancelled: What was cancelled, in words.
         problems: What could not be done, in words.
+        looked: Whether it was looked for what others have started, too.
     """
 
     standing: bool | None = None
     cancelled: list[str] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
+    looked: bool = False
 
     def __str__(self) -> str:
         """`sentence()`."""
@@ -63,16 +69,23 @@ class StopReport:
         if self.cancelled:
             parts.append(f"cancelled {', '.join(self.cancelled)}")
         elif not self.problems:
-            parts.append("nothing of ours was running")
+            parts.append("nothing was running" if self.looked else "nothing of ours was running")
         if self.problems:
             parts.append(f"not done: {'; '.join(self.problems)}")
         return "; ".join(parts)
 
 
+def stop_seconds(given: float) -> float:
+    """How long a stop may take. Whatever was given: a stop is not refused for its arguments."""
+    try:
+        seconds = as_float(given)
+    except (TypeError, ValueError):
+        return 5.0
+    return seconds if seconds is not None and 0.0 <= seconds < math.inf else 5.0
+
+
 def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> StopReport:
     """See `Chassis.stop`."""
-    if not 0.0 <= timeout < math.inf:
-        timeout = 5.0  # whatever was given: a stop is not refused for its arguments
     report = StopReport()
     deadline = time.monotonic() + timeout
     core.running.note_stop()
@@ -86,7 +99,7 @@ def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> 
     )
     zeros.start()
     programs = OtherPrograms(core, deadline, end=end_drivers) if everything or end_drivers else None
-    cancel_goals(core, report, min(timeout, 3.0))
+    cancel_goals(core.running, report, min(timeout, 3.0), "stop() was called")
     if everything:
         cancel_others(core, roster, report, deadline)
     zeros.join(max(_LISTENERS, deadline - time.monotonic()) + 0.5)
@@ -163,24 +176,29 @@ def _send_zeros(
         time.sleep(0.05 if sent else 0.01)
 
 
-def cancel_goals(core: Core, report: StopReport, timeout: float) -> None:
-    """Ask for the end of every goal this client started; all at once, not one after the other."""
-    workers = []
-    for goal in core.running.take_goals():
-        worker = threading.Thread(
-            target=_cancel, args=(goal, report, timeout), name="woosh:cancel", daemon=True
-        )
-        worker.start()
-        workers.append((worker, goal))
-    for worker, goal in workers:
-        worker.join(timeout + 1.0)
-        if worker.is_alive():
+def cancel_goals(running: Running, report: StopReport, timeout: float, why: str) -> None:
+    """Ask for the end of every goal this client started; all at once, not one after the other.
+
+    Args:
+        running: What was started.
+        report: Takes what was done, and what was not.
+        timeout: Seconds for the chassis to confirm.
+        why: In words, for the outcomes.
+    """
+    jobs = []
+    for goal in running.take_goals():
+        job = Job(partial(_cancel, goal, report, timeout, why), timeout + 1.0)
+        begin(job, "woosh:cancel")
+        jobs.append((job, goal))
+    for job, goal in jobs:
+        job.join()
+        if not job.over:
             report.problems.append(f"cancelling {goal.goal} (no answer yet)")
 
 
-def _cancel(goal: GoalHandle[object], report: StopReport, timeout: float) -> None:
+def _cancel(goal: GoalHandle[object], report: StopReport, timeout: float, why: str) -> None:
     try:
-        outcome = goal.cancel(timeout)
+        outcome = goal._cancel(timeout, why)
         if outcome.kind is OutcomeKind.CANCELLED and outcome.text == NOT_CONFIRMED and not outcome.stopped:
             report.problems.append(f"cancelling {goal.goal} ({NOT_CONFIRMED})")
         else:

@@ -19,6 +19,8 @@ from .enums import TaskCommand, TaskState
 from .interface import actions
 
 if TYPE_CHECKING:
+    import rosproto
+
     from .core import Core
     from .roster import Roster
     from .stop import StopReport
@@ -29,6 +31,15 @@ _TASK_FIRST = 0.5
 _LEAST = 1.0
 """Seconds that every step may take, however near the deadline is."""
 _LOOK_AGAIN = 0.5
+_FIRST_STATUS = 1.0  # seconds: a server sends its status 5 times a second
+_HAD_A_GOAL = (
+    0,
+    1,
+    2,
+    6,
+    7,
+    8,
+)  # of actionlib_msgs/GoalStatus: pending, active, and cancelled ones
 _UNDER_WAY = (TaskState.RUNNING, TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
 
 
@@ -50,6 +61,7 @@ def cancel_others(core: Core, roster: Roster, report: StopReport, deadline: floa
     roster.wait(_TASK_FIRST)
     task.join(_TASK_FIRST)
     waiting, cancelled = {"the task": task}, list[str]()
+    report.looked = True
     for row in actions():
         # Those that every chassis has; the others where they are there.
         if not row.moves_base or (row.source != "page" and roster.lacks_subscriber(f"{row.name}/cancel")):
@@ -86,13 +98,31 @@ def _cancel_action(
         roster.miss(name)
         return
     try:
-        with core.node.publisher(topic, "actionlib_msgs/GoalID", queue_size=1) as publisher:
+        told = _begin_listening(core, name)
+        with core.node.publisher(topic, "actionlib_msgs/GoalID", queue_size=1) as publisher, told:
             publisher.wait_for_connection(timeout=_left(deadline))
             publisher.publish()
             publisher.flush(1.0)
-        cancelled.append(name)
+            if roster.lacks_publisher(told.topic) or _ran(told):
+                cancelled.append(name)
     except RosError as error:
         report.problems.append(f"cancelling {name} ({error})")
+
+
+def _begin_listening(core: Core, name: str) -> rosproto.Subscriber:
+    return core.node.subscriber(f"{name}/status", "actionlib_msgs/GoalStatusArray", queue_size=1)
+
+
+def _ran(status: rosproto.Subscriber) -> bool:
+    """Whether a server had a goal, by the first status that it sends; yes when it says nothing.
+
+    That may come after the cancel: then a goal that was preempted just now is taken for the one.
+    """
+    try:
+        goals = status.next(_FIRST_STATUS).status_list
+    except RosError:
+        return True
+    return any(goal.status in _HAD_A_GOAL for goal in goals)
 
 
 def _cancel_task(core: Core, roster: Roster, report: StopReport, deadline: float) -> None:

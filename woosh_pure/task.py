@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
@@ -67,7 +68,12 @@ class TaskHandle(GoalHandle[RobotStatus]):
         self._command(TaskCommand.PAUSE)
 
     def resume(self) -> None:
-        """Go on after `pause`."""
+        """Go on after `pause`.
+
+        Raises:
+            MotionRefused: The chassis refused, or something else of ours moves the base.
+        """
+        self._core.running.require_alone(self)
         self._command(TaskCommand.RESUME)
 
     def interrupt_wait(self) -> None:
@@ -191,7 +197,9 @@ class TaskOrder:
         }
 
 
-def start_task(core: Core, order: TaskOrder, *, timeout: float | None, check: bool) -> TaskHandle:
+def start_task(
+    core: Core, order: TaskOrder, *, timeout: float | None, check: bool, replace: bool
+) -> TaskHandle:
     """Listen first, then call the service: whatever comes in whatever order is seen."""
     order.check()
     since = core.running.stops
@@ -203,12 +211,21 @@ def start_task(core: Core, order: TaskOrder, *, timeout: float | None, check: bo
     tracker = TaskTracker(new_task_id())
     text = f"{order.task_type} task {tracker.task_id} to {order.target}"
     handle = TaskHandle(core, tracker, text, timeout)
+    letting_go = handle._letting_go()
+    let_go = partial(core.running.keeper.put, letting_go)
     try:
-        core.running.add_goal(handle, since, check=check)
+        try:
+            core.running.add_goal(handle, since, check=check, replace=replace)
+        except Exception:
+            handle._off()
+            raise
+        _send(core, handle, order)
     except Exception:
-        handle._off()
         raise
-    _send(core, handle, order)
+    except BaseException:  # Ctrl-C: nobody gets this handle, so nobody else could end the task
+        let_go()  # before anything else: see `keeper`
+        core.running.keeper.hold(letting_go)
+        raise
     return handle
 
 
@@ -238,9 +255,6 @@ def _send(core: Core, handle: TaskHandle, order: TaskOrder) -> None:
     except Exception:  # whatever it was: nothing was started, and nobody has to cancel it
         handle._off()
         handle._finish(OutcomeKind.CANCELLED, "not sent")
-        raise
-    except BaseException:  # Ctrl-C: nobody gets this handle, so nobody else could end the task
-        handle._abandon()
         raise
     handle._reply(reply.success, reply.message, int(reply.statusCode))
     if not reply.success:

@@ -4,15 +4,30 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["require_timeout"]
+from rosproto.numbers import as_float
+
+__all__ = ["require_limit", "require_timeout"]
 
 
 def require_timeout(timeout: float | None, name: str = "timeout") -> float | None:
-    """A time limit, checked: seconds of at least 0, or None for no limit.
+    """A time limit, checked, as a float: seconds of at least 0, or None for no limit.
 
     Raises:
         ValueError: It is negative or NaN. (A NaN would never be over, a negative one over at once.)
     """
-    if timeout is None or (timeout >= 0.0 and not math.isnan(timeout)):
-        return timeout
+    seconds = as_float(timeout)
+    if seconds is None or (seconds >= 0.0 and not math.isnan(seconds)):
+        return seconds
     raise ValueError(f"{name}={timeout}: expected seconds of at least 0, or None to wait for ever")
+
+
+def require_limit(timeout: float, name: str = "timeout") -> float:
+    """As `require_timeout`, where there is always a limit.
+
+    Raises:
+        ValueError: It is negative, NaN or infinite.
+    """
+    seconds = as_float(timeout)
+    if seconds is None or not 0.0 <= seconds < math.inf:
+        raise ValueError(f"{name}={timeout}: expected seconds of at least 0, and not for ever")
+    return seconds

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
+from rosproto.numbers import as_float
 
 from .drive_watch import DriveWatch
 from .drivers import OtherDriver, other_drivers
@@ -59,6 +60,7 @@ class Drive:
         check: bool = True,
         share: bool = False,
     ) -> None:
+        feedback_timeout = as_float(feedback_timeout)
         if feedback_timeout is not None and not (math.isfinite(feedback_timeout) and feedback_timeout > 0.0):
             raise ValueError(
                 f"feedback_timeout={feedback_timeout}: expected more than 0 s, or None for no feedback"
@@ -138,7 +140,7 @@ class Drive:
                 stopped by other means (emergency stop, manual mode, a severe fault); `error.readiness` tells.
         """
         self._raise_if_over()
-        velocity = Velocity(float(vx), float(vy), float(wz))
+        velocity = Velocity(vx, vy, wz)
         with self._lock:
             self._shaper.command(velocity, time.monotonic(), valid_for)
 
@@ -153,6 +155,7 @@ class Drive:
             ValueError: As `set`; or `seconds` is negative or not finite.
             ConnectionLost, MotionRefused: As `set`.
         """
+        seconds = as_float(seconds)
         if not (math.isfinite(seconds) and seconds >= 0.0):
             raise ValueError(f"seconds={seconds}: expected a finite number of at least 0")
         end = time.monotonic() + seconds

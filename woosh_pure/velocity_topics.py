@@ -27,6 +27,8 @@ __all__ = ["VELOCITY_TOPICS", "VelocityTopics"]
 VELOCITY_TOPICS = {"smooth": "/smooth_cmd_vel", "direct": "/base_cmd_vel"}
 logger = get_logger("woosh_pure.velocity")
 _FLUSH = 0.5  # seconds
+_ELSEWHERE = 2.0  # seconds for somebody to listen
+_ZEROS = 5
 
 
 class VelocityTopics:
@@ -119,6 +121,32 @@ class VelocityTopics:
             self.publish(topic, Velocity())
         except Exception as error:  # a closed node, an interpreter that is shutting down
             logger.debug("! %s: zero not sent: %s", topic, error)
+
+    @property
+    def in_use(self) -> set[str]:
+        """Topics that somebody drives on, or that a zero is due on."""
+        with self._lock:
+            return self._zero_due | {topic for topic, users in self._users.items() if users}
+
+    def zero_from_elsewhere(self, topics: set[str]) -> None:
+        """Send zero from another node, for a moment: never raises, as `zero`.
+
+        When another node takes our name, a master may tell those who listen to us that we are gone; then they
+        have ended the links before our own zeros were read.
+        """
+        try:
+            with self._core.new_node() as node:
+                listened = [
+                    node.publisher(topic, row(topic).type, queue_size=_ZEROS, linger=False)
+                    for topic in sorted(topics)
+                ]
+                for publisher in listened:
+                    publisher.wait_for_connection(timeout=_ELSEWHERE)
+                    for _ in range(_ZEROS):
+                        publisher.publish(twist(Velocity()))
+                    publisher.flush(_FLUSH)
+        except RosError as error:
+            logger.warning("! zero was not sent once more, the robot may still be driving: %s", error)
 
     def flush(self, topic: str) -> None:
         """Give what was sent to the operating system; never raises, as `zero`."""

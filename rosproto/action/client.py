@@ -21,6 +21,7 @@ from rosproto.action.goal_handle import GoalHandle
 from rosproto.action.types import action_type, part_from
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 from rosproto.logs import PeerLog, get_logger
+from rosproto.numbers import as_float
 from rosproto.protocol.goal_client import CommState
 from rosproto.time import Time
 from rosproto.transport.clock import SYSTEM, Clock
@@ -80,8 +81,8 @@ class ActionClient:
     ) -> None:
         self._node = node
         self._clock = clock
-        self._status_timeout = status_timeout
-        self._ack_timeout = ack_timeout
+        self._status_timeout = as_float(status_timeout)
+        self._ack_timeout = as_float(ack_timeout)
         self._arrivals = Arrivals()
         self.type = _resolve(action_type, getattr(node, "revisions", None))
         self.name = node.resolve_name(name)
@@ -151,6 +152,7 @@ class ActionClient:
             RosTimeout: There is none; the text says which part is missing.
             ConnectionLost: The client or its node was closed.
         """
+        timeout = as_float(timeout)
         deadline = Deadline(timeout, self._clock)
         while True:
             self._check_open()

@@ -12,6 +12,7 @@ from collections import deque
 from typing import Generic, TypeVar
 
 from rosproto.aio.pool import notify
+from rosproto.numbers import as_float
 
 __all__ = ["Closed", "Mailbox"]
 
@@ -82,7 +83,7 @@ class Mailbox(Generic[T]):
         """
         if timeout is None:
             return await self._next()
-        return await asyncio.wait_for(self._next(), timeout)
+        return await asyncio.wait_for(self._next(), as_float(timeout))
 
     async def _next(self) -> T:
         while True:

@@ -24,6 +24,7 @@ from enum import Enum
 from typing import Protocol
 
 from rosproto.logs import PeerLog, get_logger
+from rosproto.numbers import as_float
 
 from .notifications import Notification
 
@@ -136,7 +137,7 @@ class Notifier:
     def wait_until_quiet(self, timeout: float | None = 5.0) -> bool:
         """Wait until everything was delivered or given up; False when that took longer."""
         with self._lock:
-            return self._quiet.wait_for(lambda: not self._queues, timeout)
+            return self._quiet.wait_for(lambda: not self._queues, as_float(timeout))
 
     def stats(self) -> dict[str, int]:
         """Counters sent, replaced, dropped, failed (calls given up); and nodes, threads at this moment."""
@@ -157,7 +158,7 @@ class Notifier:
             threads = [*self._prompt.threads, *self._patient.threads]
         for sender in senders:
             sender.close()
-        end = time.monotonic() + timeout
+        end = time.monotonic() + as_float(timeout)
         for thread in threads:
             if thread is not threading.current_thread():
                 thread.join(max(0.0, end - time.monotonic()))

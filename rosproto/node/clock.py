@@ -15,6 +15,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from rosproto.logs import get_logger
+from rosproto.numbers import as_float
 from rosproto.records import NamedTuple
 from rosproto.time import Duration, Time
 from rosproto.transport.waiting import wait_event
@@ -96,7 +97,7 @@ class NodeClock:
             True after the whole time; False when woken early, because simulated time jumped back or the node
             was closed.
         """
-        seconds = duration.to_sec() if isinstance(duration, Duration) else float(duration)
+        seconds = duration.to_sec() if isinstance(duration, Duration) else as_float(duration)
         return self.sleep_until_nsec(self.now_nsec() + round(seconds * NSEC))
 
     def sleep_until_nsec(self, end: int, stop: threading.Event | None = None) -> bool:
@@ -116,7 +117,7 @@ class NodeClock:
 
     def _wait(self, done: Callable[[], bool], timeout: float | None) -> bool:
         """Wait for simulated time; ends when the node is closed. The lock is held."""
-        end = None if timeout is None else time.monotonic() + timeout
+        end = None if timeout is None else time.monotonic() + as_float(timeout)
         while not done():
             if self._node is None or self._node._closing.is_set():
                 return False
@@ -162,7 +163,7 @@ class Rate:
         if not hz > 0:
             raise ValueError(f"a rate is a positive number of rounds per second, not {hz!r}")
         self._clock = clock
-        self._period = round(NSEC / hz)
+        self._period = round(NSEC / as_float(hz))
         self._last = clock.now_nsec()
 
     def remaining(self) -> float:
@@ -211,7 +212,7 @@ class Timer:
         if not period > 0:
             raise ValueError(f"a timer's period is a positive number of seconds, not {period!r}")
         self._clock = clock
-        self._period = round(period * NSEC)
+        self._period = round(as_float(period) * NSEC)
         self._callback = callback
         self._oneshot = oneshot
         self._stop = threading.Event()

@@ -12,6 +12,7 @@ from __future__ import annotations
 import atexit
 import os
 import threading
+import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -30,6 +31,7 @@ _log = get_logger("rosproto.node")
 
 CLOSE_SECONDS = 1.0  # for each step of closing that waits for somebody else
 EXIT_SECONDS = 2.0
+BEFORE_CLOSE_SECONDS = 10.0  # more, where there are `Node.before_close` callbacks
 
 _open_nodes: dict[Node, int] = {}
 """Nodes to close at the end of the program, with the process that opened them.
@@ -67,7 +69,13 @@ def _at_exit() -> None:
     except RuntimeError:  # no new threads any more
         _close_all(mine)
     else:
-        thread.join(EXIT_SECONDS)
+        farewell = any(node._before_close for node in mine)
+        end = time.monotonic() + EXIT_SECONDS + (BEFORE_CLOSE_SECONDS if farewell else 0.0)
+        while thread.is_alive() and (left := end - time.monotonic()) > 0.0:
+            try:
+                thread.join(left)
+            except KeyboardInterrupt:
+                continue  # a second Ctrl-C would leave the node registered; it takes seconds at most
 
 
 def _close_all(nodes: list[Node]) -> None:
@@ -78,14 +86,18 @@ def _close_all(nodes: list[Node]) -> None:
 def close(node: Node, reason: str) -> None:
     """Close a node; a second caller waits for the first."""
     with node._close_lock:
-        first = not node._closing.is_set()
+        by, first = node._closer, node._closer is None and not node._closing.is_set()
         if first:
+            node._closer = threading.get_ident()
             node._close_reason = reason
-            node._closing.set()
     if not first:
-        node._closed.wait(5 * CLOSE_SECONDS)
+        if by != threading.get_ident():  # not from one of the callbacks below
+            node._closed.wait(5 * CLOSE_SECONDS + (BEFORE_CLOSE_SECONDS if node._before_close else 0.0))
         return
     try:
+        for callback in node._before_close:
+            _guard(callback, reason)
+        node._closing.set()
         for callback in node._shutdown_callbacks:
             _guard(callback, reason)
         for closer in reversed(node._closers):
@@ -95,6 +107,7 @@ def close(node: Node, reason: str) -> None:
         _guard(_close_servers, node)
     finally:
         _open_nodes.pop(node, None)
+        node._closing.set()
         node._closed.set()
 
 

@@ -32,6 +32,7 @@ def leave_to_parent(nodes: Mapping[Node, int]) -> None:
             " process that uses them"
         )
         node._closing = node._closed = _over()
+        node._before_close = []
         _leave_master(node)
         _leave_topics(node)
         _leave_services(node)

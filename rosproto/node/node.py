@@ -152,6 +152,8 @@ class Node:
         self._closed = threading.Event()
         self._close_lock = threading.Lock()
         self._close_reason = ""
+        self._closer: int | None = None  # the thread that closes
+        self._before_close: list[Callable[[str], object]] = []
         self._closers: list[Callable[[], None]] = []
         self._shutdown_callbacks: list[Callable[[str], object]] = []
         self._link_ids = itertools.count(1)
@@ -456,8 +458,23 @@ class Node:
         return wait_event(self._closed, timeout)
 
     def on_shutdown(self, callback: Callable[[str], object]) -> None:
-        """Have `callback(reason)` called when the node begins to close; "" when the program closes it."""
+        """Have `callback(reason)` called when the node begins to close; "" when the program closes it.
+
+        Nothing can be sent any more then: see `before_close`.
+        """
         self._shutdown_callbacks.append(callback)
+
+    def before_close(self, callback: Callable[[str], object]) -> None:
+        """Have `callback(reason)` called before the node closes, while everything of it still works.
+
+        For what must still be said: a last zero, the end of a goal. It is called by whatever closes the node
+        in order: `close`, the end of the program, and a `shutdown` that the master or a peer asks for
+        (`rosnode kill`); then `reason` says who asked, and why; else it is "". Callbacks are called one after
+        the other, in the order of their registration, in the thread that closes; what one raises is logged.
+        They must end by themselves within some seconds: the node waits for them, the end of the program ten
+        seconds at most. In one of them `close` does nothing. A process that is killed calls nobody.
+        """
+        self._before_close.append(callback)
 
     def __repr__(self) -> str:
         state = "closed" if self.closed else self.uri

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import LocalProtocolError, RosError, RosTimeout
+from rosproto.numbers import as_float
 from rosproto.transport.os_errors import translate
 
 if TYPE_CHECKING:
@@ -148,6 +149,7 @@ class Publisher:
         Raises:
             RosTimeout: They did not come; the text names what was seen.
         """
+        timeout = as_float(timeout)
         if self._publication.wait_for(count, timeout):
             return
         if self._closed:

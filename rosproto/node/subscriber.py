@@ -10,6 +10,7 @@ from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.node.callbacks import CallbackRunner, InlineCaller
 from rosproto.node.inbox import Inbox
+from rosproto.numbers import as_float
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -115,6 +116,7 @@ class Subscriber:
             raise LocalProtocolError(
                 f"{self.topic}: this subscriber has a callback, which gets every message"
             )
+        timeout = as_float(timeout)
         item = self._inbox.get(timeout)
         if item is not None:
             return item
@@ -218,6 +220,7 @@ class Subscriber:
         Raises:
             RosTimeout: None was; the text tells how things stand with each publisher.
         """
+        timeout = as_float(timeout)
         if not self._subscription.wait_for(count, timeout):
             raise RosTimeout(
                 f"{self.topic}: {self.connections} of {count} publishers connected after {timeout:g} s;"

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 from rosproto.bag import BagReader, Connection
 from rosproto.bag.types import message_class_of
 from rosproto.errors import BagError, LocalProtocolError, RosTimeout
+from rosproto.numbers import as_float
 from rosproto.recording.pacer import Pacer
 from rosproto.recording.rate_control import RateControl
 from rosproto.recording.timeline import Timeline, TimelineEntry
@@ -98,12 +99,14 @@ class Player:
         on_tick: Callable[[Player], object] | None = None,
         pacer: Pacer | None = None,
     ) -> None:
+        rate, delay, rate_control_delay = as_float(rate), as_float(delay), as_float(rate_control_delay)
+        clock_hz, skip_empty = as_float(clock_hz), as_float(skip_empty)
         if not rate > 0:
             raise ValueError(f"rate {rate}: it must be more than 0")
         if clock_hz is not None and not clock_hz > 0:
             raise ValueError(f"clock_hz {clock_hz}: it must be more than 0")
         bags = [bags] if isinstance(bags, BagReader) else bags
-        self.timeline = Timeline(bags, topics=topics, start=start, duration=duration)
+        self.timeline = Timeline(bags, topics=topics, start=as_float(start), duration=as_float(duration))
         self._node = node
         self._rate = rate
         self._loop = loop
@@ -187,6 +190,7 @@ class Player:
         Raises:
             RosTimeout: One has none.
         """
+        timeout = as_float(timeout)
         end = None if timeout is None else self._pacer.now() + timeout
         self._stop.clear()
         while not self._stop.is_set() and (alone := [p.topic for p in self.publishers if not p.connections]):

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.bag import Connection, RawMessage
 from rosproto.errors import BagError, DefinitionError, LocalProtocolError, RosError
+from rosproto.numbers import as_float
 from rosproto.recording.buffer import Entry, MessageBuffer
 from rosproto.recording.files import BagSeries, Compression, bag_name
 from rosproto.recording.selection import TopicSelection
@@ -131,9 +132,9 @@ class Recorder:
             exclude=() if exclude is None else [exclude],
         )
         self._limit = limit
-        self._most_seconds = most_seconds
+        self._most_seconds = as_float(most_seconds)
         self._most_bytes = most_bytes
-        self._poll = poll
+        self._poll = as_float(poll)
         self._nodelay = tcp_nodelay
         self._unreliable = unreliable
         self._least_free = least_free_bytes
@@ -151,7 +152,7 @@ class Recorder:
             compression=compression,
             chunk_bytes=chunk_bytes,
             split_bytes=split_bytes,
-            split_seconds=split_seconds,
+            split_seconds=as_float(split_seconds),
             keep=keep,
             repeat_latched=repeat_latched,
             overwrite=overwrite,
@@ -237,7 +238,7 @@ class Recorder:
         Raises:
             BagError: Writing failed (the disk is full); the bag is readable up to its last whole chunk.
         """
-        finished = self._finished.wait(timeout)
+        finished = self._finished.wait(as_float(timeout))
         self._raise()
         return finished
 
@@ -247,7 +248,7 @@ class Recorder:
         Raises:
             TimeoutError: They have not in time.
         """
-        end = time.monotonic() + timeout
+        end = time.monotonic() + as_float(timeout)
         while sum(s.connections > 0 for s in list(self._subscribers.values())) < count:
             if time.monotonic() > end:
                 raise TimeoutError(

@@ -11,6 +11,7 @@ import threading
 from typing import Any, NoReturn
 
 from rosproto.errors import RosTimeout
+from rosproto.numbers import as_float
 from rosproto.tf import quaternion
 from rosproto.tf.errors import ExtrapolationError, NotConnected, TransformError, UnknownFrame
 from rosproto.tf.history import History, Sample
@@ -113,7 +114,7 @@ class TransformBuffer:
             UnknownFrame, NotConnected, ExtrapolationError: It cannot be had (within `timeout`).
         """
         target, source, moment = frame_name(target), frame_name(source), nanoseconds(time)
-        end = None if timeout is None else SYSTEM.monotonic() + timeout
+        end = None if timeout is None else SYSTEM.monotonic() + as_float(timeout)
         with self._changed:
             while True:
                 try:

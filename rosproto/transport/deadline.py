@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from rosproto.errors import RosTimeout
+from rosproto.numbers import as_float
 from rosproto.transport.clock import SYSTEM, Clock
 
 __all__ = ["Deadline"]
@@ -20,7 +21,7 @@ class Deadline:
     __slots__ = ("_at", "_clock", "seconds")
 
     def __init__(self, timeout: float | None, clock: Clock = SYSTEM) -> None:
-        self.seconds = timeout
+        self.seconds = timeout = as_float(timeout)
         self._clock = clock
         self._at = None if timeout is None else clock.monotonic() + timeout
 
@@ -52,5 +53,5 @@ class Deadline:
 
     def at_most(self, seconds: float) -> Deadline:
         """The earlier of this deadline and `seconds` from now."""
-        left = self.remaining()
+        left, seconds = self.remaining(), as_float(seconds)
         return Deadline(seconds if left is None else min(seconds, left), self._clock)

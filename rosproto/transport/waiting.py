@@ -12,6 +12,8 @@ import threading
 import time
 from collections.abc import Callable
 
+from rosproto.numbers import as_float
+
 __all__ = ["wait_event", "wait_for"]
 
 SLICE = 0.25 if sys.platform == "win32" else None
@@ -29,6 +31,7 @@ def wait_event(event: threading.Event, timeout: float | None) -> bool:
 
 
 def _in_slices(wait: Callable[[float | None], bool], timeout: float | None) -> bool:
+    timeout = as_float(timeout)
     if SLICE is None:
         return wait(timeout)
     end = None if timeout is None else time.monotonic() + timeout

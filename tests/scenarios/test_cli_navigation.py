@@ -42,7 +42,9 @@ def test_the_path_of_a_driving_robot_is_in_the_picture(tmp_path):
         chassis.measured_velocity.wait_for(lambda velocity: velocity.vx > 0.1)
         arguments = ("--listen", "10", "--master", sim.master_uri)
         process = woosh_process("map", "save", str(tmp_path / "p"), *arguments)
-        until_it_ends(process, lambda turn: turn % 5 or chassis.go_to(8.0, -2.0 + 0.1 * (turn % 7)))
+        until_it_ends(
+            process, lambda turn: turn % 5 or chassis.go_to(8.0, -2.0 + 0.1 * (turn % 7), replace=True)
+        )
     assert process.returncode == 0
     assert has(read_png((tmp_path / "p.png").read_bytes()), (30, 90, 220))
 
@@ -148,7 +150,7 @@ def test_doctor_and_status_and_stop_as_json(woosh, document):
 def test_shell_runs_code(sim, woosh, capsys):
     assert woosh("shell", "-c", "print(chassis.battery.wait().percent, Pose2D(1, 2).x)")[1].split() == [
         "87",
-        "1",
+        "1.0",
     ]
     assert woosh("shell", "-c", "raise SystemExit(7)")[0] == 7
     code, _, err = woosh("shell", "-c", "1 / 0")

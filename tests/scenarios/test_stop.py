@@ -115,6 +115,27 @@ def test_a_robot_that_stands_between_two_velocities_of_another_program_does_not_
     assert "velocities, too, on /base_cmd_vel, which only its end stops" in problem
 
 
+def test_at_rest_it_says_that_nothing_ran(sim, chassis):
+    """It asks five action servers to cancel; none had a goal."""
+    chassis.wait_until_ready()
+    report = chassis.stop(everything=True, timeout=FOR_EVER)
+    assert report.cancelled == []
+    assert report.sentence() == "the robot stands still; nothing was running"
+    assert chassis.stop().sentence() == "the robot stands still; nothing of ours was running"
+
+
+@pytest.mark.parametrize("slow", [False, True], ids=["", "slow network"])
+def test_what_ran_is_named_and_what_did_not_is_not(sim, real_time, chassis, until, slow):
+    chassis.wait_until_ready()
+    with Chassis(sim.master_uri, name="other") as other:
+        other.go_to(2.5, 0.0)
+        until(lambda: sim.world.motion is not None)
+        sim.slow_network(0.2 if slow else 0.0)
+        report = chassis.stop(everything=True, timeout=FOR_EVER)
+        sim.slow_network(0.0)
+    assert report.cancelled == ["all goals of /move_base"]
+
+
 def test_programs_that_drive_are_asked_to_end_and_zero_follows(sim, chassis, until):
     with Chassis(sim.master_uri, name="driver") as other:
         block = other.velocity(bypasses_protection=True)

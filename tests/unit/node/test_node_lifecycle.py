@@ -292,3 +292,42 @@ def test_it_listens_on_one_address_only() -> None:
             pytest.skip("no other address here")
         with pytest.raises(OSError):
             socket.create_connection((outside, port), 1.0).close()
+
+
+def test_what_is_to_be_done_before_a_node_closes_finds_it_whole() -> None:
+    """A last message is sent and heard; `on_shutdown` comes afterwards; one that fails harms nobody."""
+    with Master() as master, Node("/listener", master_uri=master.uri) as listener:
+        heard: list[str] = []
+        order: list[tuple[str, str, bool]] = []
+        listener.subscriber("/p", String, callback=lambda message: heard.append(message.data))
+        node = Node("/n", master_uri=master.uri)
+        publisher = node.publisher("/p", String)
+        publisher.wait_for_connection(timeout=10)
+        node.before_close(lambda _: 1 // 0)
+        node.before_close(lambda reason: order.append(("before", reason, node.closed)))
+        node.before_close(lambda _: publisher.publish(data="last"))
+        node.before_close(lambda _: node.close())  # and this does not wait for itself
+        node.on_shutdown(lambda reason: order.append(("shutdown", reason, node.closed)))
+        node.close()
+        node.close()
+        assert order == [("before", "", False), ("shutdown", "", True)]
+        eventually(lambda: heard == ["last"])
+
+
+def test_a_second_caller_of_close_waits_for_what_is_done_before() -> None:
+    """Whatever closes it, the node is closed when `close` returns."""
+    with Master() as master:
+        node = Node("/n", master_uri=master.uri)
+        came, go_on = threading.Event(), threading.Event()
+        node.before_close(lambda _: (came.set(), go_on.wait(20)))
+        first = threading.Thread(target=node.close)
+        second = threading.Thread(target=node.close)
+        first.start()
+        assert came.wait(10)
+        second.start()
+        assert not node.closed
+        node.publisher("/p", String).publish(data="x")
+        go_on.set()
+        first.join(20)
+        second.join(20)
+        assert node.closed

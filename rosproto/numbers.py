@@ -1,0 +1,32 @@
+"""Numbers that callers give: Python's own float from the door on.
+
+What numpy, Decimal or Fraction give is a number to people, and fails much later: a lock takes no np.float32
+as its time-out, and `time.monotonic() + np.float16(0.5)` has steps of 64 seconds or is infinite.
+"""
+
+from __future__ import annotations
+
+from typing import SupportsFloat, overload
+
+__all__ = ["as_float"]
+
+
+@overload
+def as_float(value: SupportsFloat) -> float: ...
+
+
+@overload
+def as_float(value: SupportsFloat | None) -> float | None: ...
+
+
+def as_float(value: SupportsFloat | None) -> float | None:
+    """A number as a float; None stays None, where that means "for ever".
+
+    Raises:
+        TypeError: It is no number; a text is none.
+    """
+    if value is None or type(value) is float:
+        return value
+    if isinstance(value, (str, bytes, bytearray)):
+        raise TypeError(f"{value!r} is a text; expected a number")
+    return float(value)

@@ -1,0 +1,212 @@
+"""Nothing that moves is left without a holder: what begins while a Chassis is closed, and nodes that are shut down."""
+
+from __future__ import annotations
+
+import os
+import random
+import subprocess
+import sys
+import threading
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import rosproto
+from rosproto.errors import ConnectionLost, RosError
+from rosproto.node import NodeClient
+from tests.support.doors import held, in_thread
+from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, SimulatedChassis
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def stands(sim: SimulatedChassis) -> bool:
+    return sim.world.motion is None and sim.world.body.velocity.is_standing(0.0, 0.0)
+
+
+# -- closing ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("verb", ["goal", "task", "velocity"])
+def test_nothing_begins_while_a_chassis_is_being_closed(sim, until, monkeypatch, verb):
+    """A worker that tries again and again, as workers do; the cancel takes its time."""
+    chassis = Chassis(sim.master_uri)
+    handle = chassis.go_to(2.5, 0.0)
+    until(lambda: not stands(sim))
+    with held(monkeypatch, type(handle), "_request_cancel") as (came, go_on):
+        closing, problems = in_thread(chassis.close)
+        assert came.wait(10.0)
+        with pytest.raises(ConnectionLost, match="this Chassis is closed"):
+            begin(chassis, verb)
+        go_on.set()
+        closing.join(20.0)
+    assert problems == []
+    until(lambda: stands(sim))
+    assert not sim.world.tasks.busy
+
+
+def begin(chassis: Chassis, verb: str) -> Any:
+    if verb == "goal":
+        return chassis.go_to(2.5, 0.5, check=False)
+    if verb == "task":
+        return chassis.go_to_mark("B1", check=False)
+    return chassis.velocity(bypasses_protection=True, check=False).__enter__()
+
+
+@pytest.mark.parametrize("verb", ["goal", "task", "velocity"])
+def test_what_was_prepared_when_a_chassis_was_closed_does_not_begin(sim, until, monkeypatch, verb):
+    """It has passed the first door, and comes to the second one too late."""
+    chassis = Chassis(sim.master_uri)
+    chassis.readiness()
+    running = chassis._core.running
+    door = "add_drive" if verb == "velocity" else "add_goal"
+    with held(monkeypatch, type(running), door) as (came, go_on):
+        worker, errors = in_thread(lambda: begin(chassis, verb))
+        assert came.wait(10.0)
+        running.note_end("this Chassis is closed")
+        go_on.set()
+        worker.join(10.0)
+    chassis.close()
+    assert isinstance(errors[0], ConnectionLost)
+    assert stands(sim)
+
+
+def test_a_worker_that_retries_is_ended_with_its_chassis(sim, until):
+    for _ in range(3):
+        chassis = Chassis(sim.master_uri)
+        over = threading.Event()
+
+        def work(chassis: Chassis = chassis, over: threading.Event = over) -> None:
+            while not over.is_set():
+                try:
+                    chassis.go_to(2.5, 0.0).wait()
+                except GoalFailed:
+                    continue
+                except RosError:
+                    over.wait(0.01)
+
+        worker, errors = in_thread(work)
+        until(lambda: not stands(sim))
+        chassis.close()
+        until(lambda: stands(sim))
+        over.set()
+        worker.join(20.0)
+        assert errors == []
+        assert stands(sim)
+
+
+def test_what_did_not_end_at_first_is_ended_once_more_before_the_node_goes(sim, until, monkeypatch):
+    chassis = Chassis(sim.master_uri)
+    handle = chassis.go_to(2.5, 0.0)
+    until(lambda: not stands(sim))
+    asked = []
+    original = type(handle)._request_cancel
+
+    def lost_at_first(self: Any, timeout: float) -> None:
+        asked.append(timeout)
+        if len(asked) == 1:
+            raise ConnectionLost("the network is away")
+        original(self, timeout)
+
+    monkeypatch.setattr(type(handle), "_request_cancel", lost_at_first)
+    chassis.close()
+    assert len(asked) == 2
+    until(lambda: stands(sim))
+
+
+# -- nodes that are shut down ----------------------------------------------------------------------------------
+
+
+def by_a_peer(node: rosproto.Node) -> None:
+    with NodeClient(node.uri, "/rosnode") as client:
+        client.shutdown("user request")
+
+
+def by_the_master(node: rosproto.Node) -> None:
+    rosproto.Node(node.name, master_uri=node.master_uri).close()
+
+
+@pytest.mark.parametrize("topic", ["smooth", "direct"])
+@pytest.mark.parametrize(
+    ("shut_down", "error", "says"),
+    [
+        (by_a_peer, MotionRefused, r"shut down.*user request"),
+        # This master also tells the robot that the publisher is gone: that may be heard first.
+        (by_the_master, (MotionRefused, ConnectionLost), r"shut down.*same name|nobody subscribes"),
+    ],
+    ids=["by a peer", "by the master"],
+)
+def test_zero_is_sent_before_the_driving_node_is_shut_down(sim, until, shut_down, error, says, topic):
+    with Chassis(sim.master_uri) as chassis:
+        block = chassis.velocity(bypasses_protection=True, direct=topic == "direct")
+        with pytest.raises(error, match=says), block as drive:  # noqa: PT012
+            drive.set(0.05, valid_for=5.0)
+            until(lambda: not sim.world.body.velocity.is_standing())
+            shut_down(chassis.node)
+            drive.hold(0.05, seconds=20.0)
+        assert chassis.node.wait(20.0)
+        until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 1.0)
+        with pytest.raises(ConnectionLost, match=r"shut down \(shutdown by /"):
+            chassis.move(0.1)
+
+
+@pytest.mark.parametrize("verb", ["goal", "task"])
+def test_goals_are_cancelled_before_their_node_is_shut_down(sim, real_time, until, verb):
+    with Chassis(sim.master_uri) as chassis:
+        handle = begin(chassis, verb)
+        until(lambda: not stands(sim))
+        by_a_peer(chassis.node)
+        with pytest.raises(GoalFailed, match=r"shut down.*user request") as caught:
+            handle.wait(20.0)
+        assert caught.value.outcome.kind is OutcomeKind.CANCELLED
+        until(lambda: stands(sim) and not sim.world.tasks.busy)
+
+
+def test_leave_running_leaves_a_goal_when_the_node_is_shut_down_and_no_velocity(sim, real_time, until):
+    with Chassis(sim.master_uri, leave_running=True) as chassis:
+        chassis.go_to_mark("B1")
+        until(lambda: not stands(sim))
+        by_a_peer(chassis.node)
+        assert chassis.node.wait(20.0)
+        assert sim.world.tasks.busy
+
+
+# -- who ended it ----------------------------------------------------------------------------------------------
+
+
+def test_an_outcome_says_that_it_was_this_program_and_why(sim, real_time, chassis):
+    assert "this program ended it: cancel() was called" in chassis.go_to(2.5, 0.0).cancel().sentence()
+    task = chassis.go_to_mark("B1")
+    chassis.stop()
+    assert task.outcome.by_us == "stop() was called"
+    assert "somebody" not in task.outcome.sentence()
+
+
+def test_an_outcome_says_that_it_was_somebody_else(sim, real_time, chassis, until):
+    task = chassis.go_to_mark("B1")
+    with Chassis(sim.master_uri, name="other") as other:
+        assert other.stop(everything=True).standing
+    outcome = task.wait(20.0, raises=False)
+    assert outcome.by_us == ""
+    assert "somebody else cancelled it" in outcome.sentence()
+
+
+# -- a storm of interrupts -------------------------------------------------------------------------------------
+
+
+@pytest.mark.skipif(os.name == "nt", reason="sends POSIX signals to a process, and forks")
+@pytest.mark.slow
+def test_a_storm_of_interrupts_abandons_nothing():
+    """Every verb and every command once; `python -m tests.storm --trials 1000` is the long one."""
+    seed = random.randrange(2**32)
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.storm", "--all", "--jobs", "1", "--seed", str(seed)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=600.0,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "in 0 the robot went on" in done.stdout

@@ -1,0 +1,31 @@
+"""Numbers of numpy and others become floats at the door."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from rosproto.numbers import as_float
+
+
+@pytest.mark.parametrize(
+    "given",
+    [np.float16(0.5), np.float32(0.5), np.float64(0.5), np.array(0.5), Decimal("0.5"), Fraction(1, 2)],
+)
+def test_a_number_becomes_a_float(given):
+    assert as_float(given) == 0.5
+    assert type(as_float(given)) is float
+
+
+def test_whole_numbers_too_and_none_stays():
+    assert type(as_float(np.int8(2))) is float
+    assert as_float(None) is None
+
+
+@pytest.mark.parametrize("given", ["0.5", b"1", bytearray(b"1"), [1.0], object()])
+def test_what_is_no_number_is_refused(given):
+    with pytest.raises(TypeError):
+        as_float(given)
