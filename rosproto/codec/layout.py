@@ -83,7 +83,8 @@ MAX_FIXED_BYTES = 1 << 26
 """Bytes of one message with all variable parts empty: 64 MiB."""
 
 MAX_WEIGHT = 100
-"""Bytes of memory for each byte of the smallest element; `std_msgs/Bool` has 64, a point of three floats 14."""
+"""Bytes of memory for each byte of the smallest element; `std_msgs/Bool` has 64, a point of three floats 14.
+"""
 _OBJECT, _SLOT, _LIST, _ARRAY, _NUMBER = 56, 8, 56, 112, 28  # CPython and numpy, 64 bits
 
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)

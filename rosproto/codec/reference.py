@@ -23,8 +23,9 @@ __all__ = ["decode_layout", "decode_reference", "encode_layout", "encode_referen
 
 LIGHT_SPARE = 1 << 18
 LIGHT_PER_BYTE = 16
-"""Bytes of memory that elements of (nearly) no bytes may take in one message: so many, and as many more for each
-byte of it. (This codec, which decodes them, takes some four times as much in between.)"""
+"""Bytes of memory that elements of (nearly) no bytes may take in one message: so many, and as many more for
+each byte of it. (This codec, which decodes them, takes some four times as much in between.)
+"""
 
 
 def decode_reference(

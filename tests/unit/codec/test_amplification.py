@@ -41,18 +41,22 @@ def test_a_message_takes_a_bounded_multiple_of_its_bytes(element: str, padding: 
         try:
             decode(cls, data)
         except CodecError as error:
-            assert "refused" in str(error)
-            assert number == count, "a few are always possible"
+            refused = str(error)
+        else:
+            refused = ""
         finally:
             peak = tracemalloc.get_traced_memory()[1]
             tracemalloc.stop()
+        assert not refused or ("are refused" in refused and number == count), "a few are always possible"
         assert peak < 2_000_000 + 150 * len(data)
 
 
 def test_no_bundled_message_is_near_the_limit() -> None:
     """What robots really send is decoded the quick way: no array of it has elements that count as light."""
     library = bundled()
-    names = [f"{package}/{name}" for package in library.packages() for name in library.messages(package)]
+    names = [
+        name if "/" in name else f"{p}/{name}" for p in library.packages() for name in library.messages(p)
+    ]
     layouts = [resolve(library.message(name), library) for name in names]
     assert len(layouts) > 300
     assert not [layout.spec.name for layout in layouts if layout.sparse]
