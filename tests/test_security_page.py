@@ -34,6 +34,22 @@ def test_bag_limits() -> None:
     assert rows("BagLimits") == {name: str(value) for name, value in BagLimits._field_defaults.items()}
 
 
+HELD_BY = {
+    "commands no terminal and forges no line": "scenarios/hostile/test_hostile_texts.py",
+    "Every operation is bounded before it begins": "unit/cli/test_expression.py",
+    "`BagLimits` field": "unit/bag/test_bag_limits.py",
+    "is decoded within about 150 times": "unit/codec/test_amplification.py",
+}
+"""What the page says, and the tests that hold it."""
+
+
+def test_what_is_said_is_held() -> None:
+    """Each of these sentences stands on the page, and its tests are there."""
+    for sentence, path in HELD_BY.items():
+        assert sentence in PAGE, sentence
+        assert "def test_" in (Path(__file__).resolve().parent / path).read_text("utf-8")
+
+
 def test_every_limit_is_set_by_a_test() -> None:
     """A limit that nobody ever reached may not hold: some unit test or scenario makes each small and runs into it."""
     here = Path(__file__).resolve().parent

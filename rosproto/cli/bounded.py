@@ -1,7 +1,7 @@
 """What a filter expression can compute, each operation bounded before it begins.
 
-A text from a script or a web form may ask for `9**9**9`, `'a' * 10**12` or `round(1, -10**9)`. So operands have
-kinds, sizes are known beforehand, and every value that is looked at or made costs steps, of which one
+A text from a script or a web form may ask for `9**9**9`, `'a' * 10**12` or `round(1, -10**9)`. So operands
+have kinds, sizes are known beforehand, and every value that is looked at or made costs steps, of which one
 evaluation has so many. Nothing runs longer than its steps.
 
 Arrays of numbers are numpy's. They meet numbers and arrays of one dimension only: whatever else numpy would
@@ -156,6 +156,8 @@ class Bounds:
     def item(self, owner: Any, index: Any) -> Any:
         """`owner[index]` for a whole number or a slice of such."""
         parts = (index.start, index.stop, index.step) if isinstance(index, slice) else (index,)
+        if any(_is_array(part) for part in parts):
+            raise TooMuch("an index is a whole number or a slice, not an array")
         if not all(hasattr(part, "__index__") or (part is None and len(parts) == 3) for part in parts):
             raise TooMuch(f"an index is a whole number or a slice, not {_kind(index)}")
         return self.kept(owner[index])

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
+from rosproto.cli.streams import own
 from rosproto.errors import RosTimeout
 from woosh_pure.errors import MotionRefused
 
@@ -114,7 +115,7 @@ def _drive(chassis: Chassis, args: Namespace, out: Output) -> None:
         try:
             _loop(chassis, drive, keys, Teleop(linear, turning))
         finally:
-            sys.stdout.write("\r\n")
+            own(sys.stdout).write("\r\n")
 
 
 def _loop(chassis: Chassis, drive: Drive, keys: Keys, teleop: Teleop) -> None:
@@ -144,9 +145,9 @@ def _show(chassis: Chassis, drive: Drive, teleop: Teleop, command: Command | Non
         parts.append(f"at {pose.x:.2f} {pose.y:.2f} {pose.yaw_degrees:.0f}°")
     text = "  ".join(parts)[: size()[0] - 1]
     try:
-        sys.stdout.write(f"\r{text:{size()[0] - 1}s}")
+        own(sys.stdout).write(f"\r{text:{size()[0] - 1}s}")
     except UnicodeEncodeError:
-        sys.stdout.write("\r" + text.encode("ascii", "replace").decode())
+        own(sys.stdout).write("\r" + text.encode("ascii", "replace").decode())
     sys.stdout.flush()
 
 
