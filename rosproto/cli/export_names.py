@@ -1,8 +1,8 @@
 """Names of files for topics: every topic its own, on every system.
 
 Windows and macOS do not tell `Scan` from `scan`, Windows has names that are devices, and what a file name
-cannot hold becomes a dash: `/a/b` and `/a-b` would be one file. A topic that is not alone with its name gets its
-own check sum behind it, so that the same topic has the same file whenever its bag is exported.
+cannot hold becomes a dash: `/a/b` and `/a-b` would be one file. A topic that is not alone with its name gets
+its own check sum behind it, so that the same topic has the same file whenever its bag is exported.
 """
 
 from __future__ import annotations

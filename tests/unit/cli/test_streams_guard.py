@@ -59,3 +59,14 @@ def test_json_is_safe_and_correct() -> None:
         text = json_text({"a": RAW, "ü": "\u202e到"}, ascii_only=ascii_only)
         assert json.loads(text) == {"a": RAW, "ü": "\u202e到"}
         assert wrongs_of(text) == []
+
+
+def test_a_failure_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    """What ends a command, such as "refused by the chassis: ..." with the chassis's own words."""
+    from rosproto.cli.failure import explain, say
+
+    for error in (ServiceError("/s", RAW), ValueError(RAW), KeyError(RAW), OSError(RAW), RuntimeError(RAW)):
+        say(explain(error)[0])
+    text = capsys.readouterr().err
+    assert text.count("\n") == 5
+    assert wrongs_of(text) == []
