@@ -8,6 +8,8 @@ second base from the standard library where one says the same thing, so that
 
 from __future__ import annotations
 
+from rosproto.text import printable
+
 __all__ = [
     "BagError",
     "CodecError",
@@ -26,7 +28,14 @@ __all__ = [
 
 
 class RosError(Exception):
-    """Base of every error raised by rosproto and woosh_pure."""
+    """Base of every error raised by rosproto and woosh_pure.
+
+    Its text may quote a peer, a bag or a file; `str(error)` is fit for a terminal and a log all the same, see
+    `rosproto.text`. Attributes, and `args`, hold what came.
+    """
+
+    def __str__(self) -> str:
+        return printable(super().__str__(), keep="\n\t")
 
     def __reduce__(self) -> tuple[object, ...]:
         """Copies and pickles of the finished error; without this they would be made of its text alone.
@@ -164,7 +173,7 @@ class MasterError(RosError):
     """
 
     def __init__(self, method: str, code: int, text: str, *, uri: str = "") -> None:
-        super().__init__(f"{method} refused{' by ' + uri if uri else ''}: {text} (status {code})")
+        super().__init__(f"{method} refused{' by ' + uri if uri else ''}: {printable(text)} (status {code})")
         self.method = method
         self.code = code
         self.text = text
@@ -180,7 +189,7 @@ class ServiceError(RosError):
     """
 
     def __init__(self, service: str, text: str) -> None:
-        super().__init__(f"service {service}: {text}")
+        super().__init__(f"service {service}: {printable(text)}")
         self.service = service
         self.text = text
 

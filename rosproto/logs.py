@@ -14,12 +14,14 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from rosproto.kept import Kept
+from rosproto.text import printable
 
 if TYPE_CHECKING:
-    from logging import Logger
+    from logging import Filter, Logger, LogRecord
 
 __all__ = ["PeerLog", "cut", "get_logger"]
 
@@ -137,6 +139,7 @@ class _LateLogger:
             import logging
 
             self._logger = logging.getLogger(self._name)
+            self._logger.addFilter(_one_line())  # the same one twice is one
             return self._logger
         try:
             logger = self._logger
@@ -146,6 +149,23 @@ class _LateLogger:
 
     def __repr__(self) -> str:
         return f"<logger {self._name}>"
+
+
+@cache
+def _one_line() -> Filter:
+    """Peers are quoted in records: none of them writes a line of its own, or commands to the terminal."""
+    import logging
+
+    class OneLine(logging.Filter):
+        """Lets every record through, its text escaped where it must be."""
+
+        def filter(self, record: LogRecord) -> bool:
+            text = record.getMessage()
+            if not text.isprintable():
+                record.msg, record.args = printable(text), ()
+            return True
+
+    return OneLine()
 
 
 def _say_nothing(*_: object, **__: object) -> None:

@@ -11,6 +11,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 
 LAYERS = [
+    "rosproto.text",
     "rosproto.errors",
     "rosproto.kept",
     "rosproto.logs",
@@ -42,6 +43,7 @@ LAYERS = [
 """From the ground up. `rosproto` alone is its public face: only woosh_pure may import that."""
 
 PURE = [
+    "rosproto.text",
     "rosproto.errors",
     "rosproto.values",
     "rosproto.numbers",

@@ -1,11 +1,13 @@
 """Bags, format 2.0: read everything a recorder leaves behind, write what every ROS 1 tool reads."""
 
+from rosproto.bag.limits import BagLimits
 from rosproto.bag.reader import BagReader, Compression, RawMessage, TopicInfo
 from rosproto.bag.records import ChunkInfo, Connection
 from rosproto.bag.repair import Report, recover, reindex
 from rosproto.bag.writer import BagWriter
 
 __all__ = [
+    "BagLimits",
     "BagReader",
     "BagWriter",
     "ChunkInfo",

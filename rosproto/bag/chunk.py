@@ -8,6 +8,7 @@ from struct import Struct
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.bag.compression import decompress, decompress_prefix
+from rosproto.bag.limits import Budget
 from rosproto.bag.records import (
     INDEX_ENTRY_BYTES,
     NS,
@@ -37,7 +38,6 @@ __all__ = [
     "read_index_times",
 ]
 
-MOST_CHUNK_BYTES = 1_100_000_000  # one message of roscpp's limit (10**9) with its records around it
 _HEAD_BYTES = 512  # more than any record header that is not a connection's
 _MOST_HEADER_BYTES = 1 << 20
 
@@ -94,6 +94,7 @@ class ChunkData:
             trust.
         complete: False when some of the data is missing.
         packed: True when it was compressed.
+        budget: How many records it may have; None for as many as there are.
     """
 
     info: ChunkInfo
@@ -103,6 +104,7 @@ class ChunkData:
     index: dict[int, NDArray[np.uint32]] | None
     complete: bool = True
     packed: bool = False
+    budget: Budget | None = None
 
     def rows(self, wanted: Collection[int] | None = None) -> Rows:
         """The messages of the wanted connections (None: all), in file order for each connection.
@@ -126,12 +128,19 @@ class ChunkData:
 
     def connections(self) -> list[Connection]:
         """The connection records inside."""
-        return walk(self.blob, self.base, self.end, not self.complete)[1]
+        return self._walk()[1]
+
+    def _walk(self) -> tuple[list[int], list[Connection]]:
+        room = None if self.budget is None else self.budget.room(self.info.pos)
+        offsets, connections = walk(self.blob, self.base, self.end, not self.complete, room)
+        if self.budget is not None:
+            self.budget.take(self.info.pos, len(offsets) + len(connections))
+        return offsets, connections
 
     def _walked(self, wanted: Collection[int] | None) -> Rows:
         import numpy as np
 
-        offsets, _ = walk(self.blob, self.base, self.end, not self.complete)
+        offsets, _ = self._walk()
         found = np.array(offsets, np.int64)
         rows = rows_at(self.blob, self.base, self.end, found)
         if rows is None:
@@ -157,10 +166,10 @@ def read_chunk(source: Source, info: ChunkInfo, span: int, *, with_index: bool =
     """
     head = _chunk_head(source, info.pos)
     chunk = ChunkHeader.from_fields(head.fields)
-    if max(chunk.size, head.data_size) > MOST_CHUNK_BYTES:
+    most = source.limits.chunk_bytes
+    if max(chunk.size, head.data_size) > most:
         raise source.error(
-            f"a chunk of {max(chunk.size, head.data_size)} bytes, at most {MOST_CHUNK_BYTES} are read",
-            info.pos,
+            f"a chunk of {max(chunk.size, head.data_size)} bytes, at most {most} are read", info.pos
         )
     in_file = source.size - head.data_pos
     if head.data_size or not info.partial:  # a recorder that died leaves 0 here, and its data behind it
@@ -176,15 +185,20 @@ def read_chunk(source: Source, info: ChunkInfo, span: int, *, with_index: bool =
             raise source.error("an uncompressed chunk is shorter than its header says", info.pos)
         return ChunkData(info, raw, 0, min(in_file, len(raw)), index, complete)
     packed = raw[:in_file] if len(raw) != in_file else raw
+    declared = chunk.size
+    if info.partial and not declared:
+        # A recorder that died has not said how large it is: as much as a chunk of its length may become.
+        declared = min(most, source.limits.expansion_spare + source.limits.expansion * len(packed))
+    source.allow_unpacking(info.pos, declared)
     try:
         if info.partial:
-            plain, complete = decompress_prefix(chunk.compression, packed, chunk.size or MOST_CHUNK_BYTES)
+            plain, complete = decompress_prefix(chunk.compression, packed, declared)
             index = None
         else:
             plain, complete = decompress(chunk.compression, packed, chunk.size), True
     except BagError as problem:
         raise source.error(str(problem), info.pos) from None
-    return ChunkData(info, plain, 0, len(plain), index, complete, True)
+    return ChunkData(info, plain, 0, len(plain), index, complete, True, source.records)
 
 
 def _chunk_head(source: Source, pos: int) -> RecordHead:

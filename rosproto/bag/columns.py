@@ -30,7 +30,8 @@ def to_numpy(bag: BagReader, topic: str, fields: Iterable[str]) -> dict[str, NDA
     Returns:
         "receive_time" (seconds since 1970, (N,) float64), and one array for each field: (N,) in the field's
         own type, times and durations as float64 seconds, arrays of one length as (N, length), arrays of
-        varying length as (N,) object.
+        varying length as (N,) object. A message that has a field `receive_time` of its own leaves ours
+        the name `_receive_time`.
 
     Raises:
         BagError: No such topic, or no such field; the message lists what there is.
@@ -44,7 +45,9 @@ def to_numpy(bag: BagReader, topic: str, fields: Iterable[str]) -> dict[str, NDA
             _check_path(bag.message_class(connection)(), path, topic)
     columns = _cut_out(bag, topic, paths) if len(connections) == 1 else None
     times, values = columns or _decoded(bag, topic, paths)
-    arrays: dict[str, NDArray[Any]] = {"receive_time": np.array(times, np.float64)}
+    # No field begins with `_`: its own `receive_time` is the message's then.
+    name = "_receive_time" if "receive_time" in paths else "receive_time"
+    arrays: dict[str, NDArray[Any]] = {name: np.array(times, np.float64)}
     return arrays | dict(zip(paths, values, strict=True))
 
 

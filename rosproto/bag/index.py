@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.bag.chunk import ChunkData, RecordHead, read_chunk, read_head
 from rosproto.bag.compression import COMPRESSIONS
+from rosproto.bag.limits import MOST_CONNECTIONS
 from rosproto.bag.records import (
     MAGIC,
     NS,
@@ -220,6 +221,8 @@ def _index_record(section: bytes, at: int, found: BagIndex) -> int:
     if op == OP_CONNECTION:
         connection = connection_from_fields(fields, decode_text_fields(section, header_end + 4, end))
         found.connections[connection.id] = connection
+        if len(found.connections) > MOST_CONNECTIONS:
+            raise BagError(f"more than {MOST_CONNECTIONS} connections")
     elif op == OP_CHUNK_INFO:
         found.chunks.append(ChunkInfo.from_record(fields, section[header_end + 4 : end]))
     else:
@@ -357,8 +360,16 @@ class _Scan:
         self._found.end = max(self._found.end, end)
 
     def _learn(self, connections: list[Connection]) -> None:
+        known = self._found.connections
         for connection in connections:
-            self._found.connections.setdefault(connection.id, connection)
+            if len(known) < MOST_CONNECTIONS:
+                known.setdefault(connection.id, connection)
+            elif connection.id not in known:
+                note = (
+                    f"more than {MOST_CONNECTIONS} connections; the others, and their messages, are left out"
+                )
+                if note not in self._found.damage:
+                    self._found.damage.append(note)
 
     def _drop_unknown(self) -> None:
         """Messages whose connection record was lost have no topic and no type: they cannot be given."""

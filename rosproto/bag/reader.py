@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 from rosproto.bag.ahead import Following, ReadAhead
 from rosproto.bag.chunk import ChunkData, chunk_header, read_chunk, read_index_times
 from rosproto.bag.index import open_index
+from rosproto.bag.limits import BagLimits
 from rosproto.bag.merge import Batch, merge
 from rosproto.bag.records import NS, ChunkInfo, Connection, total_counts
 from rosproto.bag.rows import MESSAGE_HEAD, Rows
@@ -82,6 +83,7 @@ class BagReader:
         file: Path, or a seekable binary file.
         skip_damaged: Where a chunk turns out to be damaged, leave out what follows the damage in it, and say
             so in `damage`, instead of raising.
+        limits: How much the file may ask for, see `rosproto.bag.BagLimits`.
 
     Raises:
         BagError: It cannot be opened, is no bag, is of version 1, or is encrypted.
@@ -98,8 +100,14 @@ class BagReader:
         chunks: What each chunk holds, in file order.
     """
 
-    def __init__(self, file: str | os.PathLike[str] | BinaryIO, *, skip_damaged: bool = False) -> None:
-        self._source = Source(file)
+    def __init__(
+        self,
+        file: str | os.PathLike[str] | BinaryIO,
+        *,
+        skip_damaged: bool = False,
+        limits: BagLimits | None = None,
+    ) -> None:
+        self._source = Source(file, limits)
         try:
             found = open_index(self._source)
         except BaseException:

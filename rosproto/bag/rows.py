@@ -13,6 +13,7 @@ from functools import lru_cache
 from struct import Struct
 from typing import TYPE_CHECKING, NamedTuple
 
+from rosproto.bag.limits import MOST_CONNECTIONS
 from rosproto.bag.records import (
     NS,
     OP_CONNECTION,
@@ -69,7 +70,9 @@ class Rows(NamedTuple):
         return Rows(conn[which], secs[which], nsecs[which], start[which], end[which])
 
 
-def walk(blob: bytes, base: int, end: int, tolerant: bool = False) -> tuple[list[int], list[Connection]]:
+def walk(
+    blob: bytes, base: int, end: int, tolerant: bool = False, room: int | None = None
+) -> tuple[list[int], list[Connection]]:
     """Go through a chunk's records one by one.
 
     Args:
@@ -77,19 +80,28 @@ def walk(blob: bytes, base: int, end: int, tolerant: bool = False) -> tuple[list
         base: Where it starts.
         end: Where it ends.
         tolerant: Stop at damage, and keep what came before, instead of raising.
+        room: How many records there may be; None for any number.
 
     Returns:
         Offsets (from `base`) of the whole message records, and the connections.
 
     Raises:
-        BagError: A record is damaged.
+        BagError: A record is damaged, or there are too many.
     """
+    most = end - base if room is None else room
+    others = 0
     offsets: list[int] = []
     connections: list[Connection] = []
     at = base
     op_at = -1
     try:
         while at < end:
+            if len(offsets) + others >= most:
+                raise BagError(
+                    f"more than {most} records in a compressed chunk; it is damaged or made to keep its "
+                    "readers busy, or raise BagLimits.records",
+                    offset=at - base,
+                )
             if op_at > 0 and at + MESSAGE_HEAD <= end:
                 header_size, size = _HEADER_AND_DATA.unpack_from(blob, at)
                 if header_size == _MESSAGE_HEADER and blob[at + op_at] == OP_MESSAGE:
@@ -101,12 +113,17 @@ def walk(blob: bytes, base: int, end: int, tolerant: bool = False) -> tuple[list
                     continue
             fields, data, after = _record_in(blob, base, at, end)
             op = op_of(fields)
+            others += op != OP_MESSAGE
             if op == OP_MESSAGE:
                 offsets.append(at - base)
                 if data - at == MESSAGE_HEAD:
                     op_at = blob.index(b"op=\x02", at) + 3 - at
             elif op == OP_CONNECTION:
                 connections.append(connection_from_fields(fields, decode_text_fields(blob, data, after)))
+                if len(connections) > MOST_CONNECTIONS:
+                    raise BagError(
+                        f"more than {MOST_CONNECTIONS} connection records in a chunk", offset=at - base
+                    )
             at = after
     except BagError:
         if not tolerant:

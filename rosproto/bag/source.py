@@ -6,6 +6,7 @@ import os
 import threading
 from typing import BinaryIO
 
+from rosproto.bag.limits import BagLimits, Budget
 from rosproto.errors import BagError
 
 __all__ = ["Source"]
@@ -16,6 +17,7 @@ class Source:
 
     Args:
         file: Path, or a seekable binary file (which stays open when this is closed).
+        limits: What its chunks may ask of us.
 
     Raises:
         BagError: The file cannot be opened, or cannot seek.
@@ -23,10 +25,13 @@ class Source:
     Attributes:
         path: The path, None for a file object without a name.
         size: Length in bytes when opened.
+        limits: See above.
+        records: What is left for the records of compressed chunks.
     """
 
-    def __init__(self, file: str | os.PathLike[str] | BinaryIO) -> None:
+    def __init__(self, file: str | os.PathLike[str] | BinaryIO, limits: BagLimits | None = None) -> None:
         self._lock = threading.Lock()
+        self.limits = limits or BagLimits()
         if isinstance(file, (str, os.PathLike)):
             self.path: str | None = os.fspath(file)
             try:
@@ -48,6 +53,10 @@ class Source:
             raise BagError(
                 "a bag is read by position, but this file cannot seek or cannot be read", path=self.path
             ) from problem
+
+        asked = self.limits
+        self._unpacked = Budget(asked.expansion_spare + asked.expansion * self.size)
+        self.records = Budget(asked.records_spare + asked.records * self.size)
 
     def read_at(self, position: int, count: int) -> bytes:
         """`count` bytes from `position`; fewer where the file ends (or has become shorter).
@@ -78,6 +87,20 @@ class Source:
                 parts.append(data)
                 left -= len(data)
         return b"".join(parts)
+
+    def allow_unpacking(self, position: int, size: int) -> None:
+        """Count a compressed chunk, by what it declares, before it is unpacked. Any thread may call it.
+
+        Raises:
+            BagError: The file's chunks become more than `BagLimits` allow.
+        """
+        if not self._unpacked.take(position, size):
+            raise self.error(
+                f"a chunk of {size} bytes, compressed: together more than {self._unpacked.allowed} bytes "
+                f"come out of this file of {self.size} bytes; it is damaged or made to fill the memory, "
+                "or raise BagLimits.expansion",
+                position,
+            )
 
     def check_open(self) -> None:
         """Refuse to go on with a file that was closed here.

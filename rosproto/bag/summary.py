@@ -12,6 +12,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from rosproto.text import printable
+
 if TYPE_CHECKING:
     from rosproto.bag.reader import BagReader
 
@@ -33,7 +35,7 @@ def facts(bag: BagReader, *, freq: bool = False) -> Facts:
         }
     types: dict[str, str] = {}
     for connection in bag.connections.values():
-        types.setdefault(connection.type, connection.md5sum)
+        types.setdefault(printable(connection.type), printable(connection.md5sum))
     found["types"] = [{"type": kind, "md5": types[kind]} for kind in sorted(types)]
     found["topics"] = [_topic_facts(bag, topic, freq) for topic in bag.topics]
     return found
@@ -42,8 +44,8 @@ def facts(bag: BagReader, *, freq: bool = False) -> Facts:
 def _topic_facts(bag: BagReader, topic: str, freq: bool) -> Facts:
     known = bag.topics[topic]
     found: Facts = {
-        "topic": topic,
-        "type": known.connections[0].type,
+        "topic": printable(topic),
+        "type": printable(known.connections[0].type),
         "messages": known.message_count,
         "connections": len(known.connections),
     }

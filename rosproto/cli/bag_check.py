@@ -7,6 +7,7 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 from rosproto.errors import BagError, CodecError
+from rosproto.text import printable
 
 from .bag_progress import Progress
 from .graph import print_json
@@ -39,10 +40,10 @@ def check(arguments: argparse.Namespace) -> int:
             print_json({"path": path, "messages": bag.message_count, "problems": problems, "notes": notes})
             continue
         for line in problems:
-            print(f"{path}: {line}")
+            print(printable(f"{path}: {line}"))
         if not arguments.quiet:
             for line in notes:
-                print(f"{path}: note: {line}")
+                print(printable(f"{path}: note: {line}"))
             print(f"{path}: {'NOT sound' if problems else 'sound'}, {bag.message_count} messages")
     return 1 if bad else 0
 

@@ -14,6 +14,7 @@ from rosproto.bag.summary import human_bytes
 from .bag_progress import Progress
 from .expression import Expression
 from .graph import CommandError
+from .option_types import finite
 
 if TYPE_CHECKING:
     from rosproto.bag import BagReader, RawMessage
@@ -52,9 +53,9 @@ def add_span_arguments(parser: argparse.ArgumentParser) -> None:
     """Which topics, and which part of the time."""
     parser.add_argument("--topics", nargs="+", metavar="TOPIC", help="only these; patterns such as '/cam/*'")
     parser.add_argument("--exclude", nargs="+", metavar="TOPIC", default=[], help="not these")
-    parser.add_argument("-s", "--start", type=float, default=None, metavar="SEC", help="leave out the first")
+    parser.add_argument("-s", "--start", type=finite, default=None, metavar="SEC", help="leave out the first")
     parser.add_argument(
-        "-u", "--duration", type=float, default=None, metavar="SEC", help="only so many seconds from there"
+        "-u", "--duration", type=finite, default=None, metavar="SEC", help="only so many seconds from there"
     )
 
 

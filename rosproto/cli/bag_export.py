@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import argparse
 import os
-import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .bag_edit import add_span_arguments, span, wanted_topics
 from .bag_progress import Progress
+from .export_names import file_names
 from .field_path import parse_field_path
 from .graph import CommandError
 
@@ -69,11 +69,6 @@ def _directory(arguments: argparse.Namespace) -> str:
     return path
 
 
-def file_name(topic: str) -> str:
-    """A topic as a file name on every system: "/camera/image_raw" -> "camera-image_raw"."""
-    return re.sub(r"[^A-Za-z0-9_]+", "-", topic).strip("-") or "topic"
-
-
 def _messages(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> Any:
     start, end = span(bag, arguments)
     return bag.read_messages(topics, start, end)
@@ -88,13 +83,14 @@ def _total(bag: BagReader, topics: list[str]) -> int:
 
 def _csv(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> list[str]:
     """A file for each topic; columns as `rostopic echo -p` names them."""
+    names = file_names(bag.topics)
     directory = _directory(arguments)
     files: dict[str, _CsvFile] = {}
     try:
         with Progress("writing CSV", _total(bag, topics), quiet=arguments.quiet) as progress:
             for topic, message, stamp in _messages(bag, topics, arguments):
                 if topic not in files:
-                    path = os.path.join(directory, file_name(topic) + ".csv")
+                    path = os.path.join(directory, names[topic] + ".csv")
                     files[topic] = _CsvFile(path, arguments.fields)
                 files[topic].write(message, stamp.to_nsec())
                 progress.step()
@@ -138,19 +134,30 @@ class _CsvFile:
 
 def _npz(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> list[str]:
     """A file for each topic, an array for each field; strings and arrays of changing length as objects."""
-    import numpy as np
-
+    names = file_names(bag.topics)
     directory, paths = _directory(arguments), []
     with Progress("writing NPZ", quiet=arguments.quiet) as progress:
         for number, topic in enumerate(topics):
             progress.tell(f"writing NPZ: {topic} ({number} of {len(topics)} topics are done)")
             columns = bag.to_numpy(topic, arguments.fields or _leaves(bag.message_class(topic)))
-            keep = _span_mask(bag, arguments, columns["receive_time"])
+            keep = _span_mask(bag, arguments, next(iter(columns.values())))
             columns = {name: column[keep] for name, column in columns.items()}
-            path = os.path.join(directory, file_name(topic) + ".npz")
-            np.savez_compressed(path, **columns)  # type: ignore[arg-type]
+            path = os.path.join(directory, names[topic] + ".npz")
+            _write_npz(path, columns)
             paths.append(path)
     return paths
+
+
+def _write_npz(path: str, columns: dict[str, Any]) -> None:
+    """As numpy.savez_compressed, which takes names as arguments and has one called `file` itself."""
+    import zipfile
+
+    import numpy as np
+
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, column in columns.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                np.lib.format.write_array(member, np.asanyarray(column))
 
 
 def _span_mask(bag: BagReader, arguments: argparse.Namespace, times: Any) -> Any:
@@ -190,16 +197,28 @@ def _png(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> li
     images = [topic for topic in topics if bag.topics[topic].connections[0].type in IMAGES]
     if not images:
         raise CommandError(f"{bag.path}: none of the topics has images ({', '.join(IMAGES)})")
+    names = file_names(bag.topics)
     directory, paths = _directory(arguments), []
+    written: set[str] = set()
     with Progress("writing PNG", _total(bag, images), quiet=arguments.quiet) as progress:
         for topic, message, stamp in _messages(bag, images, arguments):
-            folder = os.path.join(directory, file_name(topic))
+            folder = os.path.join(directory, names[topic])
             os.makedirs(folder, exist_ok=True)
-            path = os.path.join(folder, f"{stamp.secs}.{stamp.nsecs:09d}.png")
+            path = _free(os.path.join(folder, f"{stamp.secs}.{stamp.nsecs:09d}"), ".png", written)
             picture(message, pillow).save(path)
             paths.append(path)
             progress.step()
     return paths
+
+
+def _free(path: str, ending: str, written: set[str]) -> str:
+    """The path, with a number behind it when this export has written it: two pictures of one moment."""
+    name, number = path + ending, 1
+    while name in written:
+        number += 1
+        name = f"{path}-{number}{ending}"
+    written.add(name)
+    return name
 
 
 # -- MCAP --------------------------------------------------------------------------------------------------

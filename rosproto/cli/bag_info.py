@@ -10,6 +10,8 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
+from rosproto.text import printable
+
 from .graph import CommandError, print_json
 from .sparkline import sparkline
 
@@ -52,7 +54,7 @@ def info(arguments: argparse.Namespace) -> int:
             else:
                 print(text(found, {} if arguments.plain else _curves(bag)))
             for problem in bag.damage:
-                print(f"rosproto bag info: {path}: {problem}", file=sys.stderr)
+                print(printable(f"rosproto bag info: {path}: {problem}"), file=sys.stderr)
     return 0
 
 
@@ -100,7 +102,7 @@ def _counts_by_chunk(bag: BagReader, start: int, end: int) -> dict[str, list[int
 
 def _curves(bag: BagReader) -> dict[str, str]:
     plain = not (sys.stdout.encoding or "").lower().startswith("utf")
-    return {topic: _curve(counts, plain) for topic, counts in _counts(bag).items()}
+    return {printable(topic): _curve(counts, plain) for topic, counts in _counts(bag).items()}
 
 
 def _curve(counts: list[int], plain: bool) -> str:

@@ -12,6 +12,8 @@ from .bag_keyboard import Keyboard
 from .bag_signals import interrupt_on_signals
 from .bag_words import collect_words
 from .graph import CommandError, add_graph_options, open_node
+from .option_types import finite, whole
+from .streams import own
 
 if TYPE_CHECKING:
     from rosproto.recording import Player
@@ -24,31 +26,35 @@ def add_play_arguments(parser: argparse.ArgumentParser) -> None:
     add_graph_options(parser, as_json=False)
     collect_words(parser, "bags")
     parser.add_argument("bags", nargs="*", metavar="BAG", help="and remappings: /old:=/new")
-    parser.add_argument("-r", "--rate", type=float, default=1.0, metavar="FACTOR", help="times as fast")
-    parser.add_argument("-s", "--start", type=float, default=0.0, metavar="SEC", help="leave out the first")
-    parser.add_argument("-u", "--duration", type=float, metavar="SEC", help="only so many seconds")
+    parser.add_argument("-r", "--rate", type=finite, default=1.0, metavar="FACTOR", help="times as fast")
+    parser.add_argument("-s", "--start", type=finite, default=0.0, metavar="SEC", help="leave out the first")
+    parser.add_argument("-u", "--duration", type=finite, metavar="SEC", help="only so many seconds")
     parser.add_argument("-l", "--loop", action="store_true", help="begin again at the end")
     parser.add_argument("-k", "--keep-alive", action="store_true", help="stay after the end (latched topics)")
     parser.add_argument("--clock", action="store_true", help="publish /clock with the time of the bag")
-    parser.add_argument("--hz", type=float, default=100.0, help="this often (default: 100)")
+    parser.add_argument("--hz", type=finite, default=100.0, help="this often (default: 100)")
     parser.add_argument(
-        "-d", "--delay", type=float, default=0.2, metavar="SEC", help="before beginning (0.2)"
+        "-d", "--delay", type=finite, default=0.2, metavar="SEC", help="before beginning (0.2)"
     )
     parser.add_argument("--pause", action="store_true", help="begin paused")
     parser.add_argument("-i", "--immediate", action="store_true", help="as fast as subscribers take it")
-    parser.add_argument("--queue", type=int, default=1000, metavar="N", help="of each topic (default: 1000)")
+    parser.add_argument("--queue", type=whole, default=1000, metavar="N", help="of each topic (1000)")
     parser.add_argument("--topics", nargs="+", metavar="TOPIC", help="only these")
     parser.add_argument(
         "--bags", nargs="+", dest="more_bags", default=[], metavar="BAG", help="after --topics"
     )
     parser.add_argument("-p", "--prefix", default="", help="in front of every topic")
-    parser.add_argument("--skip-empty", type=float, metavar="SEC", help="leave out longer times of silence")
+    parser.add_argument("--skip-empty", type=finite, metavar="SEC", help="leave out longer times of silence")
     parser.add_argument("--pause-topics", nargs="+", metavar="TOPIC", default=[], help="pause before these")
     parser.add_argument(
         "--rate-control-topic", metavar="TOPIC", help="wait for this topic: its header stamps are bag time"
     )
     parser.add_argument(
-        "--rate-control-max-delay", type=float, default=1.0, metavar="SEC", help="when so far ahead of it (1)"
+        "--rate-control-max-delay",
+        type=finite,
+        default=1.0,
+        metavar="SEC",
+        help="when so far ahead (1)",
     )
     parser.add_argument("--wait-for-subscribers", action="store_true", help="on every topic, then begin")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress line")
@@ -154,7 +160,7 @@ class _Console:
             f"{player.timeline.duration:.2f} s  {player.published} messages"
         )
         text = text[: shutil.get_terminal_size().columns - 1]  # a longer line could not be written over
-        sys.stderr.write("\r" + text.ljust(self._shown))
+        own(sys.stderr).write("\r" + text.ljust(self._shown))
         sys.stderr.flush()
         self._shown = len(text)
 

@@ -7,6 +7,9 @@ import sys
 import time
 from typing import TextIO
 
+from rosproto.text import printable
+
+from .streams import own
 from .width import cut, padded, width
 
 __all__ = ["Progress"]
@@ -73,14 +76,14 @@ class Progress:
         """Write over the line."""
         if self._on:
             room = shutil.get_terminal_size().columns - 1  # a longer line could not be written over
-            text = cut(text, room)
-            self._stream.write("\r" + padded(text, self._shown))
+            text = cut(printable(text), room)
+            own(self._stream).write("\r" + padded(text, self._shown))
             self._stream.flush()
             self._shown = width(text)
 
     def clear(self) -> None:
         """Take the line away."""
         if self._on and self._shown:
-            self._stream.write("\r" + " " * self._shown + "\r")
+            own(self._stream).write("\r" + " " * self._shown + "\r")
             self._stream.flush()
             self._shown = 0

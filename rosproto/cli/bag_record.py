@@ -13,6 +13,8 @@ from rosproto.bag.summary import human_bytes
 from .bag_signals import interrupt_on_signals
 from .bag_words import collect_words
 from .graph import CommandError, add_graph_options, open_node
+from .option_types import finite, whole
+from .streams import own
 
 if TYPE_CHECKING:
     from rosproto.node import Node
@@ -47,23 +49,23 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-O", "--output-name", metavar="NAME", help="exactly this name")
     parser.add_argument("--force", action="store_true", help="replace a bag of that name")
     parser.add_argument("--split", action="store_true", help="begin another bag at --size or --duration")
-    parser.add_argument("--max-splits", type=int, metavar="N", help="keep only the newest N")
-    parser.add_argument("--size", type=float, metavar="MB", help="end (or split) at this size")
+    parser.add_argument("--max-splits", type=whole, metavar="N", help="keep only the newest N")
+    parser.add_argument("--size", type=finite, metavar="MB", help="end (or split) at this size")
     parser.add_argument(
         "--duration", type=seconds_of, metavar="SEC", help="end (or split) after it: 30, 5m, 2h"
     )
-    parser.add_argument("-l", "--limit", type=int, metavar="N", help="N messages of each topic")
+    parser.add_argument("-l", "--limit", type=whole, metavar="N", help="N messages of each topic")
     parser.add_argument(
         "-b",
         "--buffsize",
-        type=float,
+        type=finite,
         default=256,
         metavar="MB",
         help="most that may wait for the disk (256)",
     )
-    parser.add_argument("--chunksize", type=int, default=768, metavar="KB", help="size of chunks (768)")
+    parser.add_argument("--chunksize", type=whole, default=768, metavar="KB", help="size of chunks (768)")
     parser.add_argument(
-        "--min-space", type=float, default=0, metavar="MB", help="end when the disk has less left"
+        "--min-space", type=finite, default=0, metavar="MB", help="end when the disk has less left"
     )
     parser.add_argument("-p", "--publish", action="store_true", help="tell each bag's name on /begin_write")
     group = parser.add_mutually_exclusive_group()
@@ -81,7 +83,7 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
 
 def seconds_of(text: str) -> float:
     """30, 30s, 5m, 2h in seconds."""
-    found = re.fullmatch(r"(\d+(?:\.\d*)?)([smh]?)", text)
+    found = re.fullmatch(r"([0-9]+(?:\.[0-9]*)?)([smh]?)", text)
     if found is None or not float(found[1]) > 0:
         raise argparse.ArgumentTypeError(f"{text!r} is no duration: write 30, 5m or 2h")
     return float(found[1]) * {"": 1, "s": 1, "m": 60, "h": 3600}[found[2]]
@@ -201,7 +203,7 @@ class _Line:
         text = self.text(stats)[: shutil.get_terminal_size().columns - 1]
         self._before = stats
         if self._terminal:
-            sys.stderr.write("\r" + text.ljust(self._shown))
+            own(sys.stderr).write("\r" + text.ljust(self._shown))
             self._shown = len(text)
         else:
             sys.stderr.write(text + "\n")

@@ -6,6 +6,8 @@ import argparse
 import os
 import shutil
 
+from rosproto.text import printable
+
 from .bag_progress import Progress
 from .graph import CommandError
 
@@ -36,7 +38,7 @@ def reindex(arguments: argparse.Namespace) -> int:
         if arguments.quiet:
             continue
         for line in report.damage:
-            print(f"{final}: was: {line}")
+            print(printable(f"{final}: was: {line}"))
         state = "has an index now" if report.damage else "is sound, nothing was changed"
         print(f"{final}: {state}; {report.messages} messages")
     return 0
@@ -81,6 +83,6 @@ def fix(arguments: argparse.Namespace) -> int:
             progress=lambda count: progress.tell(f"saving {arguments.bag}: {count} messages"),
         )
     for line in report.damage:
-        print(f"{arguments.bag}: {line}")
+        print(printable(f"{arguments.bag}: {line}"))
     print(f"{arguments.output}: {report.messages} messages")
     return 0

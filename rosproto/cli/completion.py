@@ -10,6 +10,8 @@ import argparse
 import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
+from rosproto.text import printable
+
 __all__ = ["SHELLS", "add_arguments", "answer", "complete", "run", "script"]
 
 Names = Callable[[], Iterable[str]]
@@ -116,7 +118,7 @@ def answer(
     typed = [word.removeprefix("=") for word in arguments.words] or [""]
     found = complete(parser_for(typed[:-1]), typed, names)
     if found:
-        print("\n".join(found))
+        print("\n".join(map(printable, found)))
     return 0
 
 

@@ -6,6 +6,8 @@ import os
 import sys
 from typing import TextIO
 
+from .streams import own
+
 __all__ = ["clear", "enable_escapes", "is_terminal", "shows_unicode", "size"]
 
 # learn.microsoft.com/windows/console/setconsolemode
@@ -37,7 +39,7 @@ def shows_unicode(stream: TextIO | None) -> bool:
 def clear(stream: TextIO) -> None:
     """Empty the screen; where there is none, or none that understands, nothing happens."""
     if enable_escapes(stream):
-        stream.write("\x1b[2J\x1b[H")
+        own(stream).write("\x1b[2J\x1b[H")
 
 
 def enable_escapes(stream: TextIO | None) -> bool:

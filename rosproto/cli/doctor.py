@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
+from rosproto.text import printable
 
 from .graph import CALLER_ID, add_graph_options, host_names, master_client, master_uri, print_json
 
@@ -51,9 +52,9 @@ def run(arguments: argparse.Namespace) -> int:
         findings.append(finding)
         if not arguments.json:
             mark = {True: "ok     ", False: "PROBLEM", None: "note   "}[finding.ok]
-            print(f"{mark} {finding.check}: {finding.text}")
+            print(printable(f"{mark} {finding.check}: {finding.text}"))
             if finding.advice:
-                print(f"        -> {finding.advice}", flush=True)
+                print(printable(f"        -> {finding.advice}"), flush=True)
     if arguments.json:
         print_json([finding._asdict() for finding in findings])
     return 1 if any(finding.ok is False for finding in findings) else 0

@@ -15,6 +15,7 @@ from typing import Any
 from rosproto.codec import strify_message
 from rosproto.codec.dicts import to_dict
 from rosproto.errors import RosTimeout
+from rosproto.text import printable
 from rosproto.time import Time
 
 from .console import clear, is_terminal, shows_unicode, size
@@ -171,7 +172,7 @@ class _Printer:
             print_json({"topic": topic, "message": plain} if self.several else plain)
         else:
             print(
-                (f"# {topic}\n" if self.several and not self.arguments.all else "")
+                (f"# {printable(topic)}\n" if self.several and not self.arguments.all else "")
                 + self._text(value)
                 + "\n---"
             )
@@ -186,7 +187,7 @@ class _Printer:
         if self.shown == 1:
             print("%time," + header(value, "field"))
         since = self.view.since
-        print(f"{stamp.to_nsec() - (since.to_nsec() if since else 0)},{row(value)}")
+        print(f"{stamp.to_nsec() - (since.to_nsec() if since else 0)},{row(value, one_line=True)}")
 
     def _plot(self, value: Any) -> None:
         from .sparkline import plot

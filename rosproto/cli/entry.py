@@ -25,7 +25,7 @@ from .failure import (
     signals_unwind,
 )
 from .parser import Parser, give_examples, leaves
-from .streams import as_typed, escape_what_cannot_be_printed
+from .streams import as_typed, escape_what_cannot_be_printed, guarded
 
 __all__ = ["EXIT_CODES", "main"]
 
@@ -49,6 +49,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         from rosproto.rospy.launch import main as run_program
 
         return run_program(words[1:], prog="rosproto run")
+    with guarded():
+        return _command(words, until_exit=argv is None)
+
+
+def _command(words: list[str], *, until_exit: bool) -> int:
     try:
         parser, name = _parser(words)
         arguments = parser.parse_args(words)
@@ -57,7 +62,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if name is None:
         parser.print_help(sys.stderr)
         return WRONG_USE
-    return _run(name, arguments, until_exit=argv is None)
+    return _run(name, arguments, until_exit=until_exit)
 
 
 _WITHOUT_VERBS = ("graph", "doctor", "run", "master", "completion")

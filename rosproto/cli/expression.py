@@ -3,7 +3,8 @@
 The language is the harmless part of Python's expressions: literals, field access, indexing and slices,
 arithmetic, comparison, `and`/`or`/`not`, `in`, conditional expressions, generator expressions over arrays,
 and the functions of `FUNCTIONS`. `rostopic echo --filter` and `rosbag filter` take the same texts but
-evaluate them with eval; here a text from a script or a web form can do no more than compute a value.
+evaluate them with eval; here a text from a script or a web form can do no more than compute a value, and no
+more of that than `bounded` allows.
 """
 
 from __future__ import annotations
@@ -12,43 +13,37 @@ import ast
 import math
 import operator
 from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from .bounded import FUNCTIONS, STRING_METHODS, Bounds, TooMuch
 
 __all__ = ["FUNCTIONS", "Expression", "ExpressionError"]
 
 MAX_TEXT = 4096
 MAX_NODES = 500
-MAX_STEPS = 2_000_000
-MAX_EXPONENT = 1024
-MAX_REPEAT = 1_000_000
+MAX_DEPTH = 60
+MAX_CONSTANT_BITS = 4096
 
-FUNCTIONS: dict[str, Callable[..., object]] = {
-    **{f.__name__: f for f in (abs, all, any, bool, float, int, len, max, min, round, sorted, str, sum)},
-    **{name: getattr(math, name) for name in (
-        "acos asin atan atan2 ceil copysign cos degrees exp fabs floor fmod hypot "
-        "isfinite isinf isnan log log10 log2 radians sin sqrt tan"
-    ).split()},
-}  # fmt: skip
 CONSTANTS: dict[str, object] = {"pi": math.pi, "inf": math.inf, "nan": math.nan}
-STRING_METHODS = frozenset("startswith endswith lower upper strip split find count".split())
 
-BINARY: dict[type[ast.operator], Callable[..., object]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.FloorDiv: operator.floordiv,
-    ast.Mod: operator.mod,
-    ast.Pow: operator.pow,
-    ast.BitAnd: operator.and_,
-    ast.BitOr: operator.or_,
-    ast.BitXor: operator.xor,
-    ast.RShift: operator.rshift,
+BINARY: dict[type[ast.operator], str] = {
+    ast.Add: "add",
+    ast.Sub: "sub",
+    ast.Mult: "mul",
+    ast.Div: "truediv",
+    ast.FloorDiv: "floordiv",
+    ast.Mod: "mod",
+    ast.Pow: "pow",
+    ast.BitAnd: "and_",
+    ast.BitOr: "or_",
+    ast.BitXor: "xor",
+    ast.RShift: "rshift",
 }
-UNARY: dict[type[ast.unaryop], Callable[..., object]] = {
-    ast.Not: operator.not_,
-    ast.USub: operator.neg,
-    ast.UAdd: operator.pos,
-    ast.Invert: operator.invert,
+UNARY: dict[type[ast.unaryop], str] = {
+    ast.Not: "not_",
+    ast.USub: "neg",
+    ast.UAdd: "pos",
+    ast.Invert: "invert",
 }
 COMPARE: dict[type[ast.cmpop], Callable[..., object]] = {
     ast.Eq: operator.eq,
@@ -104,6 +99,8 @@ class Expression:
         nodes = list(ast.walk(tree.body))
         if len(nodes) > MAX_NODES:
             raise ExpressionError(f"more than {MAX_NODES} parts", text)
+        if _depth(tree.body) > MAX_DEPTH:
+            raise ExpressionError(f"more than {MAX_DEPTH} parts inside one another", text)
         self._root = tree.body
         self._check(nodes)
 
@@ -117,6 +114,8 @@ class Expression:
             return _Walk(self.text, values).value(self._root)
         except ExpressionError:
             raise
+        except TooMuch as error:
+            raise ExpressionError(str(error), self.text) from None
         except Exception as error:  # whatever a value's own operator raises is the filter's error
             raise ExpressionError(f"{type(error).__name__}: {error}", self.text) from error
 
@@ -140,6 +139,8 @@ class Expression:
             if isinstance(node, ast.Name) and node.id not in bound:
                 known = ", ".join(sorted(self.names))
                 raise ExpressionError(f"unknown name {node.id!r}; the message is {known}", self.text, column)
+            if isinstance(node, ast.Constant) and _is_long(node.value):
+                raise ExpressionError("integers have 4096 bits at most", self.text, column)
             if isinstance(node, ast.Attribute) and node.attr.startswith("_"):
                 raise ExpressionError(f"{node.attr!r} is not a field", self.text, column)
             if isinstance(node, ast.BinOp) and type(node.op) not in BINARY:
@@ -157,12 +158,10 @@ class _Walk:
     def __init__(self, text: str, values: Mapping[str, object]) -> None:
         self.text = text
         self.scope: dict[str, object] = {**CONSTANTS, **values}
-        self.steps = 0
+        self.bounds = Bounds()
 
-    def value(self, node: ast.AST) -> object:
-        self.steps += 1
-        if self.steps > MAX_STEPS:
-            raise ExpressionError("takes too many steps for one message", self.text)
+    def value(self, node: ast.AST) -> Any:
+        self.bounds.spend(1)
         method = getattr(self, "_" + type(node).__name__.lower())
         return method(node)
 
@@ -188,7 +187,7 @@ class _Walk:
         raise ExpressionError(f"{kind} has no field {node.attr!r}; it has: {fields}", self.text)
 
     def _subscript(self, node: ast.Subscript) -> object:
-        return self.value(node.value)[self.value(node.slice)]  # type: ignore[index]
+        return self.bounds.item(self.value(node.value), self.value(node.slice))
 
     def _slice(self, node: ast.Slice) -> slice:
         return slice(
@@ -196,17 +195,10 @@ class _Walk:
         )
 
     def _binop(self, node: ast.BinOp) -> object:
-        left, right = self.value(node.left), self.value(node.right)
-        if isinstance(node.op, ast.Pow) and (_too_big(left) or _too_big(right)):
-            raise ExpressionError("numbers this large are not raised to a power", self.text)
-        if isinstance(node.op, ast.Mult) and any(hasattr(x, "__len__") for x in (left, right)):
-            factor = right if hasattr(left, "__len__") else left
-            if isinstance(factor, int) and factor > MAX_REPEAT:
-                raise ExpressionError("a sequence is not repeated this often", self.text)
-        return BINARY[type(node.op)](left, right)
+        return self.bounds.binary(BINARY[type(node.op)], self.value(node.left), self.value(node.right))
 
     def _unaryop(self, node: ast.UnaryOp) -> object:
-        return UNARY[type(node.op)](self.value(node.operand))
+        return self.bounds.unary(UNARY[type(node.op)], self.value(node.operand))
 
     def _boolop(self, node: ast.BoolOp) -> object:
         stop_at = isinstance(node.op, ast.Or)
@@ -222,9 +214,9 @@ class _Walk:
         result: object = True
         for op, right_node in zip(node.ops, node.comparators, strict=True):
             right = self.value(right_node)
-            result = COMPARE[type(op)](left, right)
-            if not result:
-                break
+            result = self.bounds.compare(COMPARE[type(op)], left, right)
+            if op is node.ops[-1] or not result:
+                break  # the last may be an array of truths, for any() and all()
             left = right
         return result
 
@@ -232,21 +224,21 @@ class _Walk:
         return self.value(node.body if self.value(node.test) else node.orelse)
 
     def _tuple(self, node: ast.Tuple) -> object:
-        return tuple(self.value(part) for part in node.elts)
+        return tuple(self.bounds.element(self.value(part)) for part in node.elts)
 
     def _list(self, node: ast.List) -> object:
-        return [self.value(part) for part in node.elts]
+        return [self.bounds.element(self.value(part)) for part in node.elts]
 
     def _call(self, node: ast.Call) -> object:
         if node.keywords:
             raise ExpressionError("keyword arguments are not allowed", self.text, node.col_offset + 1)
         arguments = [self.value(part) for part in node.args]
         if isinstance(node.func, ast.Name) and node.func.id in FUNCTIONS and node.func.id not in self.scope:
-            return FUNCTIONS[node.func.id](*arguments)
+            return self.bounds.call(node.func.id, arguments)
         if isinstance(node.func, ast.Attribute):
             owner = self.value(node.func.value)
             if isinstance(owner, str) and node.func.attr in STRING_METHODS:
-                return getattr(owner, node.func.attr)(*arguments)
+                return self.bounds.method(owner, node.func.attr, arguments)
             if hasattr(owner, "to_nsec") and node.func.attr in ("to_sec", "to_nsec") and not arguments:
                 return getattr(owner, node.func.attr)()
         raise ExpressionError(
@@ -262,18 +254,27 @@ class _Walk:
 
     def _loop(self, generators: list[ast.comprehension], element: ast.expr, found: list[object]) -> None:
         if not generators:
-            found.append(self.value(element))
+            found.append(self.bounds.element(self.value(element)))
             return
         first, *rest = generators
         if not isinstance(first.target, ast.Name):
             raise ExpressionError("a loop takes one name", self.text)
         outer = dict(self.scope)
-        for item in self.value(first.iter):  # type: ignore[attr-defined]
+        for item in self.value(first.iter):
             self.scope[first.target.id] = item
             if all(self.value(test) for test in first.ifs):
                 self._loop(rest, element, found)
         self.scope = outer
 
 
-def _too_big(value: object) -> bool:
-    return isinstance(value, int) and abs(value) > MAX_EXPONENT
+def _is_long(value: object) -> bool:
+    return isinstance(value, int) and value.bit_length() > MAX_CONSTANT_BITS
+
+
+def _depth(node: ast.AST) -> int:
+    """How many parts lie inside one another at most; counted without recursion."""
+    level, depth = [node], 0
+    while level:
+        depth += 1
+        level = [child for one in level for child in ast.iter_child_nodes(one)]
+    return depth

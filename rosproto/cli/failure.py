@@ -17,6 +17,7 @@ from types import FrameType
 from typing import Any, NoReturn
 
 from rosproto.errors import ConnectionLost, RosError
+from rosproto.text import printable
 
 __all__ = [
     "DONE",
@@ -89,7 +90,7 @@ def cannot_listen(error: ConnectionLost, option: str) -> str:
 def say(text: str) -> None:
     """A line on stderr, if there is still somebody to read it."""
     try:
-        print(text, file=sys.stderr, flush=True)
+        print(printable(text), file=sys.stderr, flush=True)
     except (OSError, ValueError):
         pass  # the terminal has gone: the exit code is all that is left to say
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 __all__ = ["FieldPathError", "parse_field_path", "split_topic"]
 
 STEP = re.compile(r"(?P<name>[A-Za-z_]\w*)(?P<indices>(?:\[[^\]]*\])*)", re.ASCII)
-INDEX = re.compile(r"\[\s*(-?\d*)\s*(:?)\s*(-?\d*)\s*(?::\s*(-?\d+)\s*)?\]")
+INDEX = re.compile(r"\[\s*(-?\d*)\s*(:?)\s*(-?\d*)\s*(?::\s*(-?\d+)\s*)?\]", re.ASCII)
 
 
 class FieldPathError(ValueError):

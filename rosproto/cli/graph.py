@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator
@@ -11,8 +10,10 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, cast
 
 from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout
+from rosproto.text import printable
 
 from .failure import CommandError
+from .json_text import json_text
 from .parser import near
 
 if TYPE_CHECKING:  # imported when they are used: --help has no use for them
@@ -86,10 +87,10 @@ def master_client(arguments: argparse.Namespace) -> Iterator[MasterClient]:
     Raises:
         ConnectionLost: It is not there, keeps silent, or is no master: the same to a script.
     """
-    from rosproto.node.master_client import MasterClient
+    from .shown_api import ShownMaster
 
     hosts = host_names(arguments)
-    with MasterClient(master_uri(arguments), CALLER_ID, timeout=TIMEOUT, hosts=hosts) as master:
+    with ShownMaster(master_uri(arguments), CALLER_ID, timeout=TIMEOUT, hosts=hosts) as master:
         try:
             yield master
         except (RosTimeout, RemoteProtocolError) as error:
@@ -98,9 +99,9 @@ def master_client(arguments: argparse.Namespace) -> Iterator[MasterClient]:
 
 def node_client(uri: str, arguments: argparse.Namespace, *, guess: bool = True) -> NodeClient:
     """Typed calls to a node's slave API; without `guess` never at the master's host for an unknown one."""
-    from rosproto.node.slave_client import NodeClient
+    from .shown_api import ShownNode
 
-    return NodeClient(uri, CALLER_ID, timeout=TIMEOUT, hosts=host_names(arguments, guess=guess))
+    return ShownNode(uri, CALLER_ID, timeout=TIMEOUT, hosts=host_names(arguments, guess=guess))
 
 
 def host_names(arguments: argparse.Namespace, *, guess: bool = True) -> HostNames:
@@ -192,12 +193,12 @@ def unknown(what: str, name: str, names: Iterable[str], see: str) -> CommandErro
 
 def warn(text: str) -> None:
     """A line on stderr that does not end the command."""
-    print(f"WARNING: {text}", file=sys.stderr, flush=True)
+    print(printable(f"WARNING: {text}"), file=sys.stderr, flush=True)
 
 
 def print_json(value: object) -> None:
     """One line of JSON."""
-    print(json.dumps(value, ensure_ascii=not _utf8(), default=str))
+    print(json_text(value, ascii_only=not _utf8(), default=str))
 
 
 def _utf8() -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from rosproto.codec import Message
+from rosproto.text import printable
 from rosproto.time import TVal
 
 __all__ = ["header", "row"]
@@ -15,9 +16,15 @@ def header(value: Any, prefix: str) -> str:
     return ",".join(_names(value, prefix))
 
 
-def row(value: Any) -> str:
-    """The values, in the order of `header`; times in nanoseconds, bools 0 and 1."""
-    return ",".join(_cells(value))
+def row(value: Any, *, one_line: bool = False) -> str:
+    """The values, in the order of `header`; times in nanoseconds, bools 0 and 1.
+
+    Args:
+        value: A message, or what a field of one holds.
+        one_line: Escape what a terminal would obey, and line ends; else a text is what it is, in quotes.
+    """
+    cells = _cells(value)
+    return ",".join(map(printable, cells) if one_line else cells)
 
 
 def _items(value: Any) -> Any:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
+from rosproto.text import printable
 
 from .graph import (
     CommandError,
@@ -178,7 +179,7 @@ def _print_facts(fact: dict[str, object]) -> None:
         print(f" * {service}")
     print(f"\n\ncontacting node {fact['uri']} ...")
     if "error" in fact:
-        print(f"ERROR: Communication with node[{fact['uri']}] failed! {fact['error']}")
+        print(f"ERROR: Communication with node[{fact['uri']}] failed! {printable(str(fact['error']))}")
         return
     print(f"Pid: {fact['pid']}")
     connections = fact["connections"]
@@ -232,7 +233,7 @@ def _ping_node(
                 node.get_pid(timeout=arguments.timeout)
             except GONE as error:
                 if not arguments.json:
-                    print(f"cannot ping [{name}]: {error}", flush=True)
+                    print(f"cannot ping [{name}]: {printable(str(error))}", flush=True)
             else:
                 times.append(1e3 * (time.perf_counter() - began))
                 if not arguments.json:

@@ -1,23 +1,72 @@
-"""Types of options for argparse: what is out of range is wrong use, told before anything is done."""
+"""Types of options for argparse: what is out of range is wrong use, told before anything is done.
+
+Numbers are plain decimals in ASCII. Python reads more: `1_0` is ten to it, and so are digits of other
+scripts, which an input method writes; a robot must not drive ten metres for a slip of the finger.
+"""
 
 from __future__ import annotations
 
 import argparse
 import math
+import re
 from pathlib import Path
 
-__all__ = ["count", "finite", "folder_exists", "natural", "port", "positive", "seconds"]
+__all__ = [
+    "count",
+    "finite",
+    "folder_exists",
+    "natural",
+    "port",
+    "positive",
+    "seconds",
+    "to_float",
+    "to_int",
+    "whole",
+]
+
+_WHOLE = re.compile(r"[+-]?[0-9]{1,400}")
+_DECIMAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,6})?")
 
 
 def finite(text: str) -> float:
     """A number that is not infinite and not NaN."""
     try:
-        value = float(text)
+        value = to_float(text)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
         raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
     return value
+
+
+def whole(text: str) -> int:
+    """A whole number, also below 0."""
+    try:
+        return to_int(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def to_float(text: str) -> float:
+    """A number as commands take it: `-1.5`, `.5`, `2e-3`; no other writing.
+
+    Raises:
+        ValueError: It is none.
+    """
+    if _DECIMAL.fullmatch(text) is None:
+        raise ValueError(f"{text!r} is not a number, such as -1.5")
+    return float(text)
+
+
+def to_int(text: str) -> int:
+    """A whole number as commands take it.
+
+    Raises:
+        ValueError: It is none.
+    """
+    if _WHOLE.fullmatch(text) is None:
+        raise ValueError(f"{text!r} is not a whole number")
+    return int(text)
 
 
 def positive(text: str) -> float:
@@ -48,7 +97,7 @@ def count(text: str) -> int:
 
 def _whole(text: str, least: int) -> int:
     try:
-        value = int(text)
+        value = to_int(text)
     except ValueError:
         value = least - 1
     if value < least:
@@ -58,7 +107,7 @@ def _whole(text: str, least: int) -> int:
 
 def port(text: str) -> int:
     """A TCP port; 0 lets the system choose."""
-    if text.isascii() and text.isdigit() and int(text) <= 65535:
+    if _WHOLE.fullmatch(text) and text.isdigit() and int(text) <= 65535:
         return int(text)
     raise argparse.ArgumentTypeError(f"{text!r} is no port (0 to 65535)")
 

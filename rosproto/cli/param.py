@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import sys
 from pathlib import Path
 from typing import Any
 
 from rosproto.errors import MasterError
+from rosproto.text import printable
 
 from .graph import CommandError, absolute, below, master_client, print_json, unknown, verbs, warn_if_none
+from .json_text import json_text
 from .yaml_text import load_text, to_text, value_of
 
 __all__ = ["add_arguments", "run"]
@@ -88,7 +89,7 @@ def _get(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(_json_value(value))
     elif arguments.pretty and isinstance(value, str):
-        print(value)
+        print(value)  # a text of several lines, as it is: --pretty asks for that
     elif arguments.pretty and isinstance(value, dict):
         _print_pretty(value, "")
     else:
@@ -111,18 +112,17 @@ def _print_pretty(value: dict[str, Any], indent: str) -> None:
     """Keys in order; a text of several lines below its key, as it is."""
     for key, item in sorted(value.items()):
         if isinstance(item, dict):
-            print(f"{indent}{key}:")
+            print(f"{indent}{printable(key)}:")
             _print_pretty(item, indent + "  ")
         elif isinstance(item, str):
             lines = item.split("\n")
-            print(f"{indent}{key}: {item}" if len(lines) == 1 else f"{indent}{key}: |")
+            print(f"{indent}{printable(key)}: " + (item if len(lines) == 1 else "|"))
             for line in lines if len(lines) > 1 else ():
                 print(f"{indent}  {line}")
         else:
             text = to_text(item)
-            print(
-                f"{indent}{key}:" + (f"\n{text}" if isinstance(item, list) and item else f" {text}").rstrip()
-            )
+            below = f"\n{text}" if isinstance(item, list) and item else f" {text}"
+            print(f"{indent}{printable(key)}:" + below.rstrip())
 
 
 def _set(arguments: argparse.Namespace) -> int:
@@ -178,7 +178,7 @@ def _search(arguments: argparse.Namespace) -> int:
 
 def _dump(arguments: argparse.Namespace) -> int:
     value = _fetch(arguments, arguments.namespace)
-    text = json.dumps(_json_value(value), indent=2) if arguments.json else to_text(value)
+    text = json_text(_json_value(value), ascii_only=True, indent=2) if arguments.json else to_text(value)
     if arguments.file == "-":
         print(text)
     else:

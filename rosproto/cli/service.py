@@ -7,6 +7,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import DefinitionError, MasterError, RosTimeout
+from rosproto.text import printable
 
 from .console import is_terminal
 from .graph import (
@@ -114,7 +115,7 @@ def _type_of(arguments: argparse.Namespace, name: str) -> str:
         hosts=host_names(arguments),
     )
     link.close()
-    return link.header.get("type", "")
+    return printable(link.header.get("type", ""))
 
 
 def _list(arguments: argparse.Namespace) -> int:

@@ -1,4 +1,10 @@
-"""Output that the encoding cannot express: a command prints something readable instead of failing."""
+"""What commands print: a terminal obeys nothing of a peer's, and nothing fails for want of characters.
+
+While a command runs, `sys.stdout` and `sys.stderr` escape every control character, direction mark and
+invisible one (see `rosproto.text`) except line ends and tabs. So a print of anything, from anywhere, is safe;
+what moves the cursor or colours is our own and says so: `own(stream).write("\\r...")`. A peer's text that
+must not begin a line either (a name, an error, a cell) goes through `printable` where it is put into one.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +12,13 @@ import codecs
 import io
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, TextIO
 
-__all__ = ["as_typed", "escape_what_cannot_be_printed"]
+from rosproto.text import printable
+
+__all__ = ["as_typed", "escape_what_cannot_be_printed", "guarded", "own", "unguarded"]
 
 _READABLE = {
     "°": "deg", "²": "2", "→": "->", "←": "<-", "↑": "^", "↓": "v", "…": "...", "µ": "u", "–": "-", "×": "x",
@@ -29,6 +39,56 @@ def escape_what_cannot_be_printed() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="rosproto.readable")
+
+
+class Guarded:
+    """A text stream whose controls are escaped; everything else is that stream's."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self.unguarded = stream
+
+    def write(self, text: str) -> int:
+        """Write it, fit for a terminal; the number of its characters."""
+        self.unguarded.write(printable(text, keep="\n\t"))
+        return len(text)
+
+    def writelines(self, lines: Sequence[str]) -> None:
+        """Each of them."""
+        for line in lines:
+            self.write(line)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.unguarded, name)
+
+
+@contextmanager
+def guarded() -> Iterator[None]:
+    """Within the block stdout and stderr escape what a terminal would obey."""
+    before: Any = sys.stdout, sys.stderr
+    ours: Any = [stream if stream is None else Guarded(own(stream)) for stream in before]
+    sys.stdout, sys.stderr = ours
+    try:
+        yield
+    finally:
+        if [sys.stdout, sys.stderr] == ours:
+            sys.stdout, sys.stderr = before
+
+
+@contextmanager
+def unguarded() -> Iterator[None]:
+    """Within the block they are as they were: a program of the user's prints what it likes."""
+    before = sys.stdout, sys.stderr
+    sys.stdout, sys.stderr = own(sys.stdout), own(sys.stderr)
+    try:
+        yield
+    finally:
+        sys.stdout, sys.stderr = before
+
+
+def own(stream: TextIO) -> TextIO:
+    """The stream for what this program itself wants the terminal to obey."""
+    inner: TextIO = getattr(stream, "unguarded", stream)
+    return inner
 
 
 def as_typed(words: Sequence[str]) -> list[str]:

@@ -8,6 +8,7 @@ import time
 from typing import Any
 
 from rosproto.errors import RosError, RosTimeout
+from rosproto.text import printable
 
 from .graph import CommandError, open_node, print_json, verbs, warn
 from .option_types import count, positive, seconds
@@ -79,7 +80,7 @@ def _print_branch(
 ) -> None:
     facts = frames.get(frame, {})
     words = ", ".join(f"{key} {_short(value)}" for key, value in facts.items() if key != "parent" and value)
-    print(f"{head}{frame}" + (f"  ({words})" if words else ""))
+    print(printable(f"{head}{frame}" + (f"  ({words})" if words else "")))
     below = sorted(children.get(frame, []))
     for i, child in enumerate(below):
         last = i == len(below) - 1

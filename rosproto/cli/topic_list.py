@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from rosproto.errors import MasterError
+from rosproto.text import printable
 
 from .graph import below, master_client, print_json, warn_if_none
 
@@ -136,5 +137,5 @@ def _of_bag(arguments: argparse.Namespace) -> int:
         print(f"{len(times)} message(s){between}")
     else:
         for name in names:
-            print(name)
+            print(printable(name))
     return 0

@@ -82,6 +82,11 @@ MAX_OBJECTS = 1 << 16
 MAX_FIXED_BYTES = 1 << 26
 """Bytes of one message with all variable parts empty: 64 MiB."""
 
+MAX_WEIGHT = 100
+"""Bytes of memory for each byte of the smallest element; `std_msgs/Bool` has 64, a point of three floats 14.
+"""
+_OBJECT, _SLOT, _LIST, _ARRAY, _NUMBER = 56, 8, 56, 112, 28  # CPython and numpy, 64 bits
+
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 
 
@@ -154,6 +159,23 @@ class FieldLayout:
             return 1
         return 1 + self.count * (self.layout.objects if self.layout else 1)
 
+    @property
+    def weight(self) -> int:
+        """Bytes of memory that it adds to its message when every variable array and string is empty."""
+        if self.is_array:
+            if self.kind == "number":
+                return _SLOT + _ARRAY
+            return _SLOT + _LIST + self.count * (_SLOT + self._one)
+        return _SLOT + self._one
+
+    @property
+    def _one(self) -> int:
+        if self.layout is not None:
+            return self.layout.weight
+        if self.kind == "time":
+            return _OBJECT + 2 * _NUMBER
+        return _NUMBER if self.kind == "number" and self.size > 1 else 0  # small ints and "" exist already
+
 
 class Layout:
     """A message, resolved with everything inside it.
@@ -165,16 +187,18 @@ class Layout:
         fixed_size: Its size when that never varies, else None.
         objects: Python values in the smallest message.
         has_numbers: An array of numbers is somewhere inside (decoded as a view of the buffer).
+        weight: Bytes of memory of the smallest message, roughly.
         sparse: Some array's elements cost far more memory than bytes (`std_msgs/Empty[]`): decoded by the
             reference codec, which keeps a budget.
     """
 
-    __slots__ = ("fields", "fixed_size", "has_numbers", "min_size", "objects", "sparse", "spec")
+    __slots__ = ("fields", "fixed_size", "has_numbers", "min_size", "objects", "sparse", "spec", "weight")
 
     def __init__(self, spec: MessageSpec, fields: list[FieldLayout]) -> None:
         self.spec = spec
         self.fields = fields
         self.min_size = sum(f.min_size for f in fields)
+        self.weight = _OBJECT + sum(f.weight for f in fields)
         self.objects = 1 + sum(f.objects for f in fields)
         fixed = all(
             not (f.is_array and f.length is None)
@@ -188,10 +212,13 @@ class Layout:
             for f in fields
         )
         self.sparse: bool = any(
-            f.layout is not None
-            and (f.layout.sparse or (f.is_array and f.layout.objects > 16 * f.layout.min_size))
-            for f in fields
+            f.layout is not None and (f.layout.sparse or (f.is_array and f.layout.is_light)) for f in fields
         )
+
+    @property
+    def is_light(self) -> bool:
+        """An element of this type costs its sender next to nothing, and whoever decodes it a lot."""
+        return self.weight > MAX_WEIGHT * self.min_size
 
 
 def resolve(spec: MessageSpec, library: SpecSource) -> Layout:

@@ -21,6 +21,13 @@ if TYPE_CHECKING:
 __all__ = ["decode_layout", "decode_reference", "encode_layout", "encode_reference"]
 
 
+LIGHT_SPARE = 1 << 18
+LIGHT_PER_BYTE = 16
+"""Bytes of memory that elements of (nearly) no bytes may take in one message: so many, and as many more for
+each byte of it. (This codec, which decodes them, takes some four times as much in between.)
+"""
+
+
 def decode_reference(
     spec: MessageSpec, library: SpecSource, data: Any, start: int = 0, end: int | None = None
 ) -> dict[str, Any]:
@@ -61,8 +68,8 @@ class _Reader:
         self.start = start
         self.position = start
         self.end = min(end, len(self.data))
-        # Elements without bytes cost the sender nothing: as many as bytes came, and some.
-        self.free_elements = 1024 + (end - start)
+        # Elements of (nearly) no bytes cost the sender nothing: their memory is counted.
+        self.free_bytes = LIGHT_SPARE + LIGHT_PER_BYTE * (end - start)
 
     def fail(self, path: str, text: str) -> None:
         raise CodecError(text, type_name=self.type_name, field_path=path, offset=self.position - self.start)
@@ -107,11 +114,11 @@ class _Reader:
         return [self.one(field, f"{path}[{index}]") for index in range(count)]
 
     def spend(self, field: FieldLayout, count: int, path: str) -> None:
-        """Count elements that hold far more values than bytes: no short message may fill the memory."""
-        if field.layout is None or field.layout.objects <= 16 * field.layout.min_size:
+        """Count elements that take far more memory than bytes: no short message may fill the memory."""
+        if field.layout is None or not field.layout.is_light:
             return
-        self.free_elements -= count * field.layout.objects
-        if self.free_elements < 0:
+        self.free_bytes -= count * field.layout.weight
+        if self.free_bytes < 0:
             self.fail(path, f"{count} elements of {field.base} that take (nearly) no bytes are refused")
 
     def numbers(self, field: FieldLayout, count: int, path: str) -> Any:

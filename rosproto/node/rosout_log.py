@@ -12,6 +12,7 @@ import time
 from typing import IO, Any
 
 from rosproto.logs import get_logger
+from rosproto.text import printable
 
 __all__ = ["RosoutLog"]
 
@@ -20,6 +21,9 @@ _log = get_logger("rosproto.node")
 MOST_BYTES = 100 << 20  # of one file
 MOST_OLD_FILES = 10
 _LEVELS = {1: "DEBUG", 2: "INFO", 4: "WARN", 8: "ERROR", 16: "FATAL"}
+
+_LINES = "\n\t"  # a message may have several: the file is as Debian's /rosout writes it
+_BYTES = "".join(map(chr, range(0xDC80, 0xDD00)))  # what is not UTF-8 is written as it came
 
 
 class RosoutLog:
@@ -49,7 +53,8 @@ class RosoutLog:
         level = _LEVELS.get(record.level, str(record.level))
         place = f"{record.file}:{record.line}({record.function})"
         topics = ", ".join(record.topics)
-        self._write(f"{sec}.{nanosec:09d} {level} {record.name} [{place}] [topics: {topics}] {record.msg}\n")
+        head = printable(f"{level} {record.name} [{place}] [topics: {topics}]", keep=_BYTES)
+        self._write(f"{sec}.{nanosec:09d} {head} {printable(record.msg, keep=_BYTES + _LINES)}\n")
 
     def close(self) -> None:
         """Close the file. May be called again."""

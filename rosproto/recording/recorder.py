@@ -8,7 +8,6 @@ fit into the buffer is dropped and counted.
 from __future__ import annotations
 
 import importlib
-import logging
 import os
 import shutil
 import threading
@@ -21,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.bag import Connection, RawMessage
 from rosproto.errors import BagError, DefinitionError, LocalProtocolError, RosError
+from rosproto.logs import get_logger
 from rosproto.numbers import as_float
 from rosproto.recording.buffer import Entry, MessageBuffer
 from rosproto.recording.files import BagSeries, Compression, bag_name
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Recorder", "RecorderStats"]
 
-_log = logging.getLogger("rosproto.recording")
+_log = get_logger("rosproto.recording")
 
 NS = 1_000_000_000
 WRITE_EVERY = 0.1  # seconds that a message may wait before it is put into the chunk

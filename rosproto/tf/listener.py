@@ -5,10 +5,10 @@ Source: tf2_ros transform_listener.py; wiki.ros.org/tf2.
 
 from __future__ import annotations
 
-import logging
 import threading
 from typing import TYPE_CHECKING, Any
 
+from rosproto.logs import get_logger
 from rosproto.tf.buffer import TransformBuffer
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["TransformListener"]
 
-logger = logging.getLogger("rosproto.tf")
+logger = get_logger("rosproto.tf")
 MOST_NAMED = 1000  # frames whose first refusal is logged; a hostile sender may make up names for ever
 
 

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from typing import TextIO
 
 from rosproto.cli.console import enable_escapes, is_terminal, shows_unicode, size
+from rosproto.cli.streams import own
 
 __all__ = ["enable_escapes", "full_screen", "is_terminal", "shows_unicode", "size"]
 
@@ -14,10 +15,10 @@ __all__ = ["enable_escapes", "full_screen", "is_terminal", "shows_unicode", "siz
 @contextmanager
 def full_screen(stream: TextIO) -> Iterator[None]:
     """The other screen of the terminal, without a cursor; what was there before comes back, always."""
-    stream.write("\x1b[?1049h\x1b[?25l\x1b[2J")
+    own(stream).write("\x1b[?1049h\x1b[?25l\x1b[2J")
     stream.flush()
     try:
         yield
     finally:
-        stream.write("\x1b[?25h\x1b[?1049l")
+        own(stream).write("\x1b[?25h\x1b[?1049l")
         stream.flush()

@@ -23,7 +23,7 @@ from rosproto.cli.failure import (
 )
 from rosproto.cli.option_types import positive
 from rosproto.cli.parser import Parser, WrongUse, give_examples
-from rosproto.cli.streams import as_typed, escape_what_cannot_be_printed
+from rosproto.cli.streams import as_typed, escape_what_cannot_be_printed, guarded
 from rosproto.version import __version__
 
 from ..language import LANGUAGES, language_of
@@ -52,6 +52,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit code, see `EXIT_CODES`."""
     escape_what_cannot_be_printed()
     words = as_typed(sys.argv[1:] if argv is None else argv)
+    with guarded():
+        return _command_line(words, until_exit=argv is None)
+
+
+def _command_line(words: list[str], *, until_exit: bool) -> int:
     language = language_of(words, stream=sys.stdout)
     try:
         parser = parser_for(words, language)
@@ -65,7 +70,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         parser.print_help(sys.stderr)
         return WRONG_USE
     out = Output(as_json=args.json, language=language)
-    with signals_unwind(until_exit=argv is None), linger_when_closed():
+    with signals_unwind(until_exit=until_exit), linger_when_closed():
         return _run(load(args.command), args, out)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import sys
@@ -12,6 +11,10 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from enum import Enum
 from typing import Any, TextIO
+
+from rosproto.cli.json_text import json_text
+from rosproto.cli.streams import own
+from rosproto.text import printable
 
 from .console import enable_escapes, is_terminal
 
@@ -35,12 +38,16 @@ class Output:
         self.language = language
         self._stream = stream or sys.stdout
         self._said = False
+        self._mark = f"\x1b{os.urandom(8).hex()}"
         self.coloured = not as_json and not os.environ.get("NO_COLOR") and enable_escapes(self._stream)
 
     def line(self, text: str = "") -> None:
-        """A line for people, at once visible; silent with --json."""
+        """A line for people, at once visible; silent with --json.
+
+        One line, whatever peers have put into it: of controls only the colours of `colour` remain.
+        """
         if not self.as_json:
-            self._write(self.say(text))
+            self._write(self._shown(self.say(text)))
 
     def say(self, text: str) -> str:
         """The text in the language of this output; what its table does not have stays English."""
@@ -48,19 +55,27 @@ class Output:
 
     def colour(self, text: str, name: str) -> str:
         """The text in a colour of the terminal; itself where there are none."""
-        return f"\x1b[{_COLOURS[name]}m{self.say(text)}\x1b[0m" if self.coloured else text
+        return f"{self._mark}[{_COLOURS[name]}m{self.say(text)}{self._mark}[0m" if self.coloured else text
+
+    def _shown(self, text: str) -> str:
+        """Escaped, but for what `colour` has marked: no peer knows the mark."""
+        if not self.coloured:
+            return printable(text)
+        first, *rest = text.split(self._mark)
+        parts = [part.partition("m") for part in rest]
+        return printable(first) + "".join(f"\x1b{code}m{printable(more)}" for code, _, more in parts)
 
     def result(self, value: Any) -> None:
         """The document for machines; silent without --json."""
         if self.as_json:
             self._said = True
-            self._write(json.dumps(plain(value), ensure_ascii=False, indent=2, allow_nan=False))
+            self._write(json_text(plain(value), indent=2, allow_nan=False))
 
     def record(self, value: Any) -> None:
         """One of many documents for machines, a line each (JSON Lines); silent without --json."""
         if self.as_json:
             self._said = True
-            self._write(json.dumps(plain(value), ensure_ascii=False, allow_nan=False))
+            self._write(json_text(plain(value), allow_nan=False))
 
     def failure(self, text: str, code: int) -> None:
         """The document for machines of a command that failed before it had one."""
@@ -87,10 +102,10 @@ class Output:
 
     def _write(self, text: str) -> None:
         try:
-            print(text, file=self._stream, flush=True)
+            print(text, file=own(self._stream), flush=True)
         except UnicodeEncodeError:  # a Windows console with an old code page
             encoding = self._stream.encoding or "ascii"
-            print(text.encode(encoding, "replace").decode(encoding), file=self._stream, flush=True)
+            print(text.encode(encoding, "replace").decode(encoding), file=own(self._stream), flush=True)
 
 
 def spoken(text: str, language: str) -> str:
@@ -112,8 +127,8 @@ def _show_life(what: str, done: threading.Event) -> None:
             print(f"{what} ...", file=stream, flush=True)
             return
         while not done.wait(0.2):
-            print(f"\r{what} ... {time.monotonic() - began:.0f} s ", end="", file=stream, flush=True)
-        print("\r" + " " * (2 * len(what) + 16) + "\r", end="", file=stream, flush=True)
+            print(f"\r{what} ... {time.monotonic() - began:.0f} s ", end="", file=own(stream), flush=True)
+        print("\r" + " " * (2 * len(what) + 16) + "\r", end="", file=own(stream), flush=True)
     except (OSError, ValueError):
         return  # nobody reads it any more
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rosproto.cli.width import cut, width
+from rosproto.text import printable
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -87,7 +88,7 @@ class Screen:
     def _text(self, pieces: Iterable[Piece], columns: int) -> str:
         out, left = [], columns
         for text, colour in pieces:
-            shown = cut(text, left)
+            shown = cut(printable(text), left)
             left -= width(shown)
             if self._ascii:
                 shown = shown.replace("°", "d").replace("²", "2").encode("ascii", "replace").decode()

@@ -23,7 +23,7 @@ __all__ = ["Sentence", "Words", "read_table", "words_for"]
 
 _PLACE = re.compile(r"\{(\w+)([+=]?)\}")
 _COLUMNS = re.compile(r"( {2,})")
-_COLOURED = re.compile(r"\x1b\[[0-9;]*m[^\x1b]*\x1b\[0m")
+_COLOURED = re.compile(r"\x1b[0-9a-f]*\[[0-9;]*m[^\x1b]*\x1b[0-9a-f]*\[0m")
 _KEPT = "\ue000"  # stands for a coloured word while the sentence around it is looked up
 _LONGEST = 1000  # characters: what is longer comes from somebody else, and may be made to be hard to match
 _MOST = 6  # sentences that one row of the table has, and colons before the sentence that is looked for

@@ -10,10 +10,10 @@ import pytest
 
 from rosproto.bag import BagWriter
 from rosproto.cli import main
-from rosproto.cli.bag_export import file_name
 from rosproto.cli.bag_images import picture
+from rosproto.cli.export_names import file_name, file_names
 from rosproto.cli.graph import CommandError
-from rosproto.codec import message_class
+from rosproto.codec import define, message_class
 
 String = message_class("std_msgs/String")
 Odometry = message_class("nav_msgs/Odometry")
@@ -168,3 +168,75 @@ def test_mcap(bag: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert message.data[4:] == b'a "b", c\nd'
     assert main(["bag", "export", bag, "mcap", "-o", str(path)]) == 1
     assert "exists already" in capsys.readouterr().err
+
+
+CLASHING = [
+    "/a/b",
+    "/a-b",
+    "/A/B",
+    "/scan",
+    "/Scan",
+    "/扫描",
+    "/雷达",
+    "/",
+    "/aux",
+    "/COM1",
+    "/nul/",
+    "/a//b",
+    "/" + 300 * "x",
+    "/" + 300 * "x" + "y",
+]
+
+
+def test_no_two_topics_share_a_file() -> None:
+    """On systems that do not tell capitals, and where some names are devices; legal names keep the plain form."""
+    names = file_names(CLASHING)
+    assert len({name.lower() for name in names.values()}) == len(CLASHING)
+    assert (names["/A/B"], names["/Scan"], names["/aux"]) == ("A-B", "Scan", "topic-aux")
+    assert file_names(["/a-b", "/a/b"])["/a/b"] == "a-b"
+    assert all(name.isascii() and len(name) < 180 for name in names.values())
+    assert not {name.lower() for name in names.values()} & {"aux", "com1", "nul", "con"}
+    assert names == file_names(reversed(CLASHING))
+
+
+def test_names_that_cannot_be_told_apart_are_an_error() -> None:
+    """Before anything is written: who makes a topic's name from another one's check sum."""
+    other = file_names(["/a/b", "/a-b"])["/a-b"]
+    with pytest.raises(CommandError, match="would be one file"):
+        file_names(["/a/b", "/a-b", f"/{other.replace('-', '/')}"])
+
+
+@pytest.mark.parametrize("form", ["csv", "npz"])
+def test_every_topic_is_written(form: str, tmp_path: Path) -> None:
+    """Eight topics whose names are alike are eight files, each with its own messages."""
+    topics = CLASHING[:8]
+    path = tmp_path / "alike.bag"
+    with BagWriter(path) as writer:
+        for number, topic in enumerate(topics):
+            writer.write(topic, String(data=f"message {number}"), 1.0 + number)
+    out = tmp_path / "out"
+    assert main(["bag", "export", str(path), form, "-o", str(out)]) == 0
+    files = sorted(p.name for p in out.iterdir())
+    assert len({name.lower() for name in files}) == len(topics)
+    if form == "csv":
+        texts = {p.read_text("utf-8").splitlines()[1].split(",")[1] for p in out.iterdir()}
+        assert texts == {f"message {number}" for number in range(len(topics))}
+
+
+def test_npz_of_fields_that_numpy_has_names_for(tmp_path: Path) -> None:
+    """/rosout has a field `file`; another type may have `args`, `self` or our own `receive_time`."""
+    import numpy as np
+
+    path = tmp_path / "rosout.bag"
+    log = message_class("rosgraph_msgs/Log")(file="a.py", line=7)
+    odd = define("a/Odd", "float64 receive_time\nint32 args\nint32 allow_pickle")
+    with BagWriter(path) as writer:
+        writer.write("/rosout", log, 1.0)
+        writer.write("/odd", odd(receive_time=5.0, args=3), 2.0)
+    assert main(["bag", "export", str(path), "npz", "-o", str(tmp_path / "out")]) == 0
+    with np.load(tmp_path / "out" / "rosout.npz", allow_pickle=True) as arrays:
+        assert arrays["file"].tolist() == ["a.py"]
+        assert arrays["line"].tolist() == [7]
+    with np.load(tmp_path / "out" / "odd.npz") as arrays:
+        assert arrays["receive_time"].tolist() == [5.0]
+        assert arrays["_receive_time"].tolist() == [2.0]

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-import pytest
+import time
+import tracemalloc
 
-from rosproto.cli import expression
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rosproto.cli import bounded
 from rosproto.cli.expression import Expression, ExpressionError
 
 
@@ -93,7 +99,7 @@ def test_refused_when_computed(text: str) -> None:
 
 def test_work_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nested loops over arrays end."""
-    monkeypatch.setattr(expression, "MAX_STEPS", 20_000)
+    monkeypatch.setattr(bounded, "MAX_STEPS", 20_000)
     point = Point()
     point.ranges = [0.0] * 200
     loops = Expression("sum(1 for a in m.ranges for b in m.ranges for c in m.ranges)")
@@ -106,3 +112,113 @@ def test_an_error_names_the_fields_there_are() -> None:
     with pytest.raises(ExpressionError, match="ranges, x, y") as caught:
         Expression("m.Y > 1")(m=Point())
     assert caught.value.text == "m.Y > 1"
+
+
+HOSTILE = [
+    "round(1, -999999999)",
+    "round(1.5, 10**9)",
+    "('a' * 1000000) * 4000",
+    "[('a' * 9999 + m.name) for a in m.ranges for b in m.ranges]",
+    "2 ** 5000",
+    "(2 ** 1000) ** 1000",
+    "(10 ** 1000) * (10 ** 1000) * (10 ** 1000)",
+    "m.ranges ** (10 ** 9)",
+    "m.ranges[0] ** (2 ** 70)",
+    "m.ranges * 10 ** 300",
+    "'%1000000000d' % 1",
+    "m.ranges[:, None] * m.ranges[None, :]",
+    "m.ranges[m.ranges > 0]",
+    "m.ranges + [[x] for x in m.ranges]",
+    "m.ranges == [[x] for x in m.ranges]",
+    "str([['a' * 9999] * 9999] * 9999)",
+    "[[0] * 9999] * 9999 == [[0] * 9999] * 9999",
+    "sum([[x] * 1000 for x in m.ranges], [])",
+    "int('9' * 4000)",
+    "max(str(10 ** 1000) * 1000 for x in m.ranges for y in m.ranges)",
+    "0 in [[x] * 9999 for x in m.ranges]",
+    "m + m",
+    "-" * 400 + "1",
+]
+
+
+@pytest.mark.parametrize("text", HOSTILE)
+def test_what_would_take_gigabytes_or_for_ever_is_refused(text: str) -> None:
+    """One clear error, before anything large is made."""
+    point = Point()
+    point.ranges = np.arange(3000, dtype="f8")  # type: ignore[assignment]
+    tracemalloc.start()
+    try:
+        with pytest.raises(ExpressionError):
+            Expression(text)(m=point)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 100_000_000
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("round(m.x, 1) == 1.5", True),
+        ("m.name + '/' + 'odom' == 'map/odom'", True),
+        ("max(m.ranges * 2) > 3 and (m.ranges + m.ranges)[1] == 2", True),
+        ("m.x ** 2 + 1000000 ** 2 > 1e12", True),
+        ("max(abs(m.ranges - 1))", 2998.0),
+        ("any(m.ranges > 2) and not all(m.ranges[1:3] == m.ranges[2:4])", True),
+        ("m.ranges[-1] % 10", 9.0),
+        ("[m.ranges] == [[[x] for x in m.ranges]]", False),
+        ("(1, 2) in [(1, 2)] and sorted([2, 1])[0] == 1", True),
+        ("str(7) + 'a' * 3", "7aaa"),
+        ("len([r for r in m.ranges if r > 2990])", 9),
+    ],
+)
+def test_what_people_write_about_arrays(text: str, expected: object) -> None:
+    """The bounds are far from what a filter of a person computes."""
+    point = Point()
+    point.ranges = np.arange(3000, dtype="f8")  # type: ignore[assignment]
+    assert Expression(text)(m=point) == expected
+
+
+ATOMS = st.sampled_from(
+    [
+        "m.x",
+        "m.ranges",
+        "m.name",
+        "m.ranges[0]",
+        "'a'",
+        "10**300",
+        "-1",
+        "0",
+        "999999999",
+        "1e308",
+        "[1]",
+        "(1,2)",
+        "m",
+    ]
+)
+
+
+def _grown(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
+    operators = st.sampled_from("+ - * / // % ** & | ^ >> < == in and".split())
+    functions = st.sampled_from([*bounded.FUNCTIONS, "'ab'.count", "'ab'.split", "m.name.find"])
+    return st.one_of(
+        st.builds("({} {} {})".format, inner, operators, inner),
+        st.builds("{}({})".format, functions, inner),
+        st.builds("{}({}, {})".format, functions, inner, inner),
+        st.builds("[{} for v in {}]".format, inner, inner),
+        st.builds("({})[{}:]".format, inner, inner),
+        st.builds("[{}, {}]".format, inner, inner),
+    )
+
+
+@given(st.recursive(ATOMS, _grown, max_leaves=12))
+def test_any_expression_ends(text: str) -> None:
+    """Drawn from the whole language: a value or the one error, in bounded processor time."""
+    point = Point()
+    point.ranges = np.arange(200, dtype="f4")  # type: ignore[assignment]
+    began = time.process_time()
+    try:
+        Expression(text)(m=point)
+    except ExpressionError:
+        pass  # the documented answer
+    assert time.process_time() - began < 20

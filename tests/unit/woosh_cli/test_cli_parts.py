@@ -73,7 +73,9 @@ def test_colours_on_a_terminal_unless_told_not_to(monkeypatch) -> None:
     terminal.isatty = lambda: True  # type: ignore[method-assign]
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.delenv("NO_COLOR", raising=False)
-    assert Output(stream=terminal).colour("x", "red") == "\x1b[31mx\x1b[0m"
+    out = Output(stream=terminal)
+    out.line(out.colour("x", "red"))
+    assert terminal.getvalue() == "\x1b[31mx\x1b[0m\n"
     assert Output(stream=terminal, as_json=True).colour("x", "red") == "x"
     monkeypatch.setenv("NO_COLOR", "1")
     assert Output(stream=terminal).colour("x", "red") == "x"

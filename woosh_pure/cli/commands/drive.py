@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
+from rosproto.cli.streams import own
 from rosproto.cli.width import cut, padded
 from rosproto.errors import RosTimeout
 from woosh_pure.errors import MotionRefused
@@ -115,7 +116,7 @@ def _drive(chassis: Chassis, args: Namespace, out: Output) -> None:
         try:
             _loop(chassis, drive, keys, Teleop(linear, turning), out)
         finally:
-            sys.stdout.write("\r\n")
+            own(sys.stdout).write("\r\n")
 
 
 def _loop(chassis: Chassis, drive: Drive, keys: Keys, teleop: Teleop, out: Output) -> None:
@@ -146,9 +147,9 @@ def _show(chassis: Chassis, drive: Drive, teleop: Teleop, command: Command | Non
     columns = size()[0] - 1
     text = padded(cut("  ".join(map(out.say, parts)), columns), columns)
     try:
-        sys.stdout.write(f"\r{text}")
+        own(sys.stdout).write(f"\r{text}")
     except UnicodeEncodeError:
-        sys.stdout.write("\r" + text.encode("ascii", "replace").decode())
+        own(sys.stdout).write("\r" + text.encode("ascii", "replace").decode())
     sys.stdout.flush()
 
 

@@ -7,6 +7,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from rosproto.cli.option_types import whole
 from woosh_pure.errors import ChassisError
 
 from ..arguments import seconds
@@ -29,7 +30,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar="S",
         help="seconds to listen: codes come on change only (3)",
     )
-    parser.add_argument("--code", type=int, metavar="NUMBER", help="explain this code; asks no chassis")
+    parser.add_argument("--code", type=whole, metavar="NUMBER", help="explain this code; asks no chassis")
     parser.add_argument("--find", metavar="TEXT", help="codes whose name or words have it; asks no chassis")
     parser.add_argument("--chinese", action="store_true", help="words in Chinese")
 

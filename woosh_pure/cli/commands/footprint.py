@@ -5,6 +5,8 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
+from rosproto.cli.option_types import to_float
+
 from ..arguments import number
 from ..connection import connect
 from ..output import Output
@@ -58,7 +60,7 @@ def _shape(args: Namespace) -> Footprint:
 
 def _corner(text: str) -> tuple[float, float]:
     try:
-        x, y = (float(part) for part in text.split(","))
+        x, y = (to_float(part.strip()) for part in text.split(","))
     except ValueError:
         raise ValueError(f"corner {text!r}: expected X,Y in metres, e.g. 0.4,0.3") from None
     return x, y

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from argparse import SUPPRESS, ArgumentParser, Namespace
 
+from rosproto.cli.option_types import to_float
+
 from ..arguments import POSE, add_timeout, number, pose
 from ..connection import connect, follow, report
 from ..output import Output
@@ -41,7 +43,7 @@ def run(args: Namespace, out: Output) -> int:
 def _several(words: list[str]) -> str:
     """What several words were probably meant to be: numbers a pose, others a name that wants quotes."""
     try:
-        numbers = [float(word) for word in words]
+        numbers = [to_float(word) for word in words]
     except ValueError:
         return f"a mark is one word; quote it: woosh goto '{' '.join(words)}'"
     missing = " DEGREES" if len(numbers) == 2 else ""

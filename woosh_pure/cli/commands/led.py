@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
+from rosproto.cli.option_types import whole
 from rosproto.cli.parser import near
 
 from ..arguments import enum_words, word_of
@@ -20,7 +21,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--strip", choices=("base", "shelf", "both"), default="base", help="which strip (base)"
     )
-    parser.add_argument("--module", type=int, default=0, metavar="N", help="0 all, 1 to 8 one module")
+    parser.add_argument("--module", type=whole, default=0, metavar="N", help="0 all, 1 to 8 one module")
     parser.add_argument("--urgency", action="store_true", help='show "under maintenance"')
     parser.add_argument("--abnormal", action="store_true", help='show "fault"')
     parser.add_argument("--list", action="store_true", help="list the states; asks no chassis")
@@ -32,7 +33,8 @@ def run(args: Namespace, out: Output) -> int:
 
     words = enum_words(LedState)
     if args.list:
-        out.line("\n".join(words))
+        for word in words:
+            out.line(word)
         out.result({word: int(LedState[word_of(word)]) for word in words})
         return 0
     if args.state is None:

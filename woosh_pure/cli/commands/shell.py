@@ -6,6 +6,7 @@ import sys
 from argparse import ArgumentParser, Namespace
 from typing import Any
 
+from rosproto.cli.streams import unguarded
 from rosproto.errors import RosError
 
 from ..connection import connect
@@ -29,10 +30,11 @@ def run(args: Namespace, out: Output) -> int:
     with connect(args, out) as chassis:
         names = _names(chassis)
         try:
-            if args.code is not None:
-                _execute(args.code, names)
-            else:
-                _interact(names, _BANNER.format(uri=chassis.master_uri))
+            with unguarded():
+                if args.code is not None:
+                    _execute(args.code, names)
+                else:
+                    _interact(names, _BANNER.format(uri=chassis.master_uri))
         except SystemExit as leaving:
             return _exit_code(leaving.code)
     return 0

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosproto.cli.failure import cannot_listen
+from rosproto.cli.option_types import to_float, to_int, whole
 from rosproto.errors import ConnectionLost
 from woosh_pure.errors import ChassisError
 
@@ -47,7 +48,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--port", type=port, default=11311, help="port of its own master (11311; 0: any)")
     parser.add_argument("--bind", default="127.0.0.1", metavar="ADDRESS", help="address to be reached at")
     parser.add_argument("--speed", type=positive, default=1.0, help="simulated seconds per second")
-    parser.add_argument("--seed", type=int, default=0, help="of everything random")
+    parser.add_argument("--seed", type=whole, default=0, help="of everything random")
     parser.add_argument(
         "--map",
         type=Path,
@@ -169,7 +170,7 @@ def _parse_at(text: str) -> tuple[float, str]:
     seconds, equals, fault = text.partition("=")
     names = [name.partition(":")[0] for name in FAULTS]
     try:
-        after = float(seconds)
+        after = to_float(seconds)
     except ValueError:
         after = -1.0
     if not equals or after < 0.0 or fault.partition(":")[0] not in names:
@@ -191,20 +192,20 @@ def inject(sim: SimulatedChassis, fault: str) -> None:
         "automatic": lambda: sim.set_mode(RobotMode.AUTOMATIC),
         "cable": sim.plug_cable,
         "uncable": lambda: sim.plug_cable(False),
-        "obstacle": lambda: sim.add_obstacle(float(values[0]), float(values[1])),
+        "obstacle": lambda: sim.add_obstacle(to_float(values[0]), to_float(values[1])),
         "clear": sim.remove_obstacles,
         "failtask": sim.fail_task,
-        "slow": lambda: sim.slow_network(float(values[0])),
-        "silent": lambda: sim.fall_silent(float(values[0])),
-        "drop": lambda: sim.drop_link(float(values[0])),
+        "slow": lambda: sim.slow_network(to_float(values[0])),
+        "silent": lambda: sim.fall_silent(to_float(values[0])),
+        "drop": lambda: sim.drop_link(to_float(values[0])),
         "restart-master": sim.restart_master,
         "crash": lambda: sim.crash_node(values[0]),
-        "compete": lambda: sim.compete(float(values[0]), float(values[1])),
-        "code": lambda: sim.report(int(values[0])),
+        "compete": lambda: sim.compete(to_float(values[0]), to_float(values[1])),
+        "code": lambda: sim.report(to_int(values[0])),
     }
     try:
         actions[name]()
     except (IndexError, ValueError) as error:
         form = next(form for form in FAULTS if form.partition(":")[0] == name)
-        why = f": {error}" if values and "could not convert" not in str(error) else ""
+        why = f": {error}" if values and "is not a" not in str(error) else ""
         raise ValueError(f"--at {fault}: expected {form}{why}") from error

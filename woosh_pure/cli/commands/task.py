@@ -5,6 +5,8 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
+from rosproto.cli.option_types import whole
+
 from ..arguments import POSE, add_timeout, natural, number, pose, word_of
 from ..connection import connect, follow, report
 from ..output import Output
@@ -34,7 +36,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         _add_kind(verbs.add_parser(kind, help=text, description=text), carry=kind == "carry")
     for command, text in _COMMANDS.items():
         sub = verbs.add_parser(command, help=text, description=text)
-        sub.add_argument("--id", type=int, metavar="N", help="number of the task (default: the running one)")
+        sub.add_argument("--id", type=whole, metavar="N", help="number of the task (the running one)")
 
 
 def _add_kind(parser: ArgumentParser, *, carry: bool) -> None:
@@ -55,7 +57,7 @@ def _add_kind(parser: ArgumentParser, *, carry: bool) -> None:
     parser.add_argument(
         "--type-number", type=natural, default=0, metavar="N", help="the project's number (0)"
     )
-    parser.add_argument("--custom", type=int, default=0, metavar="N", help="the project's byte (0)")
+    parser.add_argument("--custom", type=whole, default=0, metavar="N", help="the project's byte (0)")
     add_timeout(parser)
 
 

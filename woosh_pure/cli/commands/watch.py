@@ -9,6 +9,8 @@ from argparse import ArgumentParser, Namespace
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
+from rosproto.cli.streams import own
+
 from ..arguments import number, seconds
 from ..connection import connect
 from ..console import enable_escapes, full_screen, is_terminal, shows_unicode, size
@@ -64,7 +66,7 @@ def _on_screen(observer: Observer, args: Namespace, period: float, end: float | 
         while end is None or time.monotonic() < end:
             columns, lines = size()
             picture = screen.render(observer.look(), columns, lines)
-            sys.stdout.write("\x1b[H" + "\x1b[K\r\n".join(picture) + "\x1b[K\x1b[J")
+            own(sys.stdout).write("\x1b[H" + "\x1b[K\r\n".join(picture) + "\x1b[K\x1b[J")
             sys.stdout.flush()
             if _quit_within(keys, period):
                 return

@@ -1,0 +1,224 @@
+"""What a filter expression can compute, each operation bounded before it begins.
+
+A text from a script or a web form may ask for `9**9**9`, `'a' * 10**12` or `round(1, -10**9)`. So operands
+have kinds, sizes are known beforehand, and every value that is looked at or made costs steps, of which one
+evaluation has so many. Nothing runs longer than its steps.
+
+Arrays of numbers are numpy's. They meet numbers and arrays of one dimension only: whatever else numpy would
+stretch both to the product of their sizes.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable
+from typing import Any
+
+__all__ = ["FUNCTIONS", "MAX_STEPS", "STRING_METHODS", "Bounds", "TooMuch"]
+
+MAX_STEPS = 500_000
+MAX_BITS = 4096
+MAX_EXPONENT = 1024
+MAX_LENGTH = 1_000_000
+MAX_DIGITS = 400
+MAX_NUMBER_TEXT = 1000
+PER_STEP = 32  # characters, bytes or numbers of an array that count as one step
+
+FUNCTIONS: dict[str, Callable[..., Any]] = {
+    **{f.__name__: f for f in (abs, all, any, bool, float, int, len, max, min, round, sorted, str, sum)},
+    **{name: getattr(math, name) for name in (
+        "acos asin atan atan2 ceil copysign cos degrees exp fabs floor fmod hypot "
+        "isfinite isinf isnan log log10 log2 radians sin sqrt tan"
+    ).split()},
+}  # fmt: skip
+STRING_METHODS = frozenset("startswith endswith lower upper strip split find count".split())
+_COST_NOTHING = ("len", "bool")
+
+
+class TooMuch(ValueError):
+    """An operation would take more than an expression may."""
+
+
+class Bounds:
+    """The steps of one evaluation, and the operations that spend them."""
+
+    def __init__(self) -> None:
+        self.left = MAX_STEPS
+
+    def spend(self, steps: int) -> None:
+        """Take so many.
+
+        Raises:
+            TooMuch: There are not so many left.
+        """
+        self.left -= steps
+        if self.left < 0:
+            raise TooMuch("takes too many steps for one message")
+
+    def weigh(self, value: object) -> None:
+        """Spend what looking at all of a value costs; what a list holds twice counts twice."""
+        if isinstance(value, (str, bytes, bytearray)):
+            self.spend(1 + len(value) // PER_STEP)
+        elif isinstance(value, (list, tuple)):
+            self.spend(1)
+            for item in value:
+                self.weigh(item)
+        elif _is_array(value):
+            self.spend(1 + value.size // PER_STEP)  # type: ignore[attr-defined]
+        elif hasattr(type(value), "_slot_types"):
+            self.spend(1)
+            for name in type(value).__slots__:  # type: ignore[attr-defined]
+                self.weigh(getattr(value, name))
+        else:
+            self.spend(1)
+
+    def kept(self, value: Any) -> Any:
+        """A value that goes on: integers have a length, and what was made is paid for.
+
+        Raises:
+            TooMuch: It is too long.
+        """
+        if isinstance(value, int) and value.bit_length() > MAX_BITS:
+            raise TooMuch(f"integers have {MAX_BITS} bits at most")
+        if isinstance(value, (str, bytes, list, tuple)):
+            if len(value) > MAX_LENGTH and not isinstance(value, bytes):
+                raise TooMuch(f"texts and lists have {MAX_LENGTH} elements at most")
+            self.weigh(value)
+        return value
+
+    def element(self, value: Any) -> Any:
+        """As it is kept in a list: an array as a list, which numpy does not stretch."""
+        if _is_array(value):
+            self.spend(value.size)
+            return value.tolist()
+        return value
+
+    # -- operations ------------------------------------------------------------------------------------------
+
+    def binary(self, name: str, left: Any, right: Any) -> Any:
+        """`left name right`, with the name of Python's operator function."""
+        self._check_operands(name, left, right)
+        if name == "pow":
+            _check_power(left, right)
+        return self.kept(getattr(operator, name)(left, right))
+
+    def _check_operands(self, name: str, left: Any, right: Any) -> None:
+        if _is_array(left) or _is_array(right):
+            self._check_arrays(left, right)
+        elif _is_sequence(left) or _is_sequence(right):
+            self._check_sequences(name, left, right)
+        elif not (_is_number(left) or hasattr(left, "to_nsec")) or not (
+            _is_number(right) or hasattr(right, "to_nsec")
+        ):
+            raise TooMuch(f"{name} is not known for {_kind(left)} and {_kind(right)}")
+        elif hasattr(left, "dtype") or hasattr(right, "dtype"):
+            _check_fixed_width(left, right)
+
+    def _check_arrays(self, left: Any, right: Any) -> None:
+        for value in (left, right):
+            if not (_is_number(value) or (_is_array(value) and value.ndim == 1 and value.dtype.kind != "O")):
+                raise TooMuch(f"an array is combined with a number or an array, not with {_kind(value)}")
+            self.weigh(value)
+        _check_fixed_width(left, right)
+
+    def _check_sequences(self, name: str, left: Any, right: Any) -> None:
+        if name == "add" and _is_sequence(left) and _is_sequence(right):
+            length = len(left) + len(right)
+        elif name == "mul" and isinstance(left, int) != isinstance(right, int):
+            text, times = (right, left) if isinstance(left, int) else (left, right)
+            length = len(text) * max(0, times)
+        else:
+            raise TooMuch(f"{name} is not known for {_kind(left)} and {_kind(right)}")
+        if length > MAX_LENGTH:
+            raise TooMuch(f"a sequence is not repeated this often: it has {MAX_LENGTH} elements at most")
+        self.spend(length // PER_STEP)
+
+    def unary(self, name: str, value: Any) -> Any:
+        """`-value`, `~value`, `not value`."""
+        self.weigh(value)
+        return self.kept(getattr(operator, name)(value))
+
+    def compare(self, test: Callable[[Any, Any], Any], left: Any, right: Any) -> Any:
+        """A comparison, or `in`."""
+        if _is_array(left) or _is_array(right):
+            if test in (operator.is_, operator.is_not):
+                return test(left, right)
+            flat = [self.element(v) if isinstance(v, (list, tuple)) else v for v in (left, right)]
+            if any(isinstance(v, (list, tuple)) and any(map(_has_length, v)) for v in flat):
+                raise TooMuch("an array is compared with numbers, not with lists of lists")
+            if not all(_is_number(v) or _has_length(v) for v in (left, right)):
+                raise TooMuch(f"{_kind(left)} and {_kind(right)} are not compared")
+        self.weigh(left)
+        self.weigh(right)
+        return test(left, right)
+
+    def item(self, owner: Any, index: Any) -> Any:
+        """`owner[index]` for a whole number or a slice of such."""
+        parts = (index.start, index.stop, index.step) if isinstance(index, slice) else (index,)
+        if any(_is_array(part) for part in parts):
+            raise TooMuch("an index is a whole number or a slice, not an array")
+        if not all(hasattr(part, "__index__") or (part is None and len(parts) == 3) for part in parts):
+            raise TooMuch(f"an index is a whole number or a slice, not {_kind(index)}")
+        return self.kept(owner[index])
+
+    def call(self, name: str, arguments: list[Any]) -> Any:
+        """One of `FUNCTIONS`."""
+        if name not in _COST_NOTHING:
+            for value in arguments:
+                self.weigh(value)
+        if name == "round" and len(arguments) > 1 and not _at_most(arguments[1], MAX_DIGITS):
+            raise TooMuch(f"rounded to at most {MAX_DIGITS} digits")
+        if name in ("int", "float") and any(_has_length(v) and len(v) > MAX_NUMBER_TEXT for v in arguments):
+            raise TooMuch(f"a number has at most {MAX_NUMBER_TEXT} characters")
+        if name == "sum":
+            for value in arguments:
+                if not _is_array(value) and not all(
+                    map(_is_number, value if _has_length(value) else [value])
+                ):
+                    raise TooMuch("sum adds numbers")
+        return self.kept(FUNCTIONS[name](*arguments))
+
+    def method(self, owner: str, name: str, arguments: list[Any]) -> Any:
+        """One of `STRING_METHODS`."""
+        for value in (owner, *arguments):
+            self.weigh(value)
+        return self.kept(getattr(owner, name)(*arguments))
+
+
+def _check_power(base: Any, exponent: Any) -> None:
+    if isinstance(exponent, int) and (
+        not _at_most(exponent, MAX_EXPONENT)
+        or (isinstance(base, int) and base.bit_length() * abs(exponent) > MAX_BITS)
+    ):
+        raise TooMuch("numbers this large are not raised to a power")
+
+
+def _check_fixed_width(left: Any, right: Any) -> None:
+    """numpy computes with what fits into 64 bits; beyond, each element would become an object."""
+    if any(isinstance(value, int) and not _at_most(value, (1 << 63) - 1) for value in (left, right)):
+        raise TooMuch("an array is combined with numbers of at most 63 bits")
+
+
+def _at_most(value: Any, limit: int) -> bool:
+    return value is None or (hasattr(value, "__index__") and abs(operator.index(value)) <= limit)
+
+
+def _is_array(value: Any) -> bool:
+    return hasattr(value, "dtype") and value.ndim > 0
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float, complex)) or (hasattr(value, "dtype") and value.ndim == 0)
+
+
+def _is_sequence(value: Any) -> bool:
+    return isinstance(value, (str, bytes, bytearray, list, tuple))
+
+
+def _has_length(value: Any) -> bool:
+    return _is_sequence(value) or _is_array(value)
+
+
+def _kind(value: Any) -> str:
+    return str(getattr(value, "_type", type(value).__name__))

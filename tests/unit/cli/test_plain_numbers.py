@@ -1,0 +1,99 @@
+"""The numbers of all commands are plain ASCII decimals: one place reads them, and every option goes through it."""
+
+from __future__ import annotations
+
+import argparse
+
+import pytest
+
+from rosproto.cli import option_types
+from rosproto.cli.option_types import to_float, to_int
+from tests.support.options import places
+
+ODD = [
+    "1_0",
+    "１０",
+    "٣",
+    "1_000.5",
+    "",
+    " 1",
+    "1 ",
+    "1\n",
+    "+-1",
+    "0x10",
+    "1e",
+    "1.2.3",
+    "--1",
+    "1,5",
+    "１.5",
+    "²",
+    "infinity",
+]
+
+
+@pytest.mark.parametrize("text", ODD)
+def test_what_only_python_reads_is_no_number(text: str) -> None:
+    """Underscores, digits of other scripts, blanks, other notations."""
+    with pytest.raises(ValueError):
+        to_float(text)
+    with pytest.raises(ValueError):
+        to_int(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"), [("1", 1), ("-1.5", -1.5), ("+.5", 0.5), ("2.", 2.0), ("1e-3", 0.001), ("007", 7)]
+)
+def test_decimals_are(text: str, value: float) -> None:
+    """Signs, points and exponents."""
+    assert to_float(text) == value
+    if text.isdigit():
+        assert to_int(text) == value
+
+
+def numbers() -> list[tuple[str, argparse.Action]]:
+    """Every option and argument of every command that turns its word into a number."""
+    found = []
+    for prog in ("rosproto", "woosh"):
+        for path, parser in places(prog):
+            for action in parser._actions:
+                if isinstance(action.type, type) and issubclass(action.type, (int, float)):
+                    found.append((path, action))
+                elif callable(action.type):
+                    try:
+                        value = action.type("1")
+                    except (argparse.ArgumentTypeError, ValueError, TypeError, OSError):
+                        continue
+                    if isinstance(value, (int, float)):
+                        found.append((path, action))
+    return found
+
+
+NUMBERS = numbers()
+
+
+def test_there_are_many() -> None:
+    """The list below is not empty by mistake."""
+    assert len(NUMBERS) > 80
+
+
+@pytest.mark.parametrize(
+    ("path", "action"), NUMBERS, ids=[f"{path} {'/'.join(a.option_strings) or a.dest}" for path, a in NUMBERS]
+)
+def test_every_number_of_every_command_is_read_so(path: str, action: argparse.Action) -> None:
+    """A new option with type=int or type=float is found here."""
+    assert callable(action.type)
+    for text in ("1_0", "１", "٣", "1_0.5"):
+        with pytest.raises((argparse.ArgumentTypeError, ValueError)):
+            action.type(text)
+
+
+def test_move_does_not_drive_ten_metres(capsys: pytest.CaptureFixture[str]) -> None:
+    """`woosh move 1_0` is wrong use, before anything is asked."""
+    from woosh_pure.cli import main
+
+    for word in ("1_0", "１0"):
+        with pytest.raises(SystemExit) as left:
+            main(["--master", "http://127.0.0.1:9", "move", word])
+        assert left.value.code == 2
+        assert "is not a finite number" in capsys.readouterr().err
+    assert option_types.finite("10") == 10.0

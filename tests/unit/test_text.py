@@ -1,0 +1,43 @@
+"""Whatever a peer writes, a terminal shows it and obeys nothing in it."""
+
+from __future__ import annotations
+
+import unicodedata
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rosproto.text import printable
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("/scan", "/scan"),
+        ("到达 A1　°µ→é", "到达 A1　°µ→é"),
+        ("\x1b]0;owned\x07", r"\x1b]0;owned\x07"),
+        ("\x9b31m", r"\x9b31m"),
+        ("a\r\nready: yes", r"a\r\nready: yes"),
+        ("abc\u202ecba\u2066", r"abc\u202ecba\u2066"),
+        ("a\u200bb\u2028c\ufeff\u00ad", r"a\u200bb\u2028c\ufeff\xad"),
+        ("\U000e0041", r"\U000e0041"),
+        ("\udc80", r"\udc80"),
+        ("a\tb\x7f", r"a\tb\x7f"),
+    ],
+)
+def test_what_acts_or_hides_is_escaped(text: str, shown: str) -> None:
+    """ESC, BEL, C1, line ends, directions, zero widths, tags, lone surrogates; letters of all languages stay."""
+    assert printable(text) == shown
+
+
+def test_what_is_kept_is_kept() -> None:
+    """A table has lines and tabs; nothing else gets through with them."""
+    assert printable("a\n\tb\r\x1b", keep="\n\t") == "a\n\tb\\r\\x1b"
+
+
+@given(st.text(st.characters(exclude_categories=())))
+def test_no_control_character_is_left(text: str) -> None:
+    """Of any text: no controls, formats, surrogates, line or paragraph separators."""
+    assert not {unicodedata.category(c) for c in printable(text)} & {"Cc", "Cf", "Cs", "Zl", "Zp", "Co", "Cn"}
+    assert printable(printable(text)) == printable(text)
