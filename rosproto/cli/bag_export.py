@@ -31,6 +31,9 @@ def add_export_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--fields", nargs="+", metavar="FIELD", help="csv, npz: only these: pose.pose.position.x"
     )
+    parser.add_argument(
+        "--scale-depth", action="store_true", help="png: depth to look at, instead of 16-bit millimetres"
+    )
     parser.add_argument("-q", "--quiet", action="store_true", help="print errors only")
     add_span_arguments(parser)
 
@@ -184,8 +187,7 @@ def _leaves(cls: Any, prefix: str = "") -> list[str]:
 
 def _png(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> list[str]:
     """A file for each image, named by its receive time."""
-    pillow = need("PIL.Image", "Pillow", "cli")
-    from .bag_images import IMAGES, picture
+    from .bag_images import IMAGES, png_of
 
     images = [topic for topic in topics if bag.topics[topic].connections[0].type in IMAGES]
     if not images:
@@ -196,7 +198,8 @@ def _png(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> li
             folder = os.path.join(directory, file_name(topic))
             os.makedirs(folder, exist_ok=True)
             path = os.path.join(folder, f"{stamp.secs}.{stamp.nsecs:09d}.png")
-            picture(message, pillow).save(path)
+            with open(path, "wb") as file:
+                file.write(png_of(message, scale_depth=arguments.scale_depth))
             paths.append(path)
             progress.step()
     return paths
