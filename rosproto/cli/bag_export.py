@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from .bag_edit import add_span_arguments, span, wanted_topics
 from .bag_progress import Progress
+from .counts import counted
 from .field_path import parse_field_path
 from .graph import CommandError
 
@@ -146,7 +147,7 @@ def _npz(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> li
     directory, paths = _directory(arguments), []
     with Progress("writing NPZ", quiet=arguments.quiet) as progress:
         for number, topic in enumerate(topics):
-            progress.tell(f"writing NPZ: {topic} ({number} of {len(topics)} topics are done)")
+            progress.tell(f"writing NPZ: {topic} ({number} of {counted(len(topics), 'topic')} done)")
             columns = bag.to_numpy(topic, arguments.fields or _leaves(bag.message_class(topic)))
             keep = _span_mask(bag, arguments, columns["receive_time"])
             columns = {name: column[keep] for name, column in columns.items()}

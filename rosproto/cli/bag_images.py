@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from .counts import counted
 from .graph import CommandError
 
 __all__ = ["IMAGES", "pixels_of", "png_of"]
@@ -86,7 +87,7 @@ def pixels_of(message: Any) -> Any:
     if message.step < row or len(data) < height * message.step:
         raise CommandError(
             f"an image of {width}x{height} {message.encoding} with step {message.step} needs "
-            f"{height * max(row, message.step)} bytes, but has {len(data)}"
+            f"{counted(height * max(row, message.step), 'byte')}, but has {len(data)}"
         )
     rows = data[: height * message.step].reshape(height, message.step)[:, :row]
     pixels = np.ascontiguousarray(rows).view(dtype).reshape(height, width, channels)[:, :, list(order)]

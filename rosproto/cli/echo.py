@@ -18,6 +18,7 @@ from rosproto.errors import RosTimeout
 from rosproto.time import Time
 
 from .console import clear, is_terminal, shows_unicode, size
+from .counts import counted
 from .expression import Expression
 from .field_path import parse_field_path, split_topic
 from .graph import CommandError, absolute, below, master_client, open_node, print_json, warn
@@ -95,7 +96,7 @@ def _put(came: SimpleQueue[Arrival], topic: str) -> Any:
 def _silence(topics: list[str], subscribers: list[Any], seconds: float) -> str:
     connected = sum(subscriber.connections for subscriber in subscribers)
     if connected:
-        who = f"{connected} publisher{'s'[: connected > 1]} connected"
+        who = f"{counted(connected, 'publisher')} connected"
     elif any(subscriber.stats() for subscriber in subscribers):
         named = [subscriber for subscriber in subscribers if subscriber.stats()]
         who = f"its publisher cannot be reached: {'; '.join(each.why_silent() for each in named)}"

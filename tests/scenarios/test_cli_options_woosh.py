@@ -101,6 +101,7 @@ READING = [
     Case("scan --wait 3 --png {folder}/scan.png", picture("scan.png")),
     Case("scan --png {folder}/map.png --map --json", doc(lambda d: d["file"].endswith("map.png"))),
     Case("camera --wait 3 --png {folder}/color.png", picture("color.png")),
+    Case("scan --width 0.5 --json", doc(lambda d: d["lane_width"] == 0.5 and d["nearest_distance"] > 0)),
     Case("camera --depth --millimetres --png {folder}/mm.png", picture("mm.png", 1)),
     Case("camera --no-file --depth --json", doc(lambda d: d["encoding"] == "16UC1" and d["nearest"] > 0)),
     Case("cloud --wait 3 --ply {folder}/c.ply", lambda r, p: (p.folder / "c.ply").read_bytes().startswith(b"ply\n")),

@@ -96,7 +96,9 @@ def test_scan_in_words_json_and_pictures(sim, woosh, document, tmp_path):
     assert has(pixels, (240, 130, 0))
     assert has(pixels, (220, 30, 30))
     assert woosh("scan", "--map", "--png", str(tmp_path / "map.png"))[0] == 0
-    assert read_png((tmp_path / "map.png").read_bytes()).shape == (320, 480, 3)
+    assert read_png((tmp_path / "map.png").read_bytes()).shape == (320 + 56, 480 + 56, 3), (
+        "with the margins of its grid"
+    )
 
 
 def test_camera_in_colour_and_depth(woosh, document, tmp_path):
