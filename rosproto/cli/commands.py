@@ -49,7 +49,7 @@ COMMANDS: dict[str, Command] = {
     "srv": Command("rosproto.cli.definitions", "show service definitions (rossrv)", "add_arguments_srv"),
     "action": Command("rosproto.cli.definitions", "show action definitions", "add_arguments_action"),
     "bag": Command("rosproto.cli.bag", "record, play, inspect, mend and convert bags (rosbag)"),
-    "graph": Command("rosproto.cli.graph_command", "draw who talks to whom: text, Graphviz, SVG"),
+    "graph": Command("rosproto.cli.graph_command", "draw who talks to whom: text, SVG, Graphviz, PNG"),
     "tf": Command("rosproto.cli.tf", "show the tree of frames and transforms in it"),
     "doctor": Command("rosproto.cli.doctor", "find out why a graph does not work from here"),
     "run": Command("rosproto.cli.run", "run a program written for rospy"),

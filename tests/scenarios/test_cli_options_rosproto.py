@@ -273,6 +273,8 @@ REST = [
     Case("graph --format text --node /ns/b", has("(nobody publishes)\n  /heard -> /ns/b")),
     Case("graph --format=dot", lambda r: r.out.startswith("digraph ros {")),
     Case("graph --format svg --output {folder}/g.svg", lambda r, g: "<svg" in (g.folder / "g.svg").read_text()),
+    Case("graph --format png", code=1),  # no text for a terminal
+    Case("graph --format pdf", code=1),
     Case("graph --all --json", is_json(lambda d: "/rosout" in {edge["topic"] for edge in d})),
     Case("tf tree --seconds 0.4", has("map\n", "odom", "base_link")),
     Case("tf tree --seconds 0.4 --json", is_json(lambda d: d["odom"]["parent"] == "map")),

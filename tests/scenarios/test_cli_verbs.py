@@ -250,3 +250,14 @@ def test_no_verb_is_left_out():
     text = "".join((here / name).read_text("utf-8") for name in files)
     missing = [name for name in COMMANDS if name not in TESTED_ELSEWHERE and f'"{name}"' not in text]
     assert missing == []
+
+
+def test_a_drive_tells_the_way_left_line_by_line(real_time, woosh):
+    """Where no terminal is, a line every two seconds; two lines for a whole drive told nothing."""
+    code, out, err = woosh("goto", "--pose", "3", "1", "90")
+    assert code == 0, err
+    lines = [line for line in out.splitlines() if " m left" in line]
+    assert len(lines) >= 2, out
+    left = [float(line.split(" m left")[0].split()[-1]) for line in lines]
+    assert left == sorted(left, reverse=True)
+    assert any("about" in line for line in lines)
