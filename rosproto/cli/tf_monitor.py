@@ -135,7 +135,7 @@ def report(facts: list[dict[str, Any]]) -> str:
     ]
     for sender in sorted({one["sender"] for one in facts if not one["static"]}):
         sent = [one for one in facts if one["sender"] == sender and not one["static"]]
-        rate = sum(one["rate"] or 0.0 for one in sent)
+        together = sum(one["rate"] or 0.0 for one in sent)
         late = max(one["max_delay"] for one in sent)
-        lines.append(f"{sender or '?'}: {rate:.2f} transforms/s, at most {late:.4f} s late")
+        lines.append(f"{sender or '?'}: {together:.2f} transforms/s, at most {late:.4f} s late")
     return "\n".join(lines) + "\n"

@@ -19,6 +19,7 @@ import rosproto
 from rosproto.bag import BagWriter
 from rosproto.cli.examples import EXAMPLES as ROSPROTO
 from tests.support.options import ctrl_c, run
+from tests.support.tunable import Tunable
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.cli.examples import EXAMPLES as WOOSH
 
@@ -74,7 +75,13 @@ WAYS: dict[str, Way] = {
     "rosproto bag record -a --split --duration 5m --max-splits 12": Way(
         until="recording", writes=("2*.bag",)
     ),
-    "rosproto graph --format svg -o graph.svg": Way(writes=("graph.svg",)),
+    "rosproto topic echo /odom/twist/twist/linear/x /odom/twist/twist/angular/z --plot": Way(
+        until="now", code=130
+    ),
+    "rosproto tf frames -o frames.svg": Way(writes=("frames.svg",)),
+    "rosproto tf monitor map base_link -n 1": Way(shows="/woosh_localization"),
+    "rosproto log echo --level warn --node '/move_base*'": Way(until="the way is blocked", code=130),
+    "rosproto graph -o graph.svg": Way(writes=("graph.svg",)),
     "rosproto run --sim program.py _speed:=0.2": Way(shows="speed 0.2"),
     "rosproto master --host 0.0.0.0 --advertise 169.254.128.20": Way(
         until="http://169.254.128.20:", more=("--port", "0")
@@ -92,13 +99,18 @@ def sim() -> Iterator[SimulatedChassis]:
 
 @pytest.fixture
 def lamp(sim: SimulatedChassis) -> Iterator[None]:
-    """The service of the examples."""
+    """The service of the examples, a node that logs, and one that can be reconfigured."""
 
     def switch(request: object) -> dict[str, object]:
         return {"success": True, "message": ""}
 
     with rosproto.Node("/lamp_of_the_examples", master_uri=sim.master_uri) as node:
         node.service_server("/lamp", "std_srvs/SetBool", switch)
+        Tunable(node, "/camera")
+        line = rosproto.message_class("rosgraph_msgs/Log")(
+            level=4, name="/move_base", msg="the way is blocked"
+        )
+        node.publisher("/rosout_agg", "rosgraph_msgs/Log", latch=True).publish(line)
         yield
 
 

@@ -122,7 +122,8 @@ def chart_of(
     Returns:
         The picture, and a line for each mark whose name the letters lack: it has a number in the picture.
     """
-    picture, notes = Picture(grid), []
+    picture = Picture(grid)
+    notes: list[str] = []
     draw_grid(picture)
     for mark in marks:
         if mark.pose is None or not grid.contains(mark.pose.x, mark.pose.y):
