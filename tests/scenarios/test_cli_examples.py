@@ -19,6 +19,7 @@ import rosproto
 from rosproto.bag import BagWriter
 from rosproto.cli.examples import EXAMPLES as ROSPROTO
 from tests.support.options import ctrl_c, run
+from tests.support.robot_pool import Robot
 from tests.support.tunable import Tunable
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.cli.examples import EXAMPLES as WOOSH
@@ -66,7 +67,7 @@ WAYS: dict[str, Way] = {
     ),
     "woosh --sim shell": Way(stdin="print(chassis)\n"),
     "rosproto topic echo /odom/pose/pose/position/x --plot": Way(until="/odom", code=130),
-    "rosproto topic echo /scan --noarr --filter 'm.range_max > 10'": Way(until="ranges", code=130),
+    "rosproto topic echo /scan --noarr --filter 'm.range_max > 10'": Way(shows="ranges", more=("-n", "2")),
     "rosproto topic hz /odom /scan": Way(until="/scan  ", code=130),
     "rosproto topic pub -r 10 /cmd_vel geometry_msgs/Twist '{linear: {x: 0.1}}'": Way(
         until="received", code=130
@@ -91,10 +92,17 @@ LINES = [line for examples in (WOOSH, ROSPROTO) for lines in examples.values() f
 
 
 @pytest.fixture(scope="module")
-def sim() -> Iterator[SimulatedChassis]:
-    """All of its graph, in a hurry."""
+def robot() -> Iterator[Robot]:
+    """A simulated chassis with all of its graph."""
     with SimulatedChassis(speed=8.0) as running:
-        yield running
+        yield Robot(running)
+
+
+@pytest.fixture
+def sim(robot: Robot) -> SimulatedChassis:
+    """In a hurry, and where it was switched on: an example that docks leaves no room for one that moves."""
+    robot.renew(8.0)
+    return robot.sim
 
 
 @pytest.fixture
