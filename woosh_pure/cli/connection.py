@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from woosh_pure.goal import GoalHandle
     from woosh_pure.outcome import Outcome
 
-
     from .drive_line import DriveLine
 
 __all__ = ["chosen", "connect", "follow", "names", "reaching", "report", "stop_and_tell"]
