@@ -7,8 +7,6 @@ Source: wiki.ros.org/map_server.
 from __future__ import annotations
 
 import math
-import struct
-import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -111,13 +109,10 @@ class GridMap:
 
     def save_png(self, path: str | Path) -> Path:
         """Write a grey PNG picture: white free, black occupied, grey unknown."""
-        grey = self.to_grey()
-        raw = b"".join(b"\0" + line.tobytes() for line in grey)
-        header = struct.pack(">IIBBBBB", self.width, self.height, 8, 0, 0, 0, 0)
-        chunks = ((b"IHDR", header), (b"IDAT", zlib.compress(raw)), (b"IEND", b""))
-        data = b"\x89PNG\r\n\x1a\n" + b"".join(_png_chunk(kind, body) for kind, body in chunks)
+        from rosproto.numeric.pngfile import encode_png
+
         out = Path(path)
-        out.write_bytes(data)
+        out.write_bytes(encode_png(self.to_grey()))
         return out
 
     def to_grey(self) -> NDArray[np.uint8]:
@@ -126,7 +121,3 @@ class GridMap:
         grey[(self.cells >= 0) & (self.cells <= 25)] = 254
         grey[self.cells >= 65] = 0
         return grey[::-1]
-
-
-def _png_chunk(kind: bytes, body: bytes) -> bytes:
-    return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))

@@ -63,8 +63,16 @@ def find(feed: str) -> Row:
     except KeyError:
         from difflib import get_close_matches
 
-        near = ", ".join(get_close_matches(feed, _BY_FEED, 3)) or "none is near"
-        raise KeyError(f"{feed} is no feed of the chassis; near names: {near}") from None
+        topic = _BY_NAME.get("/" + feed)
+        if topic is not None and topic.flow == "read":
+            raise KeyError(
+                f"{feed} is no feed of the chassis, but {topic.name} is a topic of it: add the slash"
+            ) from None
+        readable = [name for name, one in _BY_NAME.items() if one.flow == "read"]
+        near = [*get_close_matches(feed, _BY_FEED, 3), *get_close_matches("/" + feed, readable, 3)]
+        raise KeyError(
+            f"{feed} is no feed of the chassis; near names: {', '.join(near) or 'none is near'}"
+        ) from None
 
 
 def topics(flow: Flow | None = None) -> tuple[Row, ...]:

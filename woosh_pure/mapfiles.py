@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rosproto.numeric.pngfile import SIGNATURE, decode_png
+
 from .geometry import Pose2D
 from .gridmap import GridMap
-from .pngfile import SIGNATURE, decode_png
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -10,6 +10,7 @@ from rosproto.errors import BagError, CodecError
 from rosproto.text import printable
 
 from .bag_progress import Progress
+from .counts import counted
 from .graph import print_json
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ def check(arguments: argparse.Namespace) -> int:
         if not arguments.quiet:
             for line in notes:
                 print(printable(f"{path}: note: {line}"))
-            print(f"{path}: {'NOT sound' if problems else 'sound'}, {bag.message_count} messages")
+            print(f"{path}: {'NOT sound' if problems else 'sound'}, {counted(bag.message_count, 'message')}")
     return 1 if bad else 0
 
 
@@ -68,7 +69,8 @@ def problems_of(bag: BagReader, *, quiet: bool = True) -> list[str]:
             progress.step()
     for number, count in failed.items():
         problems.append(
-            f"{bag.connections[number].topic}: {count} messages cannot be decoded, the first: {first[number]}"
+            f"{bag.connections[number].topic}: {counted(count, 'message')} cannot be decoded, "
+            f"the first: {first[number]}"
         )
     return [*bag.damage, *problems]
 

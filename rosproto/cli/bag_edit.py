@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from rosproto.bag.summary import human_bytes
 
 from .bag_progress import Progress
+from .counts import counted
 from .expression import Expression
 from .graph import CommandError
 from .option_types import finite
@@ -123,7 +124,7 @@ def filter(arguments: argparse.Namespace) -> int:
         entries = bag.read_messages(topics, start, end, raw=True)
         keep = None if rule is None and shown is None else _Judge(bag, rule, shown)
         kept = _write(arguments.output, entries, arguments.compression, bag.message_count, keep)
-    print(f"{arguments.output}: {kept} of {bag.message_count} messages")
+    print(f"{arguments.output}: {kept} of {counted(bag.message_count, 'message')}")
     return 0
 
 
@@ -170,7 +171,7 @@ def merge(arguments: argparse.Namespace) -> int:
         entries = heapq.merge(*streams, key=lambda entry: (entry[2].secs, entry[2].nsecs))
         total = sum(bag.message_count for bag in bags)
         count = _write(arguments.output, entries, arguments.compression, total)
-    print(f"{arguments.output}: {count} messages of {len(bags)} bags")
+    print(f"{arguments.output}: {counted(count, 'message')} of {counted(len(bags), 'bag')}")
     return 0
 
 

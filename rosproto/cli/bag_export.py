@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from .bag_edit import add_span_arguments, span, wanted_topics
 from .bag_progress import Progress
+from .counts import counted
 from .export_names import file_names
 from .field_path import parse_field_path
 from .graph import CommandError
@@ -30,6 +31,9 @@ def add_export_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--fields", nargs="+", metavar="FIELD", help="csv, npz: only these: pose.pose.position.x"
+    )
+    parser.add_argument(
+        "--scale-depth", action="store_true", help="png: depth to look at, instead of 16-bit millimetres"
     )
     parser.add_argument("-q", "--quiet", action="store_true", help="print errors only")
     add_span_arguments(parser)
@@ -138,7 +142,7 @@ def _npz(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> li
     directory, paths = _directory(arguments), []
     with Progress("writing NPZ", quiet=arguments.quiet) as progress:
         for number, topic in enumerate(topics):
-            progress.tell(f"writing NPZ: {topic} ({number} of {len(topics)} topics are done)")
+            progress.tell(f"writing NPZ: {topic} ({number} of {counted(len(topics), 'topic')} done)")
             columns = bag.to_numpy(topic, arguments.fields or _leaves(bag.message_class(topic)))
             keep = _span_mask(bag, arguments, next(iter(columns.values())))
             columns = {name: column[keep] for name, column in columns.items()}
@@ -191,8 +195,7 @@ def _leaves(cls: Any, prefix: str = "") -> list[str]:
 
 def _png(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> list[str]:
     """A file for each image, named by its receive time."""
-    pillow = need("PIL.Image", "Pillow", "cli")
-    from .bag_images import IMAGES, picture
+    from .bag_images import IMAGES, png_of
 
     images = [topic for topic in topics if bag.topics[topic].connections[0].type in IMAGES]
     if not images:
@@ -205,7 +208,8 @@ def _png(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> li
             folder = os.path.join(directory, names[topic])
             os.makedirs(folder, exist_ok=True)
             path = _free(os.path.join(folder, f"{stamp.secs}.{stamp.nsecs:09d}"), ".png", written)
-            picture(message, pillow).save(path)
+            with open(path, "wb") as file:
+                file.write(png_of(message, scale_depth=arguments.scale_depth))
             paths.append(path)
             progress.step()
     return paths

@@ -1,4 +1,4 @@
-"""sensor_msgs/Image and CompressedImage as Pillow images.
+"""sensor_msgs/Image and CompressedImage as PNG; Pillow is needed for the compressed ones alone.
 
 Source: sensor_msgs/image_encodings.h for the encodings, REP 118 for depth images.
 """
@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from .counts import counted
 from .graph import CommandError
 
-__all__ = ["IMAGES", "picture"]
+__all__ = ["IMAGES", "pixels_of", "png_of"]
 
 IMAGES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
 
@@ -30,20 +31,49 @@ ENCODINGS: dict[str, tuple[str, int, tuple[int, ...]]] = {
 }
 
 
-def picture(message: Any, pillow: Any) -> Any:
-    """The image of a message; Bayer patterns as they are, depth in metres (32FC1) as 16-bit millimetres.
+DEPTH = ("16UC1", "32FC1")
+
+
+def png_of(message: Any, *, scale_depth: bool = False) -> bytes:
+    """The PNG file of a message; Bayer patterns as they are, depth as 16-bit grey in mm.
+
+    Args:
+        message: A sensor_msgs/Image or CompressedImage.
+        scale_depth: True scales each depth image to its own range, for looking at.
 
     Raises:
-        CommandError: An encoding that is not known, or data that do not fit the size.
+        CommandError: An encoding that is not known, data that do not fit the size, or Pillow is needed and
+            absent.
     """
+    from rosproto.numeric.pngfile import SIGNATURE, encode_png
+
     if message._type == "sensor_msgs/CompressedImage":
-        import io
+        data = bytes(message.data)
+        return data if data.startswith(SIGNATURE) else _converted(data)
+    pixels = pixels_of(message)
+    if scale_depth and message.encoding in DEPTH:
+        from rosproto.numeric.depth import visible_depth
 
-        return pillow.open(io.BytesIO(bytes(message.data)))
-    return pillow.fromarray(_pixels(message))
+        pixels = visible_depth(pixels / 1000.0)
+    return encode_png(pixels)
 
 
-def _pixels(message: Any) -> Any:
+def _converted(data: bytes) -> bytes:
+    import io
+
+    from .bag_export import need
+
+    pillow = need("PIL.Image", "Pillow", "cli")
+    file = io.BytesIO()
+    try:
+        pillow.open(io.BytesIO(data)).save(file, "PNG")
+    except (OSError, ValueError) as error:
+        raise CommandError(f"a compressed image that cannot be read: {error}") from error
+    return file.getvalue()
+
+
+def pixels_of(message: Any) -> Any:
+    """The pixels of a sensor_msgs/Image, in the order of a picture; metres (32FC1) become millimetres."""
     import numpy as np
 
     if message.encoding not in ENCODINGS:
@@ -57,11 +87,13 @@ def _pixels(message: Any) -> Any:
     if message.step < row or len(data) < height * message.step:
         raise CommandError(
             f"an image of {width}x{height} {message.encoding} with step {message.step} needs "
-            f"{height * max(row, message.step)} bytes, but has {len(data)}"
+            f"{counted(height * max(row, message.step), 'byte')}, but has {len(data)}"
         )
     rows = data[: height * message.step].reshape(height, message.step)[:, :row]
     pixels = np.ascontiguousarray(rows).view(dtype).reshape(height, width, channels)[:, :, list(order)]
     if kind == "f4":
-        return np.clip(np.nan_to_num(pixels[:, :, 0]) * 1000.0, 0, 65535).astype(np.uint16)
+        from rosproto.numeric.depth import depth_millimetres
+
+        return depth_millimetres(pixels[:, :, 0])
     pixels = pixels.astype(dtype.newbyteorder("="))
     return np.ascontiguousarray(pixels[:, :, 0] if channels == 1 else pixels)

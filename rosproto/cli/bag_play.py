@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from .bag_keyboard import Keyboard
 from .bag_signals import interrupt_on_signals
 from .bag_words import collect_words
+from .counts import counted
 from .graph import CommandError, add_graph_options, open_node
 from .option_types import finite, whole
 from .streams import own
@@ -157,7 +158,7 @@ class _Console:
         state = "[PAUSED] " if player.paused else "[DELAYED]" if player.waits_for else "[RUNNING]"
         text = (
             f"{state} bag time {player.position_ns / 1e9:.3f}  {player.position:.2f} / "
-            f"{player.timeline.duration:.2f} s  {player.published} messages"
+            f"{player.timeline.duration:.2f} s  {counted(player.published, 'message')}"
         )
         text = text[: shutil.get_terminal_size().columns - 1]  # a longer line could not be written over
         own(sys.stderr).write("\r" + text.ljust(self._shown))
@@ -172,4 +173,4 @@ class _Console:
         if not self._quiet and sys.stderr.isatty():
             self.show(player)
         elif not self._quiet:
-            self.note(f"{player.published} messages")
+            self.note(f"{counted(player.published, 'message')}")

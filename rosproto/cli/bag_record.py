@@ -12,6 +12,7 @@ from rosproto.bag.summary import human_bytes
 
 from .bag_signals import interrupt_on_signals
 from .bag_words import collect_words
+from .counts import counted
 from .graph import CommandError, add_graph_options, open_node
 from .option_types import finite, whole
 from .streams import own
@@ -174,7 +175,7 @@ def follow(recorder: Recorder, *, quiet: bool = False) -> int:
             for path in recorder.paths:
                 line.note(f"{path}" + ("" if path.exists() else ".active (not finished)"))
             line.note(
-                f"{stats.messages} messages, {human_bytes(stats.bytes)}, {stats.seconds:.1f} s, "
+                f"{counted(stats.messages, 'message')}, {human_bytes(stats.bytes)}, {stats.seconds:.1f} s, "
                 f"{stats.dropped} dropped"
             )
             if not stats.messages:
@@ -217,7 +218,7 @@ class _Line:
                 max(0, stats.bytes - self._before.bytes) / (stats.seconds - self._before.seconds)
             )
         text = (
-            f"{stats.seconds:.0f} s  {stats.messages} messages  {stats.topics} topics  "
+            f"{stats.seconds:.0f} s  {counted(stats.messages, 'message')}  {counted(stats.topics, 'topic')}  "
             f"{human_bytes(stats.bytes)}  {rate}/s"
         )
         if stats.waiting_bytes > 8 * MB:

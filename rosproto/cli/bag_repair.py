@@ -9,6 +9,7 @@ import shutil
 from rosproto.text import printable
 
 from .bag_progress import Progress
+from .counts import counted
 from .graph import CommandError
 
 __all__ = ["add_fix_arguments", "add_reindex_arguments", "fix", "reindex"]
@@ -40,7 +41,7 @@ def reindex(arguments: argparse.Namespace) -> int:
         for line in report.damage:
             print(printable(f"{final}: was: {line}"))
         state = "has an index now" if report.damage else "is sound, nothing was changed"
-        print(f"{final}: {state}; {report.messages} messages")
+        print(f"{final}: {state}; {counted(report.messages, 'message')}")
     return 0
 
 
@@ -80,9 +81,9 @@ def fix(arguments: argparse.Namespace) -> int:
             arguments.bag,
             arguments.output,
             compression=arguments.compression,
-            progress=lambda count: progress.tell(f"saving {arguments.bag}: {count} messages"),
+            progress=lambda count: progress.tell(f"saving {arguments.bag}: {counted(count, 'message')}"),
         )
     for line in report.damage:
         print(printable(f"{arguments.bag}: {line}"))
-    print(f"{arguments.output}: {report.messages} messages")
+    print(f"{arguments.output}: {counted(report.messages, 'message')}")
     return 0

@@ -9,12 +9,18 @@ from __future__ import annotations
 import argparse
 import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 from rosproto.text import printable
 
 __all__ = ["SHELLS", "add_arguments", "answer", "complete", "run", "script"]
 
 Names = Callable[[], Iterable[str]]
+FILES = 10
+"""Exit code of `_words`: nothing is known to stand here, and a file may."""
+_FILE_NAMES = frozenset(("FILE", "FOLDER", "BAG", "YAML", "PATH", "OUT", "BAGS"))
+_FILE_DESTS = frozenset(("file", "files", "bag", "bags", "program", "output", "input", "out"))
 MASTER_PATIENCE = 0.5
 """Seconds that a master may take to tell its topics: a person waits with a finger on the Tab key."""
 
@@ -27,8 +33,13 @@ _{name}_complete() {{
     read -ra words <<< "$line"
     [[ $line == *" " ]] && words+=("")
     words=("${{words[@]:1}}")
-    local IFS=$'\\n'
+    local IFS=$'\\n' word i
     COMPREPLY=($({prog} completion _words "${{words[@]/#/=}}" 2>/dev/null))
+    [[ $? -eq 10 ]] || compopt +o default 2>/dev/null  # 10: a file may stand here
+    for i in "${{!COMPREPLY[@]}}"; do
+        word=${{COMPREPLY[i]}}
+        case $word in *" "*|*"{{"*) COMPREPLY[i]="'$word'" ;; esac
+    done
 }}
 complete -o default -F _{name}_complete {prog}
 """
@@ -39,7 +50,10 @@ _{name}_complete() {{
     local -a typed found
     typed=("${{(@)words[2,CURRENT]}}")
     found=("${{(@f)$({prog} completion _words "${{(@)typed/#/=}}" 2>/dev/null)}}")
-    if [[ -n "${{found[1]}}" ]]; then compadd -- "${{found[@]}}"; else _files; fi
+    local code=$?  # 10: a file may stand here
+    if [[ "${{found[1]}}" == "{{"* ]]; then compadd -Q -- "'${{found[1]}}'"
+    elif [[ -n "${{found[1]}}" ]]; then compadd -- "${{found[@]}}"
+    elif (( code == 10 )); then _files; fi
 }}
 compdef _{name}_complete {prog}
 """
@@ -48,7 +62,7 @@ _FISH = """\
 function __{name}_complete
     set -l typed (commandline -opc) (commandline -ct)
     set -g __{name}_found ({prog} completion _words (string replace -r '^' '=' -- $typed[2..-1]) 2>/dev/null)
-    test -n "$__{name}_found"
+    test $status -ne 10 -o -n "$__{name}_found"  # 10: a file may stand here
 end
 complete -c {prog} -n __{name}_complete -f -a '$__{name}_found'
 """
@@ -94,7 +108,7 @@ def run(arguments: argparse.Namespace) -> int:
         "rosproto",
         arguments,
         lambda words: _parser(words)[0],
-        _names_of([word.removeprefix("=") for word in arguments.words]),
+        _names_of([word.removeprefix("=") for word in arguments.words] or [""]),
     )
 
 
@@ -119,7 +133,15 @@ def answer(
     found = complete(parser_for(typed[:-1]), typed, names)
     if found:
         print("\n".join(map(printable, found)))
-    return 0
+        return 0
+    return FILES if _walked(parser_for(typed[:-1]), typed[:-1]).takes_file() else 0
+
+
+def _walked(parser: argparse.ArgumentParser, words: Sequence[str]) -> _Walk:
+    walk = _Walk(parser)
+    for word in words:
+        walk.take(word)
+    return walk
 
 
 def script(prog: str, shell: str) -> str:
@@ -138,9 +160,8 @@ def complete(
         names: By the name of an argument: what to offer for it.
     """
     *done, current = words
-    walk = _Walk(parser)
-    for word in done:
-        walk.take(word)
+    current = current.lstrip("'")  # of a template that stands in quotes
+    walk = _walked(parser, done)
     if current.startswith("-") and walk.expected is None:
         offers: Iterable[str] = walk.options()
     else:
@@ -153,9 +174,11 @@ class _Walk:
 
     Attributes:
         expected: The option whose value comes next, None when no option waits for one.
+        given: The words of each positional argument so far, by its name.
     """
 
     def __init__(self, parser: argparse.ArgumentParser) -> None:
+        self.given: dict[str, list[str]] = {}
         self._enter(parser)
 
     def _enter(self, parser: argparse.ArgumentParser) -> None:
@@ -187,8 +210,16 @@ class _Walk:
             if chosen is not None:
                 self._enter(chosen)
             return
+        self.given.setdefault(action.dest, []).append(word)
         if action.nargs not in ("*", "+", argparse.REMAINDER):
             self._positionals.pop(0)
+
+    def takes_file(self) -> bool:
+        """Whether the next word may be the name of a file or folder."""
+        action = self.expected or (self._positionals[0] if self._positionals else None)
+        if action is None:
+            return False
+        return action.metavar in _FILE_NAMES or action.dest in _FILE_DESTS or action.type is Path
 
     def options(self) -> list[str]:
         """Options that may stand here."""
@@ -215,8 +246,8 @@ def _names_of(words: Sequence[str]) -> dict[str, Names]:
     from rosproto.errors import RosError
     from rosproto.node.master_client import MasterClient
 
-    def ask(question: Callable[[MasterClient], Iterable[str]]) -> Names:
-        def names() -> Iterable[str]:
+    def ask(question: Callable[[MasterClient], Iterable[Any]]) -> Callable[[], list[Any]]:
+        def names() -> list[Any]:
             try:
                 with MasterClient(_uri(words), "/rosproto_completion", timeout=MASTER_PATIENCE) as master:
                     return list(question(master))
@@ -225,12 +256,30 @@ def _names_of(words: Sequence[str]) -> dict[str, Names]:
 
         return names
 
+    def values() -> Iterable[str]:
+        """What a message or request looks like: `{data: ""}`; once, then it is edited."""
+        from .entry import _parser
+        from .templates import template_of
+
+        given = _walked(_parser(words)[0], words[:-1]).given
+        return [] if "values" in given else template_of(words, given)
+
+    def types() -> Iterable[str]:
+        """The type that the topic has already, or all."""
+        from .entry import _parser
+
+        topic = _walked(_parser(words)[0], words[:-1]).given.get("topic", [""])[0]
+        known = dict(ask(lambda master: master.get_topic_types().items())()) if topic else {}
+        kind = known.get("/" + topic.lstrip("/"), "*")
+        return _types(words) if kind == "*" else [kind]
+
     return {
+        "value": values,
         "topic": ask(lambda master: master.get_topic_types()),
         "node": ask(lambda master: master.get_system_state().nodes),
         "service": ask(lambda master: master.get_system_state().services),
         "key": ask(lambda master: master.get_param_names()),
-        "type": lambda: _types(words),
+        "type": types,
     }
 
 

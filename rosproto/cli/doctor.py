@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.text import printable
 
+from .counts import counted
 from .graph import CALLER_ID, add_graph_options, host_names, master_client, master_uri, print_json
 
 if TYPE_CHECKING:
@@ -167,7 +168,7 @@ def _nodes(master: MasterClient, state: SystemState, hosts: HostNames) -> Iterat
             yield Finding(f"node {node}", False, problem, advice)
     for host, found in unknown.items():
         yield _unresolved(host, found, hosts)
-    yield Finding("nodes", True, f"{good} of {len(state.nodes)} nodes answer from here")
+    yield Finding("nodes", True, f"{good} of {counted(len(state.nodes), 'node')} answer from here")
 
 
 def _host_of(uri: str) -> str:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 import fnmatch
 import math
+import os
 import sys
 import time
-from collections import deque
 from collections.abc import Iterator
 from queue import Empty, SimpleQueue
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import strify_message
 from rosproto.codec.dicts import to_dict
@@ -18,7 +18,8 @@ from rosproto.errors import RosTimeout
 from rosproto.text import printable
 from rosproto.time import Time
 
-from .console import clear, is_terminal, shows_unicode, size
+from .console import clear, enable_escapes, is_terminal, shows_unicode, size
+from .counts import counted
 from .expression import Expression
 from .field_path import parse_field_path, split_topic
 from .graph import CommandError, absolute, below, master_client, open_node, print_json, warn
@@ -26,8 +27,13 @@ from .message_csv import header, row
 from .message_view import View
 from .parser import near
 
+if TYPE_CHECKING:
+    from .curves import Curves
+
 __all__ = ["run"]
 
+REDRAW = 0.1
+"""Least seconds between two pictures on a terminal."""
 PATIENCE = 3.0
 """Seconds of silence after which a person is told how things stand, once."""
 
@@ -41,6 +47,10 @@ def run(arguments: argparse.Namespace) -> int:
         raise ValueError("--all is for --bag; on a graph a pattern such as '/*' names several topics")
     if arguments.plot and (arguments.json or arguments.csv):
         raise ValueError("--plot draws; leave --json or -p out")
+    if not arguments.plot and (arguments.topics or arguments.seconds):
+        raise ValueError(
+            "several topics are for --plot; without it name one, or a pattern such as '/battery*'"
+        )
     printer = _Printer(arguments)
     if arguments.bag:
         _from_bag(arguments, printer)
@@ -63,6 +73,7 @@ def _from_graph(arguments: argparse.Namespace, printer: _Printer) -> None:
         if topics == [topic]:
             warn(f"topic [{topic}] does not appear to be published yet{near(topic, types)}")
     printer.choose(topics, path)
+    topics = printer.choose_more(list(types))
     with open_node(arguments) as node:
         for arrival in _arrivals(node, topics, arguments.timeout):
             printer.show(*arrival)
@@ -96,7 +107,7 @@ def _put(came: SimpleQueue[Arrival], topic: str) -> Any:
 def _silence(topics: list[str], subscribers: list[Any], seconds: float) -> str:
     connected = sum(subscriber.connections for subscriber in subscribers)
     if connected:
-        who = f"{connected} publisher{'s'[: connected > 1]} connected"
+        who = f"{counted(connected, 'publisher')} connected"
     elif any(subscriber.stats() for subscriber in subscribers):
         named = [subscriber for subscriber in subscribers if subscriber.stats()]
         who = f"its publisher cannot be reached: {'; '.join(each.why_silent() for each in named)}"
@@ -118,6 +129,7 @@ def _from_bag(arguments: argparse.Namespace, printer: _Printer) -> None:
                 f"it has: {', '.join(topics) or 'none'}"
             )
         printer.choose(wanted, path)
+        wanted = printer.choose_more(topics)
         for name, message, stamp in bag.read_messages(topics=wanted):
             printer.show(name, message, stamp)
             if printer.done:
@@ -134,8 +146,11 @@ class _Printer:
         self.view = View(no_arrays=arguments.noarr, no_strings=arguments.nostr, since=since)
         self.take = parse_field_path("")
         self.several = False
+        self.topics: list[str] = []
         self.shown = 0
-        self.history: deque[float] = deque(maxlen=1000)
+        self.drawn: list[tuple[str, Any]] = []  # topic and what takes the number out of its messages
+        self.curves: Curves | None = None
+        self.due = 0.0
 
     def choose(self, topics: list[str], path: str) -> None:
         """What will be shown.
@@ -144,9 +159,26 @@ class _Printer:
             ValueError: The path is malformed, or the form is for one topic only.
         """
         self.take = parse_field_path(path, f"{topics[0]}/{path}")
+        self.topics = topics
         self.several = len(topics) > 1
         if self.several and (self.arguments.csv or self.arguments.plot):
             raise ValueError(f"-p and --plot are for one topic, and these are {len(topics)}: name one")
+
+    def choose_more(self, known: list[str]) -> list[str]:
+        """The topics of all curves of --plot, the first one's first; else those of `choose`."""
+        if not self.arguments.plot:
+            return self.topics
+        from .curves import Curves
+
+        self.drawn = [(self.topics[0], self.take)]
+        for asked in self.arguments.topics:
+            topic, path = split_topic(absolute(asked), known)
+            if topic not in known:
+                warn(f"topic [{topic}] does not appear to be published yet{near(topic, known)}")
+            self.drawn.append((topic, parse_field_path(path, f"{topic}/{path}")))
+        seconds = self.arguments.seconds or (None if self.arguments.bag else 30.0)
+        self.curves = Curves([self.arguments.topic, *self.arguments.topics], seconds)
+        return list(dict.fromkeys(topic for topic, _ in self.drawn))
 
     @property
     def done(self) -> bool:
@@ -157,16 +189,18 @@ class _Printer:
         """Print one message, unless the filter says no."""
         if self.filter is not None and not self.filter(m=message, topic=topic):
             return
-        value = self.take(message)
         self.shown += 1
+        if self.curves is not None:
+            self._plot(self.curves, topic, message, received)
+            sys.stdout.flush()
+            return
+        value = self.take(message)
         if self.arguments.clear:
             clear(sys.stdout)
         if self.arguments.offset and not self.arguments.bag:
             self.view.since = Time.from_sec(time.time())
         if self.arguments.csv:
             self._csv(value, received)
-        elif self.arguments.plot:
-            self._plot(value)
         elif self.arguments.json:
             plain = _plain(value)
             print_json({"topic": topic, "message": plain} if self.several else plain)
@@ -189,28 +223,36 @@ class _Printer:
         since = self.view.since
         print(f"{stamp.to_nsec() - (since.to_nsec() if since else 0)},{row(value, one_line=True)}")
 
-    def _plot(self, value: Any) -> None:
-        from .sparkline import plot
-
-        name = self.arguments.topic
-        if not isinstance(value, (int, float)):
-            kind = getattr(value, "_type", type(value).__name__)
-            raise ValueError(
-                f"--plot draws one number, and {name} is {kind}; "
-                "name a field, such as /odom/twist/twist/linear/x"
-            )
-        self.history.append(float(value))
+    def _plot(self, curves: Curves, topic: str, message: Any, received: Time) -> None:
+        for index, (drawn, take) in enumerate(self.drawn):
+            if drawn != topic:
+                continue
+            value = take(message)
+            if not isinstance(value, (int, float)):
+                kind = getattr(value, "_type", type(value).__name__)
+                raise ValueError(
+                    f"--plot draws numbers, and {curves.names[index]} is {kind}; "
+                    "name a field, such as /odom/twist/twist/linear/x"
+                )
+            curves.add(index, received.to_sec(), float(value))
+        live = is_terminal(sys.stdout)
+        if live and time.monotonic() < self.due and not self.done:
+            return
+        self.due = time.monotonic() + REDRAW
         columns, lines = size()
-        title = f"{name}  {value:.6g}  {time.strftime('%H:%M:%S')}"[: columns - 1]
-        height = max(1, min(lines - 2, 12))
+        coloured = enable_escapes(sys.stdout) and not os.environ.get("NO_COLOR")
+        titles = curves.legend(coloured)
+        titles[-1] += time.strftime("  %H:%M:%S")
+        height = max(1, min(lines - 1 - len(titles), 13))
         clear(sys.stdout)
-        picture = plot(
-            list(self.history),
-            width=min(columns - 1, 100),
-            height=height if is_terminal(sys.stdout) else 8,
-            ascii_only=not shows_unicode(sys.stdout),
+        picture = curves.picture(
+            min(columns - 1, 100),
+            height if live else 9,
+            # Dots of one colour cannot be told apart; signs can.
+            ascii_only=not shows_unicode(sys.stdout) or (len(titles) > 1 and not coloured),
+            coloured=coloured and len(titles) > 1,
         )
-        print(title + "\n" + picture)
+        print("\n".join([*(title if coloured else title[: columns - 1] for title in titles), picture]))
 
 
 def _plain(value: Any) -> Any:

@@ -9,6 +9,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "topic echo": (
         "rosproto topic echo /odom -n 1",
         "rosproto topic echo /odom/pose/pose/position/x --plot",
+        "rosproto topic echo /odom/twist/twist/linear/x /odom/twist/twist/angular/z --plot",
         "rosproto topic echo /scan --noarr --filter 'm.range_max > 10'",
     ),
     "topic hz": ("rosproto topic hz /odom /scan",),
@@ -30,8 +31,13 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "bag filter": (
         "rosproto bag filter drive.bag slow.bag \"topic == '/odom' and m.twist.twist.linear.x < 0.1\"",
     ),
-    "graph": ("rosproto graph --format svg -o graph.svg",),
+    "graph": ("rosproto graph -o graph.svg", "rosproto graph --node /move_base"),
     "tf echo": ("rosproto tf echo map base_link -n 1",),
+    "tf frames": ("rosproto tf frames -o frames.svg",),
+    "tf monitor": ("rosproto tf monitor -n 1", "rosproto tf monitor map base_link -n 1"),
+    "log echo": ("rosproto log echo --level warn --node '/move_base*'",),
+    "log set": ("rosproto log set /move_base root debug",),
+    "dynparam set": ("rosproto dynparam set /camera '{size: 20, enabled: false}'",),
     "run": ("rosproto run --sim program.py _speed:=0.2",),
     "master": ("rosproto master --host 0.0.0.0 --advertise 169.254.128.20",),
 }

@@ -1,16 +1,16 @@
-"""`rosproto graph`: who talks to whom, as text, Graphviz DOT, or an SVG picture."""
+"""`rosproto graph`: who talks to whom, as text, Graphviz DOT, or a picture."""
 
 from __future__ import annotations
 
 import argparse
 import sys
 from collections.abc import Iterable
-from html import escape
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from .graph import absolute, add_graph_options, master_client, print_json, unknown
+from .graph_svg import svg
 from .option_types import folder_exists
+from .pictures import form_of, write_picture
 
 if TYPE_CHECKING:
     from rosproto.node.master_client import SystemState
@@ -32,10 +32,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Form, file, and what to leave out."""
     add_graph_options(parser)
     parser.add_argument(
-        "--format", choices=("text", "dot", "svg"), help="default: text, or by the file's name"
+        "--format", choices=("text", "dot", "svg", "png", "pdf"), help="default: text, or by the file's name"
     )
     parser.add_argument(
-        "-o", "--output", type=folder_exists, metavar="FILE", help="write there instead of standard output"
+        "-o",
+        "--output",
+        type=folder_exists,
+        metavar="FILE",
+        help="write .svg, .dot or .txt; .png, .pdf by Graphviz",
     )
     parser.add_argument("-a", "--all", action="store_true", help="with /rosout, /clock and the like")
     parser.add_argument("--node", metavar="NAME", help="only what this node is part of")
@@ -43,6 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print or write the graph."""
+    form = form_of(arguments.output, arguments.format)
     with master_client(arguments) as master:
         state, types = master.get_system_state(), master.get_topic_types()
     if arguments.node is not None and absolute(arguments.node) not in state.nodes:
@@ -51,18 +56,9 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json([edge._asdict() | {"type": types.get(edge.topic, "*")} for edge in edges])
         return 0
-    form = arguments.format or _form_of(arguments.output)
-    text = {"text": _text, "dot": _dot, "svg": _svg}[form](edges)
-    if arguments.output is None:
-        sys.stdout.write(text)
-        return 0
-    Path(arguments.output).write_text(text, "utf-8")
+    writers = {"text": lambda: _text(edges), "dot": lambda: _dot(edges), "svg": lambda: svg(edges)}
+    sys.stdout.write(write_picture(arguments.output, form, writers))
     return 0
-
-
-def _form_of(file: Path | None) -> str:
-    ending = file.suffix.lower() if file else ""
-    return {".dot": "dot", ".gv": "dot", ".svg": "svg"}.get(ending, "text")
 
 
 def _edges(state: SystemState, everything: bool, node: str | None) -> list[Edge]:
@@ -111,41 +107,3 @@ def _quoted(text: str) -> str:
 
 def _nodes(edges: Iterable[Edge]) -> list[str]:
     return sorted({name for edge in edges for name in (edge.publisher, edge.subscriber) if name})
-
-
-def _svg(edges: list[Edge]) -> str:
-    """Three columns, publishers, topics, subscribers: readable without a layout program."""
-    columns = [
-        sorted({edge.publisher for edge in edges if edge.publisher}),
-        sorted({edge.topic for edge in edges}),
-        sorted({edge.subscriber for edge in edges if edge.subscriber}),
-    ]
-    height = 40 + 34 * max((len(column) for column in columns), default=1)
-    widths = [40 + 8 * max((len(name) for name in column), default=4) for column in columns]
-    lefts = [20, 20 + widths[0] + 80, 20 + widths[0] + widths[1] + 160]
-    place = {
-        (i, name): (lefts[i], 20 + 34 * row + (height - 40 - 34 * len(column)) // 2)
-        for i, column in enumerate(columns)
-        for row, name in enumerate(column)
-    }
-    parts = []
-    for edge in edges:
-        for a, b in (((0, edge.publisher), (1, edge.topic)), ((1, edge.topic), (2, edge.subscriber))):
-            if a in place and b in place:
-                x1, y1 = place[a][0] + widths[a[0]], place[a][1] + 13
-                x2, y2 = place[b][0], place[b][1] + 13
-                bend = (x1 + x2) // 2
-                parts.append(f'<path d="M{x1},{y1} C{bend},{y1} {bend},{y2} {x2},{y2}"/>')
-    boxes = []
-    for (column, name), (x, y) in place.items():
-        radius = 4 if column == 1 else 13
-        boxes.append(f'<rect x="{x}" y="{y}" width="{widths[column]}" height="26" rx="{radius}"/>')
-        boxes.append(f'<text x="{x + widths[column] // 2}" y="{y + 17}">{escape(name)}</text>')
-    style = (
-        "path{fill:none;stroke:#789}rect{fill:#eef3f8;stroke:#456}"
-        "text{font:13px sans-serif;text-anchor:middle;fill:#123}"
-    )
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{lefts[2] + widths[2] + 20}" height="{height}">\n'
-        f"<style>{style}</style>\n" + "\n".join(dict.fromkeys([*parts, *boxes])) + "\n</svg>\n"
-    )

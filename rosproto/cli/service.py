@@ -1,4 +1,4 @@
-"""`rosproto service`: list, info, type, find, uri, args, call; the words and forms of rosservice."""
+"""`rosproto service`: list, info, node, type, find, uri, args, call; the words and forms of rosservice."""
 
 from __future__ import annotations
 
@@ -43,6 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         {
             "list": (_list_arguments, _list, "list the services of the graph"),
             "info": (_name_arguments, _info, "tell who provides a service, where, and of what type"),
+            "node": (_name_arguments, _node, "print the node that provides a service"),
             "type": (_name_arguments, _type, "print the type of a service"),
             "find": (_find_arguments, _find, "list the services of a type"),
             "uri": (_name_arguments, _uri, "print the address of a service"),
@@ -144,6 +145,16 @@ def _info(arguments: argparse.Namespace) -> int:
     print(f"Node: {facts['node']}\nURI: {uri}\nType: {kind}")
     fields = _fields(kind)
     print("Args: " + ("(unknown type)" if fields is None else " ".join(fields)))
+    return 0
+
+
+def _node(arguments: argparse.Namespace) -> int:
+    name = absolute(arguments.service)
+    with master_client(arguments) as master:
+        services = master.get_system_state().services
+    if not services.get(name):
+        raise unknown("no node provides the service", name, services, "service list")
+    print_json(services[name]) if arguments.json else print("\n".join(services[name]))
     return 0
 
 

@@ -1,4 +1,4 @@
-"""`rosproto tf`: the tree of frames, and the transform between two of them."""
+"""`rosproto tf`: the tree of frames, as text and as a picture, who sends it, and transforms in it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rosproto.errors import RosError, RosTimeout
 from rosproto.text import printable
 
 from .graph import CommandError, open_node, print_json, verbs, warn
-from .option_types import count, positive, seconds
+from .option_types import count, folder_exists, positive, seconds
 
 __all__ = ["add_arguments", "run"]
 
@@ -22,6 +22,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser,
         {
             "tree": (_tree_arguments, _tree, "listen for a moment and print the tree of frames"),
+            "frames": (_frames_arguments, _frames, "draw the tree of frames: SVG, DOT, or PNG by Graphviz"),
+            "monitor": (_monitor_arguments, _monitor, "tell who sends each frame, how often and how late"),
             "echo": (_echo_arguments, _echo, "print the transform between two frames, again and again"),
         },
     )
@@ -53,6 +55,40 @@ def _echo_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="seconds to wait for the first (default: 5)",
     )
+
+
+def _frames_arguments(parser: argparse.ArgumentParser) -> None:
+    _tree_arguments(parser)
+    parser.add_argument(
+        "--format", choices=("text", "dot", "svg", "png", "pdf"), help="default: by the file's name"
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=folder_exists,
+        metavar="FILE",
+        help="where to (default: frames.svg in this folder)",
+    )
+
+
+def _monitor_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("frame", nargs="*", help="only these; of two frames, the way between them")
+    parser.add_argument("-n", type=count, metavar="COUNT", help="stop after this many reports")
+    parser.add_argument(
+        "--every", type=positive, default=1.0, metavar="S", help="seconds between two reports (1)"
+    )
+
+
+def _frames(arguments: argparse.Namespace) -> int:
+    from .tf_frames import draw
+
+    return draw(arguments)
+
+
+def _monitor(arguments: argparse.Namespace) -> int:
+    from .tf_monitor import monitor
+
+    return monitor(arguments)
 
 
 def _tree(arguments: argparse.Namespace) -> int:

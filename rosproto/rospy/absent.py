@@ -28,7 +28,7 @@ _ABSENT = {
         "(rosproto run FILE), or from Python by subprocess; `rosproto param load` loads YAML files"
     ),
     "rosmaster": "the master is rosproto's: rosproto.Master(), or the command `rosproto master`",
-    "rosout": "rosproto.Node and `rosproto log` read /rosout",
+    "rosout": "rosproto.Node and `rosproto log echo` read /rosout",
     "rqt_gui": _GUI,
     "rqt_gui_py": _GUI,
     "rviz": _GUI,

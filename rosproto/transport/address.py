@@ -124,7 +124,29 @@ def resolve(host: str, deadline: Deadline | None = None) -> list[str]:
         return [host]
     if host.lower() == "localhost":
         return ["127.0.0.1", "::1"]
+    wrong = _wrong_ipv4(host)
+    if wrong:
+        raise ConnectionLost(wrong, peer=host)
     return _look_up(host, deadline or Deadline(10.0))
+
+
+def _wrong_ipv4(host: str) -> str | None:
+    """What is wrong with digits and dots that are no address; None for a name.
+
+    No name server is asked: the last part of a name is never a number (RFC 3696, section 2). Short forms that
+    some systems' resolvers understand (127.1) are left to them.
+    """
+    parts = host.removesuffix(".").split(".")
+    if not all(part.isascii() and part.isdigit() for part in parts) or len(parts) == 1:
+        return None
+    large = [part for part in parts if int(part[:9]) > 255]
+    if len(parts) > 4:
+        why = f"it has {len(parts)} numbers, and an address has 4"
+    elif large and len(parts) == 4:
+        why = f"{large[0][:20]} is more than 255"
+    else:
+        return None
+    return f"{host[:80]} is not a valid IPv4 address: {why}; expected something like 10.0.0.7"
 
 
 def _family(host: str) -> socket.AddressFamily | None:

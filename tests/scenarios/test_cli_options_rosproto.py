@@ -17,9 +17,11 @@ from types import SimpleNamespace
 import pytest
 
 from rosproto import BagWriter, Master, Node
+from rosproto.codec import message_class
 from rosproto.tf import StaticTransformBroadcaster, Transform
 from rosproto.time import Time
 from tests.support.options import Case, Result, covered, every_pair, leaves, offers_json, path_of, run
+from tests.support.tunable import Tunable
 
 ELSEWHERE = ("rosproto bag", "rosproto run")
 """In test_cli_options_bag.py, and in tests/unit/rospy."""
@@ -45,6 +47,11 @@ def graph(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SimpleNamespace]
         a.service_server("/set", "std_srvs/SetBool", lambda r: {"success": r.data, "message": "as told"})
         b.service_server("/ns/reset", "std_srvs/Empty", lambda _: None)
         b.subscriber("/heard", "std_msgs/String")
+        Tunable(b, "/tuned")
+        log = message_class("rosgraph_msgs/Log")(
+            level=4, name="/heater", msg="warm", file="oven.py", line=3, function="heat"
+        )
+        a.publisher("/rosout_agg", "rosgraph_msgs/Log", latch=True).publish(log)
         a.params["/p"] = {"x": 1, "text": "one\ntwo"}
         over = threading.Event()
         noise = threading.Thread(target=_publish, args=(a, over), daemon=True)
@@ -71,6 +78,7 @@ def _files(folder: Path) -> None:
     (folder / "pkg" / "msg").mkdir(parents=True)
     (folder / "pkg" / "msg" / "Depth.msg").write_text(DEFINITION)
     (folder / "p.yaml").write_text('{"speed": 2, "turn": "fast"}')
+    (folder / "size.yaml").write_text("{size: 3}")
     (folder / "bytes").write_bytes(b"\x00\x01")
     (folder / "text").write_text("first\nsecond")
     (folder / "two.json").write_text('{"data": "one"}\n---\n{"data": "two"}\n')
@@ -133,6 +141,11 @@ TOPIC = [
     Case("topic echo /warm/header/stamp -n 1 --offset --json", is_json(lambda d: d["secs"] > 1e9)),
     Case("topic echo /t --bag {folder}/t.bag", has("word 0", "word 2")),
     Case("topic echo / --bag {folder}/t.bag --all --json", lambda r: len(r.out.splitlines()) == 4),
+    Case(
+        "topic echo /level/data /warm/temperature --plot --seconds 5 -n 20",
+        has("* /level/data  ", "+ /warm/temperature  20.5", "now"),
+    ),
+    Case("topic echo /level/data /warm -n 1", code=2),
     Case("topic echo /level/data --plot -n 2", has("/level/data  ", "|")),
     Case("topic echo /warm/temperature -w 8 -n 1", lines("20.50000", "---")),
     Case("topic echo /nothing --timeout 0.2", lambda r: "nobody publishes it" in r.err, code=1),
@@ -193,6 +206,9 @@ SERVICE = [
     Case("service type /set --json", is_json(lambda d: d == "std_srvs/SetBool")),
     Case("service find std_srvs/Empty", lines("/ns/reset")),
     Case("service find std_srvs/Empty --json", is_json(lambda d: d == ["/ns/reset"])),
+    Case("service node /set", lambda r: r.out == "/a\n"),
+    Case("service node set --json", is_json(lambda d: d == ["/a"])),
+    Case("service node /sets", code=1),
     Case("service uri /set", lambda r: r.out.startswith("rosrpc://127.0.0.1:")),
     Case("service uri /set --json", is_json(lambda d: d.startswith("rosrpc://"))),
     Case("service args /set", lines("data")),
@@ -273,9 +289,39 @@ REST = [
     Case("graph --format text --node /ns/b", has("(nobody publishes)\n  /heard -> /ns/b")),
     Case("graph --format=dot", lambda r: r.out.startswith("digraph ros {")),
     Case("graph --format svg --output {folder}/g.svg", lambda r, g: "<svg" in (g.folder / "g.svg").read_text()),
+    Case("graph --format png", code=1),  # no text for a terminal
+    Case("graph --format pdf", code=1),
     Case("graph --all --json", is_json(lambda d: "/rosout" in {edge["topic"] for edge in d})),
     Case("tf tree --seconds 0.4", has("map\n", "odom", "base_link")),
     Case("tf tree --seconds 0.4 --json", is_json(lambda d: d["odom"]["parent"] == "map")),
+    Case("tf frames --seconds 0.4 --output {folder}/f.svg", lambda r, g: "base_link" in (g.folder / "f.svg").read_text()),
+    Case("tf frames --seconds 0.4 --format text", has("odom: in map; /a, fixed\n")),
+    Case("tf frames --seconds 0.4 --format dot -o {folder}/f.gv", has("wrote ")),
+    Case("tf frames --seconds 0.4 --format svg -o {folder}/g.svg", has("wrote ")),
+    Case("tf frames --format png -o {folder}/g.svg", code=1),
+    Case("tf frames --format pdf -o {folder}/g.svg", code=1),
+    Case("tf frames --seconds 0.4 --json", is_json(lambda d: d["odom"]["static"])),
+    Case("tf monitor odom base_link -n 1 --every 0.4", has("base_link", "fixed")),
+    Case("tf monitor -n 1 --every 0.4 --json", is_json(lambda d: [one["frame"] for one in d] == ["base_link", "odom"])),
+    Case("log echo -n 1 --source --match warm --level warn", has("WARN  /heater: warm", "[oven.py:3 heat]")),
+    Case("log echo -n 1 --node '/heat*' --exclude cold --timeout 5 --json", is_json(lambda d: d["level"] == "warn")),
+    Case("log list /a", has("root ")),
+    Case("log list a --json", is_json(lambda d: "root" in d)),
+    Case("log get /a root", lambda r: r.out.strip() in ("debug", "info", "warn", "error")),
+    Case("log get /a root --json", is_json(lambda d: isinstance(d, str))),
+    *(Case(f"log set /a root {level}", has(f"root: {level}")) for level in ("debug", "error", "fatal", "warn", "info")),
+    Case("log set /a root info --json", is_json(lambda d: d == {"logger": "root", "level": "info"})),
+    Case("dynparam list", has("/tuned\n")),
+    Case("dynparam list --json", is_json(lambda d: d == ["/tuned"])),
+    Case("dynparam get /tuned --timeout 4", has("speed: ")),
+    Case("dynparam get /tuned mode --json", is_json(lambda d: d == "slow")),
+    Case("dynparam describe /tuned --timeout 4", has("speed (double")),
+    Case("dynparam describe /tuned --json", is_json(lambda d: len(d) == 4)),
+    Case("dynparam set /tuned size 4 --timeout 4", has("size: 4\n")),
+    Case("dynparam set /tuned '{{size: 5}}' --json", is_json(lambda d: d["size"] == 5)),
+    Case("dynparam dump /tuned {folder}/a.yaml --timeout 4", lambda r, g: "speed:" in (g.folder / "a.yaml").read_text()),
+    Case("dynparam load /tuned {folder}/size.yaml --timeout 4", has("size: 3")),
+    Case("dynparam load /tuned {folder}/size.yaml --json", is_json(lambda d: d["size"] == 3)),
     Case("tf echo map base_link -n 2 --rate 20 --timeout 3", lambda r: r.out.count("- Translation: [1.500, 2.000, 0.000]") == 2),
     Case("tf echo map base_link -n 1 --json", is_json(lambda d: d["translation"] == [1.5, 2.0, 0.0])),
     Case("doctor", has("ok      master: ")),
@@ -353,7 +399,12 @@ def test_no_command_and_no_option_is_left_out(tmp_path: Path) -> None:
 def test_json_is_tested_wherever_it_is_offered() -> None:
     """Each command with --json has a case that reads it."""
     tested = {path_of("rosproto", case.words(folder="x")) for case in ALL if "--json" in case.line}
-    quiet = {"rosproto param set", "rosproto param delete", "rosproto param load"}  # they print nothing
+    quiet = {
+        "rosproto param set",
+        "rosproto param delete",
+        "rosproto param load",
+        "rosproto dynparam dump",
+    }  # they print nothing
     untested = offers_json("rosproto") - tested - quiet
     assert sorted(path for path in untested if not path.startswith(ELSEWHERE)) == []
 

@@ -178,7 +178,7 @@ def test_a_plot_fits_its_terminal(slow, columns, rows, encoding):
     size = {"columns": columns, "rows": rows}
     with Terminal(*words, module="rosproto", **size, PYTHONIOENCODING=encoding) as terminal:
         axis = "┤" if encoding == "utf-8" else "|"
-        lines = terminal.wait_for(lambda t: t.count(axis) >= min(rows - 2, 8)).splitlines()
+        lines = terminal.wait_for(lambda t: t.count(axis) >= min(rows - 3, 8) and "now" in t).splitlines()
         assert lines[0].startswith("/scan/ranges[0]  ")
         assert all(axis in line for line in lines[1 : rows - 2 if rows < 14 else 9])
         assert terminal.screen.unknown == []

@@ -96,18 +96,37 @@ def test_scan_in_words_json_and_pictures(sim, woosh, document, tmp_path):
     assert has(pixels, (240, 130, 0))
     assert has(pixels, (220, 30, 30))
     assert woosh("scan", "--map", "--png", str(tmp_path / "map.png"))[0] == 0
-    assert read_png((tmp_path / "map.png").read_bytes()).shape == (320, 480, 3)
+    assert read_png((tmp_path / "map.png").read_bytes()).shape == (320 + 56, 480 + 56, 3), (
+        "with the margins of its grid"
+    )
 
 
 def test_camera_in_colour_and_depth(woosh, document, tmp_path):
     code, facts = document("camera", "--png", str(tmp_path / "color.png"))
     assert (code, facts["encoding"]) == (0, "rgb8")
     assert read_png((tmp_path / "color.png").read_bytes()).shape == (facts["height"], facts["width"], 3)
-    code, facts = document("camera", "--depth", "--png", str(tmp_path / "depth.png"))
-    depth = read_png((tmp_path / "depth.png").read_bytes())
+    code, facts = document("camera", "--depth", "--millimetres", "--png", str(tmp_path / "mm.png"))
+    depth = read_png((tmp_path / "mm.png").read_bytes())
     assert depth.dtype == ">u2"
     assert depth[depth > 0].min() == pytest.approx(facts["nearest"] * 1000, abs=60)
-    assert "rgb8" in woosh("camera")[1]
+    assert facts["farthest"] > facts["nearest"]
+    assert woosh("camera", "--depth", "--png", str(tmp_path / "depth.png"))[0] == 0
+    shown = read_png((tmp_path / "depth.png").read_bytes())
+    assert (shown.dtype, shown.max()) == (np.uint8, 255), "scaled to its range: a person sees something"
+
+
+def test_a_picture_is_saved_without_being_told_where(woosh, tmp_path, monkeypatch):
+    """Two in one second make two files; --no-file makes none."""
+    monkeypatch.chdir(tmp_path)
+    for _ in range(2):
+        code, out, _ = woosh("camera")
+        assert code == 0
+        assert "rgb8" in out
+        assert "wrote camera-" in out
+    assert len(list(tmp_path.glob("camera-*.png"))) == 2
+    assert woosh("camera", "--depth", "--no-file")[0] == 0
+    assert list(tmp_path.glob("depth*")) == []
+    assert woosh("camera", "--millimetres")[0] == 2
 
 
 def test_cloud_as_ply(woosh, document, tmp_path):
@@ -231,3 +250,14 @@ def test_no_verb_is_left_out():
     text = "".join((here / name).read_text("utf-8") for name in files)
     missing = [name for name in COMMANDS if name not in TESTED_ELSEWHERE and f'"{name}"' not in text]
     assert missing == []
+
+
+def test_a_drive_tells_the_way_left_line_by_line(real_time, woosh):
+    """Where no terminal is, a line every two seconds; two lines for a whole drive told nothing."""
+    code, out, err = woosh("goto", "--pose", "3", "1", "90")
+    assert code == 0, err
+    lines = [line for line in out.splitlines() if " m left" in line]
+    assert len(lines) >= 2, out
+    left = [float(line.split(" m left")[0].split()[-1]) for line in lines]
+    assert left == sorted(left, reverse=True)
+    assert any("about" in line for line in lines)

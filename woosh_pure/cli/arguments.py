@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
+from rosproto.cli.counts import counted
 from rosproto.cli.option_types import count, folder_exists, natural, port, positive, seconds
 from rosproto.cli.option_types import finite as number
 
@@ -93,5 +94,5 @@ def word_of(name: str) -> str:
 def write(path: Path, data: bytes, out: Output) -> str:
     """Write a file and say so; its name."""
     path.write_bytes(data)
-    out.line(f"wrote {path} ({len(data)} bytes)")
+    out.line(f"wrote {path} ({counted(len(data), 'byte')})")
     return str(path)

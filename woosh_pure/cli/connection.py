@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import time
 from argparse import Namespace
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
+from rosproto.cli.bag_progress import Progress
 from rosproto.errors import ConnectionLost, RosTimeout
 from woosh_pure.errors import ChassisError, MotionRefused
 from woosh_pure.outcome import OutcomeKind
 
 from . import config
+from .console import is_terminal
 from .output import Output
 
 if TYPE_CHECKING:
@@ -22,8 +25,12 @@ if TYPE_CHECKING:
     from woosh_pure.goal import GoalHandle
     from woosh_pure.outcome import Outcome
 
+    from .drive_line import DriveLine
+
 __all__ = ["chosen", "connect", "follow", "names", "reaching", "report", "stop_and_tell"]
 
+_LIVE, _PLAIN = 0.25, 2.0
+"""Seconds between two looks at a motion: on a terminal, and where lines are kept."""
 _ENDED_THERE = (OutcomeKind.REPLACED, OutcomeKind.CANCELLED, OutcomeKind.REJECTED)
 """Ends that the chassis has told: nothing of ours goes on."""
 
@@ -152,19 +159,38 @@ def _signals_ignored() -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def follow(handle: GoalHandle[Any], out: Output, describe: str, timeout: float | None) -> Outcome:
-    """Wait for a goal with a line now and then; raises what is not an arrival."""
+def follow(
+    handle: GoalHandle[Any],
+    out: Output,
+    describe: str,
+    timeout: float | None,
+    line: DriveLine | None = None,
+) -> Outcome:
+    """Wait for a goal; on a terminal one line tells how far it is, elsewhere one every few seconds.
+
+    Raises what is not an arrival. `line` tells the way left; without it there is what the goal itself says.
+    """
     out.line(f"{describe} ...")
-    last, said = time.monotonic(), handle.latest_progress
+    live = not out.as_json and is_terminal(sys.stdout)
+    every = _LIVE if live else _PLAIN
+    due, said = time.monotonic() + min(every, 1.0), ""
 
     def show() -> None:
-        nonlocal last, said
-        news = handle.latest_progress
-        if news is not said and time.monotonic() - last > 1.0:
-            last, said = time.monotonic(), news
-            out.line(f"  {handle.progress_line()}")
+        nonlocal due, said
+        if time.monotonic() < due:
+            return
+        due = time.monotonic() + every
+        text = handle.progress_line()
+        if line is not None:
+            text = line.text(text, getattr(handle.latest_progress, "percent", None))
+        if live:
+            progress.show(f"  {text}")
+        elif text and text != said:
+            said = text
+            out.line(f"  {text}")
 
-    return handle.wait(timeout, meanwhile=show)
+    with Progress(describe, stream=sys.stdout, quiet=not live) as progress:
+        return handle.wait(timeout, meanwhile=show)
 
 
 def report(outcome: Outcome, out: Output, **more: Any) -> int:

@@ -12,10 +12,15 @@ import numpy as np
 from woosh_pure.geometry import Pose2D
 from woosh_pure.gridmap import GridMap
 
+from .chart import draw_grid, framed, put_text
+from .letters import can_draw
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Picture", "blank_around", "picture_of"]
+    from woosh_pure.marks import UserMark
+
+__all__ = ["Picture", "blank_around", "chart_of", "picture_of"]
 
 ROBOT, PATH, SCAN, GOAL = (220, 30, 30), (30, 90, 220), (240, 130, 0), (20, 150, 60)
 _LONGEST, _SHORTEST = 4000, 400
@@ -37,6 +42,11 @@ class Picture:
         grey = grid.to_grey()[:: self._step, :: self._step]
         grey = np.repeat(np.repeat(grey, self.scale, axis=0), self.scale, axis=1)
         self.pixels: NDArray[np.uint8] = np.repeat(grey[:, :, None], 3, axis=2)
+
+    @property
+    def pixels_per_metre(self) -> float:
+        """How large a metre is in it."""
+        return self.scale / (self.grid.resolution * self._step)
 
     def dots(self, points: NDArray[np.floating], color: Sequence[int], radius: int = 1) -> None:
         """(N, 2) points in m as small squares."""
@@ -67,6 +77,16 @@ class Picture:
         self.line(ring, ROBOT)
         self.line([(pose.x, pose.y), tip], ROBOT)
 
+    def mark(self, name: str, pose: Pose2D, size: float = 0.2) -> None:
+        """A small triangle that looks where a robot at the mark does, and its name beside it."""
+        size = max(size, 6.0 / self.pixels_per_metre)
+        corners = [(2.0 * size, 0.0), (-size, size), (-size, -size), (2.0 * size, 0.0)]
+        c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+        self.line([(pose.x + c * x - s * y, pose.y + s * x + c * y) for x, y in corners], GOAL)
+        rows, columns = self._pixels_of(np.array([[pose.x, pose.y]]))
+        away = round(2.0 * size * self.pixels_per_metre) + 5
+        put_text(self.pixels, name, int(columns[0]) + away, int(rows[0]) - 5, GOAL, on_paper=True)
+
     def _pixels_of(self, points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         origin, size = self.grid.origin, self.grid.resolution * self._step
         dx, dy = points[:, 0] - origin.x, points[:, 1] - origin.y
@@ -85,12 +105,46 @@ def picture_of(
 ) -> NDArray[np.uint8]:
     """A map with what is known drawn in: path blue, scan orange, robot red."""
     picture = Picture(grid)
+    _draw(picture, pose, scan, path)
+    return picture.pixels
+
+
+def chart_of(
+    grid: GridMap,
+    *,
+    pose: Pose2D | None = None,
+    scan: NDArray[np.floating] | None = None,
+    path: Sequence[Pose2D] = (),
+    marks: Iterable[UserMark] = (),
+) -> tuple[NDArray[np.uint8], list[str]]:
+    """As `picture_of`, with a grid, its numbers, a scale bar and the marks (green).
+
+    Returns:
+        The picture, and a line for each mark whose name the letters lack: it has a number in the picture.
+    """
+    picture = Picture(grid)
+    notes: list[str] = []
+    draw_grid(picture)
+    for mark in marks:
+        if mark.pose is None or not grid.contains(mark.pose.x, mark.pose.y):
+            continue
+        name = mark.name
+        if not can_draw(name):
+            name = f"#{len(notes) + 1}"
+            notes.append(f"{name} in the picture: {mark.name}")
+        picture.mark(name, mark.pose)
+    _draw(picture, pose, scan, path)
+    return framed(picture), notes
+
+
+def _draw(
+    picture: Picture, pose: Pose2D | None, scan: NDArray[np.floating] | None, path: Sequence[Pose2D]
+) -> None:
     picture.line([(p.x, p.y) for p in path], PATH)
     if scan is not None:
         picture.dots(scan, SCAN)
     if pose is not None:
         picture.robot(pose)
-    return picture.pixels
 
 
 def blank_around(points: NDArray[np.floating], *, resolution: float = 0.05, margin: float = 1.0) -> GridMap:

@@ -51,6 +51,9 @@ _TICK = 0.02
 _CODE_EVERY = 1.0  # s of wall time after which the last status code is said again
 _STEP = 0.02
 
+PLAN_EVERY = 1.0
+"""Seconds between two plans while it drives, as move_base's planner_frequency makes it (assumed: 1 Hz)."""
+
 
 class SimulatedChassis:
     """A chassis without a robot. Use it in a `with` block, or call `start` and `close`.
@@ -118,6 +121,7 @@ class SimulatedChassis:
         self._due = dict.fromkeys(FILLERS, 0.0)
         self._status: StatusRecord | None = None
         self._plan: list[Pose2D] = []
+        self._plan_due = 0.0
         self._tf_due = 0.0
         self._repeats_code = repeat_status_code
         self._code_due = 0.0
@@ -285,9 +289,11 @@ class SimulatedChassis:
     def _publish_plan(self) -> None:
         motion = self.world.motion
         path = [*motion.path] if isinstance(motion, PathMotion) else []
-        if path and path[-1:] != self._plan[-1:]:
+        now = time.monotonic()
+        if path and (path[-1:] != self._plan[-1:] or now >= self._plan_due):
             publisher = self.graph.first("/move_base/global_plan")
             if publisher is not None:
+                self._plan_due = now + PLAN_EVERY
                 message = publisher.message_class()
                 fill_plan([self.world.body.pose, *path], message, self.now)
                 _publish(publisher, message)

@@ -6,18 +6,22 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from rosproto.bag import BagWriter
 from rosproto.cli import main
-from rosproto.cli.bag_images import picture
+from rosproto.cli.bag_images import pixels_of
 from rosproto.cli.export_names import file_name, file_names
 from rosproto.cli.graph import CommandError
 from rosproto.codec import define, message_class
+from rosproto.numeric.pngfile import encode_png
+from tests.support.png import read_png
 
 String = message_class("std_msgs/String")
 Odometry = message_class("nav_msgs/Odometry")
 Image = message_class("sensor_msgs/Image")
+CompressedImage = message_class("sensor_msgs/CompressedImage")
 
 
 @pytest.fixture
@@ -64,8 +68,6 @@ def test_csv_of_some_fields_and_a_span(bag: str, tmp_path: Path) -> None:
 
 def test_npz(bag: str, tmp_path: Path) -> None:
     """A file a topic, an array a field; a span cuts all of them."""
-    import numpy as np
-
     assert main(["bag", "export", bag, "npz", "-o", str(tmp_path / "all")]) == 0
     with np.load(tmp_path / "all" / "odom.npz") as arrays:
         assert arrays["pose.pose.position.x"].tolist() == [0.0, 0.5, 1.0, 1.5, 2.0]
@@ -83,14 +85,6 @@ def test_file_names() -> None:
     assert file_name("/") == "topic"
 
 
-class Pillow:
-    """Stands for PIL.Image: gives the pixels back."""
-
-    @staticmethod
-    def fromarray(pixels: Any) -> Any:
-        return pixels
-
-
 @pytest.mark.parametrize(
     ("encoding", "step", "data", "expected"),
     [
@@ -103,27 +97,25 @@ class Pillow:
 def test_pixels(encoding: str, step: int, data: Any, expected: Any) -> None:
     """Rows with padding, channels in the order of the picture, both widths."""
     image = Image(height=2, width=2, encoding=encoding, step=step, data=bytes(data))
-    assert picture(image, Pillow).tolist() == expected
+    assert pixels_of(image).tolist() == expected
 
 
 def test_depth_in_metres_becomes_millimetres() -> None:
     """32FC1 with NaN and out-of-range values (REP 118)."""
-    import numpy as np
-
     data = np.array([1.5, float("nan"), 100.0, 0.001], "<f4").tobytes()
     image = Image(height=1, width=4, encoding="32FC1", step=16, data=data)
-    assert picture(image, Pillow).tolist() == [[1500, 0, 65535, 1]]
+    assert pixels_of(image).tolist() == [[1500, 0, 65535, 1]]
     big = np.array([258], ">u2").tobytes()
     image = Image(height=1, width=1, encoding="16UC1", step=2, data=big, is_bigendian=1)
-    assert picture(image, Pillow).tolist() == [[258]]
+    assert pixels_of(image).tolist() == [[258]]
 
 
 def test_images_that_cannot_be_are_refused() -> None:
     """An unknown encoding, and too little data."""
     with pytest.raises(CommandError, match="known are"):
-        picture(Image(height=1, width=1, encoding="yuv422", step=2, data=b"12"), Pillow)
+        pixels_of(Image(height=1, width=1, encoding="yuv422", step=2, data=b"12"))
     with pytest.raises(CommandError, match="but has 3"):
-        picture(Image(height=2, width=2, encoding="rgb8", step=6, data=b"123"), Pillow)
+        pixels_of(Image(height=2, width=2, encoding="rgb8", step=6, data=b"123"))
 
 
 @pytest.mark.parametrize(("form", "module", "extra"), [("png", "PIL", "[cli]"), ("mcap", "mcap", "[mcap]")])
@@ -135,20 +127,47 @@ def test_an_absent_package_names_the_extra(
     for name in [name for name in sys.modules if name == module or name.startswith(module + ".")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, module, None)
+    if form == "png":
+        with BagWriter(bag) as writer:
+            writer.write("/camera", CompressedImage(format="jpeg", data=b"\xff\xd8"), 1000.0)
     assert main(["bag", "export", bag, form, "-o", str(tmp_path / "x")]) == 1
     assert f"woosh-pure{extra}" in capsys.readouterr().err
 
 
-def test_png(bag: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A file an image, named by its time; nothing to write is an error."""
-    pillow = pytest.importorskip("PIL.Image", reason="Pillow is not installed (extra [cli])")
+def test_png(
+    bag: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file an image, named by its time, without Pillow; nothing to write is an error."""
+    monkeypatch.setitem(sys.modules, "PIL", None)
+    monkeypatch.setitem(sys.modules, "PIL.Image", None)
     assert main(["bag", "export", bag, "png", "-o", str(tmp_path / "out")]) == 0
-    with pillow.open(tmp_path / "out" / "camera" / "1001.250000000.png") as picture:
-        assert picture.size == (3, 2)
-        assert picture.getpixel((0, 0)) == (2, 1, 0)
-        assert picture.getpixel((0, 1)) == (12, 11, 10)
+    pixels = read_png((tmp_path / "out" / "camera" / "1001.250000000.png").read_bytes())
+    assert pixels.shape == (2, 3, 3)
+    assert pixels[0, 0].tolist() == [2, 1, 0]
+    assert pixels[1, 0].tolist() == [12, 11, 10]
     assert main(["bag", "export", bag, "png", "--topics", "/odom"]) == 1
     assert "none of the topics has images" in capsys.readouterr().err
+
+
+def test_depth_as_data_and_to_look_at(tmp_path: Path) -> None:
+    """16-bit millimetres, the same in all pictures; --scale-depth gives each its whole range of greys."""
+    path = tmp_path / "depth.bag"
+    data = np.array([600, 0, 800], "<u2").tobytes()
+    with BagWriter(path) as writer:
+        writer.write("/depth", Image(height=1, width=3, encoding="16UC1", step=6, data=data), 1000.0)
+    for words, expected in (([], [600, 0, 800]), (["--scale-depth"], [255, 0, 40])):
+        assert main(["bag", "export", str(path), "png", "-o", str(tmp_path / "out"), *words]) == 0
+        pixels = read_png((tmp_path / "out" / "depth" / "1000.000000000.png").read_bytes())
+        assert pixels.reshape(-1).tolist() == expected
+
+
+def test_a_compressed_png_is_written_as_it_is(tmp_path: Path) -> None:
+    """No library is needed for what is one already."""
+    picture = encode_png(np.zeros((2, 2), np.uint8))
+    with BagWriter(tmp_path / "c.bag") as writer:
+        writer.write("/c", CompressedImage(format="png", data=picture), 1000.0)
+    assert main(["bag", "export", str(tmp_path / "c.bag"), "png", "-o", str(tmp_path / "out")]) == 0
+    assert (tmp_path / "out" / "c" / "1000.000000000.png").read_bytes() == picture
 
 
 def test_mcap(bag: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -15,7 +15,7 @@ import pytest
 
 import rosproto
 from rosproto.cli import main as rosproto_main
-from rosproto.cli.completion import SHELLS, script
+from rosproto.cli.completion import FILES, SHELLS, script
 from woosh_pure.cli import main as woosh_main
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -32,7 +32,7 @@ def alone(monkeypatch, tmp_path):
 def offers(capsys):
     def ask(prog: str, *words: str) -> list[str]:
         run = {"rosproto": rosproto_main, "woosh": woosh_main}[prog]
-        assert run(["completion", "_words", *(f"={word}" for word in words)]) == 0
+        assert run(["completion", "_words", *(f"={word}" for word in words)]) in (0, FILES)
         return capsys.readouterr().out.split()
 
     return ask
@@ -89,6 +89,61 @@ def test_topics_nodes_services_come_from_the_master(offers) -> None:
     assert offers("rosproto", "topic", "echo", *at, "/odd") == []
 
 
+def test_a_light_strip_is_offered_states_and_colours_and_no_files(offers) -> None:
+    assert "idle" in offers("woosh", "led", "")
+    assert {"red", "green", "orange"} <= set(offers("woosh", "led", "--color", ""))
+    for words in (["led", "idle", ""], ["battery", "--below", ""], ["say", ""], ["nonsense", ""]):
+        assert woosh_main(["completion", "_words", *(f"={word}" for word in words)]) == 0
+    for words in (["scan", "--png", ""], ["map", "set", ""], ["map", "save", ""]):
+        assert woosh_main(["completion", "_words", *(f"={word}" for word in words)]) == FILES
+    for words in (["bag", "info", ""], ["run", ""], ["graph", "-o", ""], ["topic", "pub", "-f", ""]):
+        assert rosproto_main(["completion", "_words", *(f"={word}" for word in words)]) == FILES, words
+
+
+def test_a_message_is_offered_as_a_template(capsys, offers) -> None:
+    """As rostopic does it: the type of the topic, then all fields; what is offered can be published."""
+
+    def line(*words: str) -> str:
+        assert rosproto_main(["completion", "_words", *(f"={word}" for word in words)]) in (0, FILES)
+        return capsys.readouterr().out.strip()
+
+    with rosproto.Master() as master, rosproto.Node("/listener", master_uri=master.uri) as node:
+        at = ("--master", master.uri)
+        node.subscriber("/way", "geometry_msgs/Twist")
+        node.service_server("/lamp", "std_srvs/SetBool", lambda request: (True, ""))
+        node.service_server("/reset", "std_srvs/Empty", lambda request: None)
+        assert line("topic", "pub", *at, "/way", "") == "geometry_msgs/Twist"
+        assert line("topic", "pub", *at, "way", "geo") == "geometry_msgs/Twist"
+        twist = line("topic", "pub", *at, "/way", "geometry_msgs/Twist", "")
+        assert twist == "{linear: {x: 0.0, y: 0.0, z: 0.0}, angular: {x: 0.0, y: 0.0, z: 0.0}}"
+        assert line("topic", "pub", *at, "/way", "geometry_msgs/Twist", "'{lin") == twist
+        assert line("topic", "pub", *at, "/way", "geometry_msgs/Twist", twist, "") == ""
+        assert line("service", "call", *at, "/lamp", "") == "{data: false}"
+        assert line("service", "call", *at, "/reset", "") == ""
+    stamped = line("topic", "pub", "/p", "geometry_msgs/PoseStamped", "")
+    assert stamped.startswith('{header: {seq: 0, stamp: now, frame_id: ""}, pose: {position: {x: 0.0')
+    assert line("topic", "pub", "/p", "no_msgs/Such", "") == ""
+    assert "std_msgs/String" in offers("rosproto", "topic", "pub", "/new", "std_msgs/")
+
+
+@pytest.mark.parametrize(
+    "kind", ["nav_msgs/Odometry", "sensor_msgs/Image", "tf2_msgs/TFMessage", "std_msgs/Time"]
+)
+def test_what_is_offered_can_be_published(kind: str) -> None:
+    from rosproto.cli.templates import template
+    from rosproto.cli.yaml_text import value_of
+    from rosproto.codec.dicts import from_dict
+
+    cls = rosproto.message_class(kind)
+    text = template(cls)
+    assert "'" not in text, "it stands in such quotes"
+    message = from_dict(cls, value_of(text), now=rosproto.Time(7, 0))
+    if kind == "std_msgs/Time":
+        assert message == cls()
+    elif hasattr(message, "header"):
+        assert message.header.stamp.secs == 7
+
+
 def test_types_come_from_the_definitions(offers) -> None:
     assert offers("rosproto", "msg", "show", "std_msgs/Stri") == ["std_msgs/String"]
     assert "std_srvs/SetBool" in offers("rosproto", "srv", "show", "std_srvs/")
@@ -102,6 +157,30 @@ def test_each_script_names_its_command_and_how_to_install_it(shell, capsys) -> N
         assert text == script(prog, shell)
         assert f"{prog} completion {shell}" in "\n".join(text.splitlines()[:2])
         assert f"{prog} completion _words" in text
+
+
+@pytest.mark.skipif(sys.platform == "win32" or shutil.which("bash") is None, reason="needs bash")
+def test_bash_quotes_a_template_and_offers_no_files(tmp_path) -> None:
+    """What has blanks comes in quotes; where no file can stand, bash's own names of files stay away."""
+    command = tmp_path / "rosproto"
+    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m rosproto "$@"\n')
+    command.chmod(0o755)
+    line = 'COMP_LINE="{}"; COMP_POINT=${{#COMP_LINE}}; _rosproto_complete; '
+    ask = (
+        'eval "$(rosproto completion bash)"; compopt() { echo "no files"; }; '
+        + line.format("rosproto topic pub /x std_msgs/Bool ")
+        + 'printf "%s\\n" "${COMPREPLY[@]}"; '
+        + line.format("rosproto bag info ")
+    )
+    done = subprocess.run(
+        ["bash", "-c", ask],
+        env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.stdout.splitlines() == ["no files", "'{data: false}'"], done.stderr
 
 
 @pytest.mark.skipif(sys.platform == "win32" or shutil.which("bash") is None, reason="needs bash")

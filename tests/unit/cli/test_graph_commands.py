@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import shutil
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
@@ -11,6 +13,8 @@ import pytest
 
 from rosproto import Master, Node
 from rosproto.cli import main
+from rosproto.cli.graph_command import Edge
+from rosproto.cli.graph_svg import svg
 from rosproto.tf import StaticTransformBroadcaster, Transform
 
 
@@ -49,6 +53,74 @@ def test_dot_and_svg(graph: str, tmp_path: Path) -> None:
     assert main(["graph", "--master", graph, "-o", str(svg)]) == 0
     texts = {element.text for element in ElementTree.parse(svg).iter() if element.tag.endswith("text")}
     assert {"/a", "/b", "/cmd", "/unheard", "/unsaid"} <= texts
+
+
+def test_a_large_graph_has_the_shape_of_a_screen() -> None:
+    """As many topics as a chassis has: cards in columns, none over another; before it was 1136 by 4154 pixels."""
+    edges = [Edge(f"/node_{i % 17}", f"/topic/number_{i}", "/listener" if i % 3 else "") for i in range(120)]
+    picture = ElementTree.fromstring(svg(edges))
+    width, height = int(picture.get("width", 0)), int(picture.get("height", 0))
+    assert 0.8 < width / height < 2.5
+    boxes = [
+        [int(rect.get(key, 0)) for key in ("x", "y", "width", "height")]
+        for rect in picture.iter()
+        if rect.tag.endswith("rect") and rect.get("rx")
+    ]
+    assert len(boxes) == 17
+    for number, (x, y, w, h) in enumerate(boxes):
+        assert x + w <= width
+        assert y + h <= height
+        for x2, y2, w2, h2 in boxes[number + 1 :]:
+            assert x + w <= x2 or x2 + w2 <= x or y + h <= y2 or y2 + h2 <= y
+    texts = {(element.text or "").strip() for element in picture.iter()}
+    assert {edge.topic for edge in edges} | {edge.publisher for edge in edges} <= texts
+
+
+def test_a_png_is_a_png_or_an_error(
+    graph: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By Graphviz where it is; never text under such a name."""
+    file = tmp_path / "g.png"
+    monkeypatch.setattr("shutil.which", lambda name: None)
+    assert main(["graph", "--master", graph, "-o", str(file)]) == 1
+    assert not file.exists()
+    assert ".svg" in capsys.readouterr().err
+    fake = tmp_path / "dot"
+    fake.write_text("#!/bin/sh\ncat >/dev/null; printf '%s' \"drawn$1\"\n")
+    fake.chmod(0o755)
+    monkeypatch.setattr("shutil.which", lambda name: str(fake))
+    if sys.platform != "win32":
+        assert main(["graph", "--master", graph, "-o", str(file)]) == 0
+        assert file.read_bytes() == b"drawn-Tpng"
+        fake.write_text("#!/bin/sh\ncat >/dev/null; echo no >&2; exit 3\n")
+        assert main(["graph", "--master", graph, "-o", str(file)]) == 1
+        assert "failed with code 3: no" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(shutil.which("dot") is None, reason="Graphviz is not installed")
+def test_graphviz_draws_our_dot(graph: str, tmp_path: Path) -> None:
+    """What it reads and writes is a picture."""
+    assert main(["graph", "--master", graph, "-o", str(tmp_path / "g.png")]) == 0
+    assert (tmp_path / "g.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["-o", "g.bmp"], ".svg"),
+        (["-o", "g"], "--format"),
+        (["-o", "g.png", "--format", "text"], "leave one of them out"),
+        (["--format", "png"], "-o FILE.png"),
+    ],
+)
+def test_a_name_that_says_no_form_is_refused(
+    graph: str, words: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    assert main(["graph", "--master", graph, *words]) == 1
+    assert said in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_graph_json(graph: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -202,3 +202,23 @@ def test_the_order_of_the_environment(
 def test_a_host_that_is_a_uri_is_refused(value: str) -> None:
     with pytest.raises(ValueError, match="ROS_HOSTNAME"):
         address.host_from_environment({"ROS_HOSTNAME": value})
+
+
+@pytest.mark.parametrize(
+    ("host", "why"),
+    [
+        ("169.254.128.300", "300 is more than 255"),
+        ("999.1.1.1", "999 is more than 255"),
+        ("10.0.0.7.1", "it has 5 numbers, and an address has 4"),
+        ("1.2.3." + "9" * 4000, "is more than 255"),
+    ],
+)
+def test_numbers_that_are_no_address_ask_no_name_server(
+    host: str, why: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not "cannot be resolved; add it to the hosts file": it is mistyped."""
+    monkeypatch.setattr(socket, "getaddrinfo", lambda *_: pytest.fail("the name server was asked"))
+    with pytest.raises(ConnectionLost, match="is not a valid IPv4 address") as caught:
+        address.resolve(host)
+    assert why in str(caught.value)
+    assert len(str(caught.value)) < 250

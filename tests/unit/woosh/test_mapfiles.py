@@ -8,8 +8,8 @@ import zlib
 import numpy as np
 import pytest
 
+from rosproto.numeric.pngfile import decode_png
 from woosh_pure.gridmap import GridMap
-from woosh_pure.pngfile import decode_png
 
 YAML = "image: m.pgm\nresolution: 0.05\norigin: [-1.5, 2.0, 0.25]\n"
 GREYS = bytes([0, 254, 205, 100])

@@ -256,3 +256,13 @@ def test_the_chassis_loads_numpy_with_its_first_array_only():
     code = "import sys, woosh_pure.chassis; print('numpy' in sys.modules)"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
     assert out.stdout.strip() == "False"
+
+
+def test_a_topic_that_lacks_its_slash_is_recognised() -> None:
+    """`feed("lift")`: /lift is one, and what is merely near is named with it."""
+    with pytest.raises(KeyError, match="/lift is a topic of it"):
+        interface.find("lift")
+    with pytest.raises(KeyError, match="/roller1"):
+        interface.find("roller")
+    with pytest.raises(KeyError, match="none is near"):
+        interface.find("xyzzy")

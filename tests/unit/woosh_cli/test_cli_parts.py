@@ -173,7 +173,10 @@ def test_cameras_of_other_encodings() -> None:
     with_alpha = np.array([[[1, 2, 3, 4]]], np.uint8)
     assert image_png(Image(with_alpha, "bgra8", "c")) == encode_png(np.array([[[3, 2, 1, 4]]], np.uint8))
     metres = np.array([[1.5, math.nan, 1e9]], np.float32)
-    assert image_png(Image(metres, "32FC1", "c")) == encode_png(np.array([[1500, 0, 65535]], np.uint16))
+    as_data = image_png(Image(metres, "32FC1", "c"), millimetres=True)
+    assert as_data == encode_png(np.array([[1500, 0, 65535]], np.uint16))
+    near_and_far = Image(np.array([[500, 0, 2500]], np.uint16), "16UC1", "c")
+    assert image_png(near_and_far) == encode_png(np.array([[255, 0, 40]], np.uint8))
 
 
 def test_the_robot_is_drawn_where_it_is_on_a_turned_map() -> None:

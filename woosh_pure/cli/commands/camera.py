@@ -2,24 +2,40 @@
 
 from __future__ import annotations
 
+import time
 from argparse import ArgumentParser, Namespace
+from pathlib import Path
 
 from ..arguments import add_wait, folder_exists, wait_for, write
 from ..connection import connect
 from ..output import Output
 
-HELP = "take a picture, in colour or of depth"
+HELP = "take a picture, in colour or of depth, and save it"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
     add_wait(parser)
-    parser.add_argument("--depth", action="store_true", help="the depth image: 16-bit grey, mm")
-    parser.add_argument("--png", type=folder_exists, metavar="FILE", help="where to write it")
+    parser.add_argument(
+        "--depth", action="store_true", help="the depth image: near is bright, not measured is black"
+    )
+    parser.add_argument(
+        "--millimetres", action="store_true", help="with --depth: as data, 16-bit grey in mm (looks black)"
+    )
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument(
+        "--png",
+        type=folder_exists,
+        metavar="FILE",
+        help="where to write it (default: camera-DATE-TIME.png in this folder)",
+    )
+    where.add_argument("--no-file", action="store_true", help="write nothing, only tell about it")
 
 
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
+    if args.millimetres and not args.depth:
+        raise ValueError("--millimetres is about the depth image: give --depth too")
     with connect(args, out) as chassis:
         image = wait_for(chassis.depth if args.depth else chassis.camera, args, out)
     height, width = image.pixels.shape[:2]
@@ -29,13 +45,23 @@ def run(args: Namespace, out: Output) -> int:
         import numpy as np
 
         metres = image.depth_metres()
-        seen = metres[np.isfinite(metres)]
-        nearest = float(seen.min()) if seen.size else None
-        out.line("nothing measured" if nearest is None else f"nearest {nearest:.2f} m")
-        facts["nearest"] = nearest
-    if args.png:
+        seen = metres[np.isfinite(metres) & (metres > 0.0)]
+        facts["nearest"] = nearest = float(seen.min()) if seen.size else None
+        facts["farthest"] = farthest = float(seen.max()) if seen.size else None
+        out.line("nothing measured" if nearest is None else f"from {nearest:.2f} m to {farthest:.2f} m")
+    if not args.no_file:
         from ..png import image_png
 
-        facts["file"] = write(args.png, image_png(image), out)
+        file = args.png or _free_name("depth" if args.depth else "camera")
+        facts["file"] = write(file, image_png(image, millimetres=args.millimetres), out)
     out.result(facts)
     return 0
+
+
+def _free_name(kind: str) -> Path:
+    """A name by the time that no file in this folder has: a picture overwrites no other."""
+    stem = f"{kind}-{time.strftime('%Y%m%d-%H%M%S')}"
+    path, number = Path(f"{stem}.png"), 2
+    while path.exists():
+        path, number = Path(f"{stem}-{number}.png"), number + 1
+    return path

@@ -9,6 +9,7 @@ from rosproto.errors import RosTimeout
 
 from ..arguments import add_timeout
 from ..connection import connect, follow, report
+from ..drive_line import DriveLine
 from ..output import Output
 
 if TYPE_CHECKING:
@@ -27,9 +28,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
     with connect(args, out) as chassis:
-        chassis.pose.open()
+        line = DriveLine(chassis)
         handle = chassis.charge(args.mark, timeout=args.timeout)
-        outcome = follow(handle, out, f"going to charge at {args.mark}", args.timeout)
+        outcome = follow(handle, out, f"going to charge at {args.mark}", args.timeout, line)
         battery = _battery(chassis)
         if battery is not None:
             out.line(f"battery {battery.percent} %, {battery.charge_status}")

@@ -5,6 +5,8 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
+from rosproto.cli.counts import counted
+
 from ..arguments import add_wait, folder_exists, wait_for, write
 from ..connection import connect
 from ..output import Output
@@ -27,7 +29,7 @@ def run(args: Namespace, out: Output) -> int:
     with connect(args, out) as chassis:
         cloud = wait_for(chassis.obstacle_points if args.obstacles else chassis.points, args, out)
     points = cloud.points
-    out.line(f"{len(points)} points in {cloud.frame}")
+    out.line(f"{counted(len(points), 'point')} in {cloud.frame}")
     low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (None, None)
     if low is not None and high is not None:
         for axis, a, b in zip("xyz", low, high, strict=True):

@@ -21,7 +21,21 @@ def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
     from ..entry import parser_for
 
-    return completion.answer("woosh", args, parser_for, {"mark": _marks})
+    return completion.answer("woosh", args, parser_for, {"mark": _marks, "state": _states, "color": _colours})
+
+
+def _states() -> list[str]:
+    from woosh_pure.enums import LedState
+
+    from ..arguments import enum_words
+
+    return enum_words(LedState)
+
+
+def _colours() -> list[str]:
+    from .led import COLOURS
+
+    return list(COLOURS)
 
 
 def _marks() -> list[str]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from contextlib import ExitStack
 
+from rosproto.cli.counts import counted
+
 from ..arguments import seconds
 from ..connection import chosen, names, simulated
 from ..output import Output
@@ -35,7 +37,7 @@ def run(args: Namespace, out: Output) -> int:
             if finding.advice:
                 out.line(f"{'':8s} -> {finding.advice}")
     bad = sum(f.level is Level.PROBLEM for f in findings)
-    out.line(f"{bad} problems" if bad else "no problem was found")
+    out.line(counted(bad, "problem") if bad else "no problem was found")
     out.result(
         {
             "ok": bad == 0,

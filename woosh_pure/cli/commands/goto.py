@@ -8,6 +8,7 @@ from rosproto.cli.option_types import to_float
 
 from ..arguments import POSE, add_timeout, number, pose
 from ..connection import connect, follow, report
+from ..drive_line import DriveLine
 from ..output import Output
 
 HELP = "drive to a mark, or to a pose in the map"
@@ -28,13 +29,13 @@ def run(args: Namespace, out: Output) -> int:
     if (args.mark is None) == (args.pose is None):
         raise ValueError("give a mark or --pose X Y DEGREES, and not both")
     with connect(args, out) as chassis:
-        chassis.pose.open()
+        line = DriveLine(chassis, pose(args.pose) if args.pose else None)
         if args.mark is not None:
             handle, where = chassis.go_to_mark(args.mark), f"mark {args.mark}"
         else:
             target = pose(args.pose)
             handle, where = chassis.go_to(target.x, target.y, target.yaw), str(target)  # type: ignore[assignment]
-        outcome = follow(handle, out, f"going to {where}", args.timeout)
+        outcome = follow(handle, out, f"going to {where}", args.timeout, line)
         here = chassis.pose.latest
         out.line(f"now at {here or 'a pose that was not heard'}")
         return report(outcome, out, pose=here)

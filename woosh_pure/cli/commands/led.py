@@ -11,13 +11,19 @@ from ..arguments import enum_words, word_of
 from ..connection import connect
 from ..output import Output
 
+COLOURS = {
+    "red": 0xFF0000, "orange": 0xFF8000, "yellow": 0xFFFF00, "green": 0x00FF00,
+    "cyan": 0x00FFFF, "blue": 0x0000FF, "purple": 0x8000FF, "white": 0xFFFFFF,
+}  # fmt: skip
 HELP = "set the light strips: a named state, or a colour"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
     parser.add_argument("state", nargs="?", help="a state of the strip, see --list; none: nothing of its own")
-    parser.add_argument("--color", metavar="RRGGBB", help="colour as three hexadecimal bytes, e.g. ff8000")
+    parser.add_argument(
+        "--color", metavar="COLOUR", help=f"three hexadecimal bytes, ff8000, or {', '.join(COLOURS)}"
+    )
     parser.add_argument(
         "--strip", choices=("base", "shelf", "both"), default="base", help="which strip (base)"
     )
@@ -40,7 +46,7 @@ def run(args: Namespace, out: Output) -> int:
     if args.state is None:
         if not (args.color or args.urgency or args.abnormal):
             raise ValueError(
-                "give a state (see --list) or --color RRGGBB; what the strip shows now is not told"
+                "give a state (see --list) or --color COLOUR; what the strip shows now is not told"
             )
         args.state = "none"
     if args.state not in words:
@@ -64,7 +70,9 @@ def run(args: Namespace, out: Output) -> int:
 def _color(text: str | None) -> int | None:
     if text is None:
         return None
+    if text.lower() in COLOURS:
+        return COLOURS[text.lower()]
     digits = text.lstrip("#")
     if len(digits) != 6 or not all(c in "0123456789abcdefABCDEF" for c in digits):
-        raise ValueError(f"--color {text}: expected six hexadecimal digits RRGGBB, e.g. ff8000")
+        raise ValueError(f"--color {text}: expected six hexadecimal digits RRGGBB, or {', '.join(COLOURS)}")
     return int(digits, 16)

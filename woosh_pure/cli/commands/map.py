@@ -94,8 +94,7 @@ def _save(args: Namespace, out: Output) -> int:
 
 
 def _draw(chassis: Chassis, grid: GridMap, listen: float, out: Output) -> bytes:
-    from ..picture import picture_of
-    from ..png import encode_png
+    from ..charting import chart_png
     from ..scene import scan_in_map
 
     pose = scan = None
@@ -104,13 +103,13 @@ def _draw(chassis: Chassis, grid: GridMap, listen: float, out: Output) -> bytes:
         with out.working("waiting for pose and scan"):
             pose = chassis.pose.wait(listen, new=False)
             scan = scan_in_map(chassis, chassis.scan.wait(listen, new=False), pose)
-            path = _path(chassis, listen)
+            path = _path(chassis, listen, out)
     except RosTimeout as error:
         out.line(f"not in the picture: {error}")
-    return encode_png(picture_of(grid, pose=pose, scan=scan, path=path))
+    return chart_png(grid, out, pose=pose, scan=scan, path=path)
 
 
-def _path(chassis: Chassis, listen: float) -> Sequence[Pose2D]:
+def _path(chassis: Chassis, listen: float, out: Output) -> Sequence[Pose2D]:
     """What a moving robot follows; it is published now and then, or once when it is planned.
 
     A standing robot has none.
@@ -120,7 +119,8 @@ def _path(chassis: Chassis, listen: float) -> Sequence[Pose2D]:
     if not chassis.measured_velocity.wait(listen, new=False).is_standing():
         try:
             chassis.feed("plan").wait(listen, new=False)
-        except RosTimeout:
+        except RosTimeout as error:
+            out.line(f"the path is not in the picture, although the robot moves: {error}")
             return ()
     return known_path(chassis)
 

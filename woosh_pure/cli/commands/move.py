@@ -6,6 +6,7 @@ from argparse import ArgumentParser, Namespace
 
 from ..arguments import number, positive
 from ..connection import connect, follow, report
+from ..drive_line import DriveLine
 from ..output import Output
 
 HELP = "move straight by metres (negative: backward), or sideways"
@@ -24,7 +25,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
     with connect(args, out) as chassis:
+        line = DriveLine(chassis)
         verb = chassis.strafe if args.left else chassis.move
         handle = verb(args.metres, speed=args.speed, avoid=not args.no_avoid)
-        outcome = follow(handle, out, f"moving {args.metres:g} m", handle.default_timeout)
+        outcome = follow(handle, out, f"moving {args.metres:g} m", handle.default_timeout, line)
         return report(outcome, out)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import itertools
 from argparse import ArgumentParser, Namespace
 
+from rosproto.cli.counts import counted
+
 from ..arguments import POSE, add_pose, folder_exists, number, pose, write
 from ..connection import connect
 from ..output import Output
@@ -32,15 +34,14 @@ def run(args: Namespace, out: Output) -> int:
         with out.working("planning"):
             path = chassis.plan(pose((args.x, args.y, args.degrees)), start, tolerance=args.tolerance)
         if args.png:
-            from ..picture import picture_of
-            from ..png import encode_png
+            from ..charting import chart_png
 
             with out.working("fetching the map"):
                 grid = chassis.get_map()
-            picture = picture_of(grid, pose=start or chassis.pose.latest, path=path)
-            file = write(args.png, encode_png(picture), out)
+            picture = chart_png(grid, out, pose=start or chassis.pose.latest, path=path)
+            file = write(args.png, picture, out)
     length = sum(a.distance_to(b) for a, b in itertools.pairwise(path))
-    out.line(f"{len(path)} points, {length:.2f} m" if path else "there is no way")
+    out.line(f"{counted(len(path), 'point')}, {length:.2f} m" if path else "there is no way")
     for point in path if len(path) <= 20 else (*path[:10], *path[-10:]):
         out.line(f"  {point}")
     out.result({"ok": bool(path), "length": length, "path": path, "file": file})

@@ -7,6 +7,7 @@ from argparse import ArgumentParser, Namespace
 
 from ..arguments import number, positive
 from ..connection import connect, follow, report
+from ..drive_line import DriveLine
 from ..output import Output
 
 HELP = "turn in place by degrees (positive: to the left)"
@@ -26,6 +27,7 @@ def run(args: Namespace, out: Output) -> int:
     if abs(args.degrees) > 3600.0:
         raise ValueError(f"{args.degrees:g}° is more than the 3600° (ten turns) that one step may have")
     with connect(args, out) as chassis:
+        line = DriveLine(chassis)
         handle = chassis.rotate(
             args.degrees,
             degrees=True,
@@ -33,5 +35,5 @@ def run(args: Namespace, out: Output) -> int:
             several_turns=True,
             avoid=not args.no_avoid,
         )
-        outcome = follow(handle, out, f"turning {args.degrees:g}°", handle.default_timeout)
+        outcome = follow(handle, out, f"turning {args.degrees:g}°", handle.default_timeout, line)
         return report(outcome, out)

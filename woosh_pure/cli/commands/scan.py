@@ -6,18 +6,23 @@ import math
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
+from rosproto.cli.counts import counted
 from rosproto.errors import RosTimeout
 
-from ..arguments import add_wait, folder_exists, wait_for, write
+from ..arguments import add_wait, folder_exists, positive, wait_for, write
 from ..connection import connect
 from ..output import Output
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from woosh_pure.chassis import Chassis
     from woosh_pure.values import LaserScan
 
-HELP = "show the lidar scan: how near the nearest thing is, or a picture"
-_SECTORS = ("behind", "right", "ahead", "left", "behind")
+HELP = "show the lidar scan: the nearest thing, how far it is free on each side, or a picture"
+WIDTH = 0.7
+"""Metres; the chassis does not tell its own size."""
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -26,6 +31,9 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--png", type=folder_exists, metavar="FILE", help="draw it, from above, x to the right"
     )
+    parser.add_argument(
+        "--width", type=positive, default=WIDTH, metavar="M", help=f"of the robot and its lane ({WIDTH:g})"
+    )
     parser.add_argument("--map", action="store_true", help="with --png: draw it into the map")
 
 
@@ -33,55 +41,95 @@ def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
     if args.map and not args.png:
         raise ValueError("--map draws the scan into the map: give --png FILE too")
+    from ..scene import scan_in_base
+
     with connect(args, out) as chassis:
         chassis.feed("tf_static").open()
         scan = wait_for(chassis.scan, args, out)
-        nearest = _nearest(chassis, scan)
-        valid = len(scan.points())
+        points = scan_in_base(chassis, scan)
+        ways, nearest = free_ways(points, args.width), nearest_of(points)
         out.line(
-            f"{scan.ranges.size} rays in {scan.frame}, {valid} see something, {scan.range_max:g} m at most"
+            f"{counted(scan.ranges.size, 'ray')} in {scan.frame}, {len(points)} see something, "
+            f"{scan.range_max:g} m at most"
         )
-        for name, distance in nearest.items():
-            out.line(f"  {name:8s} {'nothing' if math.isinf(distance) else f'{distance:.2f} m'}")
+        if nearest is not None:
+            out.line(
+                f"nearest {nearest[0]:.2f} m from the robot's middle, at {nearest[1]:.0f}° "
+                f"({_word(nearest[1])})"
+            )
+        out.line(f"free in a lane of {args.width:g} m, from the robot's middle:")
+        for name, distance in ways.items():
+            out.line(f"  {name:8s} {'nothing in the way' if math.isinf(distance) else f'{distance:.2f} m'}")
         file = write(args.png, _draw(chassis, scan, args, out), out) if args.png else None
-    out.result({"file": file, "nearest": nearest, "frame": scan.frame, **_document(scan)})
+    out.result(
+        {
+            "file": file,
+            "nearest": ways,
+            "lane_width": args.width,
+            "nearest_distance": nearest and nearest[0],
+            "nearest_degrees": nearest and nearest[1],
+            "frame": scan.frame,
+            **_document(scan),
+        }
+    )
     return 0
 
 
-def _nearest(chassis: Chassis, scan: LaserScan) -> dict[str, float]:
-    """Shortest distance in each of four directions of base_link, m."""
+def _word(degrees: float) -> str:
+    """The side of the robot at which a direction is."""
+    sides = ("ahead", "ahead left", "left", "behind left", "behind", "behind right", "right", "ahead right")
+    return sides[round(degrees / 45.0) % 8]
+
+
+def free_ways(points: NDArray[np.floating], width: float) -> dict[str, float]:
+    """How far the robot's middle is from the first thing in its way, m, in four directions of base_link.
+
+    Only what lies in a lane as wide as the robot is in its way: a wall beside it is not ahead, however near.
+
+    Args:
+        points: (N, 2) m in base_link.
+        width: Of the lane, m.
+    """
+    found = {}
+    for name, along, across in (
+        ("ahead", points[:, 0], points[:, 1]),
+        ("left", points[:, 1], points[:, 0]),
+        ("right", -points[:, 1], points[:, 0]),
+        ("behind", -points[:, 0], points[:, 1]),
+    ):
+        here = along[(along > 0.0) & (abs(across) <= width / 2.0)]
+        found[name] = float(here.min()) if here.size else math.inf
+    return found
+
+
+def nearest_of(points: NDArray[np.floating]) -> tuple[float, float] | None:
+    """Distance in m and direction in degrees (0 ahead, to the left positive) of the nearest point."""
     import numpy as np
 
-    from ..scene import scan_in_base
-
-    points = scan_in_base(chassis, scan)
-    found = dict.fromkeys(("ahead", "left", "right", "behind"), math.inf)
+    if not len(points):
+        return None
     distances = np.hypot(points[:, 0], points[:, 1])
-    sectors = np.rint(np.arctan2(points[:, 1], points[:, 0]) / (math.pi / 2.0)).astype(int) + 2
-    for index, name in enumerate(_SECTORS):
-        here = distances[sectors == index]
-        if here.size:
-            found[name] = min(found[name], float(here.min()))
-    return found
+    x, y = points[int(distances.argmin())]
+    return float(distances.min()), math.degrees(math.atan2(y, x))
 
 
 def _draw(chassis: Chassis, scan: LaserScan, args: Namespace, out: Output) -> bytes:
     from woosh_pure.geometry import Pose2D
 
-    from ..picture import blank_around, picture_of
-    from ..png import encode_png
+    from ..charting import chart_png
+    from ..picture import blank_around
     from ..scene import scan_in_base, scan_in_map
 
     if not args.map:
         points = scan_in_base(chassis, scan)
-        return encode_png(picture_of(blank_around(points), pose=Pose2D(0.0, 0.0), scan=points))
+        return chart_png(blank_around(points), out, marks=False, pose=Pose2D(0.0, 0.0), scan=points)
     try:
         pose = chassis.pose.wait(args.wait, new=False)
     except RosTimeout as error:
         raise RosTimeout(f"{error}; leave --map out to draw it around the robot") from error
     with out.working("fetching the map"):
         grid = chassis.get_map()
-    return encode_png(picture_of(grid, pose=pose, scan=scan_in_map(chassis, scan, pose)))
+    return chart_png(grid, out, pose=pose, scan=scan_in_map(chassis, scan, pose))
 
 
 def _document(scan: LaserScan) -> dict[str, object]:

@@ -9,6 +9,7 @@ from rosproto.cli.option_types import whole
 
 from ..arguments import POSE, add_timeout, natural, number, pose, word_of
 from ..connection import connect, follow, report
+from ..drive_line import DriveLine
 from ..output import Output
 
 if TYPE_CHECKING:
@@ -74,7 +75,7 @@ def run(args: Namespace, out: Output) -> int:
     if args.verb == "carry":
         direction = Direction.LOAD if args.load else Direction.UNLOAD
     with connect(args, out) as chassis:
-        chassis.pose.open()
+        line = DriveLine(chassis, pose(args.pose[-1]) if args.pose else None)
         handle = chassis.task(
             TaskType[word_of(args.verb)],
             args.mark,
@@ -85,7 +86,7 @@ def run(args: Namespace, out: Output) -> int:
             timeout=args.timeout,
         )
         where = args.mark or str(pose(args.pose[-1]))
-        outcome = follow(handle, out, f"{args.verb} {where} (task {handle.task_id})", args.timeout)
+        outcome = follow(handle, out, f"{args.verb} {where} (task {handle.task_id})", args.timeout, line)
         return report(outcome, out, task_id=handle.task_id)
 
 

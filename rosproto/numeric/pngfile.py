@@ -1,6 +1,6 @@
-"""Reading PNG pictures (www.w3.org/TR/png): what map_server's maps are when they are no PGM. Pure.
+"""PNG pictures from arrays and back, with nothing but zlib (www.w3.org/TR/png). Pure.
 
-Not read: interlaced pictures. Every size is bounded before memory is taken.
+The one writer of both packages. Not read: interlaced pictures. Every size is bounded before memory is taken.
 """
 
 from __future__ import annotations
@@ -14,10 +14,35 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["SIGNATURE", "decode_png"]
+__all__ = ["SIGNATURE", "decode_png", "encode_png"]
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
+_KINDS = {1: 0, 3: 2, 4: 6}
+"""Channels -> colour type of what is written: grey, RGB, RGBA."""
+
+
+def encode_png(pixels: NDArray[np.generic]) -> bytes:
+    """A PNG of (height, width) or (height, width, 3 or 4) uint8 or uint16.
+
+    Raises:
+        ValueError: Another shape or type.
+    """
+    channels = 1 if pixels.ndim == 2 else pixels.shape[-1] if pixels.ndim == 3 else 0
+    if channels not in _KINDS or pixels.dtype not in (np.uint8, np.uint16) or 0 in pixels.shape:
+        raise ValueError(f"no PNG of shape {pixels.shape}, {pixels.dtype}; expected uint8 or uint16 pixels")
+    height, width = pixels.shape[:2]
+    size = pixels.dtype.itemsize
+    rows = np.ascontiguousarray(pixels, dtype=pixels.dtype.newbyteorder(">")).reshape(height, -1)
+    scanlines = np.zeros((height, 1 + rows.shape[1] * size), np.uint8)  # the first byte: filter type none
+    scanlines[:, 1:] = rows.view(np.uint8).reshape(height, -1)
+    header = struct.pack(">IIBBBBB", width, height, 8 * size, _KINDS[channels], 0, 0, 0)
+    body = zlib.compress(scanlines.tobytes(), 6)
+    return SIGNATURE + _chunk(b"IHDR", header) + _chunk(b"IDAT", body) + _chunk(b"IEND", b"")
+
+
+def _chunk(kind: bytes, body: bytes) -> bytes:
+    return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
 
 
 def decode_png(data: bytes, limit_pixels: int) -> NDArray[np.uint8]:

@@ -1,0 +1,243 @@
+"""`rosproto dynparam`: what can be reconfigured while nodes run; the words of dynamic_reconfigure's dynparam.
+
+Source: wiki.ros.org/dynamic_reconfigure: a node NAME latches NAME/parameter_descriptions and
+NAME/parameter_updates, and serves NAME/set_parameters.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from rosproto.errors import RosTimeout
+
+from .graph import CommandError, absolute, master_client, open_node, print_json, unknown, verbs
+from .option_types import folder_exists, positive
+from .yaml_text import load_text, to_text, value_of
+
+__all__ = ["add_arguments", "run"]
+
+SERVICE = "/set_parameters"
+SERVICE_TYPE = "dynamic_reconfigure/Reconfigure"
+LISTS = {"bools": bool, "ints": int, "strs": str, "doubles": float}
+"""Lists of dynamic_reconfigure/Config, and what is in them."""
+KINDS = {"bool": bool, "int": int, "str": str, "double": float}
+TRUE, FALSE = ("true", "yes", "on", "1", "t"), ("false", "no", "off", "0", "f")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """One verb each."""
+    verbs(
+        parser,
+        {
+            "list": (_list_arguments, _list, "list the nodes that can be reconfigured"),
+            "get": (_get_arguments, _get, "print the parameters of a node, or one"),
+            "describe": (_node_arguments, _describe, "tell type, range and meaning of its parameters"),
+            "set": (_set_arguments, _set, "set a parameter, or several as {name: value}"),
+            "dump": (_file_arguments, _dump, "write the parameters of a node to a YAML file"),
+            "load": (_file_arguments, _load, "set the parameters of a node from a YAML file"),
+        },
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the verb."""
+    code: int = arguments.run_verb(arguments)
+    return code
+
+
+def _list_arguments(parser: argparse.ArgumentParser) -> None:
+    del parser
+
+
+def _node_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("node", help="as `rosproto dynparam list` names it")
+    parser.add_argument(
+        "--timeout", type=positive, default=5.0, metavar="S", help="seconds it has to answer (5)"
+    )
+
+
+def _get_arguments(parser: argparse.ArgumentParser) -> None:
+    _node_arguments(parser)
+    parser.add_argument("parameter", nargs="?", help="only this one")
+
+
+def _set_arguments(parser: argparse.ArgumentParser) -> None:
+    _node_arguments(parser)
+    parser.add_argument("values", nargs="+", help="NAME VALUE, or {name: value, ...}")
+
+
+def _file_arguments(parser: argparse.ArgumentParser) -> None:
+    _node_arguments(parser)
+    parser.add_argument("file", type=folder_exists, metavar="FILE")
+
+
+# -- what a node says ----------------------------------------------------------------------------------------
+
+
+def _known(arguments: argparse.Namespace) -> list[str]:
+    """Names of what can be reconfigured: a service, and descriptions that go with it."""
+    with master_client(arguments) as master:
+        state = master.get_system_state()
+    return sorted(
+        name.removesuffix(SERVICE)
+        for name in state.services
+        if name.endswith(SERVICE)
+        and name.removesuffix(SERVICE) + "/parameter_descriptions" in state.publishers
+    )
+
+
+def _heard(arguments: argparse.Namespace, node: Any, topic: str, kind: str) -> Any:
+    """A latched message of it."""
+    name = absolute(arguments.node)
+    with node.subscriber(f"{name}/{topic}", f"dynamic_reconfigure/{kind}") as messages:
+        try:
+            return messages.next(timeout=arguments.timeout)
+        except RosTimeout as error:
+            known = _known(arguments)
+            if name in known:
+                raise
+            raise unknown("nothing can be reconfigured at", name, known, "dynparam list") from error
+
+
+def values_of(config: Any) -> dict[str, Any]:
+    """The values of a dynamic_reconfigure/Config, by name, sorted."""
+    found = {one.name: cast(one.value) for field, cast in LISTS.items() for one in getattr(config, field)}
+    return dict(sorted(found.items()))
+
+
+def _parameters(description: Any) -> Iterator[Any]:
+    for group in description.groups:
+        yield from group.parameters
+
+
+# -- verbs ---------------------------------------------------------------------------------------------------
+
+
+def _list(arguments: argparse.Namespace) -> int:
+    found = _known(arguments)
+    if arguments.json:
+        print_json(found)
+    elif found:
+        print("\n".join(found))
+    return 0
+
+
+def _get(arguments: argparse.Namespace) -> int:
+    with open_node(arguments) as node:
+        values = values_of(_heard(arguments, node, "parameter_updates", "Config"))
+    asked: Any = values
+    if arguments.parameter is not None:
+        if arguments.parameter not in values:
+            raise unknown(
+                "no parameter is called", arguments.parameter, values, f"dynparam get {arguments.node}"
+            )
+        asked = values[arguments.parameter]
+    print_json(asked) if arguments.json else print(to_text(asked).rstrip("\n"))
+    return 0
+
+
+def _describe(arguments: argparse.Namespace) -> int:
+    with open_node(arguments) as node:
+        description = _heard(arguments, node, "parameter_descriptions", "ConfigDescription")
+    least, most, usual = (values_of(part) for part in (description.min, description.max, description.dflt))
+    facts = [
+        {
+            "name": one.name, "type": one.type, "min": least.get(one.name), "max": most.get(one.name),
+            "default": usual.get(one.name), "description": one.description, "level": one.level,
+        }
+        for one in _parameters(description)
+    ]  # fmt: skip
+    if arguments.json:
+        print_json(facts)
+        return 0
+    for fact in facts:
+        bounds = f", {fact['min']} to {fact['max']}" if fact["type"] in ("int", "double") else ""
+        print(f"{fact['name']} ({fact['type']}{bounds}, default {fact['default']!r}): {fact['description']}")
+    return 0
+
+
+def _set(arguments: argparse.Namespace) -> int:
+    words = arguments.values
+    if len(words) == 2:
+        changes: Any = {words[0]: words[1]}
+    else:
+        changes = value_of(words[0]) if len(words) == 1 else None
+    if not isinstance(changes, dict):
+        raise ValueError(f"{' '.join(words)!r}: write NAME VALUE, or '{{name: value, ...}}'")
+    return _change(arguments, changes)
+
+
+def _change(arguments: argparse.Namespace, changes: Mapping[str, Any]) -> int:
+    """Set them, and print what came of it: the node may bring values into their range."""
+    from rosproto.codec import message_class
+    from rosproto.codec.dicts import from_dict
+
+    name = absolute(arguments.node)
+    with open_node(arguments) as node:
+        description = _heard(arguments, node, "parameter_descriptions", "ConfigDescription")
+        kinds = {one.name: one.type for one in _parameters(description)}
+        request = _config(changes, kinds, arguments.node)
+        with node.service_client(name + SERVICE, SERVICE_TYPE) as client:
+            config = from_dict(message_class("dynamic_reconfigure/Config"), request)
+            reply = client.call(config=config, timeout=arguments.timeout)
+    after = values_of(reply.config)
+    if arguments.json:
+        print_json(after)
+        return 0
+    for key, value in changes.items():
+        print(f"{key}: {to_text(after.get(key)).rstrip()}")
+        if after.get(key) != _cast(kinds[key], value, key):
+            print(f"  (instead of {value!r}: the node brings values into its range)")
+    return 0
+
+
+def _config(changes: Mapping[str, Any], kinds: Mapping[str, str], node: str) -> dict[str, Any]:
+    """A dynamic_reconfigure/Config as a dict, every value of the type that the node says."""
+    config: dict[str, Any] = {field: [] for field in LISTS}
+    fields = {"bool": "bools", "int": "ints", "str": "strs", "double": "doubles"}
+    for name, value in changes.items():
+        if name not in kinds:
+            raise unknown("no parameter is called", name, kinds, f"dynparam describe {node}")
+        config[fields[kinds[name]]].append({"name": name, "value": _cast(kinds[name], value, name)})
+    return config
+
+
+def _cast(kind: str, value: Any, name: str) -> Any:
+    """A value as the parameter's type.
+
+    Raises:
+        CommandError: It is none.
+    """
+    try:
+        if kind == "bool":
+            word = str(value).lower()
+            if word not in (*TRUE, *FALSE):
+                raise ValueError
+            return word in TRUE
+        if kind == "int" and isinstance(value, float) and not value.is_integer():
+            raise ValueError
+        if kind == "str":
+            return str(value)
+        return KINDS[kind](value)
+    except (ValueError, TypeError, KeyError):
+        raise CommandError(f"{name}: {value!r} is no {kind}") from None
+
+
+def _dump(arguments: argparse.Namespace) -> int:
+    with open_node(arguments) as node:
+        values = values_of(_heard(arguments, node, "parameter_updates", "Config"))
+    Path(arguments.file).write_text(to_text(values), encoding="utf-8")
+    return 0
+
+
+def _load(arguments: argparse.Namespace) -> int:
+    values = load_text(Path(arguments.file).read_text("utf-8"), str(arguments.file))
+    if not isinstance(values, dict):
+        raise CommandError(
+            f"{arguments.file}: expected name: value on each line, as `dynparam dump` writes it"
+        )
+    values.pop("groups", None)  # dynamic_reconfigure's own dump has the states of groups there
+    return _change(arguments, values)

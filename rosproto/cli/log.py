@@ -1,0 +1,225 @@
+"""`rosproto log`: what nodes log, live, and how much they log (rosconsole; what rqt_console shows)."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+import time
+from typing import Any
+
+from rosproto.errors import RosTimeout, ServiceError
+
+from .console import enable_escapes
+from .graph import CommandError, absolute, below, master_client, open_node, print_json, unknown, verbs, warn
+from .option_types import count, positive
+
+__all__ = ["add_arguments", "run"]
+
+LEVELS = {"debug": 1, "info": 2, "warn": 4, "error": 8, "fatal": 16}
+"""rosgraph_msgs/Log, as its definition numbers them."""
+COLOURS = {1: "2", 4: "33", 8: "31", 16: "31;1"}
+AGGREGATED, DIRECT = "/rosout_agg", "/rosout"
+STEP = 0.5  # s; Windows delivers no Ctrl-C to a thread in an endless wait
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """One verb each."""
+    verbs(
+        parser,
+        {
+            "echo": (_echo_arguments, _echo, "print what nodes log, as it comes"),
+            "list": (_node_argument, _list, "list the loggers of a node and their levels"),
+            "get": (_get_arguments, _get, "print the level of a logger"),
+            "set": (_set_arguments, _set, "set the level of a logger"),
+        },
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the verb."""
+    code: int = arguments.run_verb(arguments)
+    return code
+
+
+def _level(text: str) -> int:
+    level = LEVELS.get(text.lower())
+    if level is None:
+        raise argparse.ArgumentTypeError(f"{text!r} is no level; one of: {', '.join(LEVELS)}")
+    return level
+
+
+def _expression(text: str) -> re.Pattern[str]:
+    try:
+        return re.compile(text)
+    except re.error as error:
+        raise argparse.ArgumentTypeError(f"{text!r} is no regular expression: {error}") from None
+
+
+def _echo_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "-l", "--level", type=_level, default=1, metavar="LEVEL", help="only these and worse: warn"
+    )
+    parser.add_argument(
+        "--node", action="append", default=[], metavar="NAME", help="only of this node, or of '/camera*'"
+    )
+    parser.add_argument("--match", type=_expression, metavar="REGEX", help="only lines that contain this")
+    parser.add_argument(
+        "--exclude", type=_expression, metavar="REGEX", help="none of the lines that contain this"
+    )
+    parser.add_argument("-n", type=count, metavar="COUNT", help="stop after this many lines")
+    parser.add_argument(
+        "--timeout", type=positive, metavar="S", help="give up when nothing comes for so long"
+    )
+    parser.add_argument("--source", action="store_true", help="with file, line and function")
+
+
+def _node_argument(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("node")
+
+
+def _get_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("node")
+    parser.add_argument("logger")
+
+
+def _set_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("node")
+    parser.add_argument("logger", help="see: rosproto log list NODE")
+    parser.add_argument("level", choices=tuple(LEVELS), type=str.lower)
+
+
+# -- reading -------------------------------------------------------------------------------------------------
+
+
+def _echo(arguments: argparse.Namespace) -> int:
+    from queue import Empty, SimpleQueue
+
+    with master_client(arguments) as master:
+        state = master.get_system_state()
+    for asked in arguments.node:
+        if not below(state.nodes, asked):
+            warn(f"no node is called {absolute(asked)} yet; its lines are shown when it comes")
+    topic = AGGREGATED if state.publishers.get(AGGREGATED) else DIRECT
+    came: SimpleQueue[Any] = SimpleQueue()
+    shown, silent_since = 0, time.monotonic()
+    with open_node(arguments) as node, node.subscriber(topic, "rosgraph_msgs/Log", came.put, queue_size=1000):
+        while arguments.n is None or shown < arguments.n:
+            try:
+                line = came.get(timeout=min(STEP, arguments.timeout or STEP))
+            except Empty:
+                if arguments.timeout and time.monotonic() - silent_since >= arguments.timeout:
+                    raise RosTimeout(
+                        f"{topic}: no line that is asked for within {arguments.timeout:g} s; "
+                        "leave filters out, or see: rosproto topic info " + topic
+                    ) from None
+                continue
+            if _wanted(line, arguments):
+                shown, silent_since = shown + 1, time.monotonic()
+                _show(line, arguments)
+    return 0
+
+
+def _wanted(line: Any, arguments: argparse.Namespace) -> bool:
+    if line.level < arguments.level:
+        return False
+    if arguments.node and not any(below([line.name], asked) for asked in arguments.node):
+        return False
+    if arguments.match and not arguments.match.search(line.msg):
+        return False
+    return not (arguments.exclude and arguments.exclude.search(line.msg))
+
+
+def word_of(level: int) -> str:
+    """The name of a level: the highest that is not above it."""
+    return next((name for name, number in reversed(LEVELS.items()) if level >= number), "debug")
+
+
+def _show(line: Any, arguments: argparse.Namespace) -> None:
+    stamp = line.header.stamp.to_sec()
+    level = word_of(line.level)
+    if arguments.json:
+        print_json(
+            {
+                "stamp": stamp, "level": level, "node": line.name, "text": line.msg,
+                "file": line.file, "line": line.line, "function": line.function,
+            }
+        )  # fmt: skip
+        return
+    clock = time.strftime("%H:%M:%S", time.localtime(stamp)) + f".{line.header.stamp.nsecs // 1_000_000:03d}"
+    head, *more = line.msg.split("\n")
+    text = f"{clock} {level.upper():5s} {_printable(line.name)}: {_printable(head)}"
+    text += "".join(f"\n{'':18s} {_printable(part)}" for part in more)
+    if arguments.source:
+        text += _printable(f"  [{line.file}:{line.line} {line.function}]")
+    colour = COLOURS.get(LEVELS[level]) if enable_escapes(sys.stdout) else None
+    print(f"\x1b[{colour}m{text}\x1b[0m" if colour else text, flush=True)
+
+
+def _printable(text: str) -> str:
+    """What a node says must not move the cursor or forge a line."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() or c == "\t" else c.encode("unicode_escape").decode() for c in text)
+
+
+# -- levels --------------------------------------------------------------------------------------------------
+
+
+def _call(arguments: argparse.Namespace, node: Any, service: str, kind: str, **fields: object) -> Any:
+    name = f"{absolute(arguments.node)}/{service}"
+    with master_client(arguments) as master:
+        state = master.get_system_state()
+    if name not in state.services:
+        if absolute(arguments.node) not in state.nodes:
+            raise unknown("the master knows no node", arguments.node, state.nodes, "node list")
+        raise CommandError(
+            f"{absolute(arguments.node)} has no {service}: it cannot be asked about its loggers"
+        )
+    with node.service_client(name, kind) as client:
+        return client.call(timeout=5.0, **fields)
+
+
+def _loggers(arguments: argparse.Namespace) -> dict[str, str]:
+    with open_node(arguments) as node:
+        reply = _call(arguments, node, "get_loggers", "roscpp/GetLoggers")
+    return {logger.name: logger.level for logger in reply.loggers}
+
+
+def _list(arguments: argparse.Namespace) -> int:
+    found = dict(sorted(_loggers(arguments).items()))
+    if arguments.json:
+        print_json(found)
+        return 0
+    for name, level in found.items():
+        print(f"{_printable(name)} {_printable(level)}")
+    return 0
+
+
+def _get(arguments: argparse.Namespace) -> int:
+    found = _loggers(arguments)
+    if arguments.logger not in found:
+        raise unknown("no logger is called", arguments.logger, found, f"log list {arguments.node}")
+    level = found[arguments.logger]
+    print_json(level) if arguments.json else print(_printable(level))
+    return 0
+
+
+def _set(arguments: argparse.Namespace) -> int:
+    known = _loggers(arguments)
+    if arguments.logger not in known:
+        raise unknown("no logger is called", arguments.logger, known, f"log list {arguments.node}")
+    with open_node(arguments) as node:
+        try:
+            _call(
+                arguments, node, "set_logger_level", "roscpp/SetLoggerLevel",
+                logger=arguments.logger, level=arguments.level,
+            )  # fmt: skip
+        except ServiceError as error:
+            raise CommandError(f"{absolute(arguments.node)} did not take the level: {error}") from error
+    now = _loggers(arguments).get(arguments.logger, "unknown")
+    if arguments.json:
+        print_json({"logger": arguments.logger, "level": now})
+    else:
+        print(f"{arguments.logger}: {_printable(now)}")
+    return 0 if now.lower() == arguments.level else 1

@@ -1,0 +1,79 @@
+"""Drawings of graphs as files: DOT and SVG are written here, PNG and PDF by Graphviz where that is."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from .failure import CommandError
+
+__all__ = ["FORMS", "form_of", "write_picture"]
+
+FORMS = {".dot": "dot", ".gv": "dot", ".svg": "svg", ".txt": "text", ".png": "png", ".pdf": "pdf"}
+"""What is written, by the ending of the file."""
+_BY_GRAPHVIZ = ("png", "pdf")
+_PATIENCE = 60.0
+
+
+def form_of(file: Path | None, asked: str | None) -> str:
+    """What to write: as asked, else by the file's name; text without a file.
+
+    Raises:
+        CommandError: The ending says nothing, or something else than what is asked for.
+    """
+    ending = FORMS.get(file.suffix.lower()) if file else None
+    if asked and ending in (None, asked):
+        return asked
+    if file is None:
+        return "text"
+    if asked:
+        raise CommandError(f"{file}: the name says {ending}, and --format {asked}; leave one of them out")
+    if ending is None:
+        raise CommandError(
+            f"{file}: no picture is known by this ending; it may be {', '.join(FORMS)}, or give --format"
+        )
+    return ending
+
+
+def write_picture(file: Path | None, form: str, writers: Mapping[str, Callable[[], str]]) -> str:
+    """Write it; what is for standard output is returned.
+
+    Args:
+        file: Where to.
+        form: One of the values of `FORMS`.
+        writers: For text, dot and svg: what gives the text.
+
+    Raises:
+        CommandError: It needs Graphviz, which is not installed or failed.
+    """
+    if form in _BY_GRAPHVIZ:
+        if file is None:
+            raise CommandError(f"{form} is no text for a terminal; give -o FILE.{form}")
+        file.write_bytes(_by_graphviz(writers["dot"](), form))
+        return ""
+    text = writers[form]()
+    if file is None:
+        return text
+    file.write_text(text, "utf-8")
+    return ""
+
+
+def _by_graphviz(dot: str, form: str) -> bytes:
+    program = shutil.which("dot")
+    if program is None:
+        raise CommandError(
+            f"{form} is drawn by Graphviz, and its program `dot` is not installed; .svg (for any browser) "
+            "and .dot are written without it"
+        )
+    try:
+        done = subprocess.run(
+            [program, f"-T{form}"], input=dot.encode(), capture_output=True, timeout=_PATIENCE, check=False
+        )
+    except subprocess.TimeoutExpired:
+        raise CommandError(f"Graphviz has not drawn it within {_PATIENCE:g} s; write .svg instead") from None
+    if done.returncode:
+        said = " ".join(done.stderr.decode("utf-8", "replace").split())[:300]
+        raise CommandError(f"Graphviz failed with code {done.returncode}: {said}; write .svg instead")
+    return done.stdout

@@ -1,0 +1,34 @@
+"""A map picture as a file: grid, scale, the user's marks, and what is known of the robot."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from . import config
+from .output import Output
+
+if TYPE_CHECKING:
+    from woosh_pure.gridmap import GridMap
+
+__all__ = ["chart_png"]
+
+
+def chart_png(grid: GridMap, out: Output, *, marks: bool = True, **what: Any) -> bytes:
+    """The PNG; names of marks that the picture cannot show are said in lines.
+
+    Args:
+        grid: The map.
+        out: For those lines.
+        marks: The marks of the user's list, too.
+        what: `pose`, `scan`, `path`: see `chart_of`.
+    """
+    from rosproto.numeric.pngfile import encode_png
+    from woosh_pure.marks import MarkFile
+
+    from .picture import chart_of
+
+    known = MarkFile(config.mark_file()) if marks else ()
+    pixels, notes = chart_of(grid, marks=known, **what)
+    for note in notes:
+        out.line(note)
+    return encode_png(pixels)

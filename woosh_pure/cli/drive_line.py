@@ -1,0 +1,105 @@
+"""How far a motion is, in one line: the way left, the time it will take, where the robot is."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from woosh_pure.chassis import Chassis
+    from woosh_pure.geometry import Pose2D
+
+__all__ = ["DriveLine", "length_left"]
+
+_WINDOW = 4.0
+"""Seconds over which the speed of getting there is taken."""
+
+
+def length_left(path: Sequence[Pose2D], here: Pose2D) -> float | None:
+    """Metres to the nearest point of the path, and from there to its end; None without a path.
+
+    Where a path passes the same place twice, the nearest point may be of the other pass.
+    """
+    if len(path) < 2:
+        return here.distance_to(path[0]) if path else None
+    best, behind = (math.inf, 0.0), 0.0
+    for a, b in reversed(list(itertools.pairwise(path))):
+        length = a.distance_to(b)
+        along = ((here.x - a.x) * (b.x - a.x) + (here.y - a.y) * (b.y - a.y)) / length if length else 0.0
+        along = min(max(along, 0.0), length)
+        share = along / length if length else 0.0
+        away = math.hypot(a.x + share * (b.x - a.x) - here.x, a.y + share * (b.y - a.y) - here.y)
+        best = min(best, (away, behind + length - along))
+        behind += length
+    return sum(best)
+
+
+class DriveLine:
+    """What is known of a drive under way; make it before the goal is sent, so that no plan is missed.
+
+    Args:
+        chassis: The one that drives.
+        target: Where to, when that is known.
+        clock: Seconds that go on.
+    """
+
+    def __init__(
+        self, chassis: Chassis, target: Pose2D | None = None, *, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._chassis = chassis
+        self._target = target
+        self._clock = clock
+        self._began = clock()
+        self._lefts: deque[tuple[float, float]] = deque(maxlen=200)
+        chassis.pose.open()
+        chassis.feed("plan").open()
+
+    def text(self, said: str, percent: float | None = None) -> str:
+        """The line; grows by what becomes known.
+
+        Args:
+            said: What the goal itself tells, "" when it tells nothing.
+            percent: How much of it is done, for goals that say so.
+        """
+        seconds = self._clock() - self._began
+        here = self._chassis.pose.latest
+        left = None if here is None else self._left(here)
+        parts = [f"{seconds:.0f} s"]
+        if percent is not None:
+            parts.append(f"{said}{_about(seconds * (100.0 - percent) / percent if percent > 2.0 else None)}")
+        elif left is not None:
+            parts.append(f"{left:.1f} m left{_about(self._seconds_left(left))}")
+        if here is not None:
+            parts.append(f"at x {here.x:.2f} m, y {here.y:.2f} m, {here.yaw_degrees:.0f}°")
+        if percent is None and left is None and said:
+            parts.append(said)
+        return "   ".join(parts)
+
+    def _left(self, here: Pose2D) -> float | None:
+        from .scene import known_path
+
+        reading: Any = self._chassis.feed("plan").reading
+        fresh = reading is not None and reading.received >= self._began
+        if fresh:
+            return length_left(known_path(self._chassis), here)
+        return None if self._target is None else here.distance_to(self._target)
+
+    def _seconds_left(self, left: float) -> float | None:
+        """By how fast it came nearer in the last seconds; None while it does not."""
+        now = self._clock()
+        self._lefts.append((now, left))
+        while now - self._lefts[0][0] > _WINDOW:
+            self._lefts.popleft()
+        since, before = self._lefts[0]
+        gained = before - left
+        if now - since < 0.8 or gained <= 0.05:
+            return None
+        return left * (now - since) / gained
+
+
+def _about(seconds: float | None) -> str:
+    return "" if seconds is None else f", about {seconds:.0f} s"
