@@ -76,6 +76,14 @@ class Pool:
                 cancel()
             raise
 
+    def spawn(self, function: Callable[[], object]) -> None:
+        """Call `function` in a thread at once, for somebody who cannot await it; it must not raise."""
+
+        def work() -> None:
+            function()
+
+        self._put(work, urgent=True)
+
     def close(self) -> None:
         """End the threads that are idle now, and from now on each one that becomes idle. Does not wait."""
         with self._changed:
@@ -160,7 +168,7 @@ class _Call(Generic[T]):
             self._abandoned = True
             opened = bool(self._opened)
         if opened:
-            self._pool._put(self._take_back, urgent=True)
+            self._pool.spawn(self._take_back)
 
     def _take_back(self) -> None:
         with self._lock:
