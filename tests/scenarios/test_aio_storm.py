@@ -158,7 +158,7 @@ async def storm(sim: SimulatedChassis, trials: int, delay: float, seed: int) -> 
 def leftovers(sim: SimulatedChassis, threads: set[threading.Thread]) -> str:
     """Threads and registrations of ours that are still there, in words. (The robot's are in this process, too.)"""
     end = time.monotonic() + 30.0
-    robots = tuple(sim.graph.nodes)
+    robots = (*sim.graph.nodes, *(node.uri for node in sim.graph.nodes.values()))
     while True:
         left = [t.name for t in threading.enumerate() if t not in threads and not t.name.endswith(robots)]
         left = [

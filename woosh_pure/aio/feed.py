@@ -176,7 +176,7 @@ class Feed(Generic[T]):
         return self.wait(new=False).__await__()
 
     async def _first(self, accept: Callable[[T], bool], timeout: float | None, *, new: bool) -> T:
-        require_timeout(timeout)
+        timeout = require_timeout(timeout)
         deadline = Deadline(timeout)
         async with _Values(self.feed, self._calls, _KEPT, known=not new) as values:
             while True:

@@ -69,6 +69,11 @@ class GoalHandle(Generic[P]):
         return self.handle.drives
 
     @property
+    def holds_the_base(self) -> bool:
+        """True while no other motion may begin beside it."""
+        return self.handle.holds_the_base
+
+    @property
     def outcome(self) -> Outcome | None:
         """How it ended, None while it runs."""
         return self.handle.outcome
@@ -196,6 +201,11 @@ class ActionHandle(GoalHandle[Any]):
     """A goal of any action server; as `woosh_pure.action_goal.ActionHandle`, awaited."""
 
     handle: action_goal.ActionHandle
+
+    @property
+    def server(self) -> str:
+        """The action server that has it."""
+        return self.handle.server
 
     @property
     def result(self) -> Any:
