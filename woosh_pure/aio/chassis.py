@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec
 from rosproto.logs import get_logger
 
 from ..chassis import Chassis as Threaded
-from ..faults import StatusCode
+from ..faults import Faults
 from .calls import Calls, Later
 from .goals import ActionHandle, NavigationHandle, StepHandle, TaskHandle
 from .readings import Readings
@@ -161,7 +161,7 @@ class Chassis(Readings):
         return ros.view(await self._calls.call(lambda: self.chassis.node))
 
     @property
-    def faults(self) -> Later[tuple[StatusCode, ...]]:
+    def faults(self) -> Later[Faults]:
         """`await robot.faults` are the faults active now, the worst first; only what was heard since this was
         first asked.
         """

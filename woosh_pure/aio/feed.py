@@ -132,6 +132,18 @@ class Feed(Generic[T]):
         return self.feed.errors
 
     @property
+    def unreachable(self) -> str:
+        """Why none of its publishers is connected, although the master names some; "" else."""
+        return self.feed.unreachable
+
+    @property
+    def outdated(self) -> bool:
+        """True when what was heard of a topic that is sent on change only may be over: its link has broken
+        since, and a change in between was told to nobody here.
+        """
+        return self.feed.outdated
+
+    @property
     def closed(self) -> bool:
         """True when nothing will come any more: the Chassis is closed, or its node is."""
         return self.feed.closed
