@@ -70,8 +70,13 @@ class GoalHandle(Generic[P]):
 
     @property
     def holds_the_base(self) -> bool:
-        """True while no other motion may begin beside it."""
+        """Whether another motion would disturb it: it drives, and is not being cancelled by us."""
         return self.handle.holds_the_base
+
+    @property
+    def server(self) -> str:
+        """Which of the chassis's action servers has it: a second goal replaces it there; "" for a task."""
+        return self.handle.server
 
     @property
     def outcome(self) -> Outcome | None:
@@ -201,11 +206,6 @@ class ActionHandle(GoalHandle[Any]):
     """A goal of any action server; as `woosh_pure.action_goal.ActionHandle`, awaited."""
 
     handle: action_goal.ActionHandle
-
-    @property
-    def server(self) -> str:
-        """The action server that has it."""
-        return self.handle.server
 
     @property
     def result(self) -> Any:
