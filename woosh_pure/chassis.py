@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     import rosproto
 
-    from . import values
+    from . import aio, values
 
 __all__ = ["Chassis"]
 
@@ -93,6 +93,8 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
     ) -> None:
         self.master_uri = master_uri_of(address)
         timeout = as_float(timeout)
+        self._in_block = False
+        self._aio: aio.Chassis | None = None
         if not 0.0 < timeout < math.inf:
             raise ValueError(f"timeout={timeout}: expected more than 0 s, and not for ever")
         self._core = Core(
@@ -107,6 +109,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
 
     def __enter__(self) -> Chassis:
         self._core.node  # noqa: B018  (an unreachable master is told here, not at the first verb)
+        self._in_block = True
         return self
 
     def __exit__(
@@ -164,6 +167,19 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
     def node(self) -> rosproto.Node:
         """The node underneath, for everything this class does not offer."""
         return self._core.node
+
+    @property
+    def aio(self) -> aio.Chassis:
+        """The same for asyncio, every verb, feed and handle awaited: see `woosh_pure.aio`.
+
+        async with Chassis("169.254.128.2").aio as robot:
+            await robot.go_to_mark("A1")
+        """
+        from . import aio
+
+        if self._aio is None:
+            self._aio = aio.view(self)
+        return self._aio
 
     # -- state
     # ------------------------------------------------------------------------------------------------

@@ -15,7 +15,9 @@ import rosproto
 from rosproto.codec.conversion import ValuesLost
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.logs import get_logger
+from rosproto.node.service_client import Cancellation
 
+from .begun import current
 from .enums import TaskCommand
 from .errors import MotionRefused, StaleState
 from .faults import ActiveFaults, Faults, StatusCode
@@ -187,6 +189,8 @@ class Core:
         publisher = self.publisher(topic, type(message))
         self.require_connection(publisher, topic, timeout)
         require_message(topic, publisher, message)
+        if (begun := current()) is not None:
+            begun.require_wanted(topic)
         publisher.publish(message)
         publisher.flush(self.timeout)
 
@@ -218,8 +222,13 @@ class Core:
         Raises:
             FirmwareLimit: The chassis's definition has no field for a value given; nothing was sent.
         """
+        client, seconds = self.service(name), self.timeout if timeout is None else timeout
+        # What cancels a task must go out, whoever has gone.
+        begun = None if name == "/exec_task" else current()
         try:
-            return self.service(name).call(timeout=self.timeout if timeout is None else timeout, **fields)
+            if begun is not None:
+                return client.call_cancellable(begun.calling, None, seconds, **fields)
+            return client.call(timeout=seconds, **fields)
         except ValuesLost as error:
             lack = f"no field for {', '.join(error.fields)}"
             raise limit_error(name, error.theirs, error.fields, lack) from error
@@ -238,7 +247,9 @@ class Core:
     def call_found(self, name: str, type_name: str, *, timeout: float | None = None, **fields: Any) -> Any:
         """Call a service that is in no row of the interface under this name."""
         with self.node.service_client(name, type_name) as client:
-            return client.call(timeout=self.timeout if timeout is None else timeout, **fields)
+            cancellation = Cancellation() if (begun := current()) is None else begun.calling
+            seconds = self.timeout if timeout is None else timeout
+            return client.call_cancellable(cancellation, None, seconds, **fields)
 
     def action(self, name: str) -> rosproto.ActionClient:
         """The client of an action of the interface, ready to send.
@@ -285,6 +296,8 @@ class Core:
 
     def readiness(self) -> Readiness:
         """What is known against moving; the first call waits until the links it needs stand."""
+        if (begun := current()) is not None:
+            begun.require_wanted("readiness")  # `wait_until_ready` asks again and again
         self._listen("battery", "status", "status_code", "inputs")
         self.rivals.listen(self.node)
         return self.known_readiness()

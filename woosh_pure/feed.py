@@ -233,6 +233,23 @@ class Feed(Generic[T]):
         return self.reading is not None
 
     @property
+    def opened(self) -> bool:
+        """True when it is subscribed, or will never be again."""
+        return self._subscriber is not None or self._closed
+
+    @property
+    def known_history(self) -> tuple[Reading[T], ...]:
+        """As `history`, but neither subscribes nor waits."""
+        with self._condition:
+            return tuple(self._history)
+
+    @property
+    def closed(self) -> bool:
+        """True when nothing will come any more: the Chassis is closed, or its node is."""
+        subscriber = self._subscriber
+        return self._closed or (subscriber is not None and subscriber.closed)
+
+    @property
     def count(self) -> int:
         """Values received so far."""
         return self._count
@@ -282,25 +299,35 @@ class Feed(Generic[T]):
     def history(self) -> tuple[Reading[T], ...]:
         """The last readings, oldest first: 100 of them, of pictures and clouds 3."""
         self._first_use()
-        with self._condition:
-            return tuple(self._history)
+        return self.known_history
 
-    def on(self, callback: Callable[[T], object]) -> Callable[[], None]:
+    def on(self, callback: Callable[[T], object], *, connect: bool = True) -> Callable[[], None]:
         """Call `callback(value)` for each new value; returns a function that ends it.
+
+        Args:
+            callback: Called in the receiving thread.
+            connect: False does not wait for the links.
 
         Raises:
             ConnectionLost: The Chassis is closed.
         """
-        self._require_open()
-        with self._condition:
-            self._callbacks.append(callback)
-        self._first_use()
+        self.require_open()
 
         def off() -> None:
             with self._condition:
                 if callback in self._callbacks:
                     self._callbacks.remove(callback)
 
+        with self._condition:
+            self._callbacks.append(callback)
+        try:
+            if connect:
+                self._first_use()
+            else:
+                self.open()
+        except BaseException:
+            off()
+            raise
         return off
 
     def wait(self, timeout: float | None = 5.0, *, new: bool = True) -> T:
@@ -353,7 +380,7 @@ class Feed(Generic[T]):
     def _begin_wait(self, timeout: float | None) -> float | None:
         """The deadline of a wait that may begin."""
         timeout = require_timeout(timeout)
-        self._require_open()
+        self.require_open()
         if self.in_callback:
             raise LocalProtocolError(
                 f"{self.topic}: waiting for its next value in its own callback would wait for itself; "
@@ -362,7 +389,12 @@ class Feed(Generic[T]):
         self.open()
         return None if timeout is None else time.monotonic() + timeout
 
-    def _require_open(self) -> None:
+    def require_open(self) -> None:
+        """Refuse to wait for what cannot come.
+
+        Raises:
+            ConnectionLost: The Chassis is closed, or its node is.
+        """
         if self._closed:
             raise ConnectionLost(f"{self.topic}: this feed is closed, because its Chassis is; open a new one")
         subscriber = self._subscriber
@@ -372,13 +404,14 @@ class Feed(Generic[T]):
 
     def _pause(self, deadline: float | None, timeout: float | None) -> None:
         """Wait for a change, with the lock held; raises when there is nothing to wait for any more."""
-        self._require_open()
+        self.require_open()
         rest = _SLICE if deadline is None else min(_SLICE, deadline - time.monotonic())
         if rest <= 0.0:
-            raise self._silence(timeout)
+            raise self.silence(timeout)
         self._condition.wait(rest)
 
-    def _silence(self, timeout: float | None) -> RosTimeout:
+    def silence(self, timeout: float | None) -> RosTimeout:
+        """The error of a wait that was in vain."""
         hint = " (it is sent on change only)" if self.row.on_change else ""
         subscriber = self._subscriber
         publishers = 0 if subscriber is None else subscriber.connections

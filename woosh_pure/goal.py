@@ -130,7 +130,10 @@ class GoalHandle(Generic[P]):
         """A cancel must not overtake the goal: wait, with a bound, until it has been sent."""
         sending = self._sending
         if sending is not None and sending is not threading.current_thread():
-            sending.join(timeout)
+            try:
+                sending.join(timeout)
+            except RuntimeError:  # not started yet: it sees the mark of the cancel before it sends
+                pass
 
     def _mark_cancelled(self, why: str) -> None:
         """It is this client that cancels it. The sending itself looks at this, before and after."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import RosTimeout
 from rosproto.numbers import as_float
 
+from .begun import current
 from .convert import pose_of
 from .enums import LedState, NavDirection, NavigationMode
 from .errors import StaleState
@@ -86,6 +87,8 @@ class Peripherals:
             heard = [p for p in publishers if p.connections]
         for publisher in heard:
             require_message(publisher.topic, publisher, message)
+            if (begun := current()) is not None:
+                begun.require_wanted(publisher.topic)
             publisher.publish(message)
             publisher.flush(self._core.timeout)
 

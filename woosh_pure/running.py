@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 
+from .begun import current
 from .errors import MotionRefused
 from .keeper import Job, Keeper
 
@@ -164,6 +165,8 @@ class Running:
                 self.require_free_base(goal.goal)
                 late = [o for o in self._goals if o.holds_the_base and o not in ended and not o._replaced_by]
                 self._make_way(goal, late, check=True, replace=False)
+            if (begun := current()) is not None:
+                begun.add(goal, goal.goal, lambda: goal.cancel(5.0))
             self._will_move()
             self._goals.append(goal)
 
@@ -250,6 +253,8 @@ class Running:
                 )
             if any(not other.finished for other in self._drives):
                 raise MotionRefused("another velocity block is open on this Chassis; leave it first")
+            if (begun := current()) is not None:
+                begun.add(drive, "velocity", drive.abandon)
             self._will_move()
             self._drives = [drive]
 

@@ -189,6 +189,11 @@ class Drive:
         else:
             self._core.running.remove_drive(self)
 
+    def abandon(self) -> None:
+        """End a drive whose caller has gone (a cancelled task); waits, with a bound, for its zeros."""
+        self.halt("the task that drove was cancelled")
+        self.finish(2.0)
+
     @property
     def finished(self) -> bool:
         """True when it is over and its zeros have been sent."""

@@ -50,7 +50,8 @@ class ActionClient:
     async def send_goal(self, goal: Any) -> GoalHandle:
         """Send a goal and follow it; errors as `rosproto.ActionClient.send_goal` has them.
 
-        Cancelling a task that waits for the goal does not cancel the goal: call `cancel` for that.
+        Cancelling a task that waits for the goal does not cancel the goal: call `cancel` for that. Cancelled
+        while it sends, though, there is no handle, so a goal that is sent all the same is cancelled again.
         """
         from rosproto.action import CommState
 
@@ -66,7 +67,8 @@ class ActionClient:
         handle = await self._pool.run(
             lambda: self.client.send_goal(
                 goal, feedback=lambda _, message: feedback.put(message), transition=changed
-            )
+            ),
+            dispose=lambda sent: sent.cancel(),  # nobody has it, so nobody else could
         )
         return GoalHandle(handle, over, feedback, self._pool)
 
@@ -76,7 +78,7 @@ class ActionClient:
 
     async def close(self) -> None:
         """Stop following goals; they go on at the server. May be called again."""
-        await self._pool.run(self.client.close)
+        await self._pool.run(self.client.close, always=True)
 
 
 class GoalHandle:
@@ -197,4 +199,4 @@ class ActionServer:
 
     async def close(self) -> None:
         """Withdraw the action. May be called again."""
-        await self._pool.run(self.server.close)
+        await self._pool.run(self.server.close, always=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable, Generator
 from typing import TYPE_CHECKING, Any
 from weakref import WeakSet
@@ -13,6 +14,7 @@ from rosproto.aio.parameters import Parameters
 from rosproto.aio.pool import Pool
 from rosproto.aio.services import ServiceClient, ServiceServer, handler_in_loop
 from rosproto.aio.topics import Publisher, Subscriber
+from rosproto.errors import ConnectionLost
 
 if TYPE_CHECKING:
     from rosproto.node import Node as ThreadedNode
@@ -39,15 +41,26 @@ class Node:
         self._arguments: tuple[str, dict[str, Any]] = (name, options)
         self._pool = Pool(max_threads, name=f"aio {name}")
         self._shared = False
+        self._closed = False
+        self._opening = asyncio.Lock()
         self._mailboxes: WeakSet[Mailbox[Any]] = WeakSet()
         self.node: ThreadedNode | None = None
 
     async def _open(self) -> Node:
-        if self.node is None:
-            from rosproto.node import Node as ThreadedNode
+        async with self._opening:  # two tasks that open it get the same node
+            if self.node is None:
+                from rosproto.node import Node as ThreadedNode
 
-            name, options = self._arguments
-            self._attach(await self._pool.run(lambda: ThreadedNode(name, **options), dispose=_close))
+                name, options = self._arguments
+                try:
+                    node = await self._pool.run(lambda: ThreadedNode(name, **options), dispose=_close)
+                except BaseException:
+                    self._pool.close()  # keeps no idle threads; opening may be tried again
+                    raise
+                if self._closed:
+                    await self._pool.run(node.close, always=True)
+                    raise ConnectionLost(f"{name}: closed by another task while it was being opened")
+                self._attach(node)
         return self
 
     def __await__(self) -> Generator[Any, None, Node]:
@@ -181,11 +194,14 @@ class Node:
     async def close(self) -> None:
         """Close the node and all that was opened with it; a view leaves its node open.
 
-        May be called again.
+        May be called again. Begun it completes: a task that is cancelled waits for that.
         """
-        if self.node is not None and not self._shared:
-            await self._pool.run(self.node.close)
-        self._pool.close()
+        self._closed = True
+        try:
+            if self.node is not None and not self._shared:
+                await self._pool.run(self.node.close, always=True)
+        finally:
+            self._pool.close()
 
 
 def _close(opened: Any) -> None:

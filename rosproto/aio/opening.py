@@ -17,7 +17,10 @@ T = TypeVar("T", bound=Closing)
 
 
 class Opening(Generic[T]):
-    """`sub = await node.subscriber(...)`, or `async with node.subscriber(...) as sub:`, which closes it."""
+    """`sub = await node.subscriber(...)`, or `async with node.subscriber(...) as sub:`, which closes it.
+
+    A task that is cancelled meanwhile has opened nothing; leaving the block closes to the end, also then.
+    """
 
     def __init__(self, open_it: Callable[[], Awaitable[T]]) -> None:
         self._open_it = open_it

@@ -104,4 +104,4 @@ class ParameterSubscription:
     async def close(self) -> None:
         """End it. May be called again."""
         self._mailbox.close()
-        await self._pool.run(self._subscription.close)
+        await self._pool.run(self._subscription.close, always=True)

@@ -1,7 +1,9 @@
 """Threads for calls that block, shared by all calls of one asyncio node.
 
-`asyncio.to_thread` would do but for two things: its threads are no daemons, so a call that hangs keeps the
-process from ending, and it cannot tell the call that its awaiter was cancelled.
+`asyncio.to_thread` would do but for three things: its threads are no daemons, so a call that hangs keeps the
+process from ending; it cannot tell the call that its awaiter was cancelled; and what the call has opened for
+a task that was cancelled is lost, open. Here a begun opening ends in the caller's hands or is closed again,
+and a begun closing always completes (`always`).
 """
 
 from __future__ import annotations
@@ -10,9 +12,13 @@ import asyncio
 import threading
 from collections import deque
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
-__all__ = ["Pool"]
+from rosproto.logs import get_logger
+
+__all__ = ["Pool", "notify"]
+
+logger = get_logger("rosproto.aio")
 
 T = TypeVar("T")
 Work = Callable[[], "Callable[[], object] | None"]
@@ -20,7 +26,8 @@ Work = Callable[[], "Callable[[], object] | None"]
 
 
 class Pool:
-    """At most `most` daemon threads; further calls wait for one of them. Idle ones end by themselves.
+    """At most `most` daemon threads; further calls wait for one of them, but those that end something do not.
+    Idle threads end by themselves.
 
     Attributes:
         most: Most threads at a time.
@@ -40,8 +47,9 @@ class Pool:
         self,
         function: Callable[[], T],
         *,
-        cancel: Callable[[], None] | None = None,
-        dispose: Callable[[T], None] | None = None,
+        cancel: Callable[[], object] | None = None,
+        dispose: Callable[[T], object] | None = None,
+        always: bool = False,
     ) -> T:
         """Await `function()` called in a thread.
 
@@ -49,17 +57,32 @@ class Pool:
             function: Called without arguments.
             cancel: Called when the awaiting task is cancelled, to make `function` end early; what it
                 returns or raises after that is dropped.
-            dispose: Called in a thread with what `function` returned for nobody, to close it again.
+            dispose: Called in a thread with what `function` returned for nobody, to close it again: also when
+                the task is cancelled in the turn of the loop in which the result arrives, or when the loop is
+                closed meanwhile.
+            always: For what ends something. It is begun although the task is cancelled before a thread has
+                time for it, does not wait for a free thread, and a cancelled task waits for its end: what
+                calls this must end in bounded time.
         """
-        loop = asyncio.get_running_loop()
-        future: asyncio.Future[T] = loop.create_future()
-        self._put(lambda: self._call(function, future, loop, dispose))
+        call = _Call(self, function, dispose)
+        self._put(call, urgent=always)
+        if always:
+            return await call.to_the_end()
         try:
-            return await future
-        except asyncio.CancelledError:
+            return await call.future
+        except (asyncio.CancelledError, GeneratorExit):  # the latter: its loop was closed over it
+            call.abandon()
             if cancel is not None:
                 cancel()
             raise
+
+    def spawn(self, function: Callable[[], object]) -> None:
+        """Call `function` in a thread at once, for somebody who cannot await it; it must not raise."""
+
+        def work() -> None:
+            function()
+
+        self._put(work, urgent=True)
 
     def close(self) -> None:
         """End the threads that are idle now, and from now on each one that becomes idle. Does not wait."""
@@ -67,12 +90,15 @@ class Pool:
             self._closed = True
             self._changed.notify_all()
 
-    def _put(self, work: Work) -> None:
+    def _put(self, work: Work, *, urgent: bool = False) -> None:
         with self._changed:
-            self._work.append(work)
+            if urgent:
+                self._work.appendleft(work)
+            else:
+                self._work.append(work)
             if self._idle >= len(self._work):
                 self._changed.notify()
-            elif self._threads < self.most:
+            elif urgent or self._threads < self.most:
                 self._threads += 1
                 threading.Thread(target=self._serve, name=f"rosproto:{self._name}", daemon=True).start()
 
@@ -96,27 +122,81 @@ class Pool:
                 with self._changed:
                     self._idle -= 1
 
-    def _call(
-        self,
-        function: Callable[[], T],
-        future: asyncio.Future[T],
-        loop: asyncio.AbstractEventLoop,
-        dispose: Callable[[T], None] | None,
-    ) -> Callable[[], object] | None:
-        if future.cancelled():
-            return None
+
+class _Call(Generic[T]):
+    """One call in a thread. What it opens ends in the hands of the task that awaits it, or is disposed of:
+    whoever comes last of the two, the thread with a result or the task that has gone, sees the other.
+
+    Attributes:
+        future: The result, in the loop.
+    """
+
+    def __init__(self, pool: Pool, function: Callable[[], T], dispose: Callable[[T], object] | None) -> None:
+        self._pool = pool
+        self._function = function
+        self._dispose = dispose
+        self._loop = asyncio.get_running_loop()
+        self.future: asyncio.Future[T] = self._loop.create_future()
+        self._lock = threading.Lock()
+        self._opened: list[T] = []
+        self._abandoned = False
+
+    def __call__(self) -> Callable[[], object] | None:
+        """Call the function, in a thread; what tells the loop of it."""
+        if self._abandoned:
+            return None  # it was not begun, and nobody wants it any more
         try:
-            result = function()
+            result = self._function()
         except BaseException as error:
             problem = error  # the name in `except` is gone when it is told
-            return lambda: notify(loop, _fail, future, problem)
-        return lambda: notify(loop, self._settle, future, result, dispose)
+            return lambda: notify(self._loop, _fail, self.future, problem)
+        with self._lock:
+            self._opened.append(result)
+            abandoned = self._abandoned
+        if abandoned:
+            self._take_back()
+            return None
+        return lambda: self._tell(result)
 
-    def _settle(self, future: asyncio.Future[T], result: T, dispose: Callable[[T], None] | None) -> None:
-        if not future.done():
-            future.set_result(result)
-        elif dispose is not None:
-            self._put(lambda: dispose(result))
+    def _tell(self, result: T) -> None:
+        if not notify(self._loop, _settle, self.future, result):
+            self._take_back()  # the loop is closed: there is nobody to give it to
+
+    def abandon(self) -> None:
+        """Nobody waits any more: what was opened, or will be, is closed again."""
+        with self._lock:
+            self._abandoned = True
+            opened = bool(self._opened)
+        if opened:
+            self._pool.spawn(self._take_back)
+
+    def _take_back(self) -> None:
+        with self._lock:
+            opened, self._opened = self._opened, []
+        if self._dispose is None:
+            return
+        for each in opened:
+            try:
+                self._dispose(each)
+            except Exception as error:  # nobody waits to be told
+                logger.warning("! not closed again after its task was cancelled: %s", error)
+
+    async def to_the_end(self) -> T:
+        """The result; a task that is cancelled waits for it, too, and is cancelled then."""
+        cancelled: asyncio.CancelledError | None = None
+        while not self.future.done():
+            try:
+                await asyncio.wait([self.future])
+            except asyncio.CancelledError as error:
+                cancelled = error
+        if cancelled is not None:
+            raise cancelled from self.future.exception()
+        return self.future.result()
+
+
+def _settle(future: asyncio.Future[T], result: T) -> None:
+    if not future.done():
+        future.set_result(result)
 
 
 def _fail(future: asyncio.Future[T], error: BaseException) -> None:
@@ -124,10 +204,12 @@ def _fail(future: asyncio.Future[T], error: BaseException) -> None:
         future.set_exception(error)
 
 
-def notify(loop: asyncio.AbstractEventLoop, function: Callable[..., Any], *arguments: Any) -> None:
-    """Call a function in the loop from any thread; a loop that is closed has nobody left to be told."""
+def notify(loop: asyncio.AbstractEventLoop, function: Callable[..., Any], *arguments: Any) -> bool:
+    """Call a function in the loop from any thread; False when it is closed and has nobody left to be told."""
     try:
         loop.call_soon_threadsafe(function, *arguments)
     except RuntimeError:
         if not loop.is_closed():
             raise
+        return False
+    return True

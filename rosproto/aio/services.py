@@ -54,7 +54,7 @@ class ServiceClient:
 
     async def close(self) -> None:
         """Close; calls in progress raise ConnectionLost. May be called again."""
-        await self._pool.run(self.client.close)
+        await self._pool.run(self.client.close, always=True)
 
 
 class ServiceServer:
@@ -70,7 +70,7 @@ class ServiceServer:
 
     async def close(self, timeout: float = 2.0) -> None:
         """Withdraw the service; answers in progress may go out within `timeout`. May be called again."""
-        await self._pool.run(lambda: self.server.close(timeout))
+        await self._pool.run(lambda: self.server.close(timeout), always=True)
 
 
 def handler_in_loop(handler: Callable[[Any], Any]) -> Callable[[Any], Any]:

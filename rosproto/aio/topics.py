@@ -47,7 +47,7 @@ class Publisher:
 
     async def close(self) -> None:
         """Stop publishing. May be called again."""
-        await self._pool.run(self.publisher.close)
+        await self._pool.run(self.publisher.close, always=True)
 
 
 class Subscriber:
@@ -110,4 +110,4 @@ class Subscriber:
     async def close(self) -> None:
         """End the subscription; who waits gets the end. May be called again."""
         self._mailbox.close()
-        await self._pool.run(self.subscriber.close)
+        await self._pool.run(self.subscriber.close, always=True)

@@ -13,7 +13,7 @@ import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
-from rosproto.errors import ConnectionLost, RosError, RosTimeout
+from rosproto.errors import ConnectionLost, LocalProtocolError, RosError, RosTimeout
 from rosproto.logs import get_logger
 
 if TYPE_CHECKING:
@@ -77,6 +77,10 @@ class Registrations:
         self._unwanted: dict[tuple[str, str], Registration] = {}
         self._lock = threading.Lock()
         self._pending: set[tuple[str, str]] = set()
+        self._leaving: list[Registration] = []
+        self._adding = 0
+        self._added = threading.Condition(self._lock)
+        self._closed = False
 
     def add(self, registration: Registration, timeout: float | None = None) -> None:
         """Register now and remember.
@@ -88,12 +92,26 @@ class Registrations:
         Raises:
             MasterError: The master refused; nothing is remembered.
             ConnectionLost, RosTimeout: The master is away; should it have heard of it, it is taken back.
+            LocalProtocolError: The node was closed by another thread meanwhile.
         """
         key = (registration.kind, registration.name)
         with self._lock:
+            if self._closed:  # nobody would take it back any more
+                raise LocalProtocolError(
+                    f"{registration.kind} {registration.name}: the node was closed meanwhile; open another"
+                )
             # Remembered first: the master may restart between its answer and our note of it.
             self._table[key] = registration
             self._unwanted.pop(key, None)
+            self._adding += 1
+        try:
+            self._register(key, registration, timeout)
+        finally:
+            with self._lock:
+                self._adding -= 1
+                self._added.notify_all()
+
+    def _register(self, key: tuple[str, str], registration: Registration, timeout: float | None) -> None:
         try:
             registration.register(self._master if timeout is None else self._master.within(timeout))
         except BaseException as error:
@@ -117,10 +135,15 @@ class Registrations:
             if self._is_away():
                 self._unwanted[key] = registration
                 return
-        if not self._take_back(registration, self._farewell):
+            self._leaving.append(registration)
+        try:
+            if not self._take_back(registration, self._farewell):
+                with self._lock:
+                    if key not in self._table:
+                        self._unwanted[key] = registration
+        finally:
             with self._lock:
-                if key not in self._table:
-                    self._unwanted[key] = registration
+                self._leaving.remove(registration)
 
     @staticmethod
     def _take_back(registration: Registration, master: MasterClient) -> bool:
@@ -190,9 +213,15 @@ class Registrations:
             return True
 
     def unregister_all(self, deadline: Deadline, master: MasterClient) -> None:
-        """Take everything back, the newest first; stops at the deadline or when the master is away."""
+        """Take everything back, the newest first, and take no more; stops at the deadline or when the master
+        is away.
+        """
         with self._lock:
-            registrations = [*list(self._table.values())[::-1], *self._unwanted.values()]
+            self._closed = True
+            # What is on its way to the master on another connection must not arrive after our farewell.
+            left = deadline.remaining()
+            self._added.wait_for(lambda: not self._adding, None if left is None else left / 2)
+            registrations = [*list(self._table.values())[::-1], *self._leaving, *self._unwanted.values()]
             self._table.clear()
             self._confirmed.clear()
             self._pending.clear()

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import threading
 from typing import Any
 
 import pytest
 
-from rosproto.errors import ConnectionLost, MasterError, RosTimeout
+from rosproto.errors import ConnectionLost, LocalProtocolError, MasterError, RosTimeout
 from rosproto.node.registrations import Registrations
 from rosproto.transport.deadline import Deadline
 
@@ -134,6 +135,50 @@ def test_unregistering_all_goes_backwards_and_stops_when_the_master_is_gone(tabl
     table.unregister_all(Deadline(5.0), None)  # type: ignore[arg-type]
     assert log == ["-/c"]
     assert len(table) == 0
+
+
+def test_nothing_is_registered_for_a_node_that_has_left(table: Registrations) -> None:
+    """Another thread subscribes while the node closes: nobody would take that back any more."""
+    log: list[str] = []
+    table.unregister_all(Deadline(5.0), None)  # type: ignore[arg-type]
+    with pytest.raises(LocalProtocolError, match="closed meanwhile"):
+        table.add(Thing("publisher", "/late", log))
+    assert (log, len(table)) == ([], 0)
+
+
+def test_the_farewell_waits_for_what_is_on_its_way_to_the_master(table: Registrations) -> None:
+    """On another connection it could arrive after the farewell, and stay in the graph."""
+    log: list[str] = []
+    thing = Thing("publisher", "/a", log)
+    sent, leaving = threading.Event(), threading.Event()
+
+    def during() -> None:
+        sent.set()
+        leaving.wait(20)
+        log.append("arrived")
+
+    thing.during = during
+    adding = threading.Thread(target=table.add, args=(thing,), daemon=True)
+    adding.start()
+    assert sent.wait(20)
+    farewell = threading.Thread(target=table.unregister_all, args=(Deadline(20.0), None), daemon=True)
+    farewell.start()
+    while not table._closed:  # it has begun
+        pass
+    leaving.set()
+    farewell.join(20)
+    adding.join(20)
+    assert log == ["+/a", "arrived", "-/a"]
+
+
+def test_the_farewell_says_again_what_is_being_taken_back(table: Registrations) -> None:
+    """By another thread, whose call ends with the connections of the node."""
+    log: list[str] = []
+    thing = Thing("publisher", "/a", log)
+    table.add(thing)
+    thing.after = lambda: table.unregister_all(Deadline(5.0), None)  # type: ignore[arg-type]
+    table.remove(thing)
+    assert log == ["+/a", "-/a", "-/a"]
 
 
 def test_what_a_silent_master_was_not_told_is_taken_back_later(table: Registrations) -> None:

@@ -1,0 +1,95 @@
+"""Calls of the verbs in threads, for tasks that may be cancelled. The one place that decides what ends then.
+
+A task that is cancelled
+
+* before its call has sent anything: nothing is sent, and the task goes at once;
+* when something has begun (a goal, a velocity block): it is ended, and the task waits for that, with a bound;
+* in a call that ends something (`stop`, `cancel`, `close`): that completes, and the task waits for it.
+
+Being cancelled again changes nothing. A loop that is closed over a task counts as cancelling it.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Coroutine, Generator
+from typing import Any, Generic, TypeVar
+from weakref import WeakSet
+
+from rosproto.aio.pool import Pool
+
+from ..begun import Begun, beginning
+
+__all__ = ["Calls", "Later"]
+
+T = TypeVar("T")
+_THREADS = 64
+
+
+class Calls:
+    """The calls of one Chassis. Made for any number of loops, one after the other.
+
+    Attributes:
+        begun: Goals and velocity blocks that were begun here, as long as somebody has them.
+    """
+
+    def __init__(self) -> None:
+        self.begun: WeakSet[Any] = WeakSet()
+        self._pool = Pool(_THREADS, name="woosh aio")
+
+    async def call(self, function: Callable[[], T]) -> T:
+        """Call a verb. What it has begun when the task is cancelled is ended."""
+        begun = Begun()
+
+        def work() -> T:
+            with beginning(begun):
+                return function()
+
+        try:
+            result = await self._pool.run(work, cancel=begun.refuse, dispose=lambda _: begun.end())
+        except asyncio.CancelledError:
+            if begun:
+                await self.finish(begun.end)
+            raise
+        except GeneratorExit:  # the loop is closed: nobody awaits any more
+            self.let_go(begun.end)
+            raise
+        self.begun.update(begun.things)
+        return result
+
+    async def or_end(self, function: Callable[[], T], end: Callable[[], object]) -> T:
+        """Call something that goes on with what was begun; cancelled, `end` ends that."""
+        try:
+            return await self._pool.run(function)
+        except asyncio.CancelledError:
+            await self.finish(end)
+            raise
+        except GeneratorExit:
+            self.let_go(end)
+            raise
+
+    async def finish(self, function: Callable[[], T]) -> T:
+        """Call something that ends something, in bounded time: it completes, whoever is cancelled."""
+        return await self._pool.run(function, always=True)
+
+    async def opened(self, function: Callable[[], T], dispose: Callable[[T], object]) -> T:
+        """Call something that opens something; cancelled, that is closed again."""
+        return await self._pool.run(function, dispose=dispose)
+
+    def let_go(self, function: Callable[[], object]) -> None:
+        """Call something in a thread, for who cannot await it. It must not raise."""
+        self._pool.spawn(function)
+
+    def close(self) -> None:
+        """Keep no idle thread."""
+        self._pool.close()
+
+
+class Later(Awaitable[T], Generic[T]):
+    """A property that is awaited: `await robot.faults`. Asked for each time it is awaited."""
+
+    def __init__(self, ask: Callable[[], Coroutine[Any, Any, T]]) -> None:
+        self._ask = ask
+
+    def __await__(self) -> Generator[Any, None, T]:
+        return self._ask().__await__()

@@ -1,0 +1,223 @@
+"""The awaited `Chassis`: a face of the threaded one, made from it verb by verb."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Generator
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec
+
+from rosproto.logs import get_logger
+
+from ..chassis import Chassis as Threaded
+from ..faults import Faults
+from .calls import Calls, Later
+from .goals import ActionHandle, NavigationHandle, StepHandle, TaskHandle
+from .readings import Readings
+from .verbs import block, goal, like, stopping, verb
+
+if TYPE_CHECKING:
+    from rosproto import aio as ros
+
+    from .. import values
+
+__all__ = ["Chassis", "view"]
+
+P = ParamSpec("P")
+_log: logging.Logger = get_logger("woosh_pure.aio")
+
+
+def _made_like(
+    threaded: Callable[Concatenate[Any, P], None],
+) -> Callable[[Callable[..., None]], Callable[Concatenate[Any, P], None]]:
+    def made(initialise: Callable[..., None]) -> Callable[Concatenate[Any, P], None]:
+        return like(threaded, initialise)
+
+    return made
+
+
+class Chassis(Readings):
+    """One chassis, for asyncio. Names, arguments, values and errors are those of `woosh_pure.Chassis`.
+
+        async with Chassis("169.254.128.2") as robot:
+            await robot.go_to_mark("A1")
+
+    Entering the block connects; leaving it cancels what still runs and leaves the graph. `Chassis(...).aio`
+    is the same for a `woosh_pure.Chassis` that exists: leaving `async with chassis.aio` closes it, unless it
+    is in its own `with` block, which closes it later; then what was begun in the inner block is ended only.
+
+    Reading: `await robot.battery` (the newest value, or the first), `async for pose in robot.pose`, and
+    `latest`, `age` ... without waiting; `await robot.faults`, `await robot.readiness()`.
+    Moving: `await robot.go_to_mark("A1")` is there, or raises `GoalFailed`; `async with
+    robot.go_to_mark("A1") as handle` and `await robot.go_to_mark("A1").start()` give a handle (see `Goal`).
+    Driving by velocity: `async with robot.velocity(bypasses_protection=True) as drive`.
+    Everything else is awaited: `await robot.stop()`, `await robot.get_map()`, `await robot.say("hello")`.
+
+    Cancelling a task (by `asyncio.timeout`, a TaskGroup, Ctrl-C in `asyncio.run` ...) ends what it has begun,
+    at any point: what is only being prepared is not sent any more, a goal is cancelled and a velocity block
+    ends before the task goes, in bounded time. `stop`, `cancel`, `pause` and `close` complete once called.
+
+    Attributes:
+        chassis: The threaded one underneath.
+    """
+
+    @_made_like(Threaded.__init__)
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        self._attach(Threaded(*args, **kwargs))
+
+    def _attach(self, chassis: Threaded) -> None:
+        self.chassis: Threaded = chassis
+        self._calls = Calls()
+        self._depth = 0
+        self._shared = False
+
+    def __repr__(self) -> str:
+        return f"<aio {repr(self.chassis)[1:]}"
+
+    # -- opening and closing
+
+    def __await__(self) -> Generator[Any, None, Chassis]:
+        """Connect, without a block: `robot = await Chassis(...)`; then `await robot.close()` at the end."""
+        return self._connect().__await__()
+
+    async def _connect(self) -> Chassis:
+        chassis = self.chassis
+        if chassis._in_block:
+            await self._calls.call(lambda: chassis.node)
+        else:
+            await self._calls.opened(lambda: chassis.node, lambda _: chassis.close())
+        return self
+
+    async def __aenter__(self) -> Chassis:
+        if not self._depth:
+            self._shared = self.chassis._in_block
+        await self._connect()
+        self._depth += 1
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._depth -= 1
+        if self._depth:
+            return
+        leave = self._end_begun if self._shared else lambda: self.chassis.__exit__(kind, error, trace)
+        if kind is GeneratorExit:  # the loop was closed over the block
+            self._calls.let_go(leave)
+            return
+        try:
+            await self._calls.finish(leave)
+        finally:
+            self._calls.close()
+
+    def _end_begun(self) -> None:
+        running = self.chassis._core.running
+        for drive in running.drives:
+            if drive in self._calls.begun:
+                drive.abandon()
+        for under_way in [] if running.leave else running.goals:
+            if under_way in self._calls.begun:
+                under_way.cancel(3.0)
+
+    async def close(self) -> None:
+        """End velocity blocks, cancel our goals (unless `leave_running`), leave the graph. Idempotent,
+        bounded; begun it completes, also when this task is cancelled.
+
+        Raises:
+            ConnectionLost: A goal could not be cancelled: the robot may still be driving. All else is closed.
+        """
+        try:
+            await self._calls.finish(self.chassis.close)
+        finally:
+            self._calls.close()
+
+    # -- what is known
+
+    @property
+    def master_uri(self) -> str:
+        """Where its master is."""
+        return self.chassis.master_uri
+
+    @property
+    def moved(self) -> bool:
+        """True when a verb of this object has started a motion, whether it is over or not."""
+        return self.chassis.moved
+
+    @property
+    def under_way(self) -> bool:
+        """True while something that this object has started may move the robot."""
+        return self.chassis.under_way
+
+    @property
+    def node(self) -> Later[ros.Node]:
+        """`await robot.node` is the node underneath, for everything this class does not offer: a view by
+        `rosproto.aio`.
+        """
+        return Later(self._node)
+
+    async def _node(self) -> ros.Node:
+        from rosproto import aio as ros
+
+        return ros.view(await self._calls.call(lambda: self.chassis.node))
+
+    @property
+    def faults(self) -> Later[Faults]:
+        """`await robot.faults` are the faults active now, the worst first; only what was heard since this was
+        first asked.
+        """
+        return Later(lambda: self._calls.call(lambda: self.chassis.faults))
+
+    async def wait_until(
+        self, accept: Callable[[values.RobotStatus], bool], timeout: float | None = 60.0
+    ) -> values.RobotStatus:
+        """Wait for a state: `await robot.wait_until(lambda s: s.robot_state is RobotState.IDLE)`.
+
+        Raises:
+            RosTimeout: It did not come in time.
+        """
+        return await self.status.wait_for(accept, timeout)
+
+    snapshot = verb(Threaded.snapshot)
+    readiness = verb(Threaded.readiness)
+    wait_until_ready = verb(Threaded.wait_until_ready)
+
+    # -- moving
+
+    go_to_mark = goal(Threaded.go_to_mark, TaskHandle)
+    task = goal(Threaded.task, TaskHandle)
+    park = goal(Threaded.park, TaskHandle)
+    charge = goal(Threaded.charge, TaskHandle)
+    carry = goal(Threaded.carry, TaskHandle)
+    go_to = goal(Threaded.go_to, NavigationHandle)
+    follow = goal(Threaded.follow, NavigationHandle)
+    move = goal(Threaded.move, StepHandle)
+    rotate = goal(Threaded.rotate, StepHandle)
+    strafe = goal(Threaded.strafe, StepHandle)
+    move_diagonal = goal(Threaded.move_diagonal, StepHandle)
+    steps = goal(Threaded.steps, StepHandle)
+    action = goal(Threaded.action, ActionHandle)
+    velocity = block(Threaded.velocity)
+    stop = stopping(Threaded.stop)
+
+    # -- everything else
+
+    send = verb(Threaded.send)
+    set_pose = verb(Threaded.set_pose)
+    initialise = verb(Threaded.initialise)
+    start_localization = verb(Threaded.start_localization)
+    light = verb(Threaded.light)
+    say = verb(Threaded.say)
+    set_footprint = verb(Threaded.set_footprint)
+    enable_costmaps = verb(Threaded.enable_costmaps)
+    clear_costmaps = verb(Threaded.clear_costmaps)
+    get_map = verb(Threaded.get_map)
+    set_map = verb(Threaded.set_map)
+    plan = verb(Threaded.plan)
+    set_navigation_mode = verb(Threaded.set_navigation_mode)
+
+
+def view(chassis: Threaded) -> Chassis:
+    """The awaited face of a Chassis that exists, as `chassis.aio`; both may be used at the same time."""
+    face = Chassis.__new__(Chassis)
+    face._attach(chassis)
+    return face

@@ -1,0 +1,138 @@
+"""Driving by velocity in asyncio: the block of `woosh_pure.velocity`, as `async with`."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import time
+from collections.abc import Callable
+from types import TracebackType
+from typing import TYPE_CHECKING
+
+from ..geometry import Velocity
+from ..shaper import DriveLimits
+from .calls import Calls
+
+if TYPE_CHECKING:
+    from .. import velocity
+
+__all__ = ["Drive", "VelocityBlock"]
+
+_SLICE, _VALID = 0.1, 0.3  # seconds, as the threaded `hold` has them
+
+
+class Drive:
+    """An open velocity block; as `woosh_pure.velocity.Drive`.
+
+    A loop that is held up for longer than a command is valid lets the robot stop.
+
+    Attributes:
+        drive: The threaded one underneath.
+    """
+
+    def __init__(self, drive: velocity.Drive) -> None:
+        self.drive = drive
+
+    def __repr__(self) -> str:
+        return f"<aio {repr(self.drive)[1:]}"
+
+    @property
+    def limits(self) -> DriveLimits:
+        """What `set` accepts."""
+        return self.drive.limits
+
+    @property
+    def topic(self) -> str:
+        """Where the velocity goes."""
+        return self.drive.topic
+
+    @property
+    def active(self) -> bool:
+        """False when the drive is over, for whatever reason."""
+        return self.drive.active
+
+    @property
+    def finished(self) -> bool:
+        """True when it is over and its zeros have been sent."""
+        return self.drive.finished
+
+    @property
+    def sending(self) -> Velocity:
+        """The velocity sent last."""
+        return self.drive.sending
+
+    @property
+    def others(self) -> tuple[str, ...]:
+        """Nodes that can send velocities, too, as last seen."""
+        return self.drive.others
+
+    def set(self, vx: float, wz: float = 0.0, *, vy: float = 0.0, valid_for: float = 0.5) -> None:
+        """Command a body velocity that lapses by itself, as `woosh_pure.velocity.Drive.set`; does not wait.
+
+        Args:
+            vx: Forward speed, m/s, in base_link (REP 103: x forward).
+            wz: Yaw rate, rad/s, counter-clockwise positive.
+            vy: Speed to the left, m/s; only an omnidirectional base has it.
+            valid_for: Seconds until a zero velocity follows, at most 5.
+
+        Raises:
+            ValueError: A value is not finite or exceeds `limits`. The robot goes on with the last command.
+            ConnectionLost, MotionRefused: The drive is over, and why.
+        """
+        self.drive.set(vx, wz, vy=vy, valid_for=valid_for)
+
+    async def hold(self, vx: float, wz: float = 0.0, *, vy: float = 0.0, seconds: float) -> None:
+        """Keep a velocity for `seconds`, then zero; raises as soon as the drive is over (see `set`).
+        Cancelled, zero follows at once.
+
+        Args:
+            vx, wz, vy: As for `set`: m/s and rad/s, in base_link.
+            seconds: How long; the ramp to the velocity is part of it.
+
+        Raises:
+            ValueError: As `set`; or `seconds` is negative or not finite.
+            ConnectionLost, MotionRefused: As `set`.
+        """
+        seconds = float(seconds)
+        if not (math.isfinite(seconds) and seconds >= 0.0):
+            raise ValueError(f"seconds={seconds}: expected a finite number of at least 0")
+        end = time.monotonic() + seconds
+        try:
+            while (rest := end - time.monotonic()) > 0.0:
+                self.set(vx, wz, vy=vy, valid_for=_VALID)
+                await asyncio.sleep(min(rest, _SLICE))
+        except BaseException:
+            if self.drive.active:
+                self.set(0.0, 0.0)
+            raise
+        self.set(0.0, 0.0)
+
+    def halt(self, why: str) -> None:
+        """End the drive; zero follows at once and nothing resumes. Does not wait."""
+        self.drive.halt(why)
+
+
+class VelocityBlock:
+    """What `velocity` gives: `async with robot.velocity(bypasses_protection=True) as drive:`."""
+
+    def __init__(self, calls: Calls, make: Callable[[], velocity.Drive]) -> None:
+        self._calls = calls
+        self._make = make
+        self._drive: velocity.Drive | None = None
+
+    async def __aenter__(self) -> Drive:
+        if self._drive is not None:
+            raise RuntimeError("this drive was used before; open a new one with robot.velocity(...)")
+        self._drive = await self._calls.call(lambda: self._make().__enter__())
+        return Drive(self._drive)
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        drive = self._drive
+        if drive is None:
+            return
+        if kind is GeneratorExit:  # the loop was closed over the block
+            self._calls.let_go(drive.abandon)
+        else:
+            await self._calls.finish(lambda: drive.__exit__(kind, error, trace))

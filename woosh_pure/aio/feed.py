@@ -1,0 +1,242 @@
+"""Feeds, awaited: `async for pose in robot.pose`, `await robot.battery`."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable, Generator
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from rosproto.aio.mailbox import Mailbox
+from rosproto.aio.pool import notify
+from rosproto.errors import ConnectionLost, RosError
+from rosproto.logs import get_logger
+from rosproto.transport.deadline import Deadline
+
+from ..feed import FIRST_USE, Reading
+from ..interface import Row
+from ..timeouts import require_timeout
+from .calls import Calls
+
+if TYPE_CHECKING:
+    from .. import feed
+
+__all__ = ["Feed"]
+
+T = TypeVar("T")
+logger = get_logger("woosh_pure.aio")
+_LOOK_AGAIN = 0.2  # seconds; the end of a feed comes without a call
+_KEPT = 1000  # values for who waits for a certain one
+
+
+class Feed(Generic[T]):
+    """One topic the chassis publishes; as `woosh_pure.feed.Feed`, awaited.
+
+    `await robot.battery` is the newest value, or the first one when none was heard yet.
+    `async for value in robot.pose` gives values as they come. Properties never wait: the first use of one
+    begins to subscribe, and "not heard yet" is None; `await feed.open()` before that waits for the links.
+
+    Attributes:
+        feed: The threaded one underneath.
+    """
+
+    def __init__(self, feed: feed.Feed[T], calls: Calls) -> None:
+        self.feed = feed
+        self._calls = calls
+
+    def __repr__(self) -> str:
+        return f"<aio {repr(self.feed)[1:]}"
+
+    @property
+    def row(self) -> Row:
+        """The row of the interface table."""
+        return self.feed.row
+
+    @property
+    def topic(self) -> str:
+        """Name of the topic."""
+        return self.feed.topic
+
+    async def open(self) -> Feed[T]:
+        """Subscribe now, and wait for the links as `wait_connected` does; returns this feed."""
+        await self.wait_connected()
+        return self
+
+    async def wait_connected(self, timeout: float = FIRST_USE) -> bool:
+        """Wait until every publisher the master names is connected (or cannot be), latched values included.
+
+        Returns:
+            True when at least one publisher is connected.
+        """
+        return await self._calls.call(lambda: self.feed.wait_connected(timeout))
+
+    # -- what was heard, without waiting
+
+    @property
+    def known(self) -> Reading[T] | None:
+        """The newest reading, None when nothing was heard; does not subscribe."""
+        return self.feed.known
+
+    @property
+    def reading(self) -> Reading[T] | None:
+        """The newest reading, None when nothing was heard yet."""
+        if not self.feed.opened:
+            self._calls.let_go(self._subscribe)
+        return self.feed.known
+
+    def _subscribe(self) -> None:
+        try:
+            self.feed.open()
+        except RosError as error:  # who waits for a value is told
+            logger.debug("! %s: not subscribed: %s", self.topic, error)
+
+    @property
+    def latest(self) -> T | None:
+        """The newest value, None when nothing was heard yet."""
+        reading = self.reading
+        return None if reading is None else reading.value
+
+    @property
+    def age(self) -> float | None:
+        """Seconds since the newest value by our clock, None when nothing was heard yet."""
+        reading = self.reading
+        return None if reading is None else reading.age
+
+    @property
+    def heard(self) -> bool:
+        """True when at least one value has come."""
+        return self.reading is not None
+
+    @property
+    def count(self) -> int:
+        """Values received so far."""
+        return self.feed.count
+
+    @property
+    def history(self) -> tuple[Reading[T], ...]:
+        """The last readings, oldest first: 100 of them, of pictures and clouds 3."""
+        return self.feed.known_history if self.reading is not None else ()
+
+    @property
+    def publishers(self) -> int:
+        """Publishers connected now."""
+        return self.feed.publishers if self.feed.opened else 0
+
+    @property
+    def sources(self) -> frozenset[str]:
+        """Addresses ("host:port") of the publishers connected now."""
+        return self.feed.sources
+
+    @property
+    def errors(self) -> list[Exception]:
+        """What went wrong on its links, the last few."""
+        return self.feed.errors
+
+    @property
+    def unreachable(self) -> str:
+        """Why none of its publishers is connected, although the master names some; "" else."""
+        return self.feed.unreachable
+
+    @property
+    def outdated(self) -> bool:
+        """True when what was heard of a topic that is sent on change only may be over: its link has broken
+        since, and a change in between was told to nobody here.
+        """
+        return self.feed.outdated
+
+    @property
+    def closed(self) -> bool:
+        """True when nothing will come any more: the Chassis is closed, or its node is."""
+        return self.feed.closed
+
+    # -- waiting
+
+    async def on(self, callback: Callable[[T], object]) -> Callable[[], None]:
+        """Call `callback(value)` in this loop for each new value; returns a function that ends it.
+
+        Raises:
+            ConnectionLost: The Chassis is closed.
+        """
+        loop = asyncio.get_running_loop()
+        return await self._calls.opened(
+            lambda: self.feed.on(lambda value: notify(loop, callback, value)), lambda off: off()
+        )
+
+    async def wait(self, timeout: float | None = 5.0, *, new: bool = True) -> T:
+        """The next value.
+
+        Args:
+            timeout: Seconds; None waits for ever.
+            new: False returns a value at once when one was heard before.
+
+        Raises:
+            RosTimeout: None came in time.
+            ConnectionLost: The Chassis is closed, or was closed meanwhile.
+        """
+        return await self._first(lambda value: True, timeout, new=new)
+
+    async def wait_for(self, accept: Callable[[T], bool], timeout: float | None = 5.0) -> T:
+        """The first value that `accept`, called in this loop, likes: the newest known one, or any after it.
+
+        Raises:
+            RosTimeout: None came in time.
+            ConnectionLost: The Chassis is closed, or was closed meanwhile.
+        """
+        return await self._first(accept, timeout, new=False)
+
+    def __await__(self) -> Generator[Any, None, T]:
+        """The newest value, or the first one within 5 s: `wait(new=False)`."""
+        return self.wait(new=False).__await__()
+
+    async def _first(self, accept: Callable[[T], bool], timeout: float | None, *, new: bool) -> T:
+        timeout = require_timeout(timeout)
+        deadline = Deadline(timeout)
+        async with _Values(self.feed, self._calls, _KEPT, known=not new) as values:
+            while True:
+                value = await values.next(deadline, timeout)
+                if accept(value):
+                    return value
+
+    async def __aiter__(self) -> AsyncIterator[T]:
+        """Values as they come; a slow loop skips to the newest. Ends when the chassis is closed."""
+        async with _Values(self.feed, self._calls, 1, known=True) as values:
+            while True:
+                try:
+                    value = await values.next(Deadline(None), None)
+                except ConnectionLost:
+                    return
+                yield value
+
+
+class _Values(Generic[T]):
+    """Values of a feed from now on, in a mailbox of this loop; ends with its block."""
+
+    def __init__(self, feed: feed.Feed[T], calls: Calls, size: int, *, known: bool) -> None:
+        self._feed = feed
+        self._calls = calls
+        self._known = known
+        self._box: Mailbox[T] = Mailbox(size)
+
+    async def __aenter__(self) -> _Values[T]:
+        box = self._box
+        reading = self._feed.known if self._known else None
+        if reading is not None:
+            box.put(reading.value)
+        self._off = await self._calls.opened(lambda: self._feed.on(box.put, connect=False), lambda off: off())
+        return self
+
+    async def __aexit__(self, *exc_info: object) -> None:
+        self._off()
+        self._box.close()
+
+    async def next(self, deadline: Deadline, timeout: float | None) -> T:
+        """The next one, or the error that says why there is none."""
+        while True:
+            left = deadline.remaining()
+            try:
+                if len(self._box):
+                    return await self._box.get()
+                return await self._box.get(_LOOK_AGAIN if left is None else min(left, _LOOK_AGAIN))
+            except asyncio.TimeoutError:
+                self._feed.require_open()
+                if deadline.expired:
+                    raise self._feed.silence(timeout) from None

@@ -1,0 +1,332 @@
+"""Goals, awaited: what a verb gives before it has begun, and the handle of one that is under way."""
+
+from __future__ import annotations
+
+import asyncio
+import warnings
+from collections.abc import AsyncIterator, Callable, Coroutine, Generator
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from rosproto.aio.mailbox import Mailbox
+from rosproto.aio.pool import notify
+from rosproto.errors import ConnectionLost, RosError
+from rosproto.logs import get_logger
+
+from ..goal import _OWN_DEFAULT, _Default
+from ..outcome import Outcome
+from ..values import RobotStatus
+from .calls import Calls
+
+if TYPE_CHECKING:
+    from .. import action_goal, goal, task
+    from ..enums import TaskState
+    from ..steps import Step
+
+__all__ = ["ActionHandle", "Goal", "GoalHandle", "NavigationHandle", "StepHandle", "TaskHandle"]
+
+P = TypeVar("P")
+logger = get_logger("woosh_pure.aio")
+_LOOK_AGAIN = 0.1  # seconds; the end of a goal comes without a call
+
+
+class _LoopClosed(ConnectionLost):
+    """The loop was closed over a task that waits."""
+
+
+class GoalHandle(Generic[P]):
+    """A goal under way; as `woosh_pure.goal.GoalHandle`, awaited.
+
+    Attributes:
+        handle: The threaded one underneath.
+    """
+
+    def __init__(self, handle: goal.GoalHandle[P], calls: Calls) -> None:
+        self.handle = handle
+        self._calls = calls
+
+    def __repr__(self) -> str:
+        return f"<aio {repr(self.handle)[1:]}"
+
+    @property
+    def goal(self) -> str:
+        """What was asked, in words."""
+        return self.handle.goal
+
+    @property
+    def default_timeout(self) -> float | None:
+        """What `wait()` uses, s; None waits for ever."""
+        return self.handle.default_timeout
+
+    @property
+    def task_id(self) -> int:
+        """The id of a task; 0 for a goal of another kind."""
+        return self.handle.task_id
+
+    @property
+    def drives(self) -> bool:
+        """True while this goal may move the base."""
+        return self.handle.drives
+
+    @property
+    def holds_the_base(self) -> bool:
+        """Whether another motion would disturb it: it drives, and is not being cancelled by us."""
+        return self.handle.holds_the_base
+
+    @property
+    def server(self) -> str:
+        """Which of the chassis's action servers has it: a second goal replaces it there; "" for a task."""
+        return self.handle.server
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """How it ended, None while it runs."""
+        return self.handle.outcome
+
+    @property
+    def done(self) -> bool:
+        """True when it has ended, well or badly."""
+        return self.handle.done
+
+    @property
+    def latest_progress(self) -> P | None:
+        """The newest progress, None before the first."""
+        return self.handle.latest_progress
+
+    async def progress_line(self) -> str:
+        """The newest progress in words, "" before the first."""
+        return await self._calls.call(self.handle.progress_line)
+
+    def on_progress(self, callback: Callable[[P], object]) -> None:
+        """Call `callback(progress)` for each report, in this loop."""
+        loop = asyncio.get_running_loop()
+        self.handle.on_progress(lambda progress: notify(loop, callback, progress))
+
+    async def progress(self) -> AsyncIterator[P]:
+        """Reports as they come, a slow loop skips to the newest; ends with the goal."""
+        newest: Mailbox[P] = Mailbox(1)
+        self.handle.on_progress(newest.put)
+        known = self.handle.latest_progress
+        if known is not None and not len(newest):
+            newest.put(known)
+        try:
+            while True:
+                if (
+                    not len(newest) and self.handle.done and not len(newest)
+                ):  # what came before the end is told
+                    return
+                try:
+                    report = await newest.get(_LOOK_AGAIN)
+                except asyncio.TimeoutError:
+                    continue
+                yield report
+        finally:
+            newest.close()
+
+    async def wait(self, timeout: float | _Default | None = _OWN_DEFAULT, *, raises: bool = True) -> Outcome:
+        """Wait for the end, as `woosh_pure.goal.GoalHandle.wait`. Cancelling the task that waits cancels the
+        goal, and waits for the chassis to confirm it.
+
+        Args:
+            timeout: Seconds; then the goal is cancelled. None waits for ever; left out: `default_timeout`.
+            raises: False returns an outcome that is no arrival instead of raising it.
+
+        Raises:
+            GoalFailed: It ended in anything but an arrival; `error.outcome` says how.
+            ValueError: `timeout` is negative or NaN.
+        """
+        loop = asyncio.get_running_loop()
+
+        def look() -> None:
+            if loop.is_closed():
+                raise _LoopClosed(f"{self.goal}: the event loop was closed while it was waited for")
+
+        def wait() -> Outcome:
+            try:
+                return self.handle.wait(timeout, raises=raises, meanwhile=look)
+            except _LoopClosed:
+                self._end()
+                raise
+
+        return await self._calls.or_end(wait, self._end)
+
+    def __await__(self) -> Generator[Any, None, Outcome]:
+        """`outcome = await handle` is `wait()`."""
+        return self.wait().__await__()
+
+    async def cancel(self, timeout: float = 5.0) -> Outcome:
+        """End it now and wait until the chassis confirms; begun it completes, also when this task is
+        cancelled.
+
+        Returns:
+            The outcome: usually cancelled, but arrived when it got there first.
+
+        Raises:
+            RosError: The cancellation could not be sent, or was not confirmed in time.
+            ValueError: `timeout` is negative or NaN.
+        """
+        return await self._calls.finish(lambda: self.handle.cancel(timeout))
+
+    def _end(self) -> None:
+        """Cancel it, for a task that was cancelled; what cannot be is logged, and left to `close`."""
+        try:
+            self.handle.cancel(5.0)
+        except RosError as error:
+            logger.warning("! %s: its task was cancelled, and it may go on: %s", self.goal, error)
+
+
+class TaskHandle(GoalHandle[RobotStatus]):
+    """A task under way; as `woosh_pure.task.TaskHandle`, awaited."""
+
+    handle: task.TaskHandle
+
+    @property
+    def state(self) -> TaskState:
+        """Its last known state."""
+        return self.handle.state
+
+    async def pause(self) -> None:
+        """Hold it; `resume` goes on.
+
+        Raises:
+            MotionRefused: The chassis refused.
+        """
+        await self._calls.finish(self.handle.pause)
+
+    async def resume(self) -> None:
+        """Go on after `pause`; cancelled meanwhile, the task is cancelled."""
+        await self._calls.or_end(self.handle.resume, self._end)
+
+    async def interrupt_wait(self) -> None:
+        """End the wait the task is in; cancelled meanwhile, the task is cancelled."""
+        await self._calls.or_end(self.handle.interrupt_wait, self._end)
+
+
+class ActionHandle(GoalHandle[Any]):
+    """A goal of any action server; as `woosh_pure.action_goal.ActionHandle`, awaited."""
+
+    handle: action_goal.ActionHandle
+
+    @property
+    def result(self) -> Any:
+        """The result message, None before the end."""
+        return self.handle.result
+
+
+class NavigationHandle(ActionHandle):
+    """A goal of /move_base under way."""
+
+    handle: action_goal.NavigationHandle
+
+
+class StepHandle(ActionHandle):
+    """A goal of /cmd_vel_control under way."""
+
+    handle: action_goal.StepHandle
+
+    @property
+    def percent(self) -> float:
+        """How much of the whole goal is done, each step counting the same; goes on over a pause."""
+        return self.handle.percent
+
+    def remaining(self) -> tuple[Step, ...]:
+        """The steps that are left, by the last report."""
+        return self.handle.remaining()
+
+    async def pause(self) -> None:
+        """Hold the move; `resume` sends what remains.
+
+        Raises:
+            MotionRefused: It has ended, maybe while the pause was on its way; or the chassis did not confirm.
+        """
+        await self._calls.finish(self.handle.pause)
+
+    async def resume(self) -> None:
+        """Go on after `pause` with the steps that remain; cancelled meanwhile, the move is cancelled."""
+        await self._calls.or_end(self.handle.resume, self._end)
+
+
+H = TypeVar("H", bound=GoalHandle[Any])
+
+
+class Goal(Coroutine[Any, Any, Outcome], Generic[H]):
+    """What a verb that moves gives. Nothing is sent before it is used, in one of three ways, once:
+
+        outcome = await robot.go_to_mark("A1")           # to the end: an arrival, else GoalFailed
+        async with robot.go_to_mark("A1") as handle:     # under way; leaving the block cancels it
+            async for status in handle.progress(): ...
+        handle = await robot.go_to_mark("A1").start()    # under way, and yours to wait for or to cancel
+
+    It is a coroutine, too: `asyncio.create_task(robot.go_to_mark("A1"))`, `group.create_task(...)`.
+    Cancelling the task that awaits it, in whichever way, cancels the goal, also one that is only being
+    prepared or sent, and waits for the chassis to confirm that.
+    """
+
+    def __init__(self, name: str, calls: Calls, begin: Callable[[], Any], handle: type[H]) -> None:
+        self.__name__ = self.__qualname__ = name
+        self._calls = calls
+        self._begin = begin
+        self._kind = handle
+        self._used = False
+        self._running: Coroutine[Any, Any, Outcome] | None = None
+        self._handle: H | None = None
+
+    def __repr__(self) -> str:
+        return f"<Goal of {self.__name__}: {self._handle or ('begun' if self._used else 'not begun')}>"
+
+    async def start(self) -> H:
+        """Begin it and return its handle. Cancelled meanwhile, nothing is left under way."""
+        if self._used:
+            raise RuntimeError(f"{self.__name__}: this goal was begun before; call the verb again")
+        self._used = True
+        self._handle = self._kind(await self._calls.call(self._begin), self._calls)
+        return self._handle
+
+    async def _to_the_end(self) -> Outcome:
+        handle = await self.start()
+        return await handle.wait()
+
+    async def __aenter__(self) -> H:
+        return await self.start()
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        handle = self._handle
+        if handle is None or handle.done:
+            return
+        if kind is GeneratorExit:  # the loop was closed over the block
+            self._calls.let_go(handle._end)
+        elif kind is None:
+            await handle.cancel()
+        else:
+            await self._calls.finish(handle._end)  # what the block raised is what the caller must see
+
+    # -- a coroutine, as tasks want one
+
+    def __await__(self) -> Generator[Any, None, Outcome]:
+        return self._coroutine().__await__()
+
+    def send(self, value: Any) -> Any:
+        """As of a coroutine."""
+        return self._coroutine().send(value)
+
+    def throw(self, *error: Any) -> Any:
+        """As of a coroutine."""
+        return self._coroutine().throw(*error)
+
+    def close(self) -> None:
+        """As of a coroutine: it is not begun any more."""
+        self._used = True
+        if self._running is not None:
+            self._running.close()
+
+    def _coroutine(self) -> Coroutine[Any, Any, Outcome]:
+        if self._running is None:
+            self._running = self._to_the_end()
+        return self._running
+
+    def __del__(self) -> None:
+        if not self._used and self._running is None:
+            text = f"{self.__name__} was never awaited: nothing was sent"
+            warnings.warn(text, RuntimeWarning, stacklevel=2, source=self)
