@@ -3,11 +3,16 @@
 Which thread calls: one of the library's. Never two at once for one subscriber.
 
 A quick callback runs in the thread that received the message: no hand-over, no wake-up of another thread
-(25 us less per message, performance.md section 2). But while it runs, nobody reads the connection. So as
-soon as one call, or the calls of one batch together, take too long, the callback gets a thread of its own,
-behind an inbox of `queue_size` messages where the oldest is dropped: the connection is read on, and the
-callback sees new messages. After `QUICK_CALLS` quick calls it goes back, after a first slow call already when
-a few were quick (that was an import, most often), and whenever nothing comes for `IDLE_WAIT`.
+(25 us less per message, docs/performance.md). But while it runs, nobody reads the connection. So a slow
+callback gets a thread of its own, behind an inbox of `queue_size` messages where the oldest is dropped: the
+connection is read on, and the callback sees new messages. After `QUICK_CALLS` quick calls it goes back, after
+a first time already when a few were quick, and whenever nothing comes for `IDLE_WAIT`.
+
+What is slow is judged by the clock, and on a busy computer the clock goes on while the program does not: a
+quick callback that was interrupted looks slow. It seldom is interrupted twice in a row, since who has just
+waited has a whole turn of the processor before it. So one call that took long proves nothing unless it took
+`SURELY_SLOW`; two in a row do. A thread for a quick callback is costly: it and the reader then fight for the
+interpreter, and messages are dropped meanwhile.
 
 Whatever a callback raises is logged, `SystemExit` of a `sys.exit()` too: in a thread it would end nothing but
 the link, without a word.
@@ -27,11 +32,12 @@ __all__ = ["CallbackRunner", "InlineCaller"]
 
 _log = get_logger("rosproto.node")
 
-SLOW_CALL = 0.002  # seconds for one call
-SLOW_BATCH = 0.020  # seconds for all messages of one read
+SLOW_CALL = 0.002  # seconds for one call, or for `CHUNK` messages of one read
+SURELY_SLOW = 0.050  # seconds: longer than a turn of other programs at the processor
 QUICK_CALLS = 100
 QUICK_CALLS_AT_FIRST = 5
 CHUNK = 8  # messages between two looks at the clock, when many came at once
+MOST_AT_ONCE = 64  # messages that the callback's thread takes over in one piece
 IDLE_WAIT = 5.0
 
 
@@ -43,7 +49,8 @@ class CallbackRunner:
         self._inbox = inbox
         self._topic = topic
         self._running = False
-        self._slow_calls = 0
+        self._suspect = False  # the last call took long
+        self._slow_times = 0
         self._thread: threading.Thread | None = None
 
     @property
@@ -91,12 +98,15 @@ class CallbackRunner:
             self._callback(message)
         except BaseException:
             self._log_error()
-        if perf_counter() - began < SLOW_CALL:
-            self._running = False  # as `_done`, without the call
-            if self._thread is not None:
-                self._done()
-        else:
+        took = perf_counter() - began
+        if took < SLOW_CALL:
+            self._suspect = False
+        elif self._is_slow(took):
             self._too_slow((), 0.0)
+            return
+        self._running = False  # as `_done`, without the call
+        if self._thread is not None:
+            self._done()
 
     def _done(self) -> None:
         """The calls are over, and were quick."""
@@ -111,22 +121,22 @@ class CallbackRunner:
         inbox = self._inbox
         with inbox.lock:
             self._running = False
-            self._slow_calls += 1
+            self._slow_times += 1
             inbox.put_locked(rest, stamp, older=True)
             if self._thread is None and not inbox.closed:
                 self._start_thread()
             inbox.condition.notify_all()
 
+    def _is_slow(self, took: float) -> bool:
+        """Whether a call, or a few together, that took longer than `SLOW_CALL` proves the callback slow."""
+        proven = self._suspect or took >= SURELY_SLOW
+        self._suspect = not proven
+        return proven
+
     def _call_some(self, batch: Sequence[Any]) -> int:
-        """Call with each; returns how many were called when it took too long, -1: all, but too slowly."""
+        """Call with each; returns how many were called when it was found slow, -1: all, and slow."""
         callback, inbox = self._callback, self._inbox
-        began = last = perf_counter()
-        if len(batch) == 1:
-            try:
-                callback(batch[0])
-            except BaseException:
-                self._log_error()
-            return 1 if perf_counter() - began < SLOW_CALL else -1
+        last = perf_counter()
         for start in range(0, len(batch), CHUNK):
             for message in batch[start : start + CHUNK]:
                 if inbox.closed:
@@ -136,10 +146,12 @@ class CallbackRunner:
                 except BaseException:
                     self._log_error()
             now = perf_counter()
-            if now - last > SLOW_CALL or now - began > SLOW_BATCH:
+            took, last = now - last, now
+            if took < SLOW_CALL:
+                self._suspect = False
+            elif self._is_slow(took):
                 done = min(start + CHUNK, len(batch))
                 return done if done < len(batch) else -1
-            last = now
         return len(batch)
 
     def _call(self, message: Any) -> None:
@@ -162,8 +174,8 @@ class CallbackRunner:
     def _run(self) -> None:
         """Call with what waits until the callback has been quick for a while, or the inbox is closed."""
         inbox = self._inbox
-        quick, idle = 0, False
-        enough = QUICK_CALLS if self._slow_calls > 1 else QUICK_CALLS_AT_FIRST
+        quick, idle, share = 0, False, 1
+        enough = QUICK_CALLS if self._slow_times > 1 else QUICK_CALLS_AT_FIRST
         while True:
             with inbox.condition:
                 # The link's thread may still be in the slow call that made this thread: never two at once.
@@ -173,12 +185,16 @@ class CallbackRunner:
                     return
                 if self._running:
                     continue
-            item = inbox.get(IDLE_WAIT)
-            idle = item is None
-            if item is not None:
-                began = perf_counter()
-                self._call(item[0])
-                quick = quick + 1 if perf_counter() - began < SLOW_CALL else 0
+            # Of a slow callback's messages the newest are wanted, so they wait in the inbox, not here.
+            messages = inbox.get_some(IDLE_WAIT, share)
+            idle = not messages
+            began = perf_counter()
+            for message in messages:
+                self._call(message)
+            if perf_counter() - began < SLOW_CALL:
+                quick, share = quick + len(messages), min(2 * share, MOST_AT_ONCE)
+            else:
+                quick, share = 0, 1
 
 
 class InlineCaller:

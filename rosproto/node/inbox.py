@@ -80,6 +80,15 @@ class Inbox:
                     self._waiters -= 1
             return self._queue.popleft() if self._queue else None
 
+    def get_some(self, timeout: float | None, most: int) -> list[Any]:
+        """As `get`, but the messages alone, and up to `most` of them when more wait."""
+        first = self.get(timeout)
+        if first is None or most == 1:
+            return [] if first is None else [first[0]]
+        with self.lock:
+            queue = self._queue
+            return [first[0], *(queue.popleft()[0] for _ in range(min(most - 1, len(queue))))]
+
     def close(self) -> None:
         """Nothing more comes; whoever waits is woken. What waits is dropped."""
         with self.condition:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 
-from rosproto.node.callbacks import SLOW_CALL, CallbackRunner
+from rosproto.node.callbacks import SLOW_CALL, SURELY_SLOW, CallbackRunner
 from rosproto.node.inbox import Inbox
 
 
@@ -51,7 +51,7 @@ def test_a_slow_callback_gets_a_thread_and_sees_the_newest() -> None:
     def callback(n: int) -> None:
         seen.append(n)
         if n == 0:
-            threading.Event().wait(SLOW_CALL * 3)
+            threading.Event().wait(SURELY_SLOW * 1.2)
         elif n == 1:
             entered.set()
             gate.wait(20)
@@ -71,6 +71,55 @@ def test_a_slow_callback_gets_a_thread_and_sees_the_newest() -> None:
     assert seen == [0, 1, 99]
 
 
+def test_one_call_that_took_long_proves_nothing_and_two_in_a_row_do() -> None:
+    """A busy computer interrupts a quick callback now and then; a slow one takes long each time."""
+    inbox = Inbox(10)
+    takes_long: list[bool] = [True, False, True, True]
+    called = threading.Semaphore(0)
+
+    def callback(n: int) -> None:
+        if takes_long[n]:
+            threading.Event().wait(SLOW_CALL * 3)
+        called.release()
+
+    for offer in (lambda runner, n: runner.offer_one(n), lambda runner, n: runner.offer([n], 0.0)):
+        runner = CallbackRunner(callback, inbox, "/t")
+        found = []
+        for n in range(len(takes_long)):
+            offer(runner, n)
+            assert called.acquire(timeout=20)
+            found.append(runner.has_thread)
+        assert found == [False, False, False, True]
+    inbox.close()
+
+
+def test_a_callback_that_became_quick_takes_over_many_messages_at_once() -> None:
+    """All of them, in order; a slow one takes them one by one, so that old ones can be dropped behind it."""
+    inbox = Inbox(1000)
+    gate, entered, done = threading.Event(), threading.Event(), threading.Event()
+    seen: list[int] = []
+
+    def callback(n: int) -> None:
+        seen.append(n)
+        if n == 0:
+            threading.Event().wait(SURELY_SLOW * 1.2)
+        elif n == 1:
+            entered.set()
+            gate.wait(20)
+        elif n == 899:
+            done.set()
+
+    runner = CallbackRunner(callback, inbox, "/t")
+    runner.offer_one(0)
+    runner.offer_one(1)
+    assert entered.wait(20)
+    runner.offer(list(range(2, 900)), 0.0)
+    gate.set()
+    assert done.wait(20)
+    inbox.close()
+    assert seen == list(range(900))
+
+
 def test_one_slow_first_call_does_not_leave_a_thread_for_ever() -> None:
     """An import in the first call: after a few quick ones the receiving thread calls again."""
     inbox = Inbox(10)
@@ -78,7 +127,7 @@ def test_one_slow_first_call_does_not_leave_a_thread_for_ever() -> None:
 
     def callback(n: int) -> None:
         if n == 0:
-            threading.Event().wait(SLOW_CALL * 3)
+            threading.Event().wait(SURELY_SLOW * 1.2)
         called.release()
 
     runner = CallbackRunner(callback, inbox, "/t")

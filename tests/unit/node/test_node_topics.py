@@ -227,7 +227,7 @@ def test_queue_size_one_is_the_newest_message(nodes: tuple[Node, Node]) -> None:
         if message.data == 1000:
             done.set()
         if message.data == 1:
-            time.sleep(0.01)  # slow once: from now on it has a thread
+            time.sleep(0.06)  # surely slow: from now on it has a thread
 
     subscriber = b.subscriber("/newest", "std_msgs/UInt32", callback, queue_size=1)
     publisher.wait_for_connection()
