@@ -33,7 +33,7 @@ def chinese(text: str) -> None:
     ("line", "code", "words"),
     [
         ("status --wait 1", 0, "就绪"),
-        ("faults --listen 0.2", 0, "没有收到故障"),
+        ("faults --listen 0.2", 5, "未知：没有收到状态码"),
         ("faults --find localization", 0, "定位"),
         ("doctor --listen 0.5", 0, "没有发现问题"),
         ("move 0.2", 0, "已到达"),

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from rosproto.transport.host_names import hosts_advice
 from tests.support.sentences import english_left, sentences
 from woosh_pure.language.table import read_table, words_for
 
@@ -22,13 +23,14 @@ SOURCES = [
     *(f"woosh_pure/cli/commands/{name}.py" for name in COMMANDS),
     *(f"woosh_pure/cli/{name}.py" for name in ("config", "connection", "entry", "judging", "teleop", "arguments")),
     *(f"woosh_pure/{name}.py" for name in (
-        "action_goal", "address", "core", "doctor", "doctor_definitions", "drive_watch", "drivers", "feed", "goal", "outcome",
-        "readiness", "rivals", "roster", "running", "selftest", "shaper", "steps", "stop", "stop_others", "task", "task_tracker",
+        "action_goal", "address", "begun", "core", "doctor", "doctor_definitions", "doctor_nodes", "drive_watch", "drivers", "faults",
+        "feed", "goal", "keeper", "outcome", "readiness", "refusals", "rivals", "roster", "running", "selftest", "shaper", "steps", "stop", "stop_others", "task", "task_tracker",
         "velocity",
     )),
     *(f"rosproto/cli/{name}.py" for name in ("failure", "option_types", "parser")),
     *(f"rosproto/selftest/{name}.py" for name in ("bags", "beside", "checking", "codecs", "definitions", "nodes")),
     "rosproto/transport/address.py",
+    "rosproto/transport/host_names.py",
     "rosproto/transport/os_errors.py",
 ]  # fmt: skip
 """What those commands are made of, as far as it says something."""
@@ -48,6 +50,7 @@ FOR_PROGRAMS = [
     r"expected a whole number of",
     r"^no field for ",
     r"^not connected yet$",
+    r"^as the system says$",  # of a repr
     r"woosh: the robot is to stop",  # a reason told to another program
     r"^no node provides it \\\(|^nobody publishes \\S\+",  # patterns
     r"^Drive a Woosh chassis, or the simulated one|^Stopping by this program is no emergency stop",  # of --help
@@ -62,8 +65,23 @@ PIECES = {
     "⟨1⟩ (⟨2⟩) ⟨3⟩ velocities, too, on ⟨4⟩": "/a (http://10.0.0.7:1/) can send velocities, too, on /cmd and /b",
     " (it is sent on change only)": "/b: nothing came within 2 s (it is sent on change only); 1 publishers are connected; "
     "check `woosh doctor`",
-    "⟨1⟩: nothing came within ⟨2⟩ s⟨3⟩; ⟨4⟩ publishers are connected; check `woosh doctor`": "/b: nothing came within 2 s; "
-    "1 publishers are connected; check `woosh doctor`",
+    "⟨1⟩: nothing came within ⟨2⟩ s⟨3⟩; ⟨4⟩; check `woosh doctor`": "/b: nothing came within 2 s; 1 publishers are "
+    "connected; check `woosh doctor`",
+    "⟨1⟩: no publisher within ⟨2⟩ s⟨3⟩, so the end of a task could not be seen; check `woosh doctor`": "/b: no publisher "
+    "within 2 s, so the end of a task could not be seen; check `woosh doctor`",
+    'give --resolve ⟨1⟩=⟨2⟩ (or ⟨3⟩=⟨4⟩=⟨5⟩, or resolve= in Python); for all programs: add the line "⟨6⟩ ⟨7⟩" to ⟨8⟩ '
+    "(⟨9⟩)⟨10⟩; best is ROS_IP on that computer": hosts_advice("robot-7", "10.0.0.7", platform="linux"),
+    " (ADDRESS is that of the computer that calls itself ⟨1⟩)": hosts_advice(
+        "robot-7", None, platform="win32"
+    ),
+    ", with its own address in place of ⟨1⟩ if ⟨2⟩ is another computer than the master's": hosts_advice(
+        "robot-7", "10.0.0.7", sure=False, platform="linux"
+    ),
+    "⟨1⟩ of ⟨2⟩ rows of its interface are": "3 of 40 rows of its interface are registered",
+    "too many open files⟨1⟩; close some, or allow more with `ulimit -n 4096`": "too many open files in this program (or "
+    "computer), which may have 1024; close some, or allow more with `ulimit -n 4096`",
+    " in this program (or computer)": "too many open files in this program (or computer)",
+    ", which may have ⟨1⟩": "too many open files in this program (or computer), which may have 1024",
     "⟨1⟩ has a goal of its own": "/a has a goal of its own under way on /move_base",
     "the robot has a task of another client, or of its own,": "the robot has a task of another client, or of its own, under "
     "way on /move_base",
