@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -9,9 +10,11 @@ from xml.etree import ElementTree
 
 import pytest
 
-from rosproto import Master, Node
+from rosproto import BagWriter, Master, Node
+from rosproto.bag.records import Connection
 from rosproto.cli import main
 from rosproto.codec import message_class
+from rosproto.time import Time
 from tests.support.hostile_peer import RAW, HostilePeer, wrongs_of
 
 FORMS = ("text", "dot", "svg")
@@ -65,3 +68,38 @@ def test_the_graph(form: str, tmp_path: Path) -> None:
     with HostilePeer() as peer:
         assert main(["graph", "--all", "--format", form, "-o", str(file), "--master", peer.uri]) == 0
     assert is_harmless(form, file.read_text("utf-8"))
+
+
+def hostile_connections(path: Path) -> str:
+    """A bag whose connections are called what they like: topic, type, md5sum, definition and header."""
+    number = 0
+    with BagWriter(path) as bag:
+        for names in itertools.product(
+            ("/t", RAW),
+            ("std_msgs/String", RAW),
+            ("992ce8a1687cec8c8bd883ec73ca41d1", RAW),
+            ("string data\n", RAW),
+        ):
+            number += 1
+            connection = Connection(-1, *names, {"callerid": RAW, "type": RAW, "md5sum": RAW})
+            bag.write_raw(connection, b"\x03\0\0\0a\nb", Time(number, 0))
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "info", "info --yaml", "info --json", "info --freq", "info --plain", "check", "echo BAG /t", "echo BAG /t --json",
+        "echo BAG /t -p", "echo --all BAG *", "reindex", "fix BAG OUT", "filter BAG OUT m.nothing", "merge OUT BAG BAG",
+        "compress", "export BAG csv", "export BAG npz", "export BAG mcap", "export BAG png",
+    ],
+)  # fmt: skip
+def test_connections_of_a_bag(line: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Also those whose messages cannot be read; what it says of them is one line each."""
+    files = {"BAG": hostile_connections(tmp_path / "evil.bag"), "OUT": str(tmp_path / "out.bag")}
+    words = [files.get(word, word) for word in line.split()]
+    main(["bag", *words, *([] if files["BAG"] in words else [files["BAG"]])])
+    out, err = capfd.readouterr()
+    assert "usage:" not in err
+    assert wrongs_of(out) == []
+    assert wrongs_of(err) == []
