@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
+from rosproto.text import printable
 
 from .reason import Reason, ReasonKey
 
@@ -20,7 +21,10 @@ __all__ = ["ChassisError", "FirmwareLimit", "GoalFailed", "MotionRefused", "Stal
 
 
 class ChassisError(RosError):
-    """Base of the errors of the chassis API."""
+    """Base of the errors of the chassis API. Its text is one line, whatever a chassis said that it quotes."""
+
+    def __str__(self) -> str:
+        return printable(super().__str__())
 
 
 class MotionRefused(ChassisError):

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
+from rosproto.text import printable
+
 __all__ = ["Outcome", "OutcomeKind"]
 
 
@@ -72,7 +74,7 @@ class Outcome:
             if self.kind is not OutcomeKind.REPLACED or self.stopped:
                 parts.append(_STOPPED[self.stopped])
             parts.append(f"this program ended it: {self.by_us}" if self.by_us else _NEXT[self.kind])
-        return "; ".join(parts)
+        return printable("; ".join(parts))  # what the chassis said begins no line
 
 
 _STOPPED = {

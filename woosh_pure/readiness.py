@@ -16,6 +16,8 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from rosproto.text import printable
+
 from .enums import RobotMode, RobotState, WorkMode
 from .faults import Department, FaultLevel, StatusCode
 from .reason import Ready, Reason, ReasonKey
@@ -82,7 +84,7 @@ class Readiness:
         """All reasons in one line."""
         if not self.reasons:
             return "nothing known speaks against moving"
-        return "; ".join(reason.text for reason in self.reasons)
+        return printable("; ".join(reason.text for reason in self.reasons))
 
 
 def assess(

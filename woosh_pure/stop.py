@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
 from rosproto.numbers import as_float
+from rosproto.text import printable
 
 from .goal import NOT_CONFIRMED
 from .keeper import Job, begin
@@ -72,7 +73,7 @@ class StopReport:
             parts.append("nothing was running" if self.looked else "nothing of ours was running")
         if self.problems:
             parts.append(f"not done: {'; '.join(self.problems)}")
-        return "; ".join(parts)
+        return printable("; ".join(parts))
 
 
 def stop_seconds(given: float) -> float:

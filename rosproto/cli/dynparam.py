@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from rosproto.errors import RosTimeout
+from rosproto.text import printable
 
 from .graph import CommandError, absolute, master_client, open_node, print_json, unknown, verbs
 from .option_types import folder_exists, positive
@@ -121,7 +122,7 @@ def _list(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(found)
     elif found:
-        print("\n".join(found))
+        print("\n".join(map(printable, found)))
     return 0
 
 
@@ -155,7 +156,8 @@ def _describe(arguments: argparse.Namespace) -> int:
         return 0
     for fact in facts:
         bounds = f", {fact['min']} to {fact['max']}" if fact["type"] in ("int", "double") else ""
-        print(f"{fact['name']} ({fact['type']}{bounds}, default {fact['default']!r}): {fact['description']}")
+        kind = f"{fact['type']}{bounds}, default {fact['default']!r}"
+        print(printable(f"{fact['name']} ({kind}): {fact['description']}"))
     return 0
 
 

@@ -7,6 +7,8 @@ import sys
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
+from rosproto.text import printable
+
 from .graph import absolute, add_graph_options, master_client, print_json, unknown
 from .graph_svg import svg
 from .option_types import folder_exists
@@ -56,7 +58,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json([edge._asdict() | {"type": types.get(edge.topic, "*")} for edge in edges])
         return 0
-    writers = {"text": lambda: _text(edges), "dot": lambda: _dot(edges), "svg": lambda: svg(edges)}
+    shown = _shown(edges)
+    writers = {"text": lambda: _text(shown), "dot": lambda: _dot(shown), "svg": lambda: svg(shown)}
     sys.stdout.write(write_picture(arguments.output, form, writers))
     return 0
 
@@ -71,6 +74,11 @@ def _edges(state: SystemState, everything: bool, node: str | None) -> list[Edge]
                 if node is None or node in (publisher, subscriber):
                     edges.append(Edge(publisher, topic, subscriber))
     return edges
+
+
+def _shown(edges: list[Edge]) -> list[Edge]:
+    """With names as a terminal, an XML reader and Graphviz can take them: JSON alone has them as they are."""
+    return [Edge(*map(printable, edge)) for edge in edges]
 
 
 def _text(edges: list[Edge]) -> str:

@@ -9,6 +9,7 @@ import time
 from typing import Any
 
 from rosproto.errors import RosTimeout, ServiceError
+from rosproto.text import printable
 
 from .console import enable_escapes
 from .graph import CommandError, absolute, below, master_client, open_node, print_json, unknown, verbs, warn
@@ -20,6 +21,7 @@ LEVELS = {"debug": 1, "info": 2, "warn": 4, "error": 8, "fatal": 16}
 """rosgraph_msgs/Log, as its definition numbers them."""
 COLOURS = {1: "2", 4: "33", 8: "31", 16: "31;1"}
 AGGREGATED, DIRECT = "/rosout_agg", "/rosout"
+_TAB = "\t"
 STEP = 0.5  # s; Windows delivers no Ctrl-C to a thread in an endless wait
 
 
@@ -148,19 +150,12 @@ def _show(line: Any, arguments: argparse.Namespace) -> None:
         return
     clock = time.strftime("%H:%M:%S", time.localtime(stamp)) + f".{line.header.stamp.nsecs // 1_000_000:03d}"
     head, *more = line.msg.split("\n")
-    text = f"{clock} {level.upper():5s} {_printable(line.name)}: {_printable(head)}"
-    text += "".join(f"\n{'':18s} {_printable(part)}" for part in more)
+    text = f"{clock} {level.upper():5s} {printable(line.name)}: {printable(head, keep=_TAB)}"
+    text += "".join(f"\n{'':18s} {printable(part, keep=_TAB)}" for part in more)
     if arguments.source:
-        text += _printable(f"  [{line.file}:{line.line} {line.function}]")
+        text += printable(f"  [{line.file}:{line.line} {line.function}]")
     colour = COLOURS.get(LEVELS[level]) if enable_escapes(sys.stdout) else None
     print(f"\x1b[{colour}m{text}\x1b[0m" if colour else text, flush=True)
-
-
-def _printable(text: str) -> str:
-    """What a node says must not move the cursor or forge a line."""
-    if text.isprintable():
-        return text
-    return "".join(c if c.isprintable() or c == "\t" else c.encode("unicode_escape").decode() for c in text)
 
 
 # -- levels --------------------------------------------------------------------------------------------------
@@ -192,7 +187,7 @@ def _list(arguments: argparse.Namespace) -> int:
         print_json(found)
         return 0
     for name, level in found.items():
-        print(f"{_printable(name)} {_printable(level)}")
+        print(f"{printable(name)} {printable(level)}")
     return 0
 
 
@@ -201,7 +196,7 @@ def _get(arguments: argparse.Namespace) -> int:
     if arguments.logger not in found:
         raise unknown("no logger is called", arguments.logger, found, f"log list {arguments.node}")
     level = found[arguments.logger]
-    print_json(level) if arguments.json else print(_printable(level))
+    print_json(level) if arguments.json else print(printable(level))
     return 0
 
 
@@ -221,5 +216,5 @@ def _set(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json({"logger": arguments.logger, "level": now})
     else:
-        print(f"{arguments.logger}: {_printable(now)}")
+        print(f"{arguments.logger}: {printable(now)}")
     return 0 if now.lower() == arguments.level else 1

@@ -11,6 +11,8 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from rosproto.text import printable
+
 from .graph import CommandError, open_node, print_json
 from .pictures import form_of, write_picture
 
@@ -43,13 +45,23 @@ def draw(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(frames)
         return 0
+    shown = shown_frames(frames)
     writers = {
-        "text": lambda: text_of(frames, now),
-        "dot": lambda: dot_of(frames, now),
-        "svg": lambda: svg_of(frames, now),
+        "text": lambda: text_of(shown, now),
+        "dot": lambda: dot_of(shown, now),
+        "svg": lambda: svg_of(shown, now),
     }
     print(write_picture(file, form, writers) or f"wrote {file}", end="\n" if file else "")
     return 0
+
+
+def shown_frames(frames: Frames) -> Frames:
+    """With names as a terminal, an XML reader and Graphviz can take them: who sends frames names them."""
+    return {
+        printable(child): facts
+        | {name: printable(str(facts[name])) for name in ("parent", "authority") if facts[name]}
+        for child, facts in frames.items()
+    }
 
 
 def facts_of(facts: dict[str, Any], now: float) -> str:

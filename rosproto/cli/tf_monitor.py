@@ -8,6 +8,8 @@ import time
 from dataclasses import dataclass, field
 from typing import Any
 
+from rosproto.text import printable
+
 from .graph import CommandError, open_node, print_json, warn
 from .parser import near
 
@@ -128,7 +130,8 @@ def report(facts: list[dict[str, Any]]) -> str:
     for one in facts:
         rate = "fixed" if one["static"] else "once" if one["rate"] is None else f"{one['rate']:.2f} Hz"
         delays = ["" if one[key] is None else f"{one[key]:.4f} s" for key in ("average_delay", "max_delay")]
-        rows.append((one["frame"], one["parent"], one["sender"] or "?", rate, *delays))
+        frame, parent, sender = (printable(one[key]) for key in ("frame", "parent", "sender"))
+        rows.append((frame, parent, sender or "?", rate, *delays))
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = [
         "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
@@ -137,5 +140,5 @@ def report(facts: list[dict[str, Any]]) -> str:
         sent = [one for one in facts if one["sender"] == sender and not one["static"]]
         together = sum(one["rate"] or 0.0 for one in sent)
         late = max(one["max_delay"] for one in sent)
-        lines.append(f"{sender or '?'}: {together:.2f} transforms/s, at most {late:.4f} s late")
+        lines.append(f"{printable(sender) or '?'}: {together:.2f} transforms/s, at most {late:.4f} s late")
     return "\n".join(lines) + "\n"

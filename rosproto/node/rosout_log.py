@@ -2,6 +2,7 @@
 
     12.000000345 WARN /planner [plan.cpp:42(plan)] [topics: /rosout, /plan] no way to the goal
 
+Further lines of a text are indented, which Debian's are not: else a node could forge another's record.
 Source: ros_comm tools/rosout/rosout.cpp (format, sizes).
 """
 
@@ -22,7 +23,8 @@ MOST_BYTES = 100 << 20  # of one file
 MOST_OLD_FILES = 10
 _LEVELS = {1: "DEBUG", 2: "INFO", 4: "WARN", 8: "ERROR", 16: "FATAL"}
 
-_LINES = "\n\t"  # a message may have several: the file is as Debian's /rosout writes it
+_LINES = "\n\t"  # a message may have several
+_INDENT = "    "  # of those after the first, which Debian's begins as they come: nobody forges a record
 _BYTES = "".join(map(chr, range(0xDC80, 0xDD00)))  # what is not UTF-8 is written as it came
 
 
@@ -54,7 +56,8 @@ class RosoutLog:
         place = f"{record.file}:{record.line}({record.function})"
         topics = ", ".join(record.topics)
         head = printable(f"{level} {record.name} [{place}] [topics: {topics}]", keep=_BYTES)
-        self._write(f"{sec}.{nanosec:09d} {head} {printable(record.msg, keep=_BYTES + _LINES)}\n")
+        text = printable(record.msg, keep=_BYTES + _LINES).replace("\n", "\n" + _INDENT)
+        self._write(f"{sec}.{nanosec:09d} {head} {text}\n")
 
     def close(self) -> None:
         """Close the file. May be called again."""

@@ -14,6 +14,7 @@ from collections.abc import Mapping
 
 from rosproto.errors import LocalProtocolError, Md5sumMismatch, RemoteProtocolError
 from rosproto.records import NamedTuple
+from rosproto.text import printable
 
 __all__ = [
     "HandshakeRefused",
@@ -48,7 +49,7 @@ class HandshakeRefused(RemoteProtocolError):
     """
 
     def __init__(self, name: str, peer: str, text: str) -> None:
-        super().__init__(f"{name}: {peer or 'the other side'} refused the connection: {text}")
+        super().__init__(f"{name}: {peer or 'the other side'} refused the connection: {printable(text)}")
         self.name = name
         self.peer = peer
         self.text = text

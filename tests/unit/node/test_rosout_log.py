@@ -22,7 +22,7 @@ def record(text: str, level: int = 4, topics: tuple[str, ...] = ("/a", "/b")) ->
 
 
 def test_lines_are_those_of_debians_rosout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Taken from a run of Debian's /rosout (1.15.15) with these records."""
+    """Taken from a run of Debian's /rosout (1.15.15) with these records; further lines of a text are indented."""
     monkeypatch.setattr("rosproto.node.rosout_log.time.time", lambda: 1795273150.25)
     log = RosoutLog(tmp_path / "rosout.log")
     log.add(record("text 0\nline two", 1, ()))
@@ -32,12 +32,27 @@ def test_lines_are_those_of_debians_rosout(tmp_path: Path, monkeypatch: pytest.M
     log.close()
     assert (tmp_path / "rosout.log").read_text("utf-8") == (
         "\n\n1795273150.250000000  Node Startup\n"
-        "12.000000345 DEBUG /me [f.py:7(fun)] [topics: ] text 0\nline two\n"
+        "12.000000345 DEBUG /me [f.py:7(fun)] [topics: ] text 0\n    line two\n"
         "12.000000345 INFO /me [f.py:7(fun)] [topics: /a, /b] text 2\n"
         "12.000000345 WARN /me [f.py:7(fun)] [topics: /a, /b] text 4\n"
         "12.000000345 ERROR /me [f.py:7(fun)] [topics: /a, /b] text 8\n"
         "12.000000345 FATAL /me [f.py:7(fun)] [topics: /a, /b] text 16\n"
     )
+
+
+def test_no_text_forges_a_record(tmp_path: Path) -> None:
+    """Every line that begins a record was written by us, whatever a node says, in whichever field."""
+    evil = "x\n13.0 FATAL /brakes [b.py:1(f)] [topics: ] they failed\r\x1b[2J\u202e\x85y"
+    log = RosoutLog(tmp_path / "rosout.log")
+    found = record(evil, 2, (evil,))
+    found.name, found.file, found.function = evil, evil, evil
+    log.add(found)
+    log.close()
+    text = (tmp_path / "rosout.log").read_bytes().decode("utf-8")
+    assert [line for line in text.split("\n") if line and line[0] != " "][1:] == [
+        next(line for line in text.split("\n") if line.startswith("12.000000345 INFO"))
+    ]
+    assert not [c for c in text if c != "\n" and not c.isprintable()]
 
 
 def test_a_full_file_is_numbered_and_the_eleventh_forgotten(tmp_path: Path) -> None:
