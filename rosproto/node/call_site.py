@@ -15,6 +15,8 @@ import threading
 import time
 from types import FrameType
 
+from rosproto.codec import pause
+
 __all__ = ["CallSite"]
 
 PATIENCE = 0.25  # seconds; a loop may come back to the same place again and again
@@ -45,7 +47,7 @@ class CallSite:
     @property
     def is_left(self) -> bool:
         """True when the program has gone on behind the call."""
-        frame = sys._current_frames().get(self._thread)
+        frame = _frame_of(self._thread)
         if frame is None:
             return True
         caller: FrameType | None = frame
@@ -63,6 +65,21 @@ class CallSite:
         while not self.is_left and time.monotonic() < end:
             time.sleep(LOOK_EVERY)
         self._done = True
+
+
+def _frame_of(thread: int) -> FrameType | None:
+    """What that thread runs now; None when it has ended.
+
+    The collector is kept away meanwhile: before 3.11.9 the interpreter holds its list of threads while it
+    makes the frame objects. Should that begin a collection, and this end a `threading.local`, the same thread
+    waits for the list that it holds itself, and has the interpreter's lock: the process stands still, and
+    every time-out in it (github.com/python/cpython/issues/106883).
+    """
+    pause.pause()
+    try:
+        return sys._current_frames().get(thread)
+    finally:
+        pause.resume()
 
 
 def _depth(frame: FrameType | None) -> int:

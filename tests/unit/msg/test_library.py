@@ -256,7 +256,13 @@ def test_definitions_are_read_from_a_zip(tmp_path: Path) -> None:
     """A zip on sys.path, as zipapp makes it: nothing relies on files."""
     archive = tmp_path / "app.zip"
     with zipfile.ZipFile(archive, "w") as file:
-        for pattern in ("rosproto/errors.py", "rosproto/records.py", "rosproto/msg/*.py", "msgdefs/**/*"):
+        for pattern in (
+            "rosproto/errors.py",
+            "rosproto/records.py",
+            "rosproto/text.py",
+            "rosproto/msg/*.py",
+            "msgdefs/**/*",
+        ):
             for path in sorted(ROOT.glob(pattern)):
                 if path.is_file() and path.suffix != ".pyi" and "__pycache__" not in path.parts:
                     file.write(path, path.relative_to(ROOT))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -17,6 +19,7 @@ from rosproto.node.registrations import Registrations
 from rosproto.node.subscription import Subscription
 from tests.support.victim import eventually
 
+ROOT = Path(__file__).parents[3]
 String = "std_msgs/String"
 
 
@@ -180,3 +183,41 @@ def test_a_call_site() -> None:
     released.set()
     thread.join(20)
     assert made[0].is_left
+
+
+COLLECTED_MEANWHILE = """
+import gc, sys, threading
+from rosproto.node.call_site import CallSite
+
+class Knot:
+    def __init__(self):
+        self.itself, self.local = self, threading.local()
+        self.local.value = 1
+
+def ask():
+    return site.is_left
+
+def made():
+    return CallSite(sys._getframe(1))
+
+site = made()
+gc.set_threshold(1, 1000, 1000)
+for _ in range(200):
+    gc.disable()
+    Knot()
+    spare = [{} for _ in range(20)]  # when they are freed, the next dict is one of them, and collects nothing
+    del spare
+    gc.enable()
+    assert ask()
+print("went on")
+"""
+
+
+def test_looking_at_a_thread_survives_a_collection() -> None:
+    """An old interpreter holds its list of threads while it tells where they are, and a `threading.local` needs it."""
+    path = f"import sys; sys.path.insert(0, {str(ROOT)!r})"
+    # Isolated: the audit hook of these tests would collect before the interpreter does.
+    done = subprocess.run(
+        [sys.executable, "-I", "-c", path + COLLECTED_MEANWHILE], capture_output=True, text=True, timeout=60
+    )
+    assert done.stdout.strip() == "went on", done.stderr
