@@ -36,6 +36,10 @@ def test_our_client_with_roscpps_simple_server(roscpp_peer: Path, our_master: Ma
         assert (handle.status, handle.text) == (GoalStatus.ABORTED, "cannot")
 
 
+NOT_YET_KNOWN = "Got a callback on a goalHandle that we're not tracking."
+"""What roscpp logs for feedback that its other thread takes before `sendGoal` has stored the handle of the goal."""
+
+
 def test_roscpps_simple_client_with_our_server(roscpp_peer: Path, our_master: Master) -> None:
     with (
         rosproto.Node("/ours", master_uri=our_master.uri, host="127.0.0.1") as node,
@@ -43,5 +47,9 @@ def test_roscpps_simple_client_with_our_server(roscpp_peer: Path, our_master: Ma
         ros.start_program(roscpp_peer, our_master.uri, "action_client") as client,
     ):
         assert client.wait(60) == 0, client.output
-        lines = [line for line in client.output.splitlines() if not line.startswith("[")]
+        lines = [
+            line
+            for line in client.output.splitlines()
+            if not line.startswith("[") and NOT_YET_KNOWN not in line
+        ]
     assert lines == ["SUCCEEDED 7 well", "ABORTED 0 RuntimeError: ours broke", "PREEMPTED as you wish"]

@@ -340,7 +340,8 @@ def odd_call(draw: st.DrawFn) -> Call:
     """A call with arguments of the right kind, one of which is often of another; or too few, or too many."""
     method = draw(st.sampled_from(sorted(SIGNATURES)))
     caller = draw(st.sampled_from(["/n", "/ns/m", "/a.b", "/n-1", "/n/"]))
-    home = f"http://h{len(caller)}:1/"  # each node at one address: what happens at two is compared above
+    # Each node at one address: what happens at two is compared above. A name that nobody has: masters call there.
+    home = f"http://h{len(caller)}.invalid:1/"
     arguments = [caller, *(home if s is HOME else draw(st.sampled_from(s)) for s in SIGNATURES[method])]
     change = draw(st.integers(0, 9))
     if change == 0:

@@ -37,10 +37,14 @@ def test_topics_services_and_parameters(
     path.write_text(PROGRAM)
     start = [sys.executable, "-m", "rosproto", "run"] if program_is_ours else [ros.PYTHON]
     environment = ros.environment(any_master, packages=ROOT if program_is_ours else genpy_packages)
-    with ros.RosProcess([*start, str(path)], environment), Node("/me", master_uri=any_master) as node:
+    with (
+        ros.RosProcess([*start, str(path)], environment) as process,
+        Node("/me", master_uri=any_master) as node,
+    ):
         node.params["/ours-1"] = "and a parameter"
         publisher = node.publisher("/a-b", "std_msgs/String")
         heard = node.subscriber("/a-b/heard", "std_msgs/String")
+        process.wait_for("up", 60)
         publisher.wait_for_connection(60)
         publisher.publish(data="a word")
         assert heard.next(60).data == "a word and a parameter"

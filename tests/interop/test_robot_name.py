@@ -13,7 +13,7 @@ from rosproto.node import Node
 from tests.support import ros
 from woosh_pure.cli import main as woosh
 
-NAME = "robot-xyz"
+NAME = "robot-xyz.invalid"
 ROBOT = f"""
 import os
 os.environ["ROS_HOSTNAME"] = "{NAME}"
