@@ -10,12 +10,12 @@ import math
 import threading
 from typing import Any, NoReturn
 
+from rosproto import quaternion
 from rosproto.errors import RosTimeout
 from rosproto.numbers import as_float
-from rosproto.tf import quaternion
+from rosproto.quaternion import Quaternion, Vector
 from rosproto.tf.errors import ExtrapolationError, NotConnected, TransformError, UnknownFrame
 from rosproto.tf.history import History, Sample
-from rosproto.tf.quaternion import Quaternion, Vector
 from rosproto.tf.transform import IDENTITY, Stamped, Transform, nanoseconds
 from rosproto.transport.clock import SYSTEM
 

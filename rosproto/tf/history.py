@@ -8,8 +8,8 @@ from __future__ import annotations
 from bisect import bisect_left
 from typing import NamedTuple
 
-from rosproto.tf import quaternion
-from rosproto.tf.quaternion import Quaternion, Vector
+from rosproto import quaternion
+from rosproto.quaternion import Quaternion, Vector
 
 __all__ = ["History", "Sample"]
 

@@ -9,8 +9,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
-from rosproto.tf import quaternion
-from rosproto.tf.quaternion import Quaternion, Vector
+from rosproto import quaternion
+from rosproto.quaternion import Quaternion, Vector
 from rosproto.time import Time
 
 if TYPE_CHECKING:

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosproto.tf import Transform, quaternion
+from rosproto import quaternion
+from rosproto.tf import Transform
 from rosproto.time import Time
 
 unit = (
