@@ -1,14 +1,31 @@
-"""Unit quaternions as (x, y, z, w) tuples: the few operations a transform tree needs, without numpy."""
+"""Unit quaternions as (x, y, z, w) tuples, without numpy; each sum in the order in which tf2 takes it.
+
+The order decides the last digit, and programs print what they look up: `rosproto.tf` and the rospy layer's
+tf2_py compute with these functions, so that both print what a program over tf2's own library prints.
+
+Source: tf2/LinearMath/Quaternion.h and Matrix3x3.h.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 
-__all__ = ["conjugate", "from_matrix", "multiply", "normalized", "rotate", "slerp", "to_matrix"]
+__all__ = [
+    "conjugate",
+    "from_matrix",
+    "from_yaw",
+    "multiply",
+    "normalized",
+    "rotate",
+    "slerp",
+    "to_matrix",
+    "yaw_of",
+]
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
+Matrix = Sequence[Sequence[float]]
 
 
 def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
@@ -17,8 +34,8 @@ def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
     bx, by, bz, bw = b
     return (
         aw * bx + ax * bw + ay * bz - az * by,
-        aw * by - ax * bz + ay * bw + az * bx,
-        aw * bz + ax * by - ay * bx + az * bw,
+        aw * by + ay * bw + az * bx - ax * bz,
+        aw * bz + az * bw + ax * by - ay * bx,
         aw * bw - ax * bx - ay * by - az * bz,
     )
 
@@ -29,13 +46,16 @@ def conjugate(q: Quaternion) -> Quaternion:
 
 
 def rotate(q: Quaternion, v: Vector) -> Vector:
-    """v + 2 u x (u x v + w v), with u the vector part."""
+    """A vector turned: q v q*, with v as a quaternion that has no w."""
     x, y, z, w = q
     vx, vy, vz = v
-    cx = y * vz - z * vy + w * vx
-    cy = z * vx - x * vz + w * vy
-    cz = x * vy - y * vx + w * vz
-    return (vx + 2 * (y * cz - z * cy), vy + 2 * (z * cx - x * cz), vz + 2 * (x * cy - y * cx))
+    turned = (
+        w * vx + y * vz - z * vy,
+        w * vy + z * vx - x * vz,
+        w * vz + x * vy - y * vx,
+        -x * vx - y * vy - z * vz,
+    )
+    return multiply(turned, conjugate(q))[:3]
 
 
 def normalized(q: Quaternion) -> Quaternion:
@@ -44,44 +64,70 @@ def normalized(q: Quaternion) -> Quaternion:
     Raises:
         ValueError: Its length is zero or not finite.
     """
-    length = math.sqrt(sum(part * part for part in q))
+    length = math.sqrt(_dot(q, q))
     if not (length > 0 and math.isfinite(length)):
         raise ValueError(f"{q} is no rotation")
     return (q[0] / length, q[1] / length, q[2] / length, q[3] / length)
 
 
 def slerp(a: Quaternion, b: Quaternion, ratio: float) -> Quaternion:
-    """From a (0) to b (1) on the shorter arc at steady speed (tf2::Quaternion::slerp)."""
-    dot = sum(x * y for x, y in zip(a, b, strict=True))
-    sign = -1.0 if dot < 0 else 1.0
-    angle = math.acos(min(1.0, abs(dot)))
-    if angle < 1e-9:
+    """From a (0) to b (1) on the shorter arc at steady speed."""
+    dot = _dot(a, b)
+    cosine = abs(dot) / math.sqrt(_dot(a, a) * _dot(b, b))
+    angle = math.acos(min(1.0, cosine))
+    if angle == 0.0:
         return a
-    scale = math.sin(angle)
-    s, t = math.sin((1 - ratio) * angle) / scale, sign * math.sin(ratio * angle) / scale
-    return (s * a[0] + t * b[0], s * a[1] + t * b[1], s * a[2] + t * b[2], s * a[3] + t * b[3])
+    d = 1.0 / math.sin(angle)
+    s, t = math.sin((1.0 - ratio) * angle), math.sin(ratio * angle)
+    (ax, ay, az, aw), (bx, by, bz, bw) = a, b
+    if dot < 0:
+        bx, by, bz, bw = -bx, -by, -bz, -bw
+    return ((ax * s + bx * t) * d, (ay * s + by * t) * d, (az * s + bz * t) * d, (aw * s + bw * t) * d)
+
+
+def _dot(a: Quaternion, b: Quaternion) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
 
 
 def to_matrix(q: Quaternion) -> list[list[float]]:
-    """Rotation matrix, three rows."""
+    """Rotation matrix, three rows; the quaternion need not have length 1, and all zeros turn nothing."""
     x, y, z, w = q
+    square = x * x + y * y + z * z + w * w
+    s = 2.0 / square if square else 0.0
+    xs, ys, zs = x * s, y * s, z * s
+    wx, wy, wz = w * xs, w * ys, w * zs
+    xx, xy, xz = x * xs, x * ys, x * zs
+    yy, yz, zz = y * ys, y * zs, z * zs
     return [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        [1.0 - (yy + zz), xy - wz, xz + wy],
+        [xy + wz, 1.0 - (xx + zz), yz - wx],
+        [xz - wy, yz + wx, 1.0 - (xx + yy)],
     ]
 
 
-def from_matrix(m: Sequence[Sequence[float]]) -> Quaternion:
-    """From an orthonormal matrix; Shepperd's method divides by the largest part only."""
+def from_matrix(m: Matrix) -> Quaternion:
+    """Of an orthonormal matrix, as exactly as that is; Shepperd's method divides by no small part."""
     trace = m[0][0] + m[1][1] + m[2][2]
-    if trace > 0:
-        s = 2 * math.sqrt(1 + trace)
-        q = ((m[2][1] - m[1][2]) / s, (m[0][2] - m[2][0]) / s, (m[1][0] - m[0][1]) / s, s / 4)
-        return normalized(q)
-    i = max(range(3), key=lambda axis: m[axis][axis])
+    if trace > 0.0:
+        s = math.sqrt(trace + 1.0)
+        half = 0.5 / s
+        return ((m[2][1] - m[1][2]) * half, (m[0][2] - m[2][0]) * half, (m[1][0] - m[0][1]) * half, s * 0.5)
+    i = 1 if m[0][0] < m[1][1] else 0
+    i = 2 if m[i][i] < m[2][2] else i
     j, k = (i + 1) % 3, (i + 2) % 3
-    s = 2 * math.sqrt(max(0.0, 1 + m[i][i] - m[j][j] - m[k][k]))
+    s = math.sqrt(m[i][i] - m[j][j] - m[k][k] + 1.0)
+    half = 0.5 / s
     parts = [0.0, 0.0, 0.0]
-    parts[i], parts[j], parts[k] = s / 4, (m[j][i] + m[i][j]) / s, (m[k][i] + m[i][k]) / s
-    return normalized((parts[0], parts[1], parts[2], (m[k][j] - m[j][k]) / s))
+    parts[i], parts[j], parts[k] = s * 0.5, (m[j][i] + m[i][j]) * half, (m[k][i] + m[i][k]) * half
+    return (parts[0], parts[1], parts[2], (m[k][j] - m[j][k]) * half)
+
+
+def yaw_of(q: Quaternion) -> float:
+    """Rotation about z of the roll-pitch-yaw form, rad in [-pi, pi], counter-clockwise."""
+    x, y, z, w = q
+    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+
+
+def from_yaw(yaw: float) -> Quaternion:
+    """A rotation about z by `yaw` rad, counter-clockwise."""
+    return (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from rosproto import quaternion as rotation
 from rosproto.codec import message_class
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def _unit(quaternion: Any) -> tuple[float, float, float, float]:
             f"quaternion ({x}, {y}, {z}, {w}) is no rotation; one that turns nothing has w = 1, "
             "a new message has w = 0"
         )
-    return x / length, y / length, z / length, w / length
+    return rotation.normalized((x, y, z, w))
 
 
 def quaternion_to_matrix(quaternion: Any) -> NDArray[np.float64]:
@@ -42,14 +43,7 @@ def quaternion_to_matrix(quaternion: Any) -> NDArray[np.float64]:
     """
     import numpy as np
 
-    x, y, z, w = _unit(quaternion)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    return np.array(rotation.to_matrix(_unit(quaternion)))
 
 
 def matrix_to_quaternion(matrix: NDArray[Any]) -> Any:
@@ -58,27 +52,9 @@ def matrix_to_quaternion(matrix: NDArray[Any]) -> Any:
     Raises:
         ValueError: The shape is another, or the matrix is no rotation.
     """
-    import numpy as np
-
-    rotation = _rotation(matrix)
-    # Of four equal formulas the one with the largest divisor is used (Shepperd).
-    trace = float(np.trace(rotation))
-    squares = np.array([*(2 * np.diag(rotation) - trace), trace])
-    largest = int(np.argmax(squares))
-    scale = math.sqrt(max(float(squares[largest]) + 1.0, 0.0))
-    r = rotation
-    skew = (r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1])
-    parts = [0.0, 0.0, 0.0, 0.0]
-    parts[largest] = scale / 2
-    for other in range(3):
-        if largest == 3:
-            parts[other] = skew[other] / (2 * scale)
-        elif other != largest:
-            parts[other] = (r[other, largest] + r[largest, other]) / (2 * scale)
-    if largest != 3:
-        parts[3] = skew[largest] / (2 * scale)
-    sign = -1.0 if parts[3] < 0 else 1.0
-    return message_class("geometry_msgs/Quaternion")(*(float(part) * sign for part in parts))
+    q = rotation.from_matrix(_rotation(matrix).tolist())
+    sign = -1.0 if q[3] < 0 else 1.0
+    return message_class("geometry_msgs/Quaternion")(*(part * sign for part in q))
 
 
 def _rotation(matrix: NDArray[Any]) -> NDArray[np.float64]:
@@ -87,10 +63,10 @@ def _rotation(matrix: NDArray[Any]) -> NDArray[np.float64]:
     matrix = np.asarray(matrix, np.float64)
     if matrix.shape not in ((3, 3), (4, 4)):
         raise ValueError(f"a (3, 3) or (4, 4) matrix is expected, not {matrix.shape}")
-    rotation = matrix[:3, :3]
-    if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-4) or np.linalg.det(rotation) < 0:
+    turn = matrix[:3, :3]
+    if not np.allclose(turn @ turn.T, np.eye(3), atol=1e-4) or np.linalg.det(turn) < 0:
         raise ValueError("the matrix is no rotation: columns must be orthogonal, of length 1, right-handed")
-    return rotation
+    return turn
 
 
 def pose_to_matrix(pose: Any) -> NDArray[np.float64]:
@@ -147,10 +123,9 @@ def quaternion_to_yaw(quaternion: Any) -> float:
     Raises:
         ValueError: The quaternion is no rotation.
     """
-    x, y, z, w = _unit(quaternion)
-    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    return rotation.yaw_of(_unit(quaternion))
 
 
 def yaw_to_quaternion(yaw: float) -> Any:
     """The geometry_msgs/Quaternion of a rotation about z by `yaw` radians."""
-    return message_class("geometry_msgs/Quaternion")(z=math.sin(yaw / 2), w=math.cos(yaw / 2))
+    return message_class("geometry_msgs/Quaternion")(*rotation.from_yaw(yaw))

@@ -12,16 +12,15 @@ from typing import Any, NoReturn
 
 from rosproto.errors import RosTimeout
 from rosproto.numbers import as_float
-from rosproto.tf import quaternion
+from rosproto.quaternion import normalized
 from rosproto.tf.errors import ExtrapolationError, NotConnected, TransformError, UnknownFrame
 from rosproto.tf.history import History, Sample
-from rosproto.tf.quaternion import Quaternion, Vector
-from rosproto.tf.transform import IDENTITY, Stamped, Transform, nanoseconds
+from rosproto.tf.transform import Stamped, Transform, nanoseconds
+from rosproto.tf.tree import FrameTree, Gap, Loop, Unconnected
 from rosproto.transport.clock import SYSTEM
 
 __all__ = ["TransformBuffer"]
 
-DEEPEST = 1000  # as in tf2: a longer way to the root is a loop
 UNIT_TOLERANCE = 1e-2  # as in tf2: the squared length of a rotation may differ by this from 1
 
 
@@ -35,15 +34,6 @@ def frame_name(name: str) -> str:
     if not stripped:
         raise ValueError("a frame name is empty")
     return stripped
-
-
-class _Walk:
-    """The way from one frame towards the root at one time, as frame -> pose of the start in that frame."""
-
-    def __init__(self) -> None:
-        self.poses: dict[str, tuple[Vector, Quaternion]] = {}
-        self.last = ""
-        self.gap: History | None = None  # the edge whose time does not fit, when that ended the way
 
 
 class TransformBuffer:
@@ -60,8 +50,7 @@ class TransformBuffer:
         self._cache_ns = round(cache_time * 1e9)
         self._max_frames = max_frames
         self._max_samples = max_samples
-        self._edges: dict[str, History] = {}
-        self._names: set[str] = set()  # every frame, parents too
+        self._tree = FrameTree()
         self._changed = threading.Condition()
 
     def set_transform(self, transform: Any, *, authority: str = "", static: bool = False) -> bool:
@@ -82,18 +71,28 @@ class TransformBuffer:
             transform = Transform.from_message(transform)
         child, sample = frame_name(transform.source), checked(transform)
         with self._changed:
-            edge = self._edges.get(child)
-            if edge is None:
-                if len(self._edges) >= self._max_frames:
-                    raise ValueError(f"{child}: {self._max_frames} frames are known, no more are taken")
-                edge = self._edges[child] = History(self._cache_ns, self._max_samples)
+            edge = self._edge(child, static)
             edge.authority = authority
-            taken = edge.add(sample, static=static)
-            self._names.update((child, sample.parent))
-            if len(self._names) > 2 * self._max_frames:  # a sender that makes up new parents
-                self._names = {*self._edges, *(edge.newest.parent for edge in self._edges.values())}
+            taken = edge.add(sample) is None
+            self._tree.names.update({child: None, sample.parent: None})
+            if len(self._tree.names) > 2 * self._max_frames:  # a sender that makes up new parents
+                self._recollect_names()
             self._changed.notify_all()
         return taken
+
+    def _edge(self, child: str, static: bool) -> History:
+        """What is known of a frame; begun anew when it is new, or moves from now on, or no longer."""
+        edges = self._tree.edges
+        edge = edges.get(child)
+        if edge is None and len(edges) >= self._max_frames:
+            raise ValueError(f"{child}: {self._max_frames} frames are known, no more are taken")
+        if edge is None or edge.static != static:
+            edge = edges[child] = History(self._cache_ns, self._max_samples, static=static)
+        return edge
+
+    def _recollect_names(self) -> None:
+        edges = self._tree.edges
+        self._tree.names = dict.fromkeys([*edges, *(edge.newest.parent for edge in edges.values())])
 
     def lookup(
         self,
@@ -173,91 +172,45 @@ class TransformBuffer:
                     "latest": edge.newest.stamp / 1e9,
                     "samples": len(edge),
                 }
-                for child, edge in self._edges.items()
+                for child, edge in self._tree.edges.items()
             }
 
     def clear(self) -> None:
         """Forget what moves, as after a jump back of the clock; what is static stays."""
         with self._changed:
-            self._edges = {child: edge for child, edge in self._edges.items() if edge.static}
-            self._names = {*self._edges, *(edge.newest.parent for edge in self._edges.values())}
+            edges = self._tree.edges
+            self._tree.edges = {child: edge for child, edge in edges.items() if edge.static}
+            self._recollect_names()
 
     def _lookup(self, target: str, source: str, moment: int) -> Transform:
-        if target == source:  # no frame need be known for that, as in tf2
-            edge = self._edges.get(source)
-            newest = 0 if edge is None or edge.static else edge.newest.stamp
-            return Transform(target, source, stamp_ns=moment or newest)
-        self._require(target, source)
-        if not moment:
-            moment = self._latest_common(target, source)
-        up, down = self._walk(source, moment), self._walk(target, moment)
-        common = next((frame for frame in up.poses if frame in down.poses), None)
-        if common is None:
-            self._refuse(target, source, moment, up, down)
-        (p, q), (tp, tq) = up.poses[common], down.poses[common]
-        back = Transform(common, target, tp, tq).inverse
-        return Transform(target, source, back.point(p), quaternion.multiply(back.rotation, q), moment)
-
-    def _walk(self, start: str, moment: int) -> _Walk:
-        walk, frame, p, q = _Walk(), start, (0.0, 0.0, 0.0), IDENTITY
-        for _ in range(DEEPEST):
-            if frame in walk.poses:
-                break  # a loop
-            walk.poses[frame] = (p, q)
-            walk.last = frame
-            edge = self._edges.get(frame)
-            if edge is None:
-                break
-            sample = edge.at(moment)
-            if sample is None:
-                walk.gap = edge
-                break
-            x, y, z = quaternion.rotate(sample.rotation, p)
-            dx, dy, dz = sample.translation
-            p, q = (x + dx, y + dy, z + dz), quaternion.multiply(sample.rotation, q)
-            frame = sample.parent
-        return walk
-
-    def _latest_common(self, target: str, source: str) -> int:
-        """The newest time at which every moving edge between two frames is known; 0 when all are static."""
-        up, down = self._newest_times(source), self._newest_times(target)
-        common = next((frame for frame in up if frame in down), None)
-        if common is None:
-            self._not_connected(target, source, [*up][-1], [*down][-1])
-        times = [time for time in (up[common], down[common]) if time is not None]
-        return min(times, default=0)
-
-    def _newest_times(self, start: str) -> dict[str, int | None]:
-        """Frame -> newest time common to all edges from `start` up to it; None while all are static."""
-        times: dict[str, int | None] = {}
-        frame, newest = start, None
-        while frame not in times and len(times) < DEEPEST:
-            times[frame] = newest
-            edge = self._edges.get(frame)
-            if edge is None:
-                break
-            if not edge.static:
-                newest = edge.newest.stamp if newest is None else min(newest, edge.newest.stamp)
-            frame = edge.newest.parent
-        return times
+        if target != source:
+            self._require(target, source)
+        try:
+            (translation, rotation), moment = self._tree.lookup(target, source, moment)
+        except Gap as gap:
+            self._out_of_time(target, source, gap)
+        except Unconnected as two:
+            self._not_connected(target, source, two)
+        except Loop:
+            raise NotConnected(
+                "the way to the root is a loop: frames are each other's parents; see frames()",
+                target=target,
+                source=source,
+            ) from None
+        return Transform(target, source, translation, rotation, moment)
 
     def _require(self, target: str, source: str) -> None:
         for frame in (target, source):
-            if frame in self._names:
+            if frame in self._tree.names:
                 continue
-            near = difflib.get_close_matches(frame, self._names, 3) or sorted(self._names)[:10]
+            near = difflib.get_close_matches(frame, self._tree.names, 3) or sorted(self._tree.names)[:10]
             hint = f"; known are {', '.join(near)}" if near else "; no frame has been published yet"
             raise UnknownFrame(f"frame {frame!r} is unknown{hint}", frame=frame, target=target, source=source)
 
-    def _refuse(self, target: str, source: str, moment: int, up: _Walk, down: _Walk) -> NoReturn:
-        for walk in (up, down):
-            if walk.gap is not None:
-                self._out_of_time(target, source, moment, walk.last, walk.gap)
-        self._not_connected(target, source, up.last, down.last)
-
     @staticmethod
-    def _out_of_time(target: str, source: str, moment: int, child: str, edge: History) -> NoReturn:
-        asked, first, last = moment / 1e9, edge.earliest / 1e9, edge.newest.stamp / 1e9
+    def _out_of_time(target: str, source: str, gap: Gap) -> NoReturn:
+        child, edge = gap.child, gap.history
+        asked, first, last = gap.stamp / 1e9, edge.earliest / 1e9, edge.newest.stamp / 1e9
         if asked > last:
             how = f"{asked - last:.6g} s in the future; wait with timeout=, or take the latest (time=None)"
         elif asked < first:
@@ -274,18 +227,18 @@ class TransformBuffer:
             requested=asked,
             earliest=first,
             latest=last,
-        )
+        ) from None
 
     @staticmethod
-    def _not_connected(target: str, source: str, source_root: str, target_root: str) -> NoReturn:
+    def _not_connected(target: str, source: str, two: Unconnected) -> NoReturn:
         raise NotConnected(
-            f"not connected: {target} hangs below {target_root}, {source} below {source_root};"
+            f"not connected: {target} hangs below {two.target_root}, {source} below {two.source_root};"
             " nobody publishes a transform between these two",
             target=target,
             source=source,
-            target_root=target_root,
-            source_root=source_root,
-        )
+            target_root=two.target_root,
+            source_root=two.source_root,
+        ) from None
 
 
 def checked(transform: Transform) -> Sample:
@@ -298,6 +251,4 @@ def checked(transform: Transform) -> Sample:
     square = sum(part * part for part in transform.rotation)
     if abs(square - 1) > UNIT_TOLERANCE:
         raise ValueError(f"{parent} -> {child}: the rotation has length {math.sqrt(square):.6g}, expected 1")
-    return Sample(
-        transform.stamp_ns, parent, transform.translation, quaternion.normalized(transform.rotation)
-    )
+    return Sample(transform.stamp_ns, parent, transform.translation, normalized(transform.rotation))

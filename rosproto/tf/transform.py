@@ -5,12 +5,11 @@ Source: REP 103 (units, axes), geometry_msgs/TransformStamped.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
-from rosproto.tf import quaternion
-from rosproto.tf.quaternion import Quaternion, Vector
+from rosproto import quaternion
+from rosproto.quaternion import Quaternion, Vector
 from rosproto.time import Time
 
 if TYPE_CHECKING:
@@ -61,9 +60,7 @@ class Transform:
         cls, target: str, source: str, x: float, y: float, yaw: float, *, stamp: Stamped | float = 0
     ) -> Transform:
         """A pose in the plane: x and y in m, yaw in rad counter-clockwise."""
-        return cls(
-            target, source, (x, y, 0.0), (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)), nanoseconds(stamp)
-        )
+        return cls(target, source, (x, y, 0.0), quaternion.from_yaw(yaw), nanoseconds(stamp))
 
     @classmethod
     def from_matrix(
@@ -83,7 +80,8 @@ class Transform:
         if not np.allclose(turn @ turn.T, np.eye(3), atol=1e-6) or np.linalg.det(turn) < 0:
             raise ValueError("the upper left (3, 3) part is no rotation")
         x, y, z = values[:3, 3].tolist()
-        return cls(target, source, (x, y, z), quaternion.from_matrix(turn.tolist()), nanoseconds(stamp))
+        rotation = quaternion.normalized(quaternion.from_matrix(turn.tolist()))
+        return cls(target, source, (x, y, z), rotation, nanoseconds(stamp))
 
     @classmethod
     def from_message(cls, message: Any) -> Transform:
@@ -166,5 +164,4 @@ class Transform:
     @property
     def yaw(self) -> float:
         """Rotation about z of the roll-pitch-yaw form, rad in [-pi, pi], counter-clockwise."""
-        x, y, z, w = self.rotation
-        return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        return quaternion.yaw_of(self.rotation)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from rosproto.quaternion import normalized
 from rosproto.tf import (
     ExtrapolationError,
     NotConnected,
@@ -16,7 +17,6 @@ from rosproto.tf import (
     TransformError,
     UnknownFrame,
 )
-from rosproto.tf.quaternion import normalized
 from tests.support import ros
 
 pytestmark = pytest.mark.interop

@@ -5,6 +5,7 @@ import importlib.util
 import math
 import random
 import sys
+from pathlib import Path
 
 import rospy
 import tf2_py as real
@@ -12,6 +13,7 @@ from geometry_msgs.msg import TransformStamped
 
 
 def load(folder):
+    sys.path.append(str(Path(folder).parents[3]))  # last: what Debian has too is Debian's
     spec = importlib.util.spec_from_file_location(
         "compared_tf2", folder + "/__init__.py", submodule_search_locations=[folder]
     )

@@ -191,7 +191,7 @@ def test_the_number_of_frames_and_samples_is_bounded():
     buffer.set_transform(edge("a", "e", 1, 1.0))
     with pytest.raises(ValueError, match="no more"):
         buffer.set_transform(edge("a", "f", 1, 1.0))
-    assert len(buffer._names) <= 6
+    assert len(buffer._tree.names) <= 6
 
 
 def test_waiting_ends_as_soon_as_the_transform_comes():

@@ -1,7 +1,7 @@
 """tf2_py: the buffer core of tf2 and its exceptions.
 
-Not `rosproto.tf`: programs print what they look up, so that the order of the arithmetic, the texts of the
-errors and what counts as reachable are tf2's here, to the last digit.
+The engine is that of `rosproto.tf`, whose arithmetic is tf2's, to the last digit: programs print what they
+look up. The texts of errors, the warnings on stderr and what counts as a name are tf2's here.
 """
 
 from ._core import BufferCore

@@ -9,11 +9,18 @@ import threading
 
 import genpy
 
-from ._cache import Pose, StaticCache, TimeCache, seconds
-from ._errors import InvalidArgumentException, LookupException, TransformException
-from ._full import combined
-from ._walk import Loop, latest_common_time, walk
+from rosproto.quaternion import from_matrix, to_matrix
+from rosproto.tf.history import OLD, REPEATED, History, Sample, seconds
+from rosproto.tf.tree import FrameTree, Loop, NoWay
 
+from ._dot import all_frames_as_dot, span
+from ._errors import InvalidArgumentException, LookupException, TransformException, error_of
+
+_NOT_TAKEN = {
+    OLD: "TF_OLD_DATA ignoring data from the past"
+    " (Possible reasons are listed at http://wiki.ros.org/tf/Errors%%20explained)",
+    REPEATED: "TF_REPEATED_DATA ignoring data with redundant timestamp",
+}
 UNIT_TOLERANCE = 10e-3  # of a rotation's squared length
 # tf2 says where in its source (0.7.6) each message comes from.
 _LINES = {
@@ -45,9 +52,7 @@ class BufferCore:
 
     def __init__(self, cache_time=None):
         self._duration = nanoseconds(genpy.Duration(10)) if cache_time is None else nanoseconds(cache_time)
-        self._caches = {}
-        self._names = {}  # in the order in which they were heard of, parents too
-        self._authorities = {}
+        self._tree = FrameTree()
         self._lock = threading.RLock()
 
     # -- filling --------------------------------------------------------------------------------------------
@@ -68,17 +73,16 @@ class BufferCore:
         if self._is_wrong(child, parent, translation, rotation, authority):
             return
         with self._lock:
-            cache = self._caches.get(child)
-            self._names.setdefault(child)
-            if cache is None:  # whether it moves is settled with the first pose, as in tf2
-                cache = self._caches[child] = StaticCache() if static else TimeCache(self._duration)
-            self._names.setdefault(parent)
-            why = cache.insert(Pose(stamp, parent, translation, rotation))
+            self._tree.names.update({child: None, parent: None})
+            edge = self._tree.edges.get(child)
+            if edge is None:  # whether it moves is settled with the first pose, as in tf2
+                edge = self._tree.edges[child] = History(self._duration, static=static)
+            why = edge.add(Sample(stamp, parent, translation, rotation))
             if why is None:
-                self._authorities[child] = authority
+                edge.authority = authority
                 return
         where = " for frame %s (parent %s) at time %f according to authority %s"
-        _say("Warning:", (why + where) % (child, parent, seconds(stamp), authority), 278)
+        _say("Warning:", (_NOT_TAKEN[why] + where) % (child, parent, seconds(stamp), authority), 278)
 
     @staticmethod
     def _is_wrong(child, parent, translation, rotation, authority):
@@ -92,8 +96,8 @@ class BufferCore:
     def clear(self):
         """Forget what moves."""
         with self._lock:
-            for cache in self._caches.values():
-                cache.clear()
+            for edge in self._tree.edges.values():
+                edge.clear()
 
     # -- looking up -----------------------------------------------------------------------------------------
 
@@ -136,9 +140,9 @@ class BufferCore:
             return 0, ""
         with self._lock:
             missing = self._missing(target=target_frame, source=source_frame)
-            if source_frame not in self._names:  # tf2's words, and its condition
+            if source_frame not in self._tree.names:  # tf2's words, and its condition
                 missing += " fixed_frame: %sdoes not exist." % fixed_frame
-            if any(frame not in self._names for frame in frames.values()):
+            if any(frame not in self._tree.names for frame in frames.values()):
                 return 0, missing
             done = self._can(target_frame, fixed_frame, now)
             return self._can(fixed_frame, source_frame, then) if done[0] else done
@@ -152,17 +156,15 @@ class BufferCore:
 
     def _lookup(self, target, source, stamp):
         """((translation, rotation), nanoseconds)."""
-        if target == source:
-            cache = self._caches.get(target)
-            newest = cache.newest()[0] if cache is not None else 0
-            return ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)), stamp or newest
-        self._validate("lookupTransform argument target_frame", target)
-        self._validate("lookupTransform argument source_frame", source)
+        if target != source:
+            self._validate("lookupTransform argument target_frame", target)
+            self._validate("lookupTransform argument source_frame", source)
         try:
-            stamp = stamp or latest_common_time(self._caches, target, source)
-            return walk(self._caches, target, source, stamp)[:2], stamp
+            return self._tree.lookup(target, source, stamp)
         except Loop:
             raise LookupException(self._loop()) from None
+        except NoWay as no_way:
+            raise error_of(no_way, target, source) from None
 
     def _loop(self):
         return "The tf tree is invalid because it contains a loop.\n%s\n" % self.all_frames_as_string()
@@ -172,15 +174,12 @@ class BufferCore:
         with self._lock:
             for frame in (target_frame, source_frame):
                 self._validate("get_latest_common_time", frame)
-            if target_frame == source_frame:
-                stamp = self._lookup(target_frame, source_frame, 0)[1]
-            else:
-                try:
-                    stamp = latest_common_time(self._caches, target_frame, source_frame)
-                except Loop:
-                    raise TransformException(self._loop()) from None
-                except TransformException as error:
-                    raise TransformException(str(error)) from None  # tf2 does not tell which kind here
+            try:
+                stamp = self._tree.latest_common_time(target_frame, source_frame)
+            except Loop:
+                raise TransformException(self._loop()) from None
+            except NoWay as no_way:  # tf2 does not tell which kind here
+                raise TransformException(str(error_of(no_way, target_frame, source_frame))) from None
         return _time(stamp)
 
     def _validate(self, argument, frame):
@@ -193,7 +192,7 @@ class BufferCore:
                 "Invalid argument \"%s\" passed to %s in tf2 frame_ids cannot start with a '/' like: "
                 % (frame, argument)
             )
-        if frame not in self._names:
+        if frame not in self._tree.names:
             raise LookupException('"%s" passed to %s does not exist. ' % (frame, argument))
 
     @staticmethod
@@ -213,27 +212,29 @@ class BufferCore:
         return " ".join(
             "canTransform: %s_frame %s does not exist." % (which, frame)
             for which, frame in frames.items()
-            if frame not in self._names
+            if frame not in self._tree.names
         )
 
     # -- listing --------------------------------------------------------------------------------------------
 
     def _in_order(self):
-        return [(name, self._caches[name]) for name in self._names if name in self._caches]
+        edges = self._tree.edges
+        return [(name, edges[name]) for name in self._tree.names if name in edges]
 
     def all_frames_as_yaml(self):
         """Every frame, its parent and its times, as YAML."""
         with self._lock:
-            if not self._names:
+            if not self._tree.names:
                 return "{}"
-            return "".join(self._yaml(name, cache) for name, cache in self._in_order() if cache.poses)
+            return "".join(self._yaml(name, edge) for name, edge in self._in_order() if edge)
 
-    def _yaml(self, name, cache):
-        newest, oldest, count = cache.span()
+    @staticmethod
+    def _yaml(name, edge):
+        newest, oldest = span(edge)
         rows = {
-            "parent": "'%s'" % cache.newest()[1],
-            "broadcaster": "'%s'" % self._authorities.get(name, "no recorded authority"),
-            "rate": "%.3f" % (count / max((newest - oldest) / 1e9, 0.0001)),
+            "parent": "'%s'" % edge.newest.parent,
+            "broadcaster": "'%s'" % edge.authority,
+            "rate": "%.3f" % (len(edge) / max((newest - oldest) / 1e9, 0.0001)),
             "most_recent_transform": "%.3f" % (newest / 1e9),
             "oldest_transform": "%.3f" % (oldest / 1e9),
             "buffer_length": "%.3f" % ((newest - oldest) / 1e9),
@@ -244,40 +245,45 @@ class BufferCore:
         """Every frame and its parent, a line each."""
         with self._lock:
             return "".join(
-                "Frame %s exists with parent %s.\n"
-                % (name, cache.newest()[1] if cache.poses else "NO_PARENT")
-                for name, cache in self._in_order()
+                "Frame %s exists with parent %s.\n" % (name, edge.newest.parent if edge else "NO_PARENT")
+                for name, edge in self._in_order()
             )
 
     def _allFramesAsDot(self, current_time=None):
         """The same as a graph for graphviz."""
-        from ._dot import all_frames_as_dot
-
         if current_time is not None and not hasattr(current_time, "to_sec"):
             raise TypeError("time must have a to_sec method, e.g. rospy.Time or rospy.Duration")
         now = current_time.to_sec() if current_time is not None else 0.0
         with self._lock:
-            return all_frames_as_dot(list(self._names), self._caches, self._authorities, now)
+            return all_frames_as_dot(list(self._tree.names), self._tree.edges, now)
 
     def _children(self):
         """Names of the frames whose pose in another is known."""
         with self._lock:
-            return [name for name, cache in self._in_order() if cache.poses]
+            return [name for name, edge in self._in_order() if edge]
 
     def _frameExists(self, frame):
-        return frame in self._names
+        return frame in self._tree.names
 
     def _getFrameStrings(self):
-        return list(self._names)
+        return list(self._tree.names)
 
     def _chain(self, target_frame, target_time, source_frame, source_time, fixed_frame):
         """Frames on the way from the source to the target."""
         with self._lock:
-            caches = self._caches
-            there = walk(caches, fixed_frame, source_frame, nanoseconds(source_time))
-            back = walk(caches, target_frame, fixed_frame, nanoseconds(target_time))
-        frames = [*there[2], fixed_frame, *there[3][::-1], *back[2], *back[3][::-1], target_frame]
-        return [frame for i, frame in enumerate(frames) if frame not in frames[:i]]
+            there = self._walk(fixed_frame, source_frame, nanoseconds(source_time))
+            back = self._walk(target_frame, fixed_frame, nanoseconds(target_time))
+        frames = [*there[0], fixed_frame, *there[1], *back[0], *back[1], target_frame]
+        return list(dict.fromkeys(frames))
+
+    def _walk(self, target, source, stamp):
+        try:
+            way = self._tree.walk(target, source, stamp)
+        except Loop:
+            raise LookupException(self._loop()) from None
+        except NoWay as no_way:
+            raise error_of(no_way, target, source) from None
+        return way.source_side, way.target_side[::-1]
 
 
 def _problems(child, parent, translation, rotation, authority):
@@ -329,3 +335,19 @@ def _message(pose, stamp, target, source):
     t, r = message.transform.translation, message.transform.rotation
     (t.x, t.y, t.z), (r.x, r.y, r.z, r.w) = pose
     return message
+
+
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def combined(second, first):
+    """(translation, rotation) of `first`, then `second`: by way of matrices, as tf2 joins two times' lookups.
+
+    Source: tf2/LinearMath/Transform.h (the order of each sum).
+    """
+    (translation, rotation), (there, turned) = second, first
+    a, b = to_matrix(rotation), to_matrix(turned)
+    product = [[_dot(row, column) for column in zip(*b)] for row in a]
+    moved = tuple(_dot(row, there) + offset for row, offset in zip(a, translation))
+    return moved, from_matrix(product)

@@ -10,13 +10,17 @@ ROOT = (
 )
 
 
-def all_frames_as_dot(names, caches, authorities, now):
+def span(edge):
+    """(newest, oldest) stamp, nanoseconds; what does not move has no time of its own."""
+    return (0, 0) if edge.static else (edge.newest.stamp, edge.earliest)
+
+
+def all_frames_as_dot(names, edges, now):
     """The graph's text.
 
     Args:
         names: All frames, in the order in which they were heard of.
-        caches: The cache of each frame that has a parent.
-        authorities: Who told of it.
+        edges: What is known of each frame that has a parent.
         now: Seconds, for the age of each transform; 0 for none.
     """
     if not names:
@@ -24,16 +28,15 @@ def all_frames_as_dot(names, caches, authorities, now):
     lines = ["digraph G {\n"]
     roots = []
     for name in names:
-        cache = caches.get(name)
-        if cache is None or not cache.poses:
+        edge = edges.get(name)
+        if not edge:
             roots.append(name)
             continue
-        newest, oldest, count = cache.span()
+        newest, oldest = span(edge)
         length = (newest - oldest) / 1e9
         age = "( %.3f sec old)" % (now - newest / 1e9) if now > 0 else ""
-        authority = authorities.get(name, "no recorded authority")
-        rate = count / max(length, 0.0001)
-        lines.append(EDGE % (cache.newest()[1], name, authority, rate, newest / 1e9, age, length))
+        rate = len(edge) / max(length, 0.0001)
+        lines.append(EDGE % (edge.newest.parent, name, edge.authority, rate, newest / 1e9, age, length))
     if now > 0:
         lines += [ROOT % (now, name) for name in roots]
     return "".join([*lines, "}"])

@@ -1,0 +1,182 @@
+"""The engine under all transform buffers: which frame hangs below which, and the way between two of them.
+
+Two frames are connected by their common root, or straight when one hangs below the other. Pure: no clock, no
+lock, no waiting, no texts; `TransformBuffer` and the rospy layer's tf2_py bring theirs, and check names.
+
+Source: tf2 buffer_core.cpp (walkToTopParent, getLatestCommonTime, lookupTransform).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from rosproto.quaternion import Quaternion, Vector, conjugate, multiply, rotate
+from rosproto.tf.history import History
+
+__all__ = ["FrameTree", "Gap", "Loop", "NoWay", "Unconnected", "Way"]
+
+DEEPEST = 1000  # as in tf2: a longer way to the root is a loop
+
+Pose = tuple[Vector, Quaternion]
+IDENTITY: Pose = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
+
+
+class NoWay(Exception):
+    """There is no transform; a buffer makes an error of its own of it."""
+
+
+class Loop(NoWay):
+    """The way to the root does not end."""
+
+
+class Unconnected(NoWay):
+    """Two trees: the topmost frames above the source and above the target."""
+
+    def __init__(self, source_root: str, target_root: str) -> None:
+        super().__init__(source_root, target_root)
+        self.source_root = source_root
+        self.target_root = target_root
+
+
+class Gap(NoWay):
+    """The pose of `child` is not known at `stamp` (ns)."""
+
+    def __init__(self, child: str, history: History, stamp: int) -> None:
+        super().__init__(child, stamp)
+        self.child = child
+        self.history = history
+        self.stamp = stamp
+
+
+class Way(NamedTuple):
+    """The pose of the source in the target, and the frames below the meeting point on either side."""
+
+    translation: Vector
+    rotation: Quaternion
+    source_side: list[str]
+    target_side: list[str]
+
+
+class FrameTree:
+    """Histories of all frames.
+
+    Attributes:
+        edges: What is known of each frame that has a parent.
+        names: All frames, parents too, in the order in which they were heard of.
+    """
+
+    def __init__(self) -> None:
+        self.edges: dict[str, History] = {}
+        self.names: dict[str, None] = {}
+
+    def lookup(self, target: str, source: str, stamp: int) -> tuple[Pose, int]:
+        """The pose of the source in the target, and its time; `stamp` 0 is the newest that all share.
+
+        Raises:
+            NoWay: It cannot be had.
+        """
+        stamp = stamp or self.latest_common_time(target, source)
+        if target == source:  # the frame need not be known for that
+            return IDENTITY, stamp
+        return self.walk(target, source, stamp)[:2], stamp
+
+    def walk(self, target: str, source: str, stamp: int) -> Way:
+        """The way between two frames at one time.
+
+        Raises:
+            NoWay: There is none.
+        """
+        edges = self.edges
+        up, down = IDENTITY, IDENTITY
+        source_side: list[str] = []
+        target_side: list[str] = []
+        frame, gap = source, None
+        while frame != target and frame in edges:
+            sample = edges[frame].at(stamp)
+            if sample is None:  # perhaps the target hangs below this frame
+                gap = Gap(frame, edges[frame], stamp)
+                break
+            up = _step(sample.translation, sample.rotation, up)
+            _append(source_side, frame)
+            frame = sample.parent
+        if frame == target:
+            return Way(*up, source_side, target_side)
+        top, frame = frame, target
+        while frame not in (top, source) and frame in edges:
+            sample = edges[frame].at(stamp)
+            if sample is None:
+                raise Gap(frame, edges[frame], stamp)
+            down = _step(sample.translation, sample.rotation, down)
+            _append(target_side, frame)
+            frame = sample.parent
+        there, back = _inverse(down)
+        if frame == source != top:
+            return Way(there, back, source_side, target_side)
+        if frame != top:
+            raise gap or Unconnected(top, frame)
+        return Way(_sum(rotate(back, up[0]), there), multiply(back, up[1]), source_side, target_side)
+
+    def latest_common_time(self, target: str, source: str) -> int:
+        """The newest time (ns) for which the whole way is known; 0 when nothing on it moves.
+
+        Raises:
+            Unconnected, Loop: There is no way.
+        """
+        if target == source:
+            return self.newest_stamp(source)
+        above: list[tuple[int, str]] = []
+        while (step := self._up(above[-1][1] if above else source)) is not None:
+            above.append(step)
+            if step[1] == target:
+                return _earliest(above)
+            if len(above) > DEEPEST:
+                raise Loop
+        parents = [parent for _, parent in above]
+        below: list[tuple[int, str]] = []
+        frame = target
+        while len(below) < DEEPEST:
+            step = self._up(frame)
+            if step is None:
+                raise Unconnected(parents[-1] if parents else source, frame)
+            below.append(step)
+            frame = step[1]
+            if frame in parents:
+                return _earliest(below + above[: parents.index(frame) + 1])
+            if frame == source:
+                return _earliest(below)
+        raise Loop
+
+    def newest_stamp(self, frame: str) -> int:
+        """When a frame was seen last, ns; 0 for one that does not move or is not known."""
+        edge = self.edges.get(frame)
+        return 0 if not edge or edge.static else edge.newest.stamp
+
+    def _up(self, frame: str) -> tuple[int, str] | None:
+        """(newest stamp, newest parent) of a frame; None for a root, or one of which all was forgotten."""
+        edge = self.edges.get(frame)
+        return (self.newest_stamp(frame), edge.newest.parent) if edge else None
+
+
+def _earliest(steps: list[tuple[int, str]]) -> int:
+    return min((stamp for stamp, _ in steps if stamp), default=0)
+
+
+def _append(frames: list[str], frame: str) -> None:
+    frames.append(frame)
+    if len(frames) > DEEPEST:
+        raise Loop
+
+
+def _sum(a: Vector, b: Vector) -> Vector:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+
+
+def _step(translation: Vector, rotation: Quaternion, pose: Pose) -> Pose:
+    """A pose in a child, as its parent sees it."""
+    return _sum(rotate(rotation, pose[0]), translation), multiply(rotation, pose[1])
+
+
+def _inverse(pose: Pose) -> Pose:
+    (x, y, z), rotation = pose
+    back = conjugate(rotation)
+    return rotate(back, (-x, -y, -z)), back
