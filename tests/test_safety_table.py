@@ -33,6 +33,12 @@ HELD_BY = {
     "Ctrl-C in a program that uses `with`": (
         "test_ends_of_programs.py::test_ctrl_c_ends_every_wait_and_stops_the_robot",
     ),
+    "an asyncio task is cancelled": (
+        "test_aio_storm.py::test_the_robot_stands_after_every_cancel",
+        "test_aio.py::test_a_time_limit_cancels_the_goal",
+        "test_aio.py::test_cancelling_a_hold_stops_the_robot_within_the_block",
+        "test_aio.py::test_ctrl_c_in_asyncio_run_leaves_the_robot_standing",
+    ),
     "Ctrl-C in `handle.wait()`": (
         "test_stop.py::test_ctrl_c_in_a_wait_cancels_the_goal_although_no_block_is_left",
         "test_numbers_of_numpy.py::test_whatever_ends_a_wait_cancels_its_goal",
@@ -106,7 +112,9 @@ def test_the_chinese_table_has_as_many_lines() -> None:
 def test_the_test_is_there(name: str) -> None:
     file, _, function = name.partition("::")
     tree = ast.parse((ROOT / "tests" / "scenarios" / file).read_text("utf-8"))
-    assert function in {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+    assert function in {
+        node.name for node in tree.body if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+    }
 
 
 def test_security_md_points_here() -> None:
