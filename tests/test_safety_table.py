@@ -1,4 +1,4 @@
-"""Each line of the README's safety table is held by a test, in both languages; this names it."""
+"""Each line of the table in docs/safety.md is held by a test, in both languages; this names it."""
 
 from __future__ import annotations
 
@@ -98,14 +98,14 @@ def lines(page: str, header: str) -> list[str]:
 
 
 def test_every_line_has_its_tests_and_every_test_its_line() -> None:
-    found = lines("README.md", "| what happens | what stops, and how |")
+    found = lines("docs/safety.md", "| what happens | what stops, and how |")
     assert len(found) == len(HELD_BY)
     for line, begin in zip(found, HELD_BY, strict=True):
         assert line.startswith(begin)
 
 
 def test_the_chinese_table_has_as_many_lines() -> None:
-    assert len(lines("README.zh-CN.md", "| 发生了什么 | 什么会停，怎样停 |")) == len(HELD_BY)
+    assert len(lines("docs/safety.zh-CN.md", "| 发生了什么 | 什么会停，怎样停 |")) == len(HELD_BY)
 
 
 @pytest.mark.parametrize("name", sorted({name for names in HELD_BY.values() for name in names}))
