@@ -154,6 +154,22 @@ def test_each_fact_about_the_wire_names_tests_that_exist() -> None:
         assert set(named) <= tests, set(named) - tests
 
 
+@pytest.mark.parametrize("page", ["README.md", "README.zh-CN.md"])
+def test_the_readme_is_a_first_screen(page: str) -> None:
+    """It shows, says the least that is safe, and leads on; the rest stands in docs/."""
+    text = (ROOT / page).read_text("utf-8")
+    assert len(text.splitlines()) <= 150
+    for leads_to in (
+        "pictures/watch.png",
+        "pictures/map.png",
+        "safety",
+        "tour",
+        "comparison",
+        "troubleshooting",
+    ):
+        assert f"](docs/{leads_to}" in text
+
+
 def test_the_readme_has_its_two_commands_and_ci_calls_the_second() -> None:
     """One line sets up and shows it, one line sets up and tests it; CI runs the same words."""
     readme = (ROOT / "README.md").read_text("utf-8")

@@ -1,4 +1,4 @@
-"""Each line of the README's safety table is held by a test, in both languages; this names it."""
+"""Each line of the table in docs/safety.md is held by a test, in both languages; this names it."""
 
 from __future__ import annotations
 
@@ -32,6 +32,12 @@ HELD_BY = {
     ),
     "Ctrl-C in a program that uses `with`": (
         "test_ends_of_programs.py::test_ctrl_c_ends_every_wait_and_stops_the_robot",
+    ),
+    "an asyncio task is cancelled": (
+        "test_aio_storm.py::test_the_robot_stands_after_every_cancel",
+        "test_aio.py::test_a_time_limit_cancels_the_goal",
+        "test_aio.py::test_cancelling_a_hold_stops_the_robot_within_the_block",
+        "test_aio.py::test_ctrl_c_in_asyncio_run_leaves_the_robot_standing",
     ),
     "Ctrl-C in `handle.wait()`": (
         "test_stop.py::test_ctrl_c_in_a_wait_cancels_the_goal_although_no_block_is_left",
@@ -92,21 +98,23 @@ def lines(page: str, header: str) -> list[str]:
 
 
 def test_every_line_has_its_tests_and_every_test_its_line() -> None:
-    found = lines("README.md", "| what happens | what stops, and how |")
+    found = lines("docs/safety.md", "| what happens | what stops, and how |")
     assert len(found) == len(HELD_BY)
     for line, begin in zip(found, HELD_BY, strict=True):
         assert line.startswith(begin)
 
 
 def test_the_chinese_table_has_as_many_lines() -> None:
-    assert len(lines("README.zh-CN.md", "| 发生了什么 | 什么会停，怎样停 |")) == len(HELD_BY)
+    assert len(lines("docs/safety.zh-CN.md", "| 发生了什么 | 什么会停，怎样停 |")) == len(HELD_BY)
 
 
 @pytest.mark.parametrize("name", sorted({name for names in HELD_BY.values() for name in names}))
 def test_the_test_is_there(name: str) -> None:
     file, _, function = name.partition("::")
     tree = ast.parse((ROOT / "tests" / "scenarios" / file).read_text("utf-8"))
-    assert function in {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+    assert function in {
+        node.name for node in tree.body if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+    }
 
 
 def test_security_md_points_here() -> None:

@@ -37,7 +37,7 @@ def texts(page: str, title: str) -> list[str]:
 
 
 TEXTS = [
-    *texts("README.md", "Troubleshooting"),
+    *texts("docs/troubleshooting.md", "By error text"),
     *(text for text in texts("docs/firmware.md", "What errors mean")),
 ]
 

@@ -1,4 +1,6 @@
-"""The manual of both commands, made from the parsers that make `--help`: docs/commands.md, README's table.
+"""The manual of both commands, made from the parsers that make `--help`.
+
+It is docs/commands.md, and the table in docs/all-commands.md.
 
 python -m tools.manual            writes both in this source tree
 python -m tools.manual --check    exit code 1 when one of them is not current
@@ -13,12 +15,12 @@ from pathlib import Path
 
 from rosproto.cli.parser import synopsis, value_names
 
-__all__ = ["main", "manual", "page", "readme", "with_table"]
+__all__ = ["glance", "main", "manual", "page", "with_table"]
 
 page = Path(__file__).resolve().parents[1] / "docs" / "commands.md"
 """Where the manual is in a source tree."""
-readme = page.parents[1] / "README.md"
-"""The page whose table of commands is made, too."""
+glance = page.with_name("all-commands.md")
+"""The page with one line for each command."""
 
 _BEGIN = "<!-- commands: made by `python -m tools.manual` from what `--help` says -->"
 _END = "<!-- end of commands -->"
@@ -57,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--check", action="store_true", help="write nothing; exit code 1 when it is old")
     check = parser.parse_args(arguments).check
     old = 0
-    for path, text in ((page, manual()), (readme, with_table(readme.read_text(encoding="utf-8")))):
+    for path, text in ((page, manual()), (glance, with_table(glance.read_text(encoding="utf-8")))):
         current = path.exists() and path.read_text(encoding="utf-8") == text
         if check:
             old += not current
@@ -79,10 +81,10 @@ def with_table(text: str) -> str:
     _, end, after = rest.partition(_END)
     if not (begin and end):
         raise ValueError(f"the marks of the table are missing: {_BEGIN} and {_END}")
-    return "\n".join([before + begin, *_readme_table(), end + after])
+    return "\n".join([before + begin, *_all_commands(), end + after])
 
 
-def _readme_table() -> Iterator[str]:
+def _all_commands() -> Iterator[str]:
     from rosproto.cli.commands import COMMANDS as ROSPROTO
     from woosh_pure.cli.registry import COMMANDS, load
 
@@ -90,7 +92,7 @@ def _readme_table() -> Iterator[str]:
     rows += [("rosproto", name, command.help) for name, command in ROSPROTO.items()]
     yield from _table(
         ("command", "what it does"),
-        [(f"[`{prog} {name}`](docs/commands.md#{prog}-{name})", text) for prog, name, text in rows],
+        [(f"[`{prog} {name}`](commands.md#{prog}-{name})", text) for prog, name, text in rows],
     )
 
 

@@ -26,11 +26,11 @@ def test_every_command_has_its_section() -> None:
             assert f"(#{prog}-{name})" in text
 
 
-def test_the_table_of_the_readme_is_current() -> None:
+def test_the_table_of_all_commands_is_current() -> None:
     """Made from the same help lines; the Chinese page names the same commands in its own words."""
-    text = manual.readme.read_text(encoding="utf-8")
+    text = manual.glance.read_text(encoding="utf-8")
     assert text == manual.with_table(text), "run: python -m tools.manual"
-    chinese = (PAGE.parents[1] / "README.zh-CN.md").read_text(encoding="utf-8")
+    chinese = PAGE.with_name("all-commands.zh-CN.md").read_text(encoding="utf-8")
     missing = [
         name for name in (*WOOSH, *ROSPROTO) if not re.search(rf"`((woosh|rosproto) )?{name}[` ]", chinese)
     ]
@@ -39,8 +39,8 @@ def test_the_table_of_the_readme_is_current() -> None:
 
 def test_check_tells_an_old_page(tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.setattr(manual, "page", tmp_path / "docs" / "commands.md")
-    (tmp_path / "README.md").write_text(manual.readme.read_text(encoding="utf-8"), encoding="utf-8")
-    monkeypatch.setattr(manual, "readme", tmp_path / "README.md")
+    (tmp_path / "all-commands.md").write_text(manual.glance.read_text(encoding="utf-8"), encoding="utf-8")
+    monkeypatch.setattr(manual, "glance", tmp_path / "all-commands.md")
     assert manual.main(["--check"]) == 1
     assert manual.main([]) == 0
     assert manual.main(["--check"]) == 0
