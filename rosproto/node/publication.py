@@ -28,9 +28,9 @@ from rosproto.node.subscriber_link import SubscriberLink
 from rosproto.node.tcpros_server import refuse
 from rosproto.node.topic_types import TopicType
 from rosproto.protocol.handshake import check_subscriber_header, publisher_header
+from rosproto.protocol.header import encode_header
 from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.tcpros_io import write_header
 from rosproto.transport.waiting import wait_for
 
 if TYPE_CHECKING:
@@ -178,10 +178,12 @@ class Publication:
         address = format_address(*peer[:2])
         try:
             output = self.output_for(fields, address)
-            write_header(sock, self.header(output), Deadline(self.node.limits.handshake_seconds))
+            greeting = encode_header(self.header(output))
         except RosError as error:
             self._refused(sock, address, error)
             return
+        # The header goes out when the link is among the others: one that has read it believes that it is
+        # connected, and a message published then must not pass it by.
         link = SubscriberLink(
             sock,
             fields,
@@ -191,6 +193,7 @@ class Publication:
             monitor=self.node._monitor,
             on_closed=self.link_closed,
             id=self.node._next_link_id(),
+            greeting=greeting,
         )
         if not self.linger:
             link.set_linger(False)

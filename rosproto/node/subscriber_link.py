@@ -49,13 +49,14 @@ class SubscriberLink:
     """A subscriber that has been answered and now gets messages.
 
     Args:
-        sock: The connection, header exchanged; the link owns it and makes it non-blocking.
+        sock: The connection, the subscriber's header read; the link owns it and makes it non-blocking.
         header: The subscriber's connection header.
         address: "host:port" of the subscriber.
         topic: Resolved topic.
         queue_size: Most messages that wait for this subscriber; the oldest is dropped.
         monitor: The node's monitor.
         on_closed: Called once, from any thread and without a lock, when the link has ended.
+        greeting: Our own connection header, which is sent before any message.
 
     Attributes:
         id: Number of the connection in getBusInfo.
@@ -100,6 +101,7 @@ class SubscriberLink:
         monitor: LinkMonitor,
         on_closed: OnClosed,
         id: int = 0,
+        greeting: bytes = b"",
     ) -> None:
         self.sock = sock
         self.address = address
@@ -124,10 +126,21 @@ class SubscriberLink:
         self._closed = False
         self._error = ""
         sock.setblocking(False)
+        if greeting:
+            # As a message of which a part is sent: it is never dropped, and all others wait behind it.
+            self._outbox.begin([memoryview(greeting)])
+            self._blocked = True
+            self._messages, self._bytes = -1, -len(greeting)
 
     def start(self) -> None:
-        """Let the monitor watch the socket."""
+        """Send the greeting, if no message has pushed it out yet, and let the monitor watch the socket."""
         self._monitor.add(self)
+        with self._lock:
+            error = self._drain() if self._blocked and not self._closed else None
+            if self._blocked:
+                self._monitor.want_write(self, True)
+        if error is not None:
+            self._end(error)
 
     def set_linger(self, linger: bool) -> None:
         """Whether the system delivers what is on its way when this program is killed."""
@@ -442,8 +455,8 @@ class SubscriberLink:
                 address=self.address,
                 transport=self.transport,
                 connected=not self._closed,
-                bytes=self._bytes,
-                messages=self._messages,
+                bytes=max(0, self._bytes),
+                messages=max(0, self._messages),
                 dropped=self._outbox.dropped,
                 queued=len(self._outbox) + len(self._batch),
                 state="closed" if self._closed else "blocked" if self._blocked else "connected",

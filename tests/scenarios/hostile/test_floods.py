@@ -189,20 +189,18 @@ def test_latched_topics_forget_subscribers_that_are_gone_at_once(monkeypatch: py
     from rosproto.node import Node, publication
 
     gone = threading.Event()
-    real = publication.write_header
+    real = publication.encode_header
 
-    def write_and_wait(*arguments: Any) -> None:
-        real(*arguments)
+    def wait_and_encode(*arguments: Any) -> bytes:
         gone.wait(5)
+        return real(*arguments)
 
-    monkeypatch.setattr(publication, "write_header", write_and_wait)
+    monkeypatch.setattr(publication, "encode_header", wait_and_encode)
     with Master() as master, Node("/latched", master_uri=master.uri, rosout=False) as node:
         publisher = node.publisher("/kept", "std_msgs/String", latch=True)
         publisher.publish(data="x")
         address = ("127.0.0.1", node._tcpros.port)
-        sock = attacks.connect(address, attacks.subscriber_header("/kept"))
-        attacks.read_header(sock)
-        attacks.reset(sock)
+        attacks.reset(attacks.connect(address, attacks.subscriber_header("/kept")))
         gone.set()
         for _ in range(100):
             attacks.reset(attacks.connect(address, attacks.subscriber_header("/kept")))
