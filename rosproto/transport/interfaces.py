@@ -1,8 +1,8 @@
 """The addresses of this computer's network cards.
 
 Python has no function for it. POSIX systems have getifaddrs(3), Windows has GetAdaptersAddresses. What the
-resolver says for the computer's name is only what is left without them: a line of the hosts file may hide every
-card from it.
+resolver says for the computer's name is only what is left without them: a line of the hosts file may hide
+every card from it.
 """
 
 from __future__ import annotations
