@@ -9,6 +9,8 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import TypeVar
 
+from rosproto.numbers import whole
+
 __all__ = [
     "ActionState",
     "ActionType",
@@ -37,11 +39,12 @@ class _OpenIntEnum(IntEnum):
 
     @classmethod
     def _missing_(cls: type[_E], value: object) -> _E | None:
-        if not isinstance(value, int):
+        number = whole(value)
+        if number is None:
             return None
-        member = int.__new__(cls, value)
-        member._name_ = f"UNKNOWN_{value}"
-        member._value_ = value
+        member = int.__new__(cls, number)
+        member._name_ = f"UNKNOWN_{number}"
+        member._value_ = number
         return member
 
     @property

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosTimeout
-from rosproto.numbers import as_float
+from rosproto.numbers import as_float, whole
 
 from .begun import current
 from .convert import pose_of
@@ -310,11 +310,13 @@ class Peripherals:
 def _rgb(color: int | Sequence[int] | None) -> int:
     if color is None:
         return 0
-    if isinstance(color, int):
-        if not 0 <= color <= 0xFFFFFF:
-            raise ValueError(f"color {color:#x}: expected 24-bit RGB, 0 to 0xFFFFFF")
-        return color
-    parts = tuple(color)
-    if len(parts) != 3 or not all(isinstance(part, int) and 0 <= part <= 255 for part in parts):
+    number = whole(color)
+    if number is not None:
+        if not 0 <= number <= 0xFFFFFF:
+            raise ValueError(f"color {number:#x}: expected 24-bit RGB, 0 to 0xFFFFFF")
+        return number
+    given = tuple(color) if isinstance(color, Iterable) else ()
+    parts = [part for part in map(whole, given) if part is not None and 0 <= part <= 255]
+    if len(parts) != 3 or len(given) != 3:
         raise ValueError(f"color {color!r}: expected (red, green, blue) with whole numbers of 0 to 255 each")
     return (parts[0] << 16) | (parts[1] << 8) | parts[2]

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.logs import get_logger
+from rosproto.numbers import whole
 
 from .enums import Direction, RobotState, TaskCommand, TaskState, TaskType
 from .errors import MotionRefused
@@ -182,7 +183,8 @@ class TaskOrder:
             ("type_number", self.type_number, 0, 2**32 - 1),
             ("custom", self.custom, -128, 127),
         ):
-            if not (isinstance(value, int) and least <= value <= most):
+            number = whole(value)
+            if number is None or not least <= number <= most:
                 raise ValueError(f"{name}={value!r}: expected a whole number of {least} to {most}")
 
     def fields(self) -> dict[str, Any]:
@@ -190,10 +192,10 @@ class TaskOrder:
         return {
             "task_type": int(self.task_type),
             "direction": int(self.direction),
-            "task_type_no": self.type_number,
+            "task_type_no": int(self.type_number),
             "mark_no": self.mark,
             "poses": [stamped_pose(pose) for pose in self.poses],
-            "custom": self.custom,
+            "custom": int(self.custom),
         }
 
 

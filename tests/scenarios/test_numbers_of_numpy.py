@@ -147,3 +147,13 @@ def test_whatever_ends_a_wait_cancels_its_goal(sim, real_time, chassis, until, e
     assert handle.outcome.kind is OutcomeKind.CANCELLED
     assert handle.outcome.by_us == "its wait was interrupted"
     until(lambda: sim.world.motion is None)
+
+
+@pytest.mark.parametrize("kind", [np.int8, np.uint8, np.int64, lambda value: np.array(value)])
+def test_whole_numbers_of_a_task_may_be_numpys(sim, chassis, kind):
+    """What a project counts comes out of tables and arrays."""
+    task = chassis.task(1, "A1", type_number=kind(5), custom=kind(3))
+    assert task.wait(timeout=20.0).arrived
+    for wrong in ({"type_number": np.float32(5)}, {"custom": 2.0}, {"custom": np.int16(300)}):
+        with pytest.raises(ValueError, match="expected a whole number"):
+            chassis.task(1, "A1", **wrong)

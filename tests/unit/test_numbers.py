@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from rosproto.numbers import as_float
+from rosproto.numbers import as_float, whole
 
 
 @pytest.mark.parametrize(
@@ -29,3 +29,14 @@ def test_whole_numbers_too_and_none_stays():
 def test_what_is_no_number_is_refused(given):
     with pytest.raises(TypeError):
         as_float(given)
+
+
+@pytest.mark.parametrize("given", [7, np.int8(7), np.uint64(7), np.array(7)])
+def test_a_whole_number_becomes_an_int(given):
+    assert whole(given) == 7
+    assert type(whole(given)) is int
+
+
+@pytest.mark.parametrize("given", [7.0, np.float32(7), np.array(7.5), np.array([7]), "7", None, Decimal(7)])
+def test_what_is_no_whole_number_is_none(given):
+    assert whole(given) is None
