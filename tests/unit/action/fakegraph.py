@@ -56,6 +56,12 @@ class Subscriber:
     def publishers(self) -> list[str]:
         return self.graph.fake_publishers.get(self.topic, [])
 
+    def stats(self) -> list[str]:
+        return self.publishers + self.graph.unreachable.get(self.topic, [])
+
+    def why_silent(self) -> str:
+        return "; ".join(f"{who} is waiting" for who in self.graph.unreachable.get(self.topic, []))
+
     def close(self) -> None:
         if self in self.graph.subscribers:
             self.graph.subscribers.remove(self)
@@ -98,6 +104,7 @@ class Graph:
         self.publishers: dict[str, Publisher] = {}
         self.fake_subscribers: dict[str, list[str]] = {}
         self.fake_publishers: dict[str, list[str]] = {}
+        self.unreachable: dict[str, list[str]] = {}
 
     def deliver(self, topic: str, message: Any, caller: str) -> None:
         message._connection_header = {"callerid": caller}

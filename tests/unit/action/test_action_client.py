@@ -323,6 +323,11 @@ def test_waiting_for_the_server_says_which_part_is_missing():
     with ActionClient(FakeNode(graph, "/me"), "/act", ACTION, clock=FakeClock()) as client:
         with pytest.raises(RosTimeout, match="nobody publishes /act/status"):
             client.wait_for_server(1)
+        graph.unreachable["/act/status"] = ["http://robot:1"]
+        with pytest.raises(
+            RosTimeout, match="/act/status is published, and cannot be reached: http://robot:1 is"
+        ):
+            client.wait_for_server(1)
         graph.fake_publishers["/act/status"] = ["/srv"]
         with pytest.raises(RosTimeout, match="/srv publishes /act/status, but no status message came"):
             client.wait_for_server(1)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import array
 import copy
+import gc
 import pickle
 import threading
+import weakref
 from typing import Any
 
 import numpy as np
@@ -15,6 +17,7 @@ from rosproto.codec import (
     AnyMsg,
     Flavour,
     Message,
+    classes,
     decode,
     decoder,
     define,
@@ -244,6 +247,42 @@ def test_structs_kept_for_all_types_are_bounded(monkeypatch: pytest.MonkeyPatch)
         cls = define(f"a/Structs{index}", f"int8[{index}] a\nint32 x\n" + "float32 y\n" * (index % 2))
         assert decode(cls, encode(cls(x=index))).x == index
         assert len(source._methods) <= 2
+
+
+def test_long_structs_are_not_kept_for_all_types(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few types share one, and it takes memory for each of its characters."""
+    monkeypatch.setattr(source, "_methods", {})
+    cls = define("a/LongStruct", "".join(f"int8 a{i}\nint16 b{i}\n" for i in range(150)))
+    assert decode(cls, encode(cls(b149=7))).b149 == 7
+    assert max(map(len, (form for form, _ in source._methods)), default=0) <= source.LONGEST_SHARED
+
+
+@pytest.mark.parametrize("fields", [4, 30])
+def test_elements_of_numbers_and_times_small_and_large(fields: int) -> None:
+    """Four in a turn, or one after the other: the same values, whatever follows."""
+    numbers = "".join(f"float64 x{i}\n" for i in range(fields))
+    cls = define(f"a/Runs{fields}", f"E[] e\nuint8 z{SEPARATOR}a/E\ntime t\n{numbers}")
+    element = type(cls())._binding.class_for("a/E")  # type: ignore[union-attr]
+    for count in (0, 1, 4, 7):
+        message = cls(z=9, e=[element(t=Time(i, 1), x0=i, **{f"x{fields - 1}": -i}) for i in range(count)])
+        assert decode(cls, encode(message)) == message
+
+
+def test_classes_of_long_texts_are_collected_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are in cycles, and so few objects that the collector would let hundreds of megabytes lie."""
+    monkeypatch.setattr(classes, "_DEFINED_CHARACTERS", 1000)
+    monkeypatch.setattr(classes, "_defined_since", 0)
+    gone = weakref.ref(define("a/Long0", "int8 x\n# " + "x" * 100, base=None))
+    classes._defined.clear()
+    gc.disable()
+    try:
+        define("a/Long1", "int8 x\n# " + "x" * 1000)
+        assert gone() is not None
+        define("a/Long2", "int8 x\n# " + "x" * 1000)
+        assert gone() is None
+    finally:
+        gc.enable()
+    assert classes._defined_since == 0
 
 
 class OneType:

@@ -489,3 +489,18 @@ def test_libraries_of_a_package_by_revision() -> None:
         assert next(r for r in bundled().revisions(name) if r.label == "1.1.0").library is found["1.1.0"]
     assert bundled().fork().package_revisions("woosh_msgs") == found
     assert bundled().package_revisions("std_msgs") == {}
+
+
+def test_where_a_package_is_read_from(tmp_path: Path) -> None:
+    """Its folder, of several the one that is asked first; a fork has what its base has."""
+    first = package(tmp_path / "one" / "my_msgs", msg_Foo="int8 a")
+    second = package(tmp_path / "two" / "my_msgs", msg_Foo="int8 b", msg_Bar="int8 c")
+    library = DefinitionLibrary([first, second])
+    assert library.folder("my_msgs") == str(first)
+    assert library.folder("other_msgs") is None
+    assert library.fork().folder("my_msgs") == str(first)
+    assert library.fork([second]).folder("my_msgs") == str(second)
+    added = DefinitionLibrary()
+    added.add(library.message("my_msgs/Foo"))
+    assert added.folder("my_msgs") is None
+    assert Path(bundled().folder("std_msgs") or "").name == "std_msgs"

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rosproto.msg.user_folder import learned_paths, revisions_folder
+from rosproto.msg import bundled
+from rosproto.msg.user_folder import learned_paths, library_of, own_and_learned, revisions_folder
 
 
 @pytest.mark.parametrize(
@@ -52,3 +53,48 @@ def test_a_user_without_a_home_has_learned_nothing(platform: str, monkeypatch: p
     if platform != "darwin":  # where the folder is named, no home is needed
         named = {"LOCALAPPDATA": "/data", "XDG_DATA_HOME": "/data"}
         assert revisions_folder(named, platform) == Path("/data/rosproto/revisions")
+
+
+def a_set(folder: Path, package: str, **messages: str) -> Path:
+    """A folder of definitions, as `msg_path=` takes it."""
+    (folder / package / "msg").mkdir(parents=True)
+    for name, text in messages.items():
+        (folder / package / "msg" / f"{name}.msg").write_text(text)
+    return folder
+
+
+def test_the_users_own_definitions_come_before_learned_ones(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Given by hand, then $ROSPROTO_MSG_PATH, then the bundled ones; learned ones only for what nobody has."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    monkeypatch.setenv("LOCALAPPDATA", str(tmp_path / "data"))
+    monkeypatch.setenv("HOME", str(tmp_path / "data"))
+    learned = a_set(revisions_folder() / "robot", "my_msgs", Note="int8 learned\n", Rest="int8 rest\n")
+    a_set(learned, "std_msgs", Bool="int8 learned\n")
+    exported = a_set(tmp_path / "exported", "my_msgs", Note="int8 exported\n")
+    a_set(exported, "std_msgs", Bool="int8 exported\n")
+    given = a_set(tmp_path / "given", "my_msgs", Note="int8 given\n")
+
+    monkeypatch.delenv("ROSPROTO_MSG_PATH", raising=False)
+    assert own_and_learned([given]) == [given, learned]
+    assert own_and_learned([given], learned=False) == [given]
+    assert library_of("std_msgs/Bool") is None
+    assert library_of("my_msgs/Nothing") is None
+    assert library_of("my_msgs/Note", learned=False) is None
+    found = library_of("my_msgs/Note")
+    assert found is not None
+    assert found.message("my_msgs/Note").fields[0].name == "learned"
+    assert found.message("std_msgs/Int8") == bundled().message("std_msgs/Int8")
+
+    monkeypatch.setenv("ROSPROTO_MSG_PATH", str(exported))
+    assert own_and_learned([given]) == [given, str(exported), learned]
+    for name, paths, field in [
+        ("my_msgs/Note", [given], "given"),
+        ("my_msgs/Note", [], "exported"),
+        ("std_msgs/Bool", [given], "exported"),
+        ("my_msgs/Rest", [given], "rest"),
+    ]:
+        found = library_of(name, given=paths)
+        assert found is not None
+        assert found.message(name).fields[0].name == field

@@ -258,3 +258,13 @@ def test_a_service_server_requires_service_md5sum_and_callerid(missing: str) -> 
     del fields[missing]
     with pytest.raises(RemoteProtocolError, match=f"without {missing}"):
         hs.check_service_client_header(fields, service="/s", type_name="p/S", md5sum=STRING)
+
+
+@pytest.mark.parametrize(
+    ("text", "meaning"),
+    [("d41d8cd98f00b204e9800998ecf8427e", True), ("*", False), ("", False), ("D41D8CD98F00B204E9800998ECF8427E", False),
+     ("d41d8cd98f00b204e9800998ecf8427e\n", False), ("d" * 10_000, False)],
+)  # fmt: skip
+def test_what_can_be_an_md5sum(text: str, meaning: bool) -> None:
+    """32 small hexadecimal digits, nothing else."""
+    assert hs.is_md5sum(text) is meaning

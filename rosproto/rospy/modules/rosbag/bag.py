@@ -332,7 +332,7 @@ class Bag(Told):
         any case, and left as it is.
 
         Raises:
-            ROSBagFormatException: It is damaged before its end; `rosproto.bag.recover` writes a new one.
+            ROSBagFormatException: It is damaged before its end; `rosproto bag fix` writes a new one.
         """
         self._require_open()
         return self._reindexed()
