@@ -1,7 +1,7 @@
 """The addresses of this computer's network cards.
 
-Python has no function for it. POSIX systems have getifaddrs(3); on Windows the system's own resolver gives
-the addresses of all cards for the computer's name.
+Python has no function for it. POSIX systems have getifaddrs(3), Windows has GetAdaptersAddresses. Without
+them the resolver is asked for the computer's name; where there are, a line of the hosts file hides no card.
 """
 
 from __future__ import annotations
@@ -26,6 +26,39 @@ _Entry._fields_ = [
     ("address", ctypes.c_void_p),
 ]
 
+
+class _Address(ctypes.Structure):
+    """IP_ADAPTER_UNICAST_ADDRESS, as far as it is needed."""
+
+
+_Address._fields_ = [
+    ("size_and_flags", ctypes.c_uint64),
+    ("next", ctypes.POINTER(_Address)),
+    ("address", ctypes.c_void_p),
+]
+
+
+class _Adapter(ctypes.Structure):
+    """IP_ADAPTER_ADDRESSES, as far as it is needed."""
+
+
+_Adapter._fields_ = [
+    ("size_and_index", ctypes.c_uint64),
+    ("next", ctypes.POINTER(_Adapter)),
+    ("name", ctypes.c_char_p),
+    ("addresses", ctypes.POINTER(_Address)),
+    ("other_addresses", ctypes.c_void_p * 3),
+    ("texts", ctypes.c_void_p * 3),
+    ("hardware_address", ctypes.c_ubyte * 8),
+    ("numbers", ctypes.c_uint32 * 4),
+    ("state", ctypes.c_uint32),
+]
+
+_UP = 1
+"""The adapter works; nobody can listen at the address of one that does not."""
+_ONLY_UNICAST = 0x2 | 0x4 | 0x8 | 0x20
+_TOO_SMALL, _NONE_THERE = 111, 232  # ERROR_BUFFER_OVERFLOW, ERROR_NO_DATA
+
 _FAMILIES = {int(socket.AF_INET): (4, 4), int(socket.AF_INET6): (8, 16)}
 """Where in a socket address the numbers are, and how many bytes; the same on Linux, macOS and the BSDs."""
 
@@ -36,8 +69,8 @@ def interface_addresses(family: socket.AddressFamily = socket.AF_INET) -> list[s
     An IPv6 address of a link names its card (`fe80::1%eth0`). Empty when the system tells none.
     """
     try:
-        found = list(_posix(family) if os.name == "posix" else _resolved(family))
-    except (OSError, AttributeError):  # no such function in this C library
+        found = list(_posix(family) if os.name == "posix" else _windows(family))
+    except (OSError, AttributeError):  # no such function in this system's library
         found = _of_the_name(family)
     return list(dict.fromkeys(found))
 
@@ -66,6 +99,36 @@ def _numeric(entry: _Entry, family: socket.AddressFamily) -> Iterator[str]:
     at, size = _FAMILIES[int(family)]
     text = socket.inet_ntop(family, ctypes.string_at(entry.address + at, size))
     yield f"{text}%{entry.name.decode()}" if text.startswith("fe80:") else text
+
+
+def _windows(family: socket.AddressFamily) -> Iterator[str]:
+    library = getattr(ctypes, "windll").iphlpapi  # noqa: B009  (absent elsewhere)
+    size = ctypes.c_ulong(16 * 1024)
+    for _ in range(4):  # a card may come between the two calls
+        room = ctypes.create_string_buffer(size.value)
+        status = library.GetAdaptersAddresses(int(family), _ONLY_UNICAST, None, room, ctypes.byref(size))
+        if status != _TOO_SMALL:
+            break
+    if status == _NONE_THERE:
+        return
+    if status != 0:
+        raise OSError(status, f"GetAdaptersAddresses: status {status}")
+    adapter = ctypes.cast(room, ctypes.POINTER(_Adapter))
+    while adapter:
+        entry = adapter.contents.addresses if adapter.contents.state == _UP else None
+        while entry:
+            yield _number(entry.contents.address, family)
+            entry = entry.contents.next
+        adapter = adapter.contents.next
+
+
+def _number(address: int, family: socket.AddressFamily) -> str:
+    at, size = _FAMILIES[int(family)]
+    text = socket.inet_ntop(family, ctypes.string_at(address + at, size))
+    if not text.startswith("fe80:"):
+        return text
+    scope = int.from_bytes(ctypes.string_at(address + 24, 4), sys.byteorder)
+    return f"{text}%{scope}" if scope else text
 
 
 def _resolved(family: socket.AddressFamily) -> Iterator[str]:

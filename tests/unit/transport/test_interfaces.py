@@ -34,13 +34,12 @@ def test_the_loopback_and_the_card_are_among_them() -> None:
         assert sock.getsockname()[0] in found
 
 
-@pytest.mark.skipif(os.name != "posix", reason="the resolver is what Windows is asked in any case")
-def test_without_getifaddrs_the_computers_name_is_resolved(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_systems_function_the_computers_name_is_resolved(monkeypatch: pytest.MonkeyPatch) -> None:
     """An old C library: what the resolver says, and the loopback."""
 
     def none(family: socket.AddressFamily) -> list[str]:
         raise AttributeError("getifaddrs")
 
-    monkeypatch.setattr(interfaces, "_posix", none)
+    monkeypatch.setattr(interfaces, "_posix" if os.name == "posix" else "_windows", none)
     monkeypatch.setattr(socket, "getaddrinfo", lambda *_: [(0, 0, 0, "", ("10.0.0.7", 0))])
     assert interface_addresses() == ["10.0.0.7", "127.0.0.1"]
