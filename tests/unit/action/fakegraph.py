@@ -56,6 +56,9 @@ class Subscriber:
     def publishers(self) -> list[str]:
         return self.graph.fake_publishers.get(self.topic, [])
 
+    def stats(self) -> list[Any]:
+        return []  # no link to a publisher is being tried
+
     def close(self) -> None:
         if self in self.graph.subscribers:
             self.graph.subscribers.remove(self)
