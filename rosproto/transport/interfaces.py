@@ -1,8 +1,7 @@
 """The addresses of this computer's network cards.
 
-Python has no function for it. POSIX systems have getifaddrs(3), Windows has GetAdaptersAddresses. What the
-resolver says for the computer's name is only what is left without them: a line of the hosts file may hide
-every card from it.
+Python has no function for it. POSIX systems have getifaddrs(3), Windows has GetAdaptersAddresses. Without
+them the resolver is asked for the computer's name; where there are, a line of the hosts file hides no card.
 """
 
 from __future__ import annotations
@@ -126,9 +125,9 @@ def _windows(family: socket.AddressFamily) -> Iterator[str]:
 def _number(address: int, family: socket.AddressFamily) -> str:
     at, size = _FAMILIES[int(family)]
     text = socket.inet_ntop(family, ctypes.string_at(address + at, size))
-    scope = (
-        int.from_bytes(ctypes.string_at(address + 24, 4), sys.byteorder) if text.startswith("fe80:") else 0
-    )
+    if not text.startswith("fe80:"):
+        return text
+    scope = int.from_bytes(ctypes.string_at(address + 24, 4), sys.byteorder)
     return f"{text}%{scope}" if scope else text
 
 
