@@ -162,39 +162,10 @@ def _imu(m: Any) -> v.Imu:
     return v.Imu(orientation, (w.x, w.y, w.z), (a.x, a.y, a.z), m.header.frame_id)
 
 
-_PIXELS = {
-    "mono8": ("u1", 1),
-    "8UC1": ("u1", 1),
-    "8UC3": ("u1", 3),
-    "rgb8": ("u1", 3),
-    "bgr8": ("u1", 3),
-    "rgba8": ("u1", 4),
-    "bgra8": ("u1", 4),
-    "mono16": ("u2", 1),
-    "16UC1": ("u2", 1),
-    "16SC1": ("i2", 1),
-    "32FC1": ("f4", 1),
-}
-
-
 def _image(m: Any) -> v.Image:
-    import numpy as np
+    from rosproto.numeric import image_to_array
 
-    kind, channels = _PIXELS.get(m.encoding, ("u1", 0))
-    if channels == 0:
-        raise ValueError(f"image encoding {m.encoding!r} is not known; read the raw message instead")
-    dtype = np.dtype(("<", ">")[bool(m.is_bigendian)] + kind)
-    row = m.width * channels * dtype.itemsize
-    if m.step < row or len(m.data) < m.step * m.height:
-        raise ValueError(
-            f"image {m.width} x {m.height} {m.encoding}: step {m.step}, {len(m.data)} bytes do not fit"
-        )
-    data = np.frombuffer(m.data, np.uint8, m.step * m.height).reshape(m.height, m.step)[:, :row]
-    pixels = (
-        data.reshape(-1).view(dtype) if m.step == row else np.ascontiguousarray(data).reshape(-1).view(dtype)
-    )
-    shape = (m.height, m.width) if channels == 1 else (m.height, m.width, channels)
-    return v.Image(pixels.reshape(shape), m.encoding, m.header.frame_id)
+    return v.Image(image_to_array(m), m.encoding, m.header.frame_id)
 
 
 def _cloud(m: Any) -> v.PointCloud:

@@ -1,6 +1,6 @@
 """sensor_msgs/Image and CompressedImage as PNG; Pillow is needed for the compressed ones alone.
 
-Source: sensor_msgs/image_encodings.h for the encodings, REP 118 for depth images.
+Source: REP 118 for depth images.
 """
 
 from __future__ import annotations
@@ -13,23 +13,6 @@ from .graph import CommandError
 __all__ = ["IMAGES", "pixels_of", "png_of"]
 
 IMAGES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
-
-# encoding -> numpy type of a channel, channels, order in which channels become L, RGB or RGBA
-ENCODINGS: dict[str, tuple[str, int, tuple[int, ...]]] = {
-    "mono8": ("u1", 1, (0,)),
-    "8UC1": ("u1", 1, (0,)),
-    "rgb8": ("u1", 3, (0, 1, 2)),
-    "bgr8": ("u1", 3, (2, 1, 0)),
-    "8UC3": ("u1", 3, (2, 1, 0)),
-    "rgba8": ("u1", 4, (0, 1, 2, 3)),
-    "bgra8": ("u1", 4, (2, 1, 0, 3)),
-    "8UC4": ("u1", 4, (2, 1, 0, 3)),
-    "mono16": ("u2", 1, (0,)),
-    "16UC1": ("u2", 1, (0,)),
-    "32FC1": ("f4", 1, (0,)),
-    **{f"bayer_{order}8": ("u1", 1, (0,)) for order in ("rggb", "bggr", "gbrg", "grbg")},
-}
-
 
 DEPTH = ("16UC1", "32FC1")
 
@@ -76,24 +59,21 @@ def pixels_of(message: Any) -> Any:
     """The pixels of a sensor_msgs/Image, in the order of a picture; metres (32FC1) become millimetres."""
     import numpy as np
 
-    if message.encoding not in ENCODINGS:
-        raise CommandError(
-            f"an image with encoding {message.encoding!r}; known are {', '.join(sorted(ENCODINGS))}"
-        )
-    kind, channels, order = ENCODINGS[message.encoding]
-    dtype = np.dtype((">" if message.is_bigendian else "<") + kind)
-    height, width, row = message.height, message.width, message.width * channels * dtype.itemsize
-    data = np.frombuffer(bytes(message.data), np.uint8)
-    if message.step < row or len(data) < height * message.step:
-        raise CommandError(
-            f"an image of {width}x{height} {message.encoding} with step {message.step} needs "
-            f"{counted(height * max(row, message.step), 'byte')}, but has {len(data)}"
-        )
-    rows = data[: height * message.step].reshape(height, message.step)[:, :row]
-    pixels = np.ascontiguousarray(rows).view(dtype).reshape(height, width, channels)[:, :, list(order)]
-    if kind == "f4":
-        from rosproto.numeric.depth import depth_millimetres
+    from rosproto.numeric.depth import depth_millimetres
+    from rosproto.numeric.encodings import PICTURES, picture_order
+    from rosproto.numeric.images import image_to_array
 
-        return depth_millimetres(pixels[:, :, 0])
-    pixels = pixels.astype(dtype.newbyteorder("="))
-    return np.ascontiguousarray(pixels[:, :, 0] if channels == 1 else pixels)
+    if message.encoding not in PICTURES:
+        raise CommandError(
+            f"an image with encoding {message.encoding!r}; known are {', '.join(sorted(PICTURES))}"
+        )
+    try:
+        pixels = image_to_array(message)
+    except ValueError as error:
+        found = counted(len(message.data), "byte")
+        raise CommandError(f"an image should have all its rows, but has {found}: {error}") from error
+    if message.encoding == "32FC1":
+        return depth_millimetres(pixels)
+    order = picture_order(message.encoding)
+    pixels = pixels if order is None else pixels[:, :, order]
+    return np.ascontiguousarray(pixels, pixels.dtype.newbyteorder("="))

@@ -8,11 +8,11 @@ import sys
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from .bag_keyboard import Keyboard
 from .bag_signals import interrupt_on_signals
 from .bag_words import collect_words
 from .counts import counted
 from .graph import CommandError, add_graph_options, open_node
+from .keys import Keyboard
 from .option_types import finite, whole
 from .streams import own
 
@@ -146,9 +146,9 @@ class _Console:
         for key in self.keyboard.typed():
             if key == " ":
                 (player.resume if player.paused else player.pause)()
-            elif key in "sS":
+            elif key == "s":
                 player.step()
-            elif key in "tT":
+            elif key == "t":
                 player.pause_on_topics = not player.pause_on_topics
         self._calls += 1
         if self._calls % 4 == 1 and not self._quiet and sys.stderr.isatty():

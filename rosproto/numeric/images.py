@@ -1,45 +1,18 @@
-"""sensor_msgs/Image and arrays. Source: sensor_msgs/image_encodings.h."""
+"""sensor_msgs/Image and arrays."""
 
 from __future__ import annotations
 
-import re
 import sys
 from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import message_class
 from rosproto.numeric.buffers import octets
+from rosproto.numeric.encodings import pixel_layout
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 __all__ = ["array_to_image", "compressed_image_bytes", "image_to_array"]
-
-ENCODINGS = {
-    "mono8": ("u1", 1),
-    "mono16": ("u2", 1),
-    **{f"{order}8": ("u1", len(order)) for order in ("rgb", "bgr", "rgba", "bgra")},
-    **{f"{order}16": ("u2", len(order)) for order in ("rgb", "bgr", "rgba", "bgra")},
-    **{f"bayer_{order}8": ("u1", 1) for order in ("rggb", "bggr", "gbrg", "grbg")},
-    **{f"bayer_{order}16": ("u2", 1) for order in ("rggb", "bggr", "gbrg", "grbg")},
-    # Two octets per pixel, Y and in turn U or V: yuv422 and uyvy are U Y V Y, the others Y U Y V.
-    **dict.fromkeys(("yuv422", "uyvy", "yuv422_yuy2", "yuyv"), ("u1", 2)),
-}
-"""dtype and channels of the encodings with names; "16UC1" and its like are read by rule."""
-
-_BY_RULE = re.compile(r"(8|16|32|64)([USF])C(\d{0,3})")
-
-
-def _layout(encoding: str) -> tuple[str, int]:
-    known = ENCODINGS.get(encoding)
-    if known is not None:
-        return known
-    match = _BY_RULE.fullmatch(encoding)
-    if match is None or ((match[2] == "F") != (match[1] in ("32", "64")) and match[1] != "32"):
-        raise ValueError(
-            f"image encoding {encoding[:40]!r} is unknown; known are {', '.join(ENCODINGS)} "
-            "and those like 16UC1, 32FC1"
-        )
-    return {"U": "u", "S": "i", "F": "f"}[match[2]] + str(int(match[1]) // 8), int(match[3] or 1)
 
 
 def image_to_array(image: Any) -> NDArray[Any]:
@@ -59,7 +32,7 @@ def image_to_array(image: Any) -> NDArray[Any]:
     """
     import numpy as np
 
-    name, channels = _layout(image.encoding)
+    name, channels, _ = pixel_layout(image.encoding)
     dtype = np.dtype(name).newbyteorder(">" if image.is_bigendian else "<")
     height, width, step = image.height, image.width, image.step
     row = width * channels * dtype.itemsize
@@ -93,7 +66,7 @@ def array_to_image(array: NDArray[Any], encoding: str, *, header: Any = None) ->
     """
     import numpy as np
 
-    name, channels = _layout(encoding)
+    name, channels, _ = pixel_layout(encoding)
     array = np.asarray(array)
     found = array.shape[2] if array.ndim == 3 else 1
     if array.ndim not in (2, 3) or found != channels or array.dtype.newbyteorder("=") != np.dtype(name):

@@ -32,7 +32,15 @@ from collections.abc import Iterator
 from rosproto.errors import LocalProtocolError
 from rosproto.protocol.goal_status import GoalStatus
 
-__all__ = ["CANCELED_BY_TIME", "GoalList", "GoalRecord", "GoalStatus", "next_status"]
+__all__ = [
+    "CANCELED_BY_TIME",
+    "GoalList",
+    "GoalRecord",
+    "GoalStatus",
+    "is_before",
+    "is_meant",
+    "next_status",
+]
 
 KEEP_SECONDS = 5.0
 MOST_EARLY_CANCELS = 1000
@@ -65,6 +73,18 @@ _NEXT = _read_table(_TABLE)
 def next_status(status: GoalStatus, command: str) -> GoalStatus | None:
     """What `command` makes of a goal with `status`; None where the command is not allowed."""
     return _NEXT.get((status, command))
+
+
+def is_meant(goal_id: str, stamp: int, cancel_id: str, cancel_stamp: int) -> bool:
+    """Whether a cancel covers a goal, stamps in ns: by id, by time, or because it names neither."""
+    if not cancel_id and not cancel_stamp:
+        return True
+    return goal_id == cancel_id or 0 < cancel_stamp >= stamp
+
+
+def is_before(stamp: int, last_cancel: int) -> bool:
+    """Whether a goal that comes now was cancelled by time before it came; one without stamp was not."""
+    return 0 < stamp <= last_cancel
 
 
 class GoalRecord:
@@ -133,7 +153,7 @@ class GoalList:
             record.early_cancel = False
             self.apply(record, "cancel", now, "canceled before the goal arrived")
             return record, False
-        if 0 < stamp <= self._last_cancel:
+        if is_before(stamp, self._last_cancel):
             self.apply(record, "cancel", now, CANCELED_BY_TIME)
             return record, False
         return record, True
@@ -144,7 +164,7 @@ class GoalList:
         Returns:
             The goals that changed to RECALLING or PREEMPTING by it: the program is to be told.
         """
-        touched = [r for r in self._records.values() if _is_meant(r, goal_id, stamp)]
+        touched = [r for r in self._records.values() if is_meant(r.goal_id, r.stamp, goal_id, stamp)]
         if goal_id and goal_id not in self._records:
             self._remember_early_cancel(goal_id, stamp, now)
         self._last_cancel = max(self._last_cancel, stamp)
@@ -197,10 +217,3 @@ class GoalList:
         record.early_cancel = True
         record.expires = now + self._keep
         self._records[goal_id] = record
-
-
-def _is_meant(record: GoalRecord, goal_id: str, stamp: int) -> bool:
-    """Whether a cancel with this id and stamp covers the goal (see the table in the prose above)."""
-    if not goal_id and not stamp:
-        return True
-    return record.goal_id == goal_id or 0 < stamp >= record.stamp

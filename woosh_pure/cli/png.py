@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rosproto.numeric.encodings import picture_order
 from rosproto.numeric.pngfile import encode_png
 
 if TYPE_CHECKING:
@@ -28,8 +29,5 @@ def image_png(image: Image, *, millimetres: bool = False) -> bytes:
 
         metres = image.depth_metres()
         return encode_png(depth_millimetres(metres) if millimetres else visible_depth(metres))
-    if image.encoding in ("bgr8", "8UC3"):
-        pixels = pixels[..., ::-1]
-    elif image.encoding == "bgra8":
-        pixels = pixels[..., [2, 1, 0, 3]]
-    return encode_png(pixels)
+    order = picture_order(image.encoding)
+    return encode_png(pixels if order is None else pixels[..., order])

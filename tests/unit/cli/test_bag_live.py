@@ -14,10 +14,10 @@ import pytest
 from rosproto import Master, Node
 from rosproto.bag import BagReader, BagWriter
 from rosproto.cli import main
-from rosproto.cli.bag_keyboard import Keyboard
 from rosproto.cli.bag_play import _Console, _split_remappings
 from rosproto.cli.bag_record import _Line, add_record_arguments, recorder_options, seconds_of
 from rosproto.cli.graph import CommandError
+from rosproto.cli.keys import Keyboard, WindowsKeys
 from rosproto.codec import message_class
 from rosproto.node.clock import NodeClock
 from rosproto.recording import RecorderStats
@@ -306,15 +306,13 @@ def test_single_keys_from_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
     os.close(ours)
 
 
-def test_keys_from_a_windows_console(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_keys_from_a_windows_console() -> None:
     """Through msvcrt, without waiting."""
     import types
 
     waiting = list("s ")
     console = types.SimpleNamespace(kbhit=lambda: bool(waiting), getwch=lambda: waiting.pop(0))
-    monkeypatch.setitem(sys.modules, "msvcrt", console)  # type: ignore[arg-type]
-    keyboard = Keyboard()
-    keyboard._windows = keyboard.available = True
+    keyboard = Keyboard(WindowsKeys(console))
     assert keyboard.typed() == "s "
     assert keyboard.typed() == ""
 

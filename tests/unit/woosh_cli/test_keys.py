@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from woosh_pure.cli.keys import KeyDecoder, WindowsKeys, open_keys
+from rosproto.cli.keys import KeyDecoder, WindowsKeys, open_keys
 from woosh_pure.cli.teleop import VALID_FOR, Command, Teleop
 
 

@@ -21,10 +21,10 @@ from ..console import is_terminal, size
 from ..output import Output
 
 if TYPE_CHECKING:
+    from rosproto.cli.keys import Keys
     from woosh_pure.chassis import Chassis
     from woosh_pure.velocity import Drive
 
-    from ..keys import Keys
     from ..teleop import Command, Teleop
 
 HELP = "drive by the keyboard: arrow keys or WASD; everything else stops"
@@ -93,7 +93,8 @@ def _ask(out: Output) -> None:
 
 
 def _drive(chassis: Chassis, args: Namespace, out: Output) -> None:
-    from ..keys import open_keys
+    from rosproto.cli.keys import open_keys
+
     from ..teleop import Teleop
 
     angular = None if args.angular is None else math.radians(args.angular)

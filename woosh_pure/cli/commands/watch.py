@@ -18,7 +18,8 @@ from ..judging import as_json
 from ..output import Output
 
 if TYPE_CHECKING:
-    from ..keys import Keys
+    from rosproto.cli.keys import Keys
+
     from ..scene import Observer, Scene
 
 HELP = "watch pose, map, scan, battery, task, faults and rates live"
@@ -55,7 +56,8 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _on_screen(observer: Observer, args: Namespace, period: float, end: float | None) -> None:
-    from ..keys import open_keys
+    from rosproto.cli.keys import open_keys
+
     from ..screen import Screen
 
     plain = args.ascii or not shows_unicode(sys.stdout)

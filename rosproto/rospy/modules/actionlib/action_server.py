@@ -5,6 +5,8 @@ import threading
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
+from rosproto.protocol.goal_server import is_before, is_meant, next_status
+
 from .action_client import _parts
 from .goal_id_generator import GoalIDGenerator
 from .handle_tracker_deleter import HandleTrackerDeleter
@@ -129,14 +131,11 @@ class ActionServer:
         with self.lock:
             if not self.started:
                 return
-            never = rospy.Time()
-            found = False
+            found, until = False, goal_id.stamp.to_nsec()
             for tracker in self.status_list[:]:
-                this = goal_id.id == tracker.status.goal_id.id
-                everything = goal_id.id == "" and goal_id.stamp == never
-                before = goal_id.stamp != never and tracker.status.goal_id.stamp <= goal_id.stamp
-                found = found or this
-                if not (everything or this or before):
+                known = tracker.status.goal_id
+                found = found or goal_id.id == known.id
+                if not is_meant(known.id, known.stamp.to_nsec(), goal_id.id, until):
                     continue
                 if tracker.handle_tracker is None:
                     tracker.handle_tracker = HandleTrackerDeleter(self, tracker)
@@ -164,7 +163,7 @@ class ActionServer:
             tracker.handle_tracker = HandleTrackerDeleter(self, tracker)
             self.status_list.append(tracker)
             handle = ServerGoalHandle(tracker, self, tracker.handle_tracker)
-            if goal.goal_id.stamp != rospy.Time() and goal.goal_id.stamp <= self.last_cancel:
+            if is_before(goal.goal_id.stamp.to_nsec(), self.last_cancel.to_nsec()):
                 handle.set_canceled(
                     None,
                     "This goal handle was canceled by the action server because its timestamp is before the"
@@ -176,7 +175,7 @@ class ActionServer:
     def _come_again(self, tracker):
         """A goal that is known: a cancel came before it, or it was sent twice."""
         if tracker.status.status == GoalStatus.RECALLING:
-            tracker.status.status = GoalStatus.RECALLED
+            tracker.status.status = int(next_status(GoalStatus.RECALLING, "cancel"))
             self.publish_result(tracker.status, self.ActionResultType())
         if tracker.handle_tracker is None:
             tracker.handle_destruction_time = rospy.Time.now()

@@ -3,8 +3,16 @@
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus
 
-_WAITING = (GoalStatus.PENDING, GoalStatus.RECALLING)
-_RUNNING = (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
+from rosproto.protocol.goal_server import next_status
+
+_REFUSED = "To transition to %s state, the goal must be in a %s state, it is currently in state: %d"
+_WORDS = {
+    "accept": ("an active", "pending or recalling"),
+    "reject": ("a rejected", "pending or recalling"),
+    "cancel": ("a cancelled", "pending, recalling, active, or preempting"),
+    "abort": ("an aborted", "preempting or active"),
+    "succeed": ("a succeeded", "preempting or active"),
+}
 
 
 class ServerGoalHandle:
@@ -22,78 +30,41 @@ class ServerGoalHandle:
 
     def set_accepted(self, text=""):
         """The goal is being worked on from now on."""
-        states = {GoalStatus.PENDING: GoalStatus.ACTIVE, GoalStatus.RECALLING: GoalStatus.PREEMPTING}
-        if not self._is_there():
-            return
-        with self.action_server.lock:
-            status = self.status_tracker.status
-            if status.status not in states:
-                rospy.logerr(
-                    "To transition to an active state, the goal must be in a pending or recalling state,"
-                    " it is currently in state: %d",
-                    status.status,
-                )
-                return
-            status.status = states[status.status]
-            status.text = text
-            self.action_server.publish_status()
+        self._do("accept", text)
 
     def set_canceled(self, result=None, text=""):
         """The goal is cancelled: RECALLED before it was begun, PREEMPTED afterwards."""
-        states = dict.fromkeys(_WAITING, GoalStatus.RECALLED) | dict.fromkeys(_RUNNING, GoalStatus.PREEMPTED)
-        self._end(
-            states,
-            result,
-            text,
-            "To transition to a cancelled state, the goal must be in a pending, recalling, active, or"
-            " preempting state",
-        )
+        self._do("cancel", text, result)
 
     def set_rejected(self, result=None, text=""):
         """The goal will not be worked on."""
-        self._end(
-            dict.fromkeys(_WAITING, GoalStatus.REJECTED),
-            result,
-            text,
-            "To transition to a rejected state, the goal must be in a pending or recalling state",
-        )
+        self._do("reject", text, result)
 
     def set_aborted(self, result=None, text=""):
         """The goal failed."""
-        self._end(
-            dict.fromkeys(_RUNNING, GoalStatus.ABORTED),
-            result,
-            text,
-            "To transition to an aborted state, the goal must be in a preempting or active state",
-        )
+        self._do("abort", text, result)
 
     def set_succeeded(self, result=None, text=""):
         """The goal is reached."""
-        self._end(
-            dict.fromkeys(_RUNNING, GoalStatus.SUCCEEDED),
-            result,
-            text,
-            "To transition to a succeeded state, the goal must be in a preempting or active state",
-        )
+        self._do("succeed", text, result)
 
-    def _end(self, states, result, text, complaint):
-        if not self._is_there():
-            return
-        result = result or self.get_default_result()
-        with self.action_server.lock:
-            tracker = self.status_tracker
-            if tracker.status.status not in states:
-                rospy.logerr("%s, it is currently in state: %d", complaint, tracker.status.status)
-                return
-            tracker.status.status = states[tracker.status.status]
-            tracker.status.text = text
-            tracker.handle_destruction_time = rospy.Time.now()
-            self.action_server.publish_result(tracker.status, result)
-
-    def _is_there(self):
+    def _do(self, command, text, result=None):
         if not self.goal:
             rospy.logerr("Attempt to set status on an uninitialized ServerGoalHandle")
-        return bool(self.goal)
+            return
+        with self.action_server.lock:
+            tracker = self.status_tracker
+            status = tracker.status
+            after = next_status(status.status, command)
+            if after is None:
+                rospy.logerr(_REFUSED, *_WORDS[command], status.status)
+                return
+            status.status, status.text = int(after), text
+            if not after.is_terminal:
+                self.action_server.publish_status()
+                return
+            tracker.handle_destruction_time = rospy.Time.now()
+            self.action_server.publish_result(status, result or self.get_default_result())
 
     def publish_feedback(self, feedback):
         """Tell the clients how it goes."""
@@ -136,13 +107,13 @@ class ServerGoalHandle:
 
     def set_cancel_requested(self):
         """A client wants it cancelled; True when the program is to be told."""
-        states = {GoalStatus.PENDING: GoalStatus.RECALLING, GoalStatus.ACTIVE: GoalStatus.PREEMPTING}
         if not self.goal:
             return False
         with self.action_server.lock:
             status = self.status_tracker.status
-            if status.status not in states:
+            after = next_status(status.status, "request_cancel")
+            if after is None:
                 return False
-            status.status = states[status.status]
+            status.status = int(after)
             self.action_server.publish_status()
             return True

@@ -1,7 +1,9 @@
 """Encodings of sensor_msgs/Image: their values, channels and colours.
 
-Source: sensor_msgs/image_encodings.h, OpenCV's numbers for types of arrays.
+Source: OpenCV's numbers for types of arrays.
 """
+
+from rosproto.numeric.encodings import ENCODINGS
 
 DEPTHS = {"8U": 0, "8S": 1, "16U": 2, "16S": 3, "32S": 4, "32F": 5, "64F": 6}
 NUMPY = {
@@ -13,22 +15,12 @@ NUMPY = {
     "32F": "float32",
     "64F": "float64",
 }
+_DEPTH = {"u1": "8U", "u2": "16U"}
 _COLOURS = {
-    "mono8": ("8U", 1, "GRAY"),
-    "mono16": ("16U", 1, "GRAY"),
-    "bgr8": ("8U", 3, "BGR"),
-    "rgb8": ("8U", 3, "RGB"),
-    "bgra8": ("8U", 4, "BGRA"),
-    "rgba8": ("8U", 4, "RGBA"),
-    "bgr16": ("16U", 3, "BGR"),
-    "rgb16": ("16U", 3, "RGB"),
-    "bgra16": ("16U", 4, "BGRA"),
-    "rgba16": ("16U", 4, "RGBA"),
-    "yuv422": ("8U", 2, "YUV422"),
+    name: (_DEPTH[entry.kind], entry.channels, entry.colour)
+    for name, entry in ENCODINGS.items()
+    if name not in ("uyvy", "yuv422_yuy2", "yuyv")  # cv_bridge knows these no more than its C++ part does
 }
-for _pattern in ("rggb", "bggr", "gbrg", "grbg"):
-    _COLOURS["bayer_%s8" % _pattern] = ("8U", 1, "BAYER_" + _pattern.upper())
-    _COLOURS["bayer_%s16" % _pattern] = ("16U", 1, "BAYER_" + _pattern.upper())
 
 
 def layout(encoding):

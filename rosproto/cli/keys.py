@@ -11,10 +11,12 @@ import select
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import Any, Protocol
 
-__all__ = ["KeyDecoder", "Keys", "WindowsKeys", "open_keys"]
+from .console import is_terminal
+
+__all__ = ["KeyDecoder", "Keyboard", "Keys", "WindowsKeys", "open_keys"]
 
 _SEQUENCES = {"A": "up", "B": "down", "C": "right", "D": "left"}
 _WINDOWS = {"H": "up", "P": "down", "M": "right", "K": "left"}
@@ -139,10 +141,12 @@ class WindowsKeys:
 
 
 @contextmanager
-def open_keys() -> Iterator[Keys]:
-    """Single keys from standard input, without Enter and without echo.
+def open_keys(*, driving: bool = True) -> Iterator[Keys]:
+    """Single keys from standard input, without Enter and without echo; Ctrl-C still interrupts.
 
-    Ctrl-C still interrupts. Ctrl-Z is an ordinary key meanwhile: a program that sleeps cannot stop a robot.
+    Args:
+        driving: Ctrl-Z is an ordinary key meanwhile (a program that sleeps cannot stop a robot), and keys
+            pressed until the end do not reach the shell as commands.
     """
     if sys.platform == "win32":
         import msvcrt
@@ -156,13 +160,45 @@ def open_keys() -> Iterator[Keys]:
     before = termios.tcgetattr(descriptor)
     try:
         tty.setcbreak(descriptor, termios.TCSADRAIN)
-        mode = termios.tcgetattr(descriptor)
-        disabled = os.fpathconf(descriptor, "PC_VDISABLE")
-        for name in ("VSUSP", "VDSUSP", "VSTOP"):
-            if hasattr(termios, name):
-                mode[6][getattr(termios, name)] = bytes([disabled & 0xFF])
-        termios.tcsetattr(descriptor, termios.TCSADRAIN, mode)
+        if driving:
+            mode = termios.tcgetattr(descriptor)
+            disabled = os.fpathconf(descriptor, "PC_VDISABLE")
+            for name in ("VSUSP", "VDSUSP", "VSTOP"):
+                if hasattr(termios, name):
+                    mode[6][getattr(termios, name)] = bytes([disabled & 0xFF])
+            termios.tcsetattr(descriptor, termios.TCSADRAIN, mode)
         yield _PosixKeys(descriptor)
     finally:
-        # TCSAFLUSH: keys pressed until now must not reach the shell as commands.
-        termios.tcsetattr(descriptor, termios.TCSAFLUSH, before)
+        termios.tcsetattr(descriptor, termios.TCSAFLUSH if driving else termios.TCSADRAIN, before)
+
+
+class Keyboard:
+    """Characters typed since the last look; use it in a `with` block, which restores the terminal.
+
+    Without a terminal (a pipe, a service) there are none, and nothing fails.
+
+    Attributes:
+        keys: Where they come from; None without a terminal, and outside of the block.
+    """
+
+    def __init__(self, keys: Keys | None = None) -> None:
+        self.keys = keys
+        self._opened = ExitStack()
+
+    @property
+    def available(self) -> bool:
+        """Whether keys can be had."""
+        return self.keys is not None
+
+    def __enter__(self) -> Keyboard:
+        if is_terminal(sys.stdin):
+            self.keys = self._opened.enter_context(open_keys(driving=False))
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        self.keys = None
+        self._opened.close()
+
+    def typed(self) -> str:
+        """What was typed, in lower case, "" when nothing; never waits."""
+        return "".join(key for key in self.keys.read(0.0) if len(key) == 1) if self.keys else ""
