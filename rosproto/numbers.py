@@ -1,4 +1,4 @@
-"""Numbers that callers give: Python's own float from the door on.
+"""Numbers that callers give, as Python's own float from there on.
 
 What numpy, Decimal or Fraction give is a number to people, and fails much later: a lock takes no np.float32
 as its time-out, and `time.monotonic() + np.float16(0.5)` has steps of 64 seconds or is infinite.
