@@ -101,7 +101,7 @@ class ProtocolError(RosError):
 
 
 class LocalProtocolError(ProtocolError):
-    """This side did something illegal: the calling program is to be mended."""
+    """This side did something illegal: the calling program must be fixed."""
 
 
 class RemoteProtocolError(ProtocolError):

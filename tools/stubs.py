@@ -1,4 +1,4 @@
-"""Type stubs for the doors of msgdefs, so that an IDE completes `msg.pose.pose.position.x`.
+"""Type stubs for the modules of msgdefs, so that an IDE completes `msg.pose.pose.position.x`.
 
 `python -m tools.stubs` writes `msgdefs/<package>/msg/__init__.pyi` and `.../srv/__init__.pyi` anew;
 `--check` writes nothing and exits with 1 when one of them is not current.

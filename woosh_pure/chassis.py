@@ -188,7 +188,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         """Whether it would move now: `answer` is yes, no or not known, `reasons` and `sentence()` say why.
 
         Not known is what it is until the chassis has told its state (`/robot_status` is sent on change only):
-        an emergency stop that was pressed before is told to nobody who comes later. True only for yes.
+        an emergency stop that was pressed before we connected is never reported. True only for yes.
         What the chassis has refused to this object is remembered until it is shown to be over. Nothing is
         moved or interrupted to find out; see `woosh_pure.readiness`.
         """
@@ -255,8 +255,8 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         The area must be clear, and a person must watch all the time and be able to stop the robot.
 
         There is one driver: the block is refused while another program can send velocities, too. The robot's
-        own nodes do not count. `drive.others` names who comes later; that is logged as a warning, and when
-        such a program is seen to send, the drive is over.
+        own nodes do not count. `drive.others` names those that appear later, with a warning in the log, and
+        when such a program is seen to send, the drive is over.
 
             with chassis.velocity(bypasses_protection=True) as drive:
                 drive.hold(0.2, seconds=2.0)

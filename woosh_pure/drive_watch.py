@@ -106,8 +106,10 @@ class DriveWatch:
         return self._disobeyed(sent, measured.value) if self._check else None
 
     def _disobeyed(self, sent: Velocity, measured: Velocity) -> RosError | None:
-        """It is told to move and stands: an emergency stop that was pressed before we came is told to nobody,
-        and releasing it would let the robot start under the hands of who does.
+        """The error of a robot that is told to move and stands still.
+
+        The chassis does not report an emergency stop that was pressed before we connected; without this, the
+        robot would start as soon as somebody releases the button.
         """
         now = awake.seconds()
         if sent.is_standing(_TOLD_LINEAR, _TOLD_ANGULAR) or not measured.is_standing():

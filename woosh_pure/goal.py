@@ -328,7 +328,7 @@ class GoalHandle(Generic[P]):
             raise
 
     def _confirmed(self) -> Outcome:
-        """The outcome; of one that is no arrival it is looked whether the robot stands still."""
+        """The outcome; unless the robot has arrived, it says whether the robot was seen to stand still."""
         outcome = self._outcome
         assert outcome is not None, "a goal that is waited for has ended"
         unknown = not outcome.arrived and outcome.stopped is None

@@ -235,7 +235,7 @@ class Drive:
                 self._look_at(driver, before.get(driver.node))
 
     def _look_at(self, driver: OtherDriver, before: OtherDriver | None) -> None:
-        """Who can send is told of; who does send ends the drive: two in turn are no control."""
+        """Report a program that can send; one that does send ends the drive: the robot would obey both."""
         if self._check and driver.has_sent_since(before):
             self._end(
                 MotionRefused(

@@ -1,4 +1,4 @@
-"""The definition texts and the doors before them."""
+"""The definition texts, and the modules by which they are imported."""
 
 from PyInstaller.utils.hooks import collect_data_files, collect_submodules
 

@@ -53,11 +53,11 @@ class ActionClient:
         node: The node to do it with.
         name: The action: "/move_base".
         action_type: A `FooAction` class, "package/FooAction" or "package/Foo".
-        status_timeout: A server is taken for gone when its status has not come for so many seconds (it is
+        status_timeout: A server counts as gone when no status has come from it for this many seconds (it is
             sent 5 times a second, also when nothing happens); None never.
-        ack_timeout: A goal is LOST when a server that is heard has not mentioned it for so many seconds: it
-            was sent into a connection that the server had given up. Should it arrive later, it is cancelled.
-            None never (as actionlib).
+        ack_timeout: A goal is LOST when a server that is still heard from has not mentioned it for this many
+            seconds: it was sent into a connection that the server had given up. Should it arrive later, it
+            is cancelled. None never (as actionlib).
 
     Raises:
         DefinitionError: No such action type.

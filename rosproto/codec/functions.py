@@ -1,4 +1,4 @@
-"""encode and decode: the codec's front door."""
+"""encode and decode: what callers of the codec use."""
 
 from __future__ import annotations
 

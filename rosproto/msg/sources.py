@@ -66,7 +66,7 @@ class ResourceTree:
     """
 
     def __init__(self, package: str) -> None:
-        # Imported by name: the texts are data of ours, while the doors beside them stand above the codec.
+        # Imported by name: the texts are data, while the modules beside them import the codec, a layer above.
         module = import_module(package)
         self.package = package
         self._root = self.root = module.__path__[0]

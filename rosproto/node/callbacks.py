@@ -3,7 +3,7 @@
 Which thread calls: one of the library's. Never two at once for one subscriber.
 
 A quick callback runs in the thread that received the message: no hand-over, no wake-up of another thread
-(25 us less per message, docs/performance.md). But while it runs, nobody reads the connection. So a slow
+(25 us less per message, measured). But while it runs, nobody reads the connection. So a slow
 callback gets a thread of its own, behind an inbox of `queue_size` messages where the oldest is dropped: the
 connection is read on, and the callback sees new messages. After `QUICK_CALLS` quick calls it goes back, after
 a first time already when a few were quick, and whenever nothing comes for `IDLE_WAIT`.
@@ -32,7 +32,7 @@ __all__ = ["CallbackRunner", "InlineCaller"]
 
 _log = get_logger("rosproto.node")
 
-SLOW_CALL = 0.002  # seconds for one call, or for `CHUNK` messages of one read
+SLOW_CALL = 0.002  # seconds for one call, or for `CHUNK` messages received at once
 SURELY_SLOW = 0.050  # seconds: longer than a turn of other programs at the processor
 QUICK_CALLS = 100
 QUICK_CALLS_AT_FIRST = 5

@@ -302,7 +302,7 @@ class Node:
             raw: Give `AnyMsg` with the encoded bytes, do not decode.
             tcp_nodelay: Ask publishers to send each message at once. It removes stalls of 40 ms with peers
                 that use Nagle's algorithm (rospy, roscpp), and costs them more than half their rate in bursts
-                (performance.md section 5), therefore off. Our own publishers send at once in any case.
+                (measured), therefore off. Our own publishers send at once in any case.
             unreliable: Take datagrams (UDPROS) from publishers that offer them, as roscpp does: what the
                 network loses is lost, and nothing comes late. For states and sensors over Wi-Fi. As with
                 `tcp_nodelay`, the first subscriber of a topic in a node decides for those that share it.

@@ -15,7 +15,7 @@ from rosproto.node.frames import LargeFrame, remaining
 
 __all__ = ["Outbox"]
 
-BATCH = 64 << 10  # bytes joined for one send: more gains nothing (performance.md, section 2)
+BATCH = 64 << 10  # bytes joined for one send: more gains nothing (measured)
 
 Frame = bytes | LargeFrame
 NONE: deque[Frame] = deque()

@@ -1,4 +1,4 @@
-"""What becomes of the messages of one read: decoded once, and handed to every subscriber that wants them.
+"""Delivers received messages: each is decoded once, and handed to every subscriber of the topic.
 
 A `Sink` is fixed for one set of subscribers; a subscription makes another with each that comes or leaves, so
 links need no lock to ask for it.
@@ -27,7 +27,7 @@ class Sink:
     Attributes:
         decode: `(buffer, start, end) -> message`: the decoder, or `raw_message`.
         owns: True when messages keep the buffer they are made from.
-        newest: No subscriber keeps more than this many messages of one read; None when all are used.
+        newest: No subscriber keeps more than this many messages received at once; None when all are used.
         offer_one: Takes a single message, where all who want it is one callback; else None, and `deliver` is
             for one message as well.
     """

@@ -211,7 +211,7 @@ class Subscriber:
 
     @property
     def keeps(self) -> int | None:
-        """How many messages of one read are of use; None when all are (a quick callback gets every one)."""
+        """How many of the messages received at once are delivered; None for all (to a quick callback)."""
         return None if self._runner is not None and self._runner.takes_all else self.queue_size
 
     def wait_for_connection(self, timeout: float | None = 5.0, count: int = 1) -> None:

@@ -7,7 +7,7 @@ import sys
 __all__ = ["absence", "is_imported"]
 
 _BRING = "it is pure Python; put its folder %s on PYTHONPATH"
-_CPP = "it is a door to C++ code of a ROS installation; "
+_CPP = "it is a front end to C++ code of a ROS installation; "
 _GUI = "it is one of ROS's windows; use matplotlib or a web page, or run that part on a computer with ROS"
 _REMOTE = _CPP + "run that part on a computer with ROS and talk to it by topics, services and actions"
 

@@ -1,7 +1,7 @@
 """`rosproto run --sim`: a simulated chassis in this process.
 
-The one door upwards in the house: nothing else below woosh_pure may know it, and it is opened only by that
-option.
+The only import of woosh_pure below it: nothing else in rosproto may know the chassis, and this module is
+loaded by that option alone.
 """
 
 from __future__ import annotations

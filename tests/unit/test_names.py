@@ -107,7 +107,7 @@ def test_join(ns: str, name: str, expected: str) -> None:
     ],
 )
 def test_resolve(name: str, resolved: str) -> None:
-    """Global ignores the namespace, private goes below the node's own name (pitfalls 41, 44)."""
+    """Global ignores the namespace, private goes below the node's own name (docs/wire.md, fact 38)."""
     assert names.resolve(name, "/ns/node") == resolved
 
 

@@ -70,7 +70,7 @@ class SimulatedChassis:
         latch_status: Whether /robot_status is latched (not known of the real one; the harder case is the
             default).
         repeat_status_code: Whether /status_code says its last code again every second; False says each once,
-            so that who comes later hears nothing (not known of the real one).
+            so that a later subscriber hears nothing (not known of the real one).
         reply_delay: Seconds by which /exec_task answers late, so that status messages come first.
         full_graph: Also the parts of the real graph that carry no content: second publishers, internal
             listeners,

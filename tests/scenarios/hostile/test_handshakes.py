@@ -1,4 +1,4 @@
-"""Section 1 of the pitfalls against a running node: what comes instead of a good TCPROS header or request."""
+"""docs/wire.md against a running node: what comes instead of a good TCPROS header or request."""
 
 from __future__ import annotations
 

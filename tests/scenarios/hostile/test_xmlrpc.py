@@ -1,4 +1,4 @@
-"""Section 2 of the pitfalls against a running master and a running node: XML-RPC and HTTP that is not what it should."""
+"""docs/wire.md against a running master and a running node: XML-RPC and HTTP that is not what it should be."""
 
 from __future__ import annotations
 

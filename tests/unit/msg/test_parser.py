@@ -185,7 +185,7 @@ class TestHeader:
 
 
 class TestConstants:
-    """Literals are kept as written and checked as genmsg checks them (pitfalls 47, 48)."""
+    """Literals are kept as written and checked as genmsg checks them (docs/wire.md, fact 40)."""
 
     @pytest.mark.parametrize(
         ("text", "value", "literal"),

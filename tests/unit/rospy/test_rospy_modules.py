@@ -221,7 +221,7 @@ def test_what_cannot_be_served_says_why(tmp_path: Path) -> None:
     assert output(code, tmp_path).splitlines() == [
         "launch files and the processes the",
         "it is pure Python; put its folder ",
-        "it is a door to C++ code of a ROS ",
+        "it is a front end to C++ code of a",
         "it is one of ROS's windows; use ma",
         "that is ROS 2; this layer speaks R",
         "it is no package of this computer,",
