@@ -1,4 +1,4 @@
-"""Numbers that callers give, as Python's own float from there on.
+"""Numbers that callers give, as Python's own float or int from there on.
 
 What numpy, Decimal or Fraction give is a number to people, and fails much later: a lock takes no np.float32
 as its time-out, and `time.monotonic() + np.float16(0.5)` has steps of 64 seconds or is infinite.
@@ -6,9 +6,10 @@ as its time-out, and `time.monotonic() + np.float16(0.5)` has steps of 64 second
 
 from __future__ import annotations
 
+import operator
 from typing import SupportsFloat, overload
 
-__all__ = ["as_float"]
+__all__ = ["as_float", "whole"]
 
 
 @overload
@@ -30,3 +31,11 @@ def as_float(value: SupportsFloat | None) -> float | None:
     if isinstance(value, (str, bytes, bytearray)):
         raise TypeError(f"{value!r} is a text; expected a number")
     return float(value)
+
+
+def whole(value: object) -> int | None:
+    """A whole number as an int, numpy's too; None when it is none (also 1.0: that is a measured number)."""
+    try:
+        return operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        return None
