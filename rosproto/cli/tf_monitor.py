@@ -126,11 +126,11 @@ def monitor(arguments: argparse.Namespace) -> int:
 
 def report(facts: list[dict[str, Any]]) -> str:
     """A table of the frames, and one of the nodes that send them."""
-    rows = [("frame", "parent", "sent by", "rate", "average delay", "max delay")]
+    rows: list[tuple[str, ...]] = [("frame", "parent", "sent by", "rate", "average delay", "max delay")]
     for one in facts:
         rate = "fixed" if one["static"] else "once" if one["rate"] is None else f"{one['rate']:.2f} Hz"
         delays = ["" if one[key] is None else f"{one[key]:.4f} s" for key in ("average_delay", "max_delay")]
-        frame, parent, sender = (printable(one[key]) for key in ("frame", "parent", "sender"))
+        frame, parent, sender = (printable(str(one[key])) for key in ("frame", "parent", "sender"))
         rows.append((frame, parent, sender or "?", rate, *delays))
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = [
