@@ -130,7 +130,7 @@ def report(facts: list[dict[str, Any]]) -> str:
     for one in facts:
         rate = "fixed" if one["static"] else "once" if one["rate"] is None else f"{one['rate']:.2f} Hz"
         delays = ["" if one[key] is None else f"{one[key]:.4f} s" for key in ("average_delay", "max_delay")]
-        frame, parent, sender = (printable(one[key]) for key in ("frame", "parent", "sender"))
+        frame, parent, sender = (printable(str(one[key])) for key in ("frame", "parent", "sender"))
         rows.append((frame, parent, sender or "?", rate, *delays))
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = [
