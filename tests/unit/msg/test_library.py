@@ -504,3 +504,5 @@ def test_where_a_package_is_read_from(tmp_path: Path) -> None:
     added.add(library.message("my_msgs/Foo"))
     assert added.folder("my_msgs") is None
     assert Path(bundled().folder("std_msgs") or "").name == "std_msgs"
+    first.rename(tmp_path / "away")  # as in a zip: nothing is in the file system
+    assert library.folder("my_msgs") == str(second)
