@@ -13,32 +13,30 @@ from rosproto.logs import get_logger
 from rosproto.msg.user_folder import learned_paths
 from rosproto.numbers import as_float
 from rosproto.transport.host_names import HostNames
-
-from . import interface
-from .action_goal import ActionHandle, start_action
-from .address import master_uri_of
-from .core import Core
-from .errors import MotionRefused
-from .localisation import Localisation
-from .messages import require_finite
-from .moving import Moving
-from .peripherals import Peripherals
-from .readiness import Readiness
-from .readings import Readings
-from .shaper import DEFAULT_ANGULAR, DEFAULT_LINEAR, DriveLimits
-from .steps import MAX_SPEED, MAX_TURN_RATE
-from .stop import StopReport, stop_seconds
-from .stop import stop as _stop
-from .timeouts import require_timeout
-from .velocity import Drive
-from .velocity_topics import VELOCITY_TOPICS
+from woosh_pure import interface
+from woosh_pure.connection.address import master_uri_of
+from woosh_pure.connection.core import Core
+from woosh_pure.connection.timeouts import require_timeout
+from woosh_pure.errors import MotionRefused
+from woosh_pure.feed.readings import Readings
+from woosh_pure.maps.localisation import Localisation
+from woosh_pure.motion.action_goal import ActionHandle, start_action
+from woosh_pure.motion.moving import Moving
+from woosh_pure.motion.steps import MAX_SPEED, MAX_TURN_RATE
+from woosh_pure.peripherals import Peripherals
+from woosh_pure.readiness.assessment import Readiness
+from woosh_pure.stopping.stop import StopReport, stop_seconds
+from woosh_pure.stopping.stop import stop as _stop
+from woosh_pure.values.messages import require_finite
+from woosh_pure.velocity.drive import Drive
+from woosh_pure.velocity.shaper import DEFAULT_ANGULAR, DEFAULT_LINEAR, DriveLimits
+from woosh_pure.velocity.topics import VELOCITY_TOPICS
 
 if TYPE_CHECKING:
     from types import TracebackType
 
     import rosproto
-
-    from . import aio, values
+    from woosh_pure import aio, values
 
 __all__ = ["Chassis"]
 
@@ -175,7 +173,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         async with Chassis("169.254.128.2").aio as robot:
             await robot.go_to_mark("A1")
         """
-        from . import aio
+        from woosh_pure import aio
 
         if self._aio is None:
             self._aio = aio.view(self)

@@ -10,22 +10,21 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosTimeout
 from rosproto.numbers import as_float
-
-from .begun import current
-from .convert import pose_of
-from .enums import LedState, NavDirection, NavigationMode
-from .errors import StaleState
-from .firmware_limits import require_message
-from .geometry import Footprint, Pose2D
-from .gridmap_message import grid_from_message, grid_message
-from .localisation import require_success
-from .messages import polygon, pose_with_covariance, stamped_pose
-from .rostypes import message_type
-from .steps import MAX_SPEED
+from woosh_pure.connection.begun import current
+from woosh_pure.enums import LedState, NavDirection, NavigationMode
+from woosh_pure.errors import StaleState
+from woosh_pure.firmware.limits import require_message
+from woosh_pure.geometry import Footprint, Pose2D
+from woosh_pure.maps.gridmap_message import grid_from_message, grid_message
+from woosh_pure.maps.localisation import require_success
+from woosh_pure.motion.steps import MAX_SPEED
+from woosh_pure.values.convert import pose_of
+from woosh_pure.values.messages import polygon, pose_with_covariance, stamped_pose
+from woosh_pure.values.rostypes import message_type
 
 if TYPE_CHECKING:
-    from .core import Core
-    from .gridmap import GridMap
+    from woosh_pure.connection.core import Core
+    from woosh_pure.maps.gridmap import GridMap
 
 __all__ = ["Peripherals"]
 
@@ -299,7 +298,7 @@ class Peripherals:
         self._run_action("/navigation_mode", goal, f"navigation mode {mode}", timeout)
 
     def _run_action(self, name: str, goal: Any, text: str, timeout: float) -> Any:
-        from .action_goal import ActionHandle
+        from woosh_pure.motion.action_goal import ActionHandle
 
         handle = ActionHandle(self._core, name, text, timeout)
         handle.send(goal)

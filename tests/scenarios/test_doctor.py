@@ -13,8 +13,8 @@ import pytest
 import rosproto
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.cli import main
-from woosh_pure.doctor import Level, check_own_address, examine
-from woosh_pure.doctor_definitions import finding_of
+from woosh_pure.doctor.definitions import finding_of
+from woosh_pure.doctor.examination import Level, check_own_address, examine
 
 
 def findings(uri: str, timeout: float = 20.0) -> dict[str, list]:

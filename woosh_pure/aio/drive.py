@@ -9,12 +9,12 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import TYPE_CHECKING
 
-from ..geometry import Velocity
-from ..shaper import DriveLimits
-from .calls import Calls
+from woosh_pure.aio.calls import Calls
+from woosh_pure.geometry import Velocity
+from woosh_pure.velocity.shaper import DriveLimits
 
 if TYPE_CHECKING:
-    from .. import velocity
+    from woosh_pure.velocity import drive as velocity
 
 __all__ = ["Drive", "VelocityBlock"]
 

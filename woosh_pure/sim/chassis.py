@@ -21,26 +21,25 @@ import rosproto
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.transport.open_files import allow_open_files
-
-from ..enums import RobotMode
-from ..firmware import CURRENT
-from ..firmware import firmware as firmware_named
-from ..geometry import Pose2D
-from ..rostypes import message_type
-from .errand import Errands
-from .fill import FILLERS, RATES, fill_plan, fill_status, fill_transforms
-from .graph import Graph
-from .motions import PathMotion
-from .network import Network
-from .serve import Server
-from .settings import Settings
-from .site import Site
-from .world import World
+from woosh_pure.enums import RobotMode
+from woosh_pure.firmware.revisions import CURRENT
+from woosh_pure.firmware.revisions import firmware as firmware_named
+from woosh_pure.geometry import Pose2D
+from woosh_pure.sim.fill import FILLERS, RATES, fill_plan, fill_status, fill_transforms
+from woosh_pure.sim.graph import Graph
+from woosh_pure.sim.motions import PathMotion
+from woosh_pure.sim.navigation_client import Errands
+from woosh_pure.sim.network import Network
+from woosh_pure.sim.serve import Server
+from woosh_pure.sim.settings import Settings
+from woosh_pure.sim.site import Site
+from woosh_pure.sim.world import World
+from woosh_pure.values.rostypes import message_type
 
 if TYPE_CHECKING:
     from types import TracebackType
 
-    from .tasks import StatusRecord
+    from woosh_pure.sim.tasks import StatusRecord
 
 __all__ = ["SimulatedChassis"]
 
@@ -409,7 +408,7 @@ class SimulatedChassis:
 
     def compete(self, x: float, y: float, yaw: float = 0.0) -> None:
         """The robot's own /ros_interface sends a goal to /move_base, as it does for its own tasks."""
-        from ..messages import stamped_pose
+        from woosh_pure.values.messages import stamped_pose
 
         client = self.graph.client("/move_base")
         client.wait_for_server(5.0)

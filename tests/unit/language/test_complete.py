@@ -20,11 +20,12 @@ TABLES = sorted((ROOT / "woosh_pure/language/zh").glob("*.txt"))
 COMMANDS = "doctor status ready goto move rotate drive stop faults selftest connect".split()
 SOURCES = [
     *(f"woosh_pure/cli/commands/{name}.py" for name in COMMANDS),
-    *(f"woosh_pure/cli/{name}.py" for name in ("config", "connection", "entry", "judging", "teleop", "arguments")),
+    *(f"woosh_pure/cli/{name}.py" for name in ("config", "connection", "entry", "readiness", "teleop", "arguments")),
     *(f"woosh_pure/{name}.py" for name in (
-        "action_goal", "address", "core", "doctor", "doctor_definitions", "drive_watch", "drivers", "feed", "goal", "outcome",
-        "readiness", "rivals", "roster", "running", "selftest", "shaper", "steps", "stop", "stop_others", "task", "task_tracker",
-        "velocity",
+        "connection/address", "connection/core", "doctor/definitions", "doctor/examination", "feed/feed", "motion/action_goal",
+        "motion/goal", "motion/steps", "motion/task", "motion/task_tracker", "outcome", "readiness/assessment",
+        "readiness/other_goals", "selftest", "stopping/others", "stopping/registrations", "stopping/running", "stopping/stop",
+        "velocity/drive", "velocity/other_drivers", "velocity/shaper", "velocity/watch",
     )),
     *(f"rosproto/cli/{name}.py" for name in ("failure", "option_types", "parser")),
     *(f"rosproto/selftest/{name}.py" for name in ("bags", "beside", "checking", "codecs", "definitions", "nodes")),

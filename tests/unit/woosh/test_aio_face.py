@@ -7,7 +7,10 @@ from typing import Any
 
 import pytest
 
-from woosh_pure import Chassis, action_goal, aio, feed, goal, task, velocity
+from woosh_pure import Chassis, aio
+from woosh_pure.feed import feed
+from woosh_pure.motion import action_goal, goal, task
+from woosh_pure.velocity import drive as velocity
 
 PAIRS = [
     (Chassis, aio.Chassis),

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from woosh_pure.address import master_uri_of
+from woosh_pure.connection.address import master_uri_of
 from woosh_pure.enums import (
     ActionState,
     ActionType,
@@ -17,14 +17,14 @@ from woosh_pure.enums import (
     TaskType,
     WorkMode,
 )
-from woosh_pure.faults import decode_status_code
+from woosh_pure.faults.codes import decode_status_code
 from woosh_pure.geometry import Pose2D, Velocity
-from woosh_pure.marks import MarkFile
+from woosh_pure.maps.marks import MarkFile
+from woosh_pure.motion.steps import Step, check_steps
 from woosh_pure.outcome import Outcome, OutcomeKind
-from woosh_pure.readiness import assess
-from woosh_pure.shaper import DriveLimits, Shaper
-from woosh_pure.steps import Step, check_steps
-from woosh_pure.values import RobotStatus
+from woosh_pure.readiness.assessment import assess
+from woosh_pure.values.state import RobotStatus
+from woosh_pure.velocity.shaper import DriveLimits, Shaper
 
 
 @pytest.mark.parametrize(
@@ -185,7 +185,7 @@ def test_only_an_arrival_is_true():
 def test_goals_of_other_clients_are_known_by_the_name_in_their_id():
     from types import SimpleNamespace
 
-    from woosh_pure.rivals import Rivals
+    from woosh_pure.readiness.other_goals import Rivals
 
     def message(*goals):
         entries = [SimpleNamespace(goal_id=SimpleNamespace(id=i), status=s) for i, s in goals]

@@ -7,11 +7,10 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosTimeout
-
-from ..arguments import seconds
-from ..connection import connect
-from ..judging import EXIT_CODES, as_json, is_there, readiness_of, verdict
-from ..output import Output
+from woosh_pure.cli.arguments import seconds
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.output import Output
+from woosh_pure.cli.readiness import EXIT_CODES, as_json, is_there, readiness_of, verdict
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis

@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING
 from rosproto.cli.failure import cannot_listen
 from rosproto.cli.option_types import to_float, to_int, whole
 from rosproto.errors import ConnectionLost
+from woosh_pure.cli.arguments import port, positive, seconds
+from woosh_pure.cli.output import Output
 from woosh_pure.errors import ChassisError
-
-from ..arguments import port, positive, seconds
-from ..output import Output
 
 if TYPE_CHECKING:
     from woosh_pure.sim import SimulatedChassis
@@ -100,7 +99,7 @@ def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
     from woosh_pure.sim import Settings, SimulatedChassis
     from woosh_pure.sim.body import BodyLimits
-    from woosh_pure.sim.given import site_of
+    from woosh_pure.sim.site_options import site_of
 
     schedule = sorted(_parse_at(text) for text in args.at)
     _require_known(args.firmware)
@@ -145,7 +144,7 @@ def run(args: Namespace, out: Output) -> int:
 
 def _require_known(version: str) -> None:
     """Newer definitions than the bundled ones are not known, so nothing can speak them."""
-    from woosh_pure.firmware import CURRENT
+    from woosh_pure.firmware.revisions import CURRENT
 
     try:
         newer = [int(part) for part in version.split(".")] > [int(part) for part in CURRENT.split(".")]

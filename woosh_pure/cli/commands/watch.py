@@ -10,16 +10,15 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from rosproto.cli.streams import own
-
-from ..arguments import number, seconds
-from ..connection import connect
-from ..console import enable_escapes, full_screen, is_terminal, shows_unicode, size
-from ..judging import as_json
-from ..output import Output
+from woosh_pure.cli.arguments import number, seconds
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.console import enable_escapes, full_screen, is_terminal, shows_unicode, size
+from woosh_pure.cli.output import Output
+from woosh_pure.cli.readiness import as_json
 
 if TYPE_CHECKING:
-    from ..keys import Keys
-    from ..scene import Observer, Scene
+    from woosh_pure.cli.keys import Keys
+    from woosh_pure.cli.scene import Observer, Scene
 
 HELP = "watch pose, map, scan, battery, task, faults and rates live"
 
@@ -39,7 +38,7 @@ def run(args: Namespace, out: Output) -> int:
     rate = (5.0 if whole else 1.0) if args.rate is None else args.rate
     if not 0.05 <= rate <= 30.0:
         raise ValueError(f"--rate {rate:g}: expected 0.05 to 30 per second")
-    from ..scene import Observer
+    from woosh_pure.cli.scene import Observer
 
     with connect(args, out) as chassis:
         observer = Observer(chassis)
@@ -55,8 +54,8 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _on_screen(observer: Observer, args: Namespace, period: float, end: float | None) -> None:
-    from ..keys import open_keys
-    from ..screen import Screen
+    from woosh_pure.cli.keys import open_keys
+    from woosh_pure.cli.screen import Screen
 
     plain = args.ascii or not shows_unicode(sys.stdout)
     screen = Screen(ascii_only=plain, coloured=not os.environ.get("NO_COLOR"))
