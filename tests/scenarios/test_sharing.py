@@ -174,7 +174,7 @@ def test_a_program_that_sends_beside_a_drive_ends_it(sim, chassis, request, monk
 def test_a_drive_that_checks_nothing_goes_on_beside_it(sim, chassis, ticking, until, caplog, monkeypatch):
     monkeypatch.setattr("woosh_pure.velocity.drive._LOOK_AGAIN", 0.05)
     looks = []
-    monkeypatch.setattr(drivers.OtherDriver, "has_sent_since", lambda *two: looks.append(two) or True)
+    monkeypatch.setattr(other_drivers.OtherDriver, "has_sent_since", lambda *two: looks.append(two) or True)
     with chassis.velocity(bypasses_protection=True, share=True, check=False) as drive:
         until(lambda: "/joystick" in caplog.text)
         drive.hold(0.1, seconds=0.3)
