@@ -26,7 +26,7 @@ from woosh_pure.geometry import Velocity
 from woosh_pure.interface.table import find, row
 from woosh_pure.outcome import Outcome, OutcomeKind
 from woosh_pure.readiness.assessment import Readiness, assess, status_shows_fitness, triggered_keys
-from woosh_pure.readiness.other_goals import Rivals
+from woosh_pure.readiness.other_goals import OtherGoals
 from woosh_pure.readiness.refusals import Refusals
 from woosh_pure.stopping.running import Running
 from woosh_pure.velocity.topics import VelocityTopics
@@ -50,7 +50,7 @@ class Core:
         master_uri: Where its master is.
         node: Our node, made on first use.
         running: What was started and still runs.
-        rivals: Goals of other clients, as far as heard.
+        other_goals: Goals of other clients, as far as heard.
         refusals: What the chassis has refused, until it is shown to be over.
         velocity: The velocity topics.
     """
@@ -83,7 +83,7 @@ class Core:
         self.running = Running(leave=leave_running)
         self.velocity = VelocityTopics(self)
         self._faults = ActiveFaults()
-        self.rivals = Rivals()
+        self.other_goals = OtherGoals()
         self.refusals = Refusals()
         self._has_moved = False
         self._fault_lock = threading.Lock()
@@ -298,7 +298,7 @@ class Core:
         if (begun := current()) is not None:
             begun.require_wanted("readiness")  # `wait_until_ready` asks again and again
         self._listen("battery", "status", "status_code", "inputs")
-        self.rivals.listen(self.node)
+        self.other_goals.listen(self.node)
         return self.known_readiness()
 
     def known_readiness(self) -> Readiness:
@@ -314,7 +314,7 @@ class Core:
             faults,
             charging,
             ours,
-            self.rivals.active(),
+            self.other_goals.active(),
             keys=triggered_keys(self._known("inputs")),
             refusals=self.refusals.reasons(),
             link_lost=outdated,

@@ -168,16 +168,16 @@ def _is_there(row: Row, state: rosproto.node.SystemState) -> bool:
 
 def _competitors(state: rosproto.node.SystemState) -> Iterator[Finding]:
     """Other programs that command it; the chassis's own nodes do so as well, and are none."""
-    rivals: dict[str, list[str]] = {}
+    others: dict[str, list[str]] = {}
     topics = {f"{row.name}/goal": row.name for row in interface.actions()}
     topics |= {row.name: row.name for row in interface.topics("write") if row.bypasses_protection}
     for topic, name in topics.items():
         for node in set(state.publishers.get(topic, [])) - interface.ROBOT_NODES:
-            rivals.setdefault(node, []).append(name)
-    for node, names in sorted(rivals.items()):
+            others.setdefault(node, []).append(name)
+    for node, names in sorted(others.items()):
         advice = "end that program, or agree who drives: two clients interrupt each other"
         yield Finding("competitor", Level.WARNING, f"{node} also commands {', '.join(names)}", advice)
-    if not rivals:
+    if not others:
         yield Finding("competitor", Level.OK, "nobody else commands the chassis")
 
 

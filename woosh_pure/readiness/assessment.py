@@ -90,7 +90,7 @@ def assess(
     faults: Iterable[StatusCode],
     charging: bool | None = None,
     own_tasks: Collection[int] = (),
-    rivals: Iterable[tuple[str, str]] = (),
+    other_goals: Iterable[tuple[str, str]] = (),
     *,
     keys: Collection[int] = (),
     refusals: Iterable[Reason] = (),
@@ -104,7 +104,7 @@ def assess(
         faults: Active faults.
         charging: What /battery says; None when not heard.
         own_tasks: Ids of tasks that we have started ourselves.
-        rivals: Other clients with a running goal: (client, action).
+        other_goals: Other clients with a running goal: (client, action).
         keys: Numbers of the chassis's keys that /IO_input shows as triggered.
         refusals: What was refused or failed, and is not known to be over.
         link_lost: The link of /robot_status has broken since it was heard.
@@ -120,7 +120,9 @@ def assess(
         reasons.append(Reason(ReasonKey.LINK_LOST, LINK_LOST, False, doubt=True))
     reasons += [_from_fault(fault) for fault in faults]
     reasons += [
-        _rival(*rival) for rival in rivals if rival[0] != ROBOT_ITSELF or _task_unknown(status, own_tasks)
+        _other_goal(*other)
+        for other in other_goals
+        if other[0] != ROBOT_ITSELF or _task_unknown(status, own_tasks)
     ]
     reasons += [Reason(ReasonKey.CHASSIS_KEY, KEY_TRIGGERED.format(number=key), False) for key in keys]
     told = {reason.key for reason in reasons if reason.blocking}
@@ -189,7 +191,7 @@ def _task_unknown(status: RobotStatus | None, own_tasks: Collection[int]) -> boo
     return status is None and not own_tasks
 
 
-def _rival(client: str, action: str) -> Reason:
+def _other_goal(client: str, action: str) -> Reason:
     whose = f"{client} has a goal of its own"
     if client == ROBOT_ITSELF:
         whose = "the robot has a task of another client, or of its own,"

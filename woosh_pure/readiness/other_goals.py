@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import rosproto
 
-__all__ = ["ROBOT_ITSELF", "Rivals"]
+__all__ = ["ROBOT_ITSELF", "OtherGoals"]
 
 ROBOT_ITSELF = "/ros_interface"
 """The node that carries out tasks, as a client of the action servers."""
@@ -24,7 +24,7 @@ _FIRST_STATUS = 0.5  # seconds: a server sends its status 5 times a second
 _STALE = 3.0
 
 
-class Rivals:
+class OtherGoals:
     """Who else has a goal under way. Opened by the first question; safe from any thread."""
 
     def __init__(self) -> None:

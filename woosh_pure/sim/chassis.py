@@ -28,7 +28,7 @@ from woosh_pure.geometry import Pose2D
 from woosh_pure.sim.fill import FILLERS, RATES, fill_plan, fill_status, fill_transforms
 from woosh_pure.sim.graph import Graph
 from woosh_pure.sim.motions import PathMotion
-from woosh_pure.sim.navigation_client import Errands
+from woosh_pure.sim.navigation_client import NavigationClient
 from woosh_pure.sim.network import Network
 from woosh_pure.sim.serve import Server
 from woosh_pure.sim.settings import Settings
@@ -116,7 +116,7 @@ class SimulatedChassis:
         self._stop = threading.Event()
         self._epoch = time.time()
         self.network = Network()
-        self._errands: Errands | None = None
+        self._navigation: NavigationClient | None = None
         self._due = dict.fromkeys(FILLERS, 0.0)
         self._status: StatusRecord | None = None
         self._plan: list[Pose2D] = []
@@ -160,8 +160,8 @@ class SimulatedChassis:
         )
         self._graph.build()
         self._graph.client("/move_base")
-        self._errands = Errands(self)
-        self.world.tasks.drive = self._errands.drive
+        self._navigation = NavigationClient(self)
+        self.world.tasks.drive = self._navigation.drive
         self._publish_static()
 
     def close(self) -> None:
@@ -173,8 +173,8 @@ class SimulatedChassis:
         self.network.close()
         if self._thread is not None:
             self._thread.join(2.0)
-        if self._errands is not None:
-            self._errands.close()
+        if self._navigation is not None:
+            self._navigation.close()
         if self._graph is not None:
             self._graph.close()
         if self._master is not None:

@@ -22,20 +22,20 @@ from woosh_pure.values.rostypes import message_type
 if TYPE_CHECKING:
     from woosh_pure.sim.chassis import SimulatedChassis
 
-__all__ = ["Errand", "Errands"]
+__all__ = ["NavigationClient", "NavigationMotion"]
 
 logger = get_logger("woosh_pure.sim")
 
 
-class Errand(Motion):
+class NavigationMotion(Motion):
     """A motion that somebody else carries out: a goal of /move_base.
 
     Pausing cancels the goal, resuming sends what remains of the way (assumed).
     """
 
-    def __init__(self, errands: Errands, way: Sequence[Pose2D], keep_path: bool) -> None:
+    def __init__(self, client: NavigationClient, way: Sequence[Pose2D], keep_path: bool) -> None:
         super().__init__("task")
-        self._errands = errands
+        self._client = client
         self.way = list(way)
         self.keep_path = keep_path
         self.sent = 0
@@ -44,18 +44,18 @@ class Errand(Motion):
     def end(self, state: MotionState, code: int = 0) -> None:
         if not self.state.is_final:
             super().end(state, code)
-            self._errands.cancel(self)
+            self._client.cancel(self)
 
     def pause(self) -> None:
         super().pause()
-        self._errands.cancel(self)
+        self._client.cancel(self)
 
     def resume(self) -> None:
         super().resume()
-        self._errands.send(self)
+        self._client.send(self)
 
 
-class Errands:
+class NavigationClient:
     """Sends goals and cancels from a thread of its own: nobody waits for them with the world locked."""
 
     def __init__(self, sim: SimulatedChassis) -> None:
@@ -66,19 +66,19 @@ class Errands:
 
     def drive(self, way: Sequence[Pose2D], keep_path: bool) -> Motion:
         """Begin to drive; called with the world locked."""
-        errand = Errand(self, way, keep_path)
-        self.send(errand)
-        return errand
+        motion = NavigationMotion(self, way, keep_path)
+        self.send(motion)
+        return motion
 
-    def send(self, errand: Errand) -> None:
+    def send(self, motion: NavigationMotion) -> None:
         """Send its goal, soon."""
-        errand.sent += 1
-        number = errand.sent
-        self._todo.put(lambda: self._send(errand, number))
+        motion.sent += 1
+        number = motion.sent
+        self._todo.put(lambda: self._send(motion, number))
 
-    def cancel(self, errand: Errand) -> None:
+    def cancel(self, motion: NavigationMotion) -> None:
         """Cancel its goal, soon."""
-        goal, errand.goal = errand.goal, None
+        goal, motion.goal = motion.goal, None
         if goal is not None:
             self._todo.put(lambda: goal.cancel())
 
@@ -94,48 +94,48 @@ class Errands:
             except RosError as error:
                 logger.debug("! the simulated client: %s", error)
 
-    def _send(self, errand: Errand, number: int) -> None:
+    def _send(self, motion: NavigationMotion, number: int) -> None:
         sim = self._sim
         client = sim.graph.client("/move_base")
         try:
             client.wait_for_server(5.0)
         except RosError:
             with sim.lock:
-                errand.end(MotionState.FAILED)
+                motion.end(MotionState.FAILED)
             raise
         goal = message_type("woosh_msgs/MoveBaseGoal")()
-        goal.target_pose = stamped_pose(errand.way[-1])
-        goal.poses = [stamped_pose(pose) for pose in errand.way] if errand.keep_path else []
+        goal.target_pose = stamped_pose(motion.way[-1])
+        goal.poses = [stamped_pose(pose) for pose in motion.way] if motion.keep_path else []
         with sim.lock:
-            if errand.state is not MotionState.RUNNING or number != errand.sent:
+            if motion.state is not MotionState.RUNNING or number != motion.sent:
                 return  # paused or ended before it was sent
         handle = client.send_goal(
             sim.firmware.convert(goal, client.type.goal),
-            transition=lambda told: self._look(errand, number, told),
-            feedback=lambda _, report: self._shorten(errand, int(report.nav_state)),
+            transition=lambda told: self._look(motion, number, told),
+            feedback=lambda _, report: self._shorten(motion, int(report.nav_state)),
         )
         with sim.lock:
-            if errand.state is MotionState.RUNNING and number == errand.sent:
-                errand.goal = handle
+            if motion.state is MotionState.RUNNING and number == motion.sent:
+                motion.goal = handle
                 return
         handle.cancel()  # paused or ended while it was sent
 
-    def _shorten(self, errand: Errand, left: int) -> None:
+    def _shorten(self, motion: NavigationMotion, left: int) -> None:
         # The simulated /move_base tells in nav_state how many points are left.
-        if errand.keep_path and 0 < left < len(errand.way):
+        if motion.keep_path and 0 < left < len(motion.way):
             with self._sim.lock:
-                errand.way = errand.way[-left:]
+                motion.way = motion.way[-left:]
 
-    def _look(self, errand: Errand, number: int, goal: Any) -> None:
+    def _look(self, motion: NavigationMotion, number: int, goal: Any) -> None:
         if not goal.done:
             return
         with self._sim.lock:
-            if number != errand.sent or errand.state is not MotionState.RUNNING:
+            if number != motion.sent or motion.state is not MotionState.RUNNING:
                 return
-            errand.goal = None
+            motion.goal = None
             if goal.status is GoalStatus.SUCCEEDED:
-                errand.end(MotionState.DONE)
+                motion.end(MotionState.DONE)
             elif goal.status is GoalStatus.PREEMPTED or "replaced" in goal.text:
-                errand.end(MotionState.REPLACED)
+                motion.end(MotionState.REPLACED)
             else:
-                errand.end(MotionState.FAILED)
+                motion.end(MotionState.FAILED)

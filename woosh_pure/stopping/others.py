@@ -20,7 +20,7 @@ from woosh_pure.velocity.other_drivers import OtherDriver, other_drivers
 if TYPE_CHECKING:
     import rosproto
     from woosh_pure.connection.core import Core
-    from woosh_pure.stopping.registrations import Roster
+    from woosh_pure.stopping.registrations import Registrations
     from woosh_pure.stopping.stop import StopReport
 
 __all__ = ["OtherPrograms", "cancel_others"]
@@ -44,28 +44,30 @@ _UNDER_WAY = (TaskState.RUNNING, TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
 # -- tasks and goals -----------------------------------------------------------------------------------------
 
 
-def cancel_others(core: Core, roster: Roster, report: StopReport, deadline: float) -> None:
+def cancel_others(core: Core, registrations: Registrations, report: StopReport, deadline: float) -> None:
     """Cancel the robot's task, and every goal of the action servers that move it, whoever sent it.
 
     Args:
         core: The chassis.
-        roster: What is not there is not waited for.
+        registrations: What is not there is not waited for.
         report: Takes what was done, and what was not.
         deadline: By the monotonic clock, s; what has not answered by then is told.
     """
     # A task ends as cancelled when it is told so first, and as failed when its navigation is taken from it.
     # But nobody waits long for that: the navigation is stopped anyway.
-    task = _begin(partial(_cancel_task, core, roster, report, deadline))
-    roster.wait(_TASK_FIRST)
+    task = _begin(partial(_cancel_task, core, registrations, report, deadline))
+    registrations.wait(_TASK_FIRST)
     task.join(_TASK_FIRST)
     waiting, cancelled = {"the task": task}, list[str]()
     report.looked = True
     for row in actions():
         # Those that every chassis has; the others where they are there.
-        if not row.moves_base or (row.source != "page" and roster.lacks_subscriber(f"{row.name}/cancel")):
+        if not row.moves_base or (
+            row.source != "page" and registrations.lacks_subscriber(f"{row.name}/cancel")
+        ):
             continue
         waiting[row.name] = _begin(
-            partial(_cancel_action, core, roster, row.name, report, cancelled, deadline)
+            partial(_cancel_action, core, registrations, row.name, report, cancelled, deadline)
         )
     for name, worker in waiting.items():
         worker.join(_left(deadline) + 0.5)
@@ -86,14 +88,19 @@ def _begin(work: Callable[[], None]) -> threading.Thread:
 
 
 def _cancel_action(
-    core: Core, roster: Roster, name: str, report: StopReport, cancelled: list[str], deadline: float
+    core: Core,
+    registrations: Registrations,
+    name: str,
+    report: StopReport,
+    cancelled: list[str],
+    deadline: float,
 ) -> None:
     """The empty id and no time mean all goals (wiki.ros.org/actionlib/DetailedDescription). Without a client:
     its five topics would be registered first.
     """
     topic = f"{name}/cancel"
-    if roster.lacks_subscriber(topic):
-        roster.miss(name)
+    if registrations.lacks_subscriber(topic):
+        registrations.miss(name)
         return
     try:
         told = _begin_listening(core, name)
@@ -101,7 +108,7 @@ def _cancel_action(
             publisher.wait_for_connection(timeout=_left(deadline))
             publisher.publish()
             publisher.flush(1.0)
-            if roster.lacks_publisher(told.topic) or _ran(told):
+            if registrations.lacks_publisher(told.topic) or _ran(told):
                 cancelled.append(name)
     except RosError as error:
         report.problems.append(f"cancelling {name} ({error})")
@@ -123,15 +130,15 @@ def _ran(status: rosproto.Subscriber) -> bool:
     return any(goal.status in _HAD_A_GOAL for goal in goals)
 
 
-def _cancel_task(core: Core, roster: Roster, report: StopReport, deadline: float) -> None:
+def _cancel_task(core: Core, registrations: Registrations, report: StopReport, deadline: float) -> None:
     try:
         status = core.feed("status").latest
     except RosError:
         status = None
     if status is not None and status.task_state not in _UNDER_WAY:
         return
-    if roster.lacks_service("/exec_task"):
-        roster.miss("/exec_task")
+    if registrations.lacks_service("/exec_task"):
+        registrations.miss("/exec_task")
         return
     task_id = 0 if status is None else status.task_id
     try:

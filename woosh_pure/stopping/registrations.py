@@ -16,12 +16,12 @@ if TYPE_CHECKING:
     from rosproto.node import SystemState
     from woosh_pure.connection.core import Core
 
-__all__ = ["Roster"]
+__all__ = ["Registrations"]
 
 logger = get_logger("woosh_pure.stop")
 
 
-class Roster:
+class Registrations:
     """Topics and services that somebody else than us has; and a list of those that were missed.
 
     While the master has not answered nothing counts as missing: links stand without it. Safe from any thread.
@@ -39,7 +39,7 @@ class Roster:
         self._own_name = ""
         self._lock = threading.Lock()
         self.missing: list[str] = []
-        self._thread = threading.Thread(target=self._ask, name="woosh:roster", daemon=True)
+        self._thread = threading.Thread(target=self._ask, name="woosh:registrations", daemon=True)
         self._thread.start()
 
     def _ask(self) -> None:

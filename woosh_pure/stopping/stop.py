@@ -19,7 +19,7 @@ from woosh_pure.motion.goal import NOT_CONFIRMED
 from woosh_pure.outcome import OutcomeKind
 from woosh_pure.stopping.keeper import Job, begin
 from woosh_pure.stopping.others import OtherPrograms, cancel_others
-from woosh_pure.stopping.registrations import Roster
+from woosh_pure.stopping.registrations import Registrations
 from woosh_pure.velocity.topics import VELOCITY_TOPICS
 
 if TYPE_CHECKING:
@@ -90,33 +90,37 @@ def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> 
     for drive in core.running.drives:
         drive.halt("stop() was called")
         report.cancelled.append("the velocity block")
-    roster = Roster(core)
+    registrations = Registrations(core)
     # Zero, cancelling and looking for others at the same time: none waits for another.
     zeros = threading.Thread(
-        target=_zeros, args=(core, roster, report, deadline), name="woosh:stop", daemon=True
+        target=_zeros, args=(core, registrations, report, deadline), name="woosh:stop", daemon=True
     )
     zeros.start()
     programs = OtherPrograms(core, deadline, end=end_drivers) if everything or end_drivers else None
     cancel_goals(core.running, report, min(timeout, 3.0), "stop() was called")
     if everything:
-        cancel_others(core, roster, report, deadline)
+        cancel_others(core, registrations, report, deadline)
     zeros.join(max(_LISTENERS, deadline - time.monotonic()) + 0.5)
     if programs is not None:
         programs.wait(report)
         if programs.ended:
-            _zeros(core, roster, report, deadline)  # they may have ended without one
-    report.standing = _standing(core, roster, report, deadline, programs is not None and programs.drive_on)
-    if missing := roster.sentence():
+            _zeros(core, registrations, report, deadline)  # they may have ended without one
+    report.standing = _standing(
+        core, registrations, report, deadline, programs is not None and programs.drive_on
+    )
+    if missing := registrations.sentence():
         report.problems.append(missing)
     return report
 
 
-def _standing(core: Core, roster: Roster, report: StopReport, deadline: float, driven: bool) -> bool | None:
+def _standing(
+    core: Core, registrations: Registrations, report: StopReport, deadline: float, driven: bool
+) -> bool | None:
     """Whether it stands; where another program drives on, whether it goes on standing."""
     try:
         feed = core.feed("velocity").open()
-        if not feed.publishers and roster.lacks_publisher(feed.topic):
-            roster.miss(feed.topic)
+        if not feed.publishers and registrations.lacks_publisher(feed.topic):
+            registrations.miss(feed.topic)
             return None
         standing = core.wait_standing(max(0.2, deadline - time.monotonic()))
         end = time.monotonic() + _STEADY
@@ -128,7 +132,7 @@ def _standing(core: Core, roster: Roster, report: StopReport, deadline: float, d
         return None
 
 
-def _zeros(core: Core, roster: Roster, report: StopReport, deadline: float) -> None:
+def _zeros(core: Core, registrations: Registrations, report: StopReport, deadline: float) -> None:
     """Zeros on both topics, on each as soon as somebody listens there."""
     waiting: dict[str, rosproto.Publisher] = {}
     failed: dict[str, list[str]] = {}  # the same words for both topics are said once
@@ -141,7 +145,7 @@ def _zeros(core: Core, roster: Roster, report: StopReport, deadline: float) -> N
         report.problems.append(f"zero velocity on {' and '.join(topics)} ({why})")
     acquired = list(waiting)
     try:
-        _send_zeros(core, roster, waiting, report, deadline)
+        _send_zeros(core, registrations, waiting, report, deadline)
     finally:
         for topic in acquired:
             core.velocity.release(topic)
@@ -149,7 +153,7 @@ def _zeros(core: Core, roster: Roster, report: StopReport, deadline: float) -> N
 
 def _send_zeros(
     core: Core,
-    roster: Roster,
+    registrations: Registrations,
     waiting: dict[str, rosproto.Publisher],
     report: StopReport,
     deadline: float,
@@ -165,8 +169,8 @@ def _send_zeros(
                 continue
             elif sent.get(topic):
                 del waiting[topic]  # it took some, and has gone away
-            elif roster.lacks_subscriber(topic):
-                roster.miss(topic)
+            elif registrations.lacks_subscriber(topic):
+                registrations.miss(topic)
                 del waiting[topic]
             elif time.monotonic() > end:
                 report.problems.append(f"zero velocity on {topic} (nobody has connected to it)")

@@ -22,7 +22,7 @@ from rosproto.logs import get_logger
 from rosproto.numbers import as_float
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Velocity
-from woosh_pure.velocity.heartbeat import Pulse
+from woosh_pure.velocity.heartbeat import Heartbeat
 from woosh_pure.velocity.other_drivers import OtherDriver, other_drivers
 from woosh_pure.velocity.shaper import DriveLimits, Shaper
 from woosh_pure.velocity.watch import DriveWatch
@@ -102,11 +102,11 @@ class Drive:
             core.running.add_drive(self, since, check=self._check)
             undo.callback(core.running.remove_drive, self)
             threading.Thread(target=self._look_around, name="woosh:drivers", daemon=True).start()
-            pulse = None
+            heartbeat = None
             if self._feedback_timeout is None:
-                pulse = Pulse(core.node, publisher, self._over)
-                pulse.start()
-            self._watch = DriveWatch(core, publisher, self._feedback_timeout, pulse, check=self._check)
+                heartbeat = Heartbeat(core.node, publisher, self._over)
+                heartbeat.start()
+            self._watch = DriveWatch(core, publisher, self._feedback_timeout, heartbeat, check=self._check)
             self._thread.start()
             undo.pop_all()
         return self

@@ -21,7 +21,7 @@ from woosh_pure.velocity.other_drivers import is_refused
 if TYPE_CHECKING:
     import rosproto
 
-__all__ = ["LATE", "Pulse"]
+__all__ = ["LATE", "Heartbeat"]
 
 LATE = 1.0
 """Seconds without an answer after which what is sent counts as late."""
@@ -29,7 +29,7 @@ _PERIOD = 0.25
 logger = get_logger("woosh_pure.velocity")
 
 
-class Pulse:
+class Heartbeat:
     """Asks the node behind a publisher's link, in a thread of its own, until `over` is set.
 
     Args:
@@ -63,7 +63,7 @@ class Pulse:
                 error,
             )
             return
-        threading.Thread(target=self._run, args=(uri,), name="woosh:pulse", daemon=True).start()
+        threading.Thread(target=self._run, args=(uri,), name="woosh:heartbeat", daemon=True).start()
 
     @property
     def late(self) -> bool:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from woosh_pure.connection.core import Core
     from woosh_pure.feed.feed import Feed
     from woosh_pure.geometry import Velocity
-    from woosh_pure.velocity.heartbeat import Pulse
+    from woosh_pure.velocity.heartbeat import Heartbeat
 
 __all__ = ["DriveWatch"]
 
@@ -36,7 +36,7 @@ class DriveWatch:
         core: The chassis.
         publisher: Of the velocity topic.
         feedback_timeout: Seconds for which `/odom_twist` may be silent; None drives without it.
-        pulse: What tells instead that the network delivers; None when `/odom_twist` does.
+        heartbeat: What tells instead that the network delivers; None when `/odom_twist` does.
         check: False drives on whatever is known to speak against it.
     """
 
@@ -45,14 +45,14 @@ class DriveWatch:
         core: Core,
         publisher: rosproto.Publisher,
         feedback_timeout: float | None,
-        pulse: Pulse | None = None,
+        heartbeat: Heartbeat | None = None,
         *,
         check: bool,
     ) -> None:
         self._core = core
         self._publisher = publisher
         self._feedback_timeout = feedback_timeout
-        self._pulse = pulse
+        self._heartbeat = heartbeat
         self._check = check
         self._measured: Feed[Velocity] = core.feed("velocity")
         self._last = self._obeyed = boottime.seconds()
@@ -89,7 +89,7 @@ class DriveWatch:
     def _lost(self, sent: Velocity) -> RosError | None:
         if self._publisher.connections == 0:
             return _connection_lost(f"{self._publisher.topic}: nobody subscribes any more")
-        if self._pulse is not None and self._pulse.late:
+        if self._heartbeat is not None and self._heartbeat.late:
             return _connection_lost(
                 f"who listens to {self._publisher.topic} has not answered within {LATE:g} s, so what is sent "
                 "would come late"
