@@ -15,8 +15,8 @@ from rosproto.numbers import as_float
 from rosproto.transport.host_names import HostNames
 from woosh_pure import interface
 from woosh_pure.connection.address import master_uri_of
-from woosh_pure.connection.core import Core
 from woosh_pure.connection.timeouts import require_timeout
+from woosh_pure.core import Core
 from woosh_pure.errors import MotionRefused
 from woosh_pure.feed.readings import Readings
 from woosh_pure.maps.localisation import Localisation
@@ -106,7 +106,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         )
 
     def __enter__(self) -> Chassis:
-        self._core.node  # noqa: B018  (an unreachable master is told here, not at the first verb)
+        self._core.connection.open_node()  # an unreachable master is told here, not at the first verb
         self._in_block = True
         return self
 
@@ -148,7 +148,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
 
     def __repr__(self) -> str:
         goals = ", ".join(goal.goal for goal in self._core.running.goals) or "nothing"
-        return f"<Chassis {self.master_uri}, {self._core.state}: {goals} under way>"
+        return f"<Chassis {self.master_uri}, {self._core.connection.state}: {goals} under way>"
 
     @property
     def moved(self) -> bool:
@@ -164,7 +164,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
     @property
     def node(self) -> rosproto.Node:
         """The node underneath, for everything this class does not offer."""
-        return self._core.node
+        return self._core.connection.open_node()
 
     @property
     def aio(self) -> aio.Chassis:
@@ -190,7 +190,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         What the chassis has refused to this object is remembered until it is shown to be over. Nothing is
         moved or interrupted to find out; see `woosh_pure.readiness`.
         """
-        return self._core.readiness()
+        return self._core.knowledge.readiness()
 
     def wait_until_ready(self, timeout: float | None = 60.0, *, known: bool = False) -> Readiness:
         """Wait until nothing known blocks a motion, for example after the emergency stop was released.
@@ -284,7 +284,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
                 "a velocity bypasses the chassis's obstacle avoidance and limits; "
                 "acknowledge it with bypasses_protection=True"
             )
-        self._core.require_ready("velocity", check)
+        self._core.knowledge.require_ready("velocity", check)
         limits = self._drive_limits(max_linear, max_angular)
         topic = VELOCITY_TOPICS["direct" if direct else "smooth"]
         return Drive(self._core, topic, limits, feedback_timeout, check=check, share=share)
@@ -392,7 +392,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         if given != found.type:
             raise ValueError(f"{found.name} takes {found.type}, got {given}")
         require_finite(message, found.type)
-        self._core.send(found.name, message, require_timeout(timeout))
+        self._core.clients.send(found.name, message, require_timeout(timeout))
 
 
 def _lower(name: str, known: float, asked: float | None) -> float:

@@ -374,7 +374,7 @@ time.sleep(600)
 @pytest.mark.parametrize("what", ["goal", "task", "velocity"])
 def test_a_chassis_that_dies_is_an_error_within_seconds(until, monkeypatch, what):
     """Killed: no result, no goodbye; its master lives on, and still names its nodes."""
-    monkeypatch.setattr("woosh_pure.connection.core._LOST_AFTER", 0.5)
+    monkeypatch.setattr("woosh_pure.feed.feeds._LOST_AFTER", 0.5)
     with rosproto.Master() as master:
         robot = start(ROBOT, master.uri)
         try:
@@ -386,7 +386,7 @@ def test_a_chassis_that_dies_is_an_error_within_seconds(until, monkeypatch, what
                     drive.set(0.1, valid_for=5.0)
                 else:
                     handle = chassis.go_to(2.5, 0.0) if what == "goal" else chassis.go_to_mark("B1")
-                    chassis._core.action("/move_base")._status_timeout = 0.5
+                    chassis._core.clients.action("/move_base")._status_timeout = 0.5
                 chassis.measured_velocity.wait_for(lambda v: not v.is_standing(), 10.0)
                 robot.kill()
                 if what == "velocity":
@@ -394,7 +394,7 @@ def test_a_chassis_that_dies_is_an_error_within_seconds(until, monkeypatch, what
                         drive.hold(0.1, seconds=20.0)
                 else:
                     assert handle.wait(20.0, raises=False).kind is OutcomeKind.CONNECTION_LOST
-            monkeypatch.setattr(chassis._core, "timeout", 0.2)
+            monkeypatch.setattr(chassis._core.connection, "timeout", 0.2)
             with contextlib.suppress(ConnectionLost):
                 chassis.close()
         finally:
@@ -404,7 +404,7 @@ def test_a_chassis_that_dies_is_an_error_within_seconds(until, monkeypatch, what
 
 def test_a_chassis_that_restarts_in_the_middle_of_a_task_ends_it(until, monkeypatch):
     """It comes back soon and is idle; nobody there knows the task that we wait for."""
-    monkeypatch.setattr("woosh_pure.connection.core._LOST_AFTER", 60.0)  # soon, on a busy computer, too
+    monkeypatch.setattr("woosh_pure.feed.feeds._LOST_AFTER", 60.0)  # soon, on a busy computer, too
     with contextlib.ExitStack() as stack:
         master = stack.enter_context(rosproto.Master())
         first = SimulatedChassis(master_uri=master.uri, full_graph=False).start()
@@ -422,7 +422,7 @@ def test_a_chassis_that_restarts_in_the_middle_of_a_task_ends_it(until, monkeypa
 
 def test_a_paused_move_is_lost_with_its_chassis(sim, real_time, chassis, until, monkeypatch):
     """The goal of a paused move has ended; only the chassis itself can tell that there is nothing left to resume."""
-    monkeypatch.setattr("woosh_pure.connection.core._LOST_AFTER", 2.0)
+    monkeypatch.setattr("woosh_pure.feed.feeds._LOST_AFTER", 2.0)
     handle = chassis.move(2.0)
     until(lambda: handle.latest_progress and handle.latest_progress.percent > 5)
     handle.pause()
@@ -439,7 +439,7 @@ def test_a_cancel_that_is_not_answered_is_repeated_by_stop_and_by_close(until):
         until(lambda: not sim.world.body.velocity.is_standing())
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(type(handle._goal), "cancel", lambda _: True)  # the message is lost on its way
-            patch.setattr(chassis._core, "wait_standing", lambda timeout: False)
+            patch.setattr(chassis._core.feeds, "wait_standing", lambda timeout: False)
             outcome = handle.cancel(0.2)
         assert outcome.kind is OutcomeKind.CANCELLED
         assert "not confirmed" in outcome.text

@@ -238,7 +238,7 @@ def test_stop_everything_ends_what_another_program_started(sim, real_time, chass
 
 
 def test_a_chassis_that_falls_silent_is_a_lost_connection(sim, real_time, chassis, until, monkeypatch):
-    monkeypatch.setattr("woosh_pure.connection.core._LOST_AFTER", 0.5)
+    monkeypatch.setattr("woosh_pure.feed.feeds._LOST_AFTER", 0.5)
     handle = chassis.go_to_mark("B1")
     chassis.measured_velocity.wait(5.0)
     sim.fall_silent(30.0)

@@ -8,8 +8,11 @@ from woosh_pure.late import late_names
 
 if TYPE_CHECKING:
     from woosh_pure.connection.address import master_uri_of
-    from woosh_pure.connection.core import Core
+    from woosh_pure.connection.clients import Clients
+    from woosh_pure.connection.connection import Connection
 
-__all__ = ["Core", "master_uri_of"]
+__all__ = ["Clients", "Connection", "master_uri_of"]
 
-__getattr__ = late_names(__name__, {"Core": "core", "master_uri_of": "address"})
+__getattr__ = late_names(
+    __name__, {"Clients": "clients", "Connection": "connection", "master_uri_of": "address"}
+)

@@ -8,7 +8,8 @@ from woosh_pure.late import late_names
 
 if TYPE_CHECKING:
     from woosh_pure.feed.feed import Feed, Reading
+    from woosh_pure.feed.feeds import Feeds
 
-__all__ = ["Feed", "Reading"]
+__all__ = ["Feed", "Feeds", "Reading"]
 
-__getattr__ = late_names(__name__, {"Feed": "feed", "Reading": "feed"})
+__getattr__ = late_names(__name__, {"Feed": "feed", "Feeds": "feeds", "Reading": "feed"})

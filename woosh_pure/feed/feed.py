@@ -149,7 +149,8 @@ class Feed(Generic[T]):
         self._settled = True
         return subscriber.connections > 0
 
-    def _first_use(self) -> None:
+    def connect(self) -> None:
+        """Subscribe, and the first time wait until the links stand; not in a callback of this feed."""
         if not self._settled and not self._closed and threading.get_ident() not in self._calling:
             self.wait_connected()
         else:
@@ -211,7 +212,7 @@ class Feed(Generic[T]):
     @property
     def reading(self) -> Reading[T] | None:
         """The newest reading, None when nothing was heard yet."""
-        self._first_use()
+        self.connect()
         return self.known
 
     @property
@@ -297,7 +298,7 @@ class Feed(Generic[T]):
     @property
     def history(self) -> tuple[Reading[T], ...]:
         """The last readings, oldest first: 100 of them, of pictures and clouds 3."""
-        self._first_use()
+        self.connect()
         return self.known_history
 
     def on(self, callback: Callable[[T], object], *, connect: bool = True) -> Callable[[], None]:
@@ -321,7 +322,7 @@ class Feed(Generic[T]):
             self._callbacks.append(callback)
         try:
             if connect:
-                self._first_use()
+                self.connect()
             else:
                 self.open()
         except BaseException:
@@ -423,7 +424,7 @@ class Feed(Generic[T]):
 
     def __iter__(self) -> Iterator[T]:
         """Values as they come; a slow loop skips to the newest. Ends when the chassis is closed."""
-        self._first_use()
+        self.connect()
         seen = 0
         while True:
             with self._condition:

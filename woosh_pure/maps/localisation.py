@@ -10,7 +10,7 @@ from woosh_pure.interface.table import row
 from woosh_pure.values.messages import pose_with_covariance
 
 if TYPE_CHECKING:
-    from woosh_pure.connection.core import Core
+    from woosh_pure.core import Core
 
 __all__ = ["Localisation", "require_success"]
 
@@ -55,7 +55,7 @@ class Localisation:
             pose, position_deviation=position_deviation, yaw_deviation=yaw_deviation
         )
         if via == "topic":
-            self._core.send("/initialpose", message)
+            self._core.clients.send("/initialpose", message)
         else:
             self._call_by_type("/init_pose", service=service, initial_pose=message)
 
@@ -87,13 +87,13 @@ class Localisation:
             ServiceError: This chassis has no such service.
             RosTimeout: No answer in time.
         """
-        require_success(self._core.call("/start_localization", data=on), "start_localization")
+        require_success(self._core.clients.call("/start_localization", data=on), "start_localization")
 
     def _call_by_type(
         self, name: str, timeout: float | None = None, service: str | None = None, **fields: Any
     ) -> None:
         type_name = row(name).type
-        found = self._core.services_of_type(type_name) if service is None else [service]
+        found = self._core.clients.services_of_type(type_name) if service is None else [service]
         if not found:
             raise ChassisError(
                 f"this chassis offers no service of type {type_name}; give its position with "
@@ -104,7 +104,7 @@ class Localisation:
                 f"this chassis offers several services of type {type_name}: {', '.join(found)}; say which, "
                 "with service="
             )
-        reply = self._core.call_found(found[0], type_name, timeout=timeout, **fields)
+        reply = self._core.clients.call_found(found[0], type_name, timeout=timeout, **fields)
         require_success(reply, f"{found[0]} ({type_name})")
 
 

@@ -23,7 +23,7 @@ from woosh_pure.values.rostypes import message_type
 
 if TYPE_CHECKING:
     import rosproto
-    from woosh_pure.connection.core import Core
+    from woosh_pure.core import Core
     from woosh_pure.interface.schema import Row
 
 __all__ = [
@@ -80,7 +80,7 @@ class ActionHandle(GoalHandle[Any]):
         """
         running = self._core.running
         since = running.stops if since is None else since
-        client = self._core.action(self._name)
+        client = self._core.clients.action(self._name)
         require_goal(client, message)
         letting_go = self._letting_go()
         let_go = partial(running.keeper.put, letting_go)
@@ -135,7 +135,7 @@ class ActionHandle(GoalHandle[Any]):
 
     def _cannot_arrive(self) -> bool:
         """Whether no goal is on its way that was given up: not known until the chassis is heard again."""
-        beat = self._core.feed("velocity").known
+        beat = self._core.feeds.get("velocity").known
         return self._given_up is None or (beat is not None and beat.received > self._given_up)
 
     def _check(self) -> None:
@@ -169,7 +169,7 @@ class ActionHandle(GoalHandle[Any]):
         self._finish(OutcomeKind.ARRIVED, text)
 
     def _reason(self, text: str) -> str:
-        faults = "; ".join(str(fault) for fault in self._core.active_faults())
+        faults = "; ".join(str(fault) for fault in self._core.knowledge.active_faults())
         return "; ".join(part for part in (text, faults) if part)
 
 
@@ -212,7 +212,7 @@ def start_navigation(
     for pose in path:
         pose.require_sensible()
     since = core.running.stops
-    core.require_ready("navigation", check)
+    core.knowledge.require_ready("navigation", check)
     goal = message_type("woosh_msgs/MoveBaseGoal")()
     goal.target_pose = stamped_pose(path[-1])
     goal.poses = [stamped_pose(pose) for pose in path] if len(path) > 1 else []
@@ -232,7 +232,7 @@ def start_action(
     if steps:
         check_steps(Step(StepMode(s.executeMode), s.data, s.speed, getattr(s, "angle", 0.0)) for s in steps)
     if row.moves_base:
-        core.require_ready(f"goal of {row.name}", check)
+        core.knowledge.require_ready(f"goal of {row.name}", check)
     handle = ActionHandle(core, row.name, f"goal of {row.name}", timeout, drives=row.moves_base)
     handle.send(goal, since, check=check, replace=replace)
     return handle
@@ -307,7 +307,9 @@ class StepHandle(ActionHandle):
         if self.done:
             raise MotionRefused(ended)
         self._paused = True
-        pause = self._core.action(self._name).send_goal(step_goal(StepControlMode.PAUSE, (), self._avoid))
+        pause = self._core.clients.action(self._name).send_goal(
+            step_goal(StepControlMode.PAUSE, (), self._avoid)
+        )
         try:
             result = pause.wait(5.0)
             if result.result != 1:
@@ -342,7 +344,7 @@ class StepHandle(ActionHandle):
             self._steps = self.remaining()
             self._index, self._percent = 0, 0.0
         goal = step_goal(StepControlMode.RESUME, self._steps, self._avoid)
-        client = self._core.action(self._name)
+        client = self._core.clients.action(self._name)
         self._send_shielded(lambda: self._send_to(client, goal))
         self._paused = False
 
@@ -351,7 +353,7 @@ class StepHandle(ActionHandle):
         # chassis that falls silent meanwhile has nothing left to resume.
         if not self._paused:
             super()._check()
-        elif self._outcome is None and (lost := self._core.lost("velocity")):
+        elif self._outcome is None and (lost := self._core.feeds.lost("velocity")):
             self._finish(OutcomeKind.CONNECTION_LOST, lost)
 
     def _request_cancel(self, timeout: float) -> None:
@@ -386,7 +388,7 @@ def start_steps(
     """Send steps to /cmd_vel_control as one goal."""
     checked = check_steps(steps)
     since = core.running.stops
-    core.require_ready("step move", check)
+    core.knowledge.require_ready("step move", check)
     expected = 15.0 + 2.0 * sum(step.expected_seconds for step in checked)
     handle = StepHandle(core, checked, avoid, expected if timeout is None else timeout)
     handle.send(step_goal(StepControlMode.EXECUTE, checked, avoid), since, check=check, replace=replace)

@@ -20,7 +20,7 @@ from woosh_pure.outcome import Outcome, OutcomeKind
 from woosh_pure.stopping.keeper import Job
 
 if TYPE_CHECKING:
-    from woosh_pure.connection.core import Core
+    from woosh_pure.core import Core
 
 __all__ = ["NOT_CONFIRMED", "GoalHandle"]
 
@@ -195,7 +195,7 @@ class GoalHandle(Generic[P]):
             ours = self._why if self._cancelled_by_us and kind in _BY_US else ""
             self._outcome = outcome = Outcome(kind, self.goal, text, code, stopped, seconds, ours)
             self._condition.notify_all()
-        self._core.note_outcome(outcome, drives=self.drives, told=bool(self.task_id))
+        self._core.knowledge.note_outcome(outcome, drives=self.drives, told=bool(self.task_id))
         if not self._may_go_on:  # otherwise `stop` and `close` must still cancel it
             self._core.running.remove_goal(self)
 
@@ -332,7 +332,7 @@ class GoalHandle(Generic[P]):
         assert outcome is not None, "a goal that is waited for has ended"
         unknown = not outcome.arrived and outcome.stopped is None
         if unknown and outcome.kind is not OutcomeKind.CONNECTION_LOST:
-            self._outcome = outcome = replace(outcome, stopped=self._core.wait_standing(2.0))
+            self._outcome = outcome = replace(outcome, stopped=self._core.feeds.wait_standing(2.0))
         return outcome
 
     def _wait_until_done(self, timeout: float | None, meanwhile: Callable[[], object] | None = None) -> bool:
@@ -355,7 +355,7 @@ class GoalHandle(Generic[P]):
             self._request_cancel(3.0)
         except RosError as error:
             text, sent = f"{text}; cancelling failed: {error}", False
-        standing = self._core.wait_standing(5.0)
+        standing = self._core.feeds.wait_standing(5.0)
         confirmed = sent and (self._outcome is not None or self._cancel_confirmed(0.0))
         if sent and not confirmed:
             text = f"{text}; {NOT_CONFIRMED}"
@@ -395,7 +395,7 @@ class GoalHandle(Generic[P]):
                     OutcomeKind.CANCELLED,
                     NOT_CONFIRMED,
                     None,
-                    self._core.wait_standing(2.0),
+                    self._core.feeds.wait_standing(2.0),
                     may_go_on=not self._cancel_confirmed(0.0),
                 )
         elif self._may_go_on:
@@ -404,7 +404,7 @@ class GoalHandle(Generic[P]):
                 raise ConnectionLost(f"{self.goal}: cancelled, but the chassis cannot be heard; it may go on")
             self._may_go_on = False
             if self._outcome is not None and self._outcome.text == NOT_CONFIRMED:
-                self._outcome = replace(self._outcome, text="", stopped=self._core.wait_standing(2.0))
+                self._outcome = replace(self._outcome, text="", stopped=self._core.feeds.wait_standing(2.0))
             self._core.running.remove_goal(self)
         assert self._outcome is not None, "a cancelled goal has ended"
         return self._outcome

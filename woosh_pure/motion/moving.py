@@ -13,7 +13,7 @@ from woosh_pure.motion.steps import Step
 from woosh_pure.motion.task import TaskHandle, TaskOrder, start_task
 
 if TYPE_CHECKING:
-    from woosh_pure.connection.core import Core
+    from woosh_pure.core import Core
 
 __all__ = ["Moving"]
 

@@ -21,7 +21,7 @@ from woosh_pure.values.messages import stamped_pose
 from woosh_pure.values.state import RobotStatus
 
 if TYPE_CHECKING:
-    from woosh_pure.connection.core import Core
+    from woosh_pure.core import Core
 
 __all__ = ["TaskHandle", "TaskOrder", "start_task"]
 
@@ -40,8 +40,8 @@ class TaskHandle(GoalHandle[RobotStatus]):
     def __init__(self, core: Core, tracker: TaskTracker, goal: str, timeout: float | None) -> None:
         super().__init__(core, goal, timeout)
         self._tracker = tracker
-        self._sources = core.feed("status").sources
-        self._off = core.feed("status").on(self._on_status)
+        self._sources = core.feeds.get("status").sources
+        self._off = core.feeds.get("status").on(self._on_status)
 
     @property
     def task_id(self) -> int:
@@ -80,18 +80,18 @@ class TaskHandle(GoalHandle[RobotStatus]):
         self._command(TaskCommand.INTERRUPT_WAIT)
 
     def _command(self, command: TaskCommand, timeout: float = _REPLY_SECONDS) -> None:
-        reply = self._core.exec_task(command, self.task_id, timeout=timeout)
+        reply = self._core.clients.exec_task(command, self.task_id, timeout=timeout)
         if not reply.success:
             raise MotionRefused(
                 f"{self.goal}: {command} refused: {reply.message or 'no reason given'}",
-                readiness=self._core.readiness(),
+                readiness=self._core.knowledge.readiness(),
             )
 
     def _in_own_callback(self) -> bool:
-        return super()._in_own_callback() or self._core.feed("status").in_callback
+        return super()._in_own_callback() or self._core.feeds.get("status").in_callback
 
     def _describe(self, progress: RobotStatus) -> str:
-        pose = self._core.feed("pose").latest
+        pose = self._core.feeds.get("pose").latest
         where = f"; at {pose}" if pose else ""
         return f"{progress.task_state}, {progress.action_type}{where}"
 
@@ -101,8 +101,13 @@ class TaskHandle(GoalHandle[RobotStatus]):
             self._command(TaskCommand.CANCEL, timeout)
         except MotionRefused:
             # "There is no such task": it has just ended, and the status that says so may still be on its way.
-            if not self._wait_until_done(1.0) and not self._core.status_shows_end_of(self.task_id):
+            if not self._wait_until_done(1.0) and not self._status_shows_end():
                 raise
+
+    def _status_shows_end(self) -> bool:
+        """True when the last status says that this task is over."""
+        status = self._core.feeds.get("status").latest
+        return status is not None and status.task_id == self.task_id and status.task_state.is_final
 
     def _on_status(self, status: RobotStatus) -> None:
         with self._condition:
@@ -128,19 +133,19 @@ class TaskHandle(GoalHandle[RobotStatus]):
     def _end_on_robot(self) -> None:
         """Cancel what the robot could go on with after its fault; in a thread, since callbacks come here."""
         try:
-            self._core.exec_task(TaskCommand.CANCEL, self.task_id, timeout=_REPLY_SECONDS)
+            self._core.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=_REPLY_SECONDS)
         except RosError as error:
             logger.warning("! %s: not cancelled after the fault, it may go on: %s", self.goal, error)
 
     def _check(self) -> None:
-        lost = self._core.lost("status") or self._restarted()
+        lost = self._core.feeds.lost("status") or self._restarted()
         if lost and self._outcome is None:
             self._off()
             self._finish(OutcomeKind.CONNECTION_LOST, lost)
 
     def _restarted(self) -> str:
         """Whether another process tells the state now: it knows nothing of the task of the one before."""
-        feed = self._core.feed("status")
+        feed = self._core.feeds.get("status")
         now = feed.sources
         if not now or not self._sources or now & self._sources:
             return ""
@@ -202,11 +207,11 @@ def start_task(
     """Listen first, then call the service: whatever comes in whatever order is seen."""
     order.check()
     since = core.running.stops
-    core.require_ready("task", check)
+    core.knowledge.require_ready("task", check)
     if check:
         core.running.require_free_base("task")
-    status = core.feed("status")
-    core.require_publisher(status)
+    status = core.feeds.get("status")
+    core.feeds.require_publisher(status)
     tracker = TaskTracker(new_task_id())
     text = f"{order.task_type} task {tracker.task_id} to {order.target}"
     handle = TaskHandle(core, tracker, text, timeout)
@@ -233,9 +238,9 @@ def _send(core: Core, handle: TaskHandle, order: TaskOrder) -> None:
         if handle._cancelled_by_us:
             raise MotionRefused(f"{handle.goal}: it was stopped before it was sent; nothing was sent")
         command, task_id = TaskCommand.EXECUTE, handle.task_id
-        reply = core.exec_task(command, task_id, timeout=_REPLY_SECONDS, **order.fields())
+        reply = core.clients.exec_task(command, task_id, timeout=_REPLY_SECONDS, **order.fields())
         if handle._cancelled_by_us:  # the cancel did not wait long enough for this reply: repeat it
-            core.exec_task(TaskCommand.CANCEL, task_id, timeout=2.0)
+            core.clients.exec_task(TaskCommand.CANCEL, task_id, timeout=2.0)
         return reply
 
     try:
@@ -244,7 +249,7 @@ def _send(core: Core, handle: TaskHandle, order: TaskOrder) -> None:
         # It may have been taken all the same: undo it if the chassis can be reached, and say so.
         handle._off()
         try:
-            core.exec_task(TaskCommand.CANCEL, handle.task_id, timeout=2.0)
+            core.clients.exec_task(TaskCommand.CANCEL, handle.task_id, timeout=2.0)
         except RosError:
             pass
         handle._finish(
@@ -259,9 +264,9 @@ def _send(core: Core, handle: TaskHandle, order: TaskOrder) -> None:
     if not reply.success:
         state = RobotState(reply.statusCode)
         told = f"the last motion was refused ({handle.goal}: {reply.message or 'no reason given'})"
-        core.refusals.note(told, time.monotonic(), state)
+        core.knowledge.refusals.note(told, time.monotonic(), state)
         raise MotionRefused(
             f"{handle.goal}: refused by the chassis: {reply.message or 'no reason given'} "
             f"(robot state: {state})",
-            readiness=core.readiness(),
+            readiness=core.knowledge.readiness(),
         )

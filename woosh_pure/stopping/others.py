@@ -19,7 +19,8 @@ from woosh_pure.velocity.other_drivers import OtherDriver, other_drivers
 
 if TYPE_CHECKING:
     import rosproto
-    from woosh_pure.connection.core import Core
+    from woosh_pure.connection.connection import Connection
+    from woosh_pure.core import Core
     from woosh_pure.stopping.registrations import Registrations
     from woosh_pure.stopping.stop import StopReport
 
@@ -104,7 +105,10 @@ def _cancel_action(
         return
     try:
         told = _begin_listening(core, name)
-        with core.node.publisher(topic, "actionlib_msgs/GoalID", queue_size=1) as publisher, told:
+        with (
+            core.connection.open_node().publisher(topic, "actionlib_msgs/GoalID", queue_size=1) as publisher,
+            told,
+        ):
             publisher.wait_for_connection(timeout=_left(deadline))
             publisher.publish()
             publisher.flush(1.0)
@@ -115,7 +119,9 @@ def _cancel_action(
 
 
 def _begin_listening(core: Core, name: str) -> rosproto.Subscriber:
-    return core.node.subscriber(f"{name}/status", "actionlib_msgs/GoalStatusArray", queue_size=1)
+    return core.connection.open_node().subscriber(
+        f"{name}/status", "actionlib_msgs/GoalStatusArray", queue_size=1
+    )
 
 
 def _ran(status: rosproto.Subscriber) -> bool:
@@ -132,7 +138,7 @@ def _ran(status: rosproto.Subscriber) -> bool:
 
 def _cancel_task(core: Core, registrations: Registrations, report: StopReport, deadline: float) -> None:
     try:
-        status = core.feed("status").latest
+        status = core.feeds.get("status").latest
     except RosError:
         status = None
     if status is not None and status.task_state not in _UNDER_WAY:
@@ -142,7 +148,7 @@ def _cancel_task(core: Core, registrations: Registrations, report: StopReport, d
         return
     task_id = 0 if status is None else status.task_id
     try:
-        reply = core.exec_task(TaskCommand.CANCEL, task_id, timeout=_left(deadline))
+        reply = core.clients.exec_task(TaskCommand.CANCEL, task_id, timeout=_left(deadline))
         if reply.success:
             report.cancelled.append(f"task {task_id}" if status is not None else "the running task")
     except RosError as error:
@@ -157,13 +163,13 @@ class OtherPrograms:
     they do. The robot's own nodes are left out, and so is what runs on its computer.
 
     Args:
-        core: The chassis.
+        connection: Whose graph is looked at.
         deadline: By the monotonic clock, s, for them to end.
         end: Ask them to end (`shutdown` of wiki.ros.org/ROS/Slave_API, as `rosnode kill` does).
     """
 
-    def __init__(self, core: Core, deadline: float, *, end: bool) -> None:
-        self._core = core
+    def __init__(self, connection: Connection, deadline: float, *, end: bool) -> None:
+        self._connection = connection
         self._deadline = deadline
         self._end = end
         self._left: dict[str, tuple[OtherDriver, bool]] = {}
@@ -211,10 +217,14 @@ class OtherPrograms:
             self._problem = f"looking for other programs that drive by velocity ({error})"
 
     def _others(self) -> dict[str, OtherDriver]:
-        return {driver.node: driver for driver in other_drivers(self._core.node) if not driver.on_robot}
+        return {
+            driver.node: driver
+            for driver in other_drivers(self._connection.open_node())
+            if not driver.on_robot
+        }
 
     def _end_all(self, drivers: dict[str, OtherDriver]) -> None:
-        ours = self._core.node
+        ours = self._connection.open_node()
         for driver in drivers.values():
             try:
                 # Never at the master's address for a name that is not known: another node may have that port.

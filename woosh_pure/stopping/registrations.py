@@ -14,7 +14,7 @@ from rosproto.logs import get_logger
 
 if TYPE_CHECKING:
     from rosproto.node import SystemState
-    from woosh_pure.connection.core import Core
+    from woosh_pure.connection.connection import Connection
 
 __all__ = ["Registrations"]
 
@@ -27,14 +27,14 @@ class Registrations:
     While the master has not answered nothing counts as missing: links stand without it. Safe from any thread.
 
     Args:
-        core: The chassis.
+        connection: Whose master is asked.
 
     Attributes:
         missing: Names that nobody is there for, in the order of `miss`.
     """
 
-    def __init__(self, core: Core) -> None:
-        self._core = core
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
         self._state: SystemState | None = None
         self._own_name = ""
         self._lock = threading.Lock()
@@ -44,7 +44,7 @@ class Registrations:
 
     def _ask(self) -> None:
         try:
-            node = self._core.node
+            node = self._connection.open_node()
             self._own_name = node.name
             self._state = node.master.get_system_state(timeout=2.0)
         except RosError as error:
@@ -79,7 +79,8 @@ class Registrations:
         """What was missed, in words; "" when nothing was."""
         if not self.missing:
             return ""
+        master_uri = self._connection.master_uri
         return (
-            f"nobody is there for {', '.join(sorted(self.missing))} at {self._core.master_uri}: no chassis "
+            f"nobody is there for {', '.join(sorted(self.missing))} at {master_uri}: no chassis "
             "runs there, or not all of it; try `woosh doctor`"
         )

@@ -24,7 +24,7 @@ from woosh_pure.velocity.topics import VELOCITY_TOPICS
 
 if TYPE_CHECKING:
     import rosproto
-    from woosh_pure.connection.core import Core
+    from woosh_pure.core import Core
     from woosh_pure.motion.goal import GoalHandle
     from woosh_pure.stopping.running import Running
 
@@ -90,13 +90,15 @@ def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> 
     for drive in core.running.drives:
         drive.halt("stop() was called")
         report.cancelled.append("the velocity block")
-    registrations = Registrations(core)
+    registrations = Registrations(core.connection)
     # Zero, cancelling and looking for others at the same time: none waits for another.
     zeros = threading.Thread(
         target=_zeros, args=(core, registrations, report, deadline), name="woosh:stop", daemon=True
     )
     zeros.start()
-    programs = OtherPrograms(core, deadline, end=end_drivers) if everything or end_drivers else None
+    programs = (
+        OtherPrograms(core.connection, deadline, end=end_drivers) if everything or end_drivers else None
+    )
     cancel_goals(core.running, report, min(timeout, 3.0), "stop() was called")
     if everything:
         cancel_others(core, registrations, report, deadline)
@@ -118,11 +120,11 @@ def _standing(
 ) -> bool | None:
     """Whether it stands; where another program drives on, whether it goes on standing."""
     try:
-        feed = core.feed("velocity").open()
+        feed = core.feeds.get("velocity").open()
         if not feed.publishers and registrations.lacks_publisher(feed.topic):
             registrations.miss(feed.topic)
             return None
-        standing = core.wait_standing(max(0.2, deadline - time.monotonic()))
+        standing = core.feeds.wait_standing(max(0.2, deadline - time.monotonic()))
         end = time.monotonic() + _STEADY
         while standing and driven and (left := end - time.monotonic()) > 0.0:
             standing = feed.wait(left + 1.0).is_standing()

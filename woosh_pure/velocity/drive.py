@@ -30,7 +30,7 @@ from woosh_pure.velocity.watch import DriveWatch
 if TYPE_CHECKING:
     from types import TracebackType
 
-    from woosh_pure.connection.core import Core
+    from woosh_pure.core import Core
 
 __all__ = ["Drive"]
 
@@ -94,19 +94,26 @@ class Drive:
             self._held = True
             undo.callback(self._release)
             self._require_alone()
-            core.require_connection(publisher, self.topic)
+            core.clients.require_connection(publisher, self.topic)
             if self._feedback_timeout is not None:
-                core.require_heard("velocity", 3.0)
+                core.feeds.require_heard("velocity", 3.0)
             # What has become known since `chassis.velocity(...)` was called counts, too.
-            core.require_ready("velocity", self._check)
+            core.knowledge.require_ready("velocity", self._check)
             core.running.add_drive(self, since, check=self._check)
             undo.callback(core.running.remove_drive, self)
             threading.Thread(target=self._look_around, name="woosh:drivers", daemon=True).start()
             heartbeat = None
             if self._feedback_timeout is None:
-                heartbeat = Heartbeat(core.node, publisher, self._over)
+                heartbeat = Heartbeat(core.connection.open_node(), publisher, self._over)
                 heartbeat.start()
-            self._watch = DriveWatch(core, publisher, self._feedback_timeout, heartbeat, check=self._check)
+            self._watch = DriveWatch(
+                core.knowledge,
+                core.feeds.get("velocity"),
+                publisher,
+                self._feedback_timeout,
+                heartbeat,
+                check=self._check,
+            )
             self._thread.start()
             undo.pop_all()
         return self
@@ -213,7 +220,7 @@ class Drive:
             raise MotionRefused("a velocity exists only inside `with chassis.velocity(...) as drive:`")
 
     def _require_alone(self) -> None:
-        self._others = other_drivers(self._core.node)
+        self._others = other_drivers(self._core.connection.open_node())
         for driver in self._others:
             if not (driver.on_robot or self._share):
                 raise MotionRefused(
@@ -226,7 +233,7 @@ class Drive:
     def _look_around(self) -> None:
         while not self._over.wait(_LOOK_AGAIN if self._others else _LOOK_AROUND):
             try:
-                found = other_drivers(self._core.node)
+                found = other_drivers(self._core.connection.open_node())
             except RosError:
                 continue  # without its master the drive goes on: its links need none
             before, self._others = {driver.node: driver for driver in self._others}, found

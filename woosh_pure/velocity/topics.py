@@ -18,7 +18,7 @@ from woosh_pure.values.messages import twist
 
 if TYPE_CHECKING:
     import rosproto
-    from woosh_pure.connection.core import Core
+    from woosh_pure.connection.connection import Connection
 
 __all__ = ["VELOCITY_TOPICS", "VelocityTopics"]
 
@@ -32,8 +32,8 @@ _ZEROS = 5
 class VelocityTopics:
     """Publishers of the velocity topics, counted by use. Safe from any thread."""
 
-    def __init__(self, core: Core) -> None:
-        self._core = core
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
         self._lock = threading.RLock()  # never held while the network is waited for
         self._making = threading.RLock()
         self._publishers: dict[str, rosproto.Publisher] = {}
@@ -54,7 +54,7 @@ class VelocityTopics:
             made = self._take(topic)
             if made is not None:
                 return made
-            made = self._core.node.publisher(
+            made = self._connection.open_node().publisher(
                 topic,
                 row(topic).type,
                 queue_size=1,
@@ -133,7 +133,7 @@ class VelocityTopics:
         have ended the links before our own zeros were read.
         """
         try:
-            with self._core.new_node() as node:
+            with self._connection.new_node() as node:
                 listened = [
                     node.publisher(topic, row(topic).type, queue_size=_ZEROS, linger=False)
                     for topic in sorted(topics)

@@ -15,9 +15,9 @@ from woosh_pure.velocity.heartbeat import LATE
 
 if TYPE_CHECKING:
     import rosproto
-    from woosh_pure.connection.core import Core
     from woosh_pure.feed.feed import Feed
     from woosh_pure.geometry import Velocity
+    from woosh_pure.readiness.knowledge import Knowledge
     from woosh_pure.velocity.heartbeat import Heartbeat
 
 __all__ = ["DriveWatch"]
@@ -33,7 +33,8 @@ class DriveWatch:
     """Looks at one drive; `problem` is called by its sending thread only.
 
     Args:
-        core: The chassis.
+        knowledge: What speaks against moving.
+        measured: `/odom_twist`.
         publisher: Of the velocity topic.
         feedback_timeout: Seconds for which `/odom_twist` may be silent; None drives without it.
         heartbeat: What tells instead that the network delivers; None when `/odom_twist` does.
@@ -42,19 +43,20 @@ class DriveWatch:
 
     def __init__(
         self,
-        core: Core,
+        knowledge: Knowledge,
+        measured: Feed[Velocity],
         publisher: rosproto.Publisher,
         feedback_timeout: float | None,
         heartbeat: Heartbeat | None = None,
         *,
         check: bool,
     ) -> None:
-        self._core = core
+        self._knowledge = knowledge
         self._publisher = publisher
         self._feedback_timeout = feedback_timeout
         self._heartbeat = heartbeat
         self._check = check
-        self._measured: Feed[Velocity] = core.feed("velocity")
+        self._measured = measured
         self._last = self._obeyed = boottime.seconds()
 
     def problem(self, sent: Velocity) -> RosError | None:
@@ -78,7 +80,7 @@ class DriveWatch:
 
     def _blocked(self) -> RosError | None:
         """Stopped by other means: releasing its button must not resume it."""
-        readiness = self._core.known_readiness()
+        readiness = self._knowledge.known_readiness()
         if not readiness.refuses:
             return None
         return MotionRefused(
@@ -111,10 +113,12 @@ class DriveWatch:
         if sent.is_standing(_TOLD_LINEAR, _TOLD_ANGULAR) or not measured.is_standing():
             self._obeyed = now
             if not measured.is_standing(_TOLD_LINEAR, _TOLD_ANGULAR):
-                self._core.refusals.end()
+                self._knowledge.refusals.end()
         if now - self._obeyed <= DISOBEYED:
             return None
-        self._core.refusals.note("the last drive was not obeyed: the robot stood still", time.monotonic())
+        self._knowledge.refusals.note(
+            "the last drive was not obeyed: the robot stood still", time.monotonic()
+        )
         return MotionRefused(
             f"the drive is over: the robot has stood still for {DISOBEYED:g} s although it was told to move; "
             "is its emergency stop pressed, its brake on, or something in its way? Nothing resumes by itself"

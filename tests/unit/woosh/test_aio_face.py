@@ -24,6 +24,7 @@ PAIRS = [
 ]
 LEFT_OUT = {
     "Chassis.aio": "the face itself",
+    "Feed.connect": "of use inside only",
     "Feed.close": "closing the Chassis does it",
     "Feed.in_callback": "callbacks of the face run in the loop",
     "Feed.known_history": "`history` does not wait here",

@@ -1,0 +1,70 @@
+"""The parts of one `Chassis`, put together: its verbs take the ones they need."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+
+from woosh_pure.connection.clients import Clients
+from woosh_pure.connection.connection import Connection
+from woosh_pure.feed.feeds import Feeds
+from woosh_pure.readiness.knowledge import Knowledge
+from woosh_pure.stopping.running import Running
+from woosh_pure.velocity.topics import VelocityTopics
+
+__all__ = ["Core"]
+
+
+class Core:
+    """What one `Chassis` is made of.
+
+    Attributes:
+        connection: Our node, made on first use.
+        clients: What is sent and called.
+        feeds: What is heard.
+        knowledge: What is known for and against moving.
+        running: What was started and still runs.
+        velocity: The velocity topics.
+    """
+
+    def __init__(
+        self,
+        master_uri: str,
+        *,
+        name: str,
+        host: str | None,
+        timeout: float,
+        leave_running: bool = False,
+        msg_path: Sequence[str | os.PathLike[str]] = (),
+        resolve: Mapping[str, str] | None = None,
+    ) -> None:
+        self.connection = Connection(
+            master_uri,
+            name=name,
+            host=host,
+            timeout=timeout,
+            msg_path=msg_path,
+            resolve=resolve,
+            before_close=self._before_close,
+        )
+        self.clients = Clients(self.connection)
+        self.feeds = Feeds(self.connection)
+        self.running = Running(leave=leave_running)
+        self.velocity = VelocityTopics(self.connection)
+        self.knowledge = Knowledge(self.connection, self.feeds, self.running)
+
+    def _before_close(self, reason: str) -> None:
+        topics = self.velocity.in_use
+        self.running.end_with_node(reason)
+        if reason and topics:
+            self.velocity.zero_from_elsewhere(topics)
+
+    def close(self) -> None:
+        """Close feeds and node; goals and drives must have ended before.
+
+        May be called again: one that was interrupted by Ctrl-C is finished then.
+        """
+        self.connection.note_close()
+        self.running.close()
+        self.feeds.close()
+        self.connection.close()
