@@ -12,6 +12,7 @@ from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.msg.user_folder import learned_paths
 from rosproto.numbers import as_float
+from rosproto.transport import Deadline
 from rosproto.transport.host_names import HostNames
 from woosh_pure import interface
 from woosh_pure.connection.address import master_uri_of
@@ -210,7 +211,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             ValueError: `timeout` is negative or NaN.
         """
         timeout = require_timeout(timeout)
-        end = None if timeout is None else time.monotonic() + timeout
+        deadline = Deadline(timeout)
         ready_since = math.inf
         while True:
             readiness, now = self.readiness(), time.monotonic()
@@ -218,7 +219,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             ready_since = min(ready_since, now) if ready else math.inf
             if now - ready_since >= _SETTLED:
                 return readiness
-            if end is not None and now > end and not ready:
+            if deadline.expired and not ready:
                 text = "not ready" if readiness.blocked else "whether it is ready is not known"
                 raise RosTimeout(f"{text}: {readiness.sentence()}", what="readiness", seconds=timeout)
             time.sleep(0.02)

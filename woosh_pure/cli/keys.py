@@ -14,6 +14,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, Protocol
 
+from rosproto.transport import Deadline
+
 __all__ = ["KeyDecoder", "Keys", "WindowsKeys", "open_keys"]
 
 _SEQUENCES = {"A": "up", "B": "down", "C": "right", "D": "left"}
@@ -117,9 +119,9 @@ class WindowsKeys:
 
     def read(self, timeout: float) -> list[str]:
         """See `Keys`."""
-        end = time.monotonic() + timeout
+        deadline = Deadline(timeout)
         while not self._console.kbhit():
-            if time.monotonic() >= end:
+            if deadline.expired:
                 return []
             time.sleep(0.01)
         keys = []

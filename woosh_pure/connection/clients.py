@@ -13,6 +13,7 @@ import rosproto
 from rosproto.codec.conversion import ValuesLost
 from rosproto.errors import RosTimeout
 from rosproto.node.service_client import Cancellation
+from rosproto.transport import Deadline
 from woosh_pure.connection.begun import current
 from woosh_pure.connection.connection import Connection
 from woosh_pure.enums import TaskCommand
@@ -51,9 +52,9 @@ class Clients:
         Raises:
             RosTimeout: None has.
         """
-        deadline = time.monotonic() + timeout
+        deadline = Deadline(timeout)
         while not any(p.connections for p in publishers):
-            if time.monotonic() > deadline:
+            if deadline.expired:
                 names = " or ".join(p.topic for p in publishers)
                 raise RosTimeout(
                     f"nobody listens to {names}; this chassis may not have it", what=names, seconds=timeout

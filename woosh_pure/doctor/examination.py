@@ -14,6 +14,7 @@ from collections.abc import Generator, Iterator, Mapping
 
 import rosproto
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
+from rosproto.transport import Deadline
 from rosproto.transport.address import parse_uri
 from rosproto.transport.host_names import HostNames, hosts_advice
 from woosh_pure import interface
@@ -222,8 +223,8 @@ def _topics(node: rosproto.Node, state: rosproto.node.SystemState, listen: float
     heavy = ("sensor_msgs/Image", "sensor_msgs/PointCloud2")
     rows = [r for r in interface.feeds() if r.name in state.publishers and r.type not in heavy]
     feeds = [Feed[object](row, lambda: node).open() for row in rows]
-    end = time.monotonic() + listen
-    while time.monotonic() < end and not all(feed.heard or feed.row.on_change for feed in feeds):
+    deadline = Deadline(listen)
+    while not deadline.expired and not all(feed.heard or feed.row.on_change for feed in feeds):
         time.sleep(0.05)
     yield from check_definitions(node, state)
     silent = [f.topic for f in feeds if not f.heard and not f.row.on_change and f.row.source == "page"]

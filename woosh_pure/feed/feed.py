@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 from rosproto.logs import get_logger
-from rosproto.numbers import as_float
+from rosproto.transport import Deadline
 from woosh_pure.connection.timeouts import require_timeout
 from woosh_pure.interface.table import Row
 from woosh_pure.values.convert import stamp_of, to_value
@@ -137,14 +137,14 @@ class Feed(Generic[T]):
         subscriber = self.open()._subscriber
         if subscriber is None:
             return False
-        end = time.monotonic() + as_float(timeout)
+        deadline = Deadline(timeout)
         # A publisher that cannot be reached is tried again for ever in the background, not waited for here.
         while any(not (link.connected or link.last_error) for link in subscriber.stats()):
-            if self._closed or time.monotonic() > end:
+            if self._closed or deadline.expired:
                 break
             time.sleep(0.002)
-        end = min(end, time.monotonic() + _LATCHED)
-        while subscriber.latching and not self._history and not self._closed and time.monotonic() < end:
+        deadline = deadline.at_most(_LATCHED)
+        while subscriber.latching and not self._history and not self._closed and not deadline.expired:
             time.sleep(0.002)
         self._settled = True
         return subscriber.connections > 0
@@ -377,7 +377,7 @@ class Feed(Generic[T]):
                 if accept(value):
                     return value
 
-    def _begin_wait(self, timeout: float | None) -> float | None:
+    def _begin_wait(self, timeout: float | None) -> Deadline:
         """The deadline of a wait that may begin."""
         timeout = require_timeout(timeout)
         self.require_open()
@@ -387,7 +387,7 @@ class Feed(Generic[T]):
                 "wait in another thread"
             )
         self.open()
-        return None if timeout is None else time.monotonic() + timeout
+        return Deadline(timeout)
 
     def require_open(self) -> None:
         """Refuse to wait for what cannot come.
@@ -402,13 +402,12 @@ class Feed(Generic[T]):
             why = self._node().close_reason
             raise ConnectionLost(f"{self.topic}: the node of this Chassis is closed ({why}); open a new one")
 
-    def _pause(self, deadline: float | None, timeout: float | None) -> None:
+    def _pause(self, deadline: Deadline, timeout: float | None) -> None:
         """Wait for a change, with the lock held; raises when there is nothing to wait for any more."""
         self.require_open()
-        rest = _SLICE if deadline is None else min(_SLICE, deadline - time.monotonic())
-        if rest <= 0.0:
+        if deadline.expired:
             raise self.silence(timeout)
-        self._condition.wait(rest)
+        self._condition.wait(deadline.at_most(_SLICE).remaining())
 
     def silence(self, timeout: float | None) -> RosTimeout:
         """The error of a wait that was in vain."""

@@ -7,6 +7,7 @@ import time
 from typing import Any
 
 from rosproto.errors import RosError, RosTimeout
+from rosproto.transport import Deadline
 from woosh_pure.connection.connection import Connection
 from woosh_pure.errors import StaleState
 from woosh_pure.feed.feed import Feed
@@ -65,9 +66,9 @@ class Feeds:
             StaleState: Nobody publishes it: the end could not be seen, so nothing is started.
         """
         seconds = self._connection.timeout
-        deadline = time.monotonic() + seconds
+        deadline = Deadline(seconds)
         while feed.publishers == 0:
-            if time.monotonic() > deadline:
+            if deadline.expired:
                 why = f" ({feed.unreachable})" if feed.unreachable else ""
                 raise StaleState(
                     f"{feed.topic}: no publisher within {seconds} s{why}, so the end of a task "

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Any
 
+from rosproto.transport import Deadline
 from woosh_pure import interface
 from woosh_pure.core import Core
 from woosh_pure.faults.codes import Faults, StatusCode
@@ -150,7 +151,7 @@ class Readings:
             if r.source == "page" and (r.feed not in heavy or r.feed in opened)
         ]
         feeds = {name: self._core.feeds.get(name).open() for name in names}
-        end = time.monotonic() + timeout
-        while time.monotonic() < end and not all(f.heard or f.row.on_change for f in feeds.values()):
+        deadline = Deadline(timeout)
+        while not deadline.expired and not all(f.heard or f.row.on_change for f in feeds.values()):
             time.sleep(0.02)
         return {name: feed.reading for name, feed in feeds.items()}

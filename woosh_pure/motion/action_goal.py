@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
+from rosproto.transport import Deadline
 from woosh_pure.enums import ExecutionMode, StepControlMode, StepMode
 from woosh_pure.errors import MotionRefused
 from woosh_pure.firmware.limits import require_goal
@@ -126,9 +127,9 @@ class ActionHandle(GoalHandle[Any]):
 
     def _cancel_confirmed(self, timeout: float) -> bool:
         # A cancel is a message: that it was sent says nothing.
-        end = time.monotonic() + timeout
+        deadline = Deadline(timeout)
         while self._goal is not None and not (self._goal.done and self._cannot_arrive()):
-            if time.monotonic() > end:
+            if deadline.expired:
                 return False
             time.sleep(0.02)
         return True

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosError
 from rosproto.logs import get_logger
+from rosproto.transport import Deadline
 from woosh_pure.connection.timeouts import require_limit, require_timeout
 from woosh_pure.errors import GoalFailed
 from woosh_pure.outcome import Outcome, OutcomeKind
@@ -336,14 +337,13 @@ class GoalHandle(Generic[P]):
         return outcome
 
     def _wait_until_done(self, timeout: float | None, meanwhile: Callable[[], object] | None = None) -> bool:
-        deadline = None if timeout is None else time.monotonic() + timeout
+        deadline = Deadline(timeout)
         while not self.done:
-            rest = _SLICE if deadline is None else min(_SLICE, deadline - time.monotonic())
-            if rest <= 0.0:
+            if deadline.expired:
                 return False
             with self._condition:
                 if self._outcome is None:
-                    self._condition.wait(rest)
+                    self._condition.wait(deadline.at_most(_SLICE).remaining())
             if meanwhile is not None:
                 meanwhile()
         return True

@@ -39,14 +39,16 @@ class OtherGoals:
             opened, self._opened = self._opened, True
         if opened:
             return
+        from rosproto.transport import Deadline  # errors are imported without sockets
+
         self._own_name = node.name
         status = "actionlib_msgs/GoalStatusArray"
         subscribers = [
             node.subscriber(f"{name}/status", status, callback=partial(self.receive, name), queue_size=1)
             for name in _ACTIONS
         ]
-        end = time.monotonic() + _FIRST_STATUS
-        while time.monotonic() < end and not all(
+        deadline = Deadline(_FIRST_STATUS)
+        while not deadline.expired and not all(
             name in self._heard or all(link.last_error for link in subscriber.stats())
             for name, subscriber in zip(_ACTIONS, subscribers, strict=True)
         ):

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
 from rosproto.node import NodeClient
+from rosproto.transport import Deadline
 from rosproto.transport.host_names import HostNames
 from woosh_pure.enums import TaskCommand, TaskState
 from woosh_pure.interface.table import actions
@@ -45,14 +46,14 @@ _UNDER_WAY = (TaskState.RUNNING, TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
 # -- tasks and goals -----------------------------------------------------------------------------------------
 
 
-def cancel_others(core: Core, registrations: Registrations, report: StopReport, deadline: float) -> None:
+def cancel_others(core: Core, registrations: Registrations, report: StopReport, deadline: Deadline) -> None:
     """Cancel the robot's task, and every goal of the action servers that move it, whoever sent it.
 
     Args:
         core: The chassis.
         registrations: What is not there is not waited for.
         report: Takes what was done, and what was not.
-        deadline: By the monotonic clock, s; what has not answered by then is told.
+        deadline: What has not answered by then is told.
     """
     # A task ends as cancelled when it is told so first, and as failed when its navigation is taken from it.
     # But nobody waits long for that: the navigation is stopped anyway.
@@ -78,8 +79,8 @@ def cancel_others(core: Core, registrations: Registrations, report: StopReport, 
         report.cancelled.append(f"all goals of {', '.join(sorted(cancelled))}")
 
 
-def _left(deadline: float) -> float:
-    return max(_LEAST, deadline - time.monotonic())
+def _left(deadline: Deadline) -> float:
+    return max(_LEAST, deadline.remaining() or 0.0)
 
 
 def _begin(work: Callable[[], None]) -> threading.Thread:
@@ -94,7 +95,7 @@ def _cancel_action(
     name: str,
     report: StopReport,
     cancelled: list[str],
-    deadline: float,
+    deadline: Deadline,
 ) -> None:
     """The empty id and no time mean all goals (wiki.ros.org/actionlib/DetailedDescription). Without a client:
     its five topics would be registered first.
@@ -136,7 +137,7 @@ def _ran(status: rosproto.Subscriber) -> bool:
     return any(goal.status in _HAD_A_GOAL for goal in goals)
 
 
-def _cancel_task(core: Core, registrations: Registrations, report: StopReport, deadline: float) -> None:
+def _cancel_task(core: Core, registrations: Registrations, report: StopReport, deadline: Deadline) -> None:
     try:
         status = core.feeds.get("status").latest
     except RosError:
@@ -164,11 +165,11 @@ class OtherPrograms:
 
     Args:
         connection: Whose graph is looked at.
-        deadline: By the monotonic clock, s, for them to end.
+        deadline: For them to end.
         end: Ask them to end (`shutdown` of wiki.ros.org/ROS/Slave_API, as `rosnode kill` does).
     """
 
-    def __init__(self, connection: Connection, deadline: float, *, end: bool) -> None:
+    def __init__(self, connection: Connection, deadline: Deadline, *, end: bool) -> None:
         self._connection = connection
         self._deadline = deadline
         self._end = end
@@ -234,8 +235,8 @@ class OtherPrograms:
                     node.shutdown("woosh: the robot is to stop")
             except (RosError, ValueError):
                 continue  # that it is still there will be seen
-        end = time.monotonic() + _left(self._deadline)
-        while (left := self._others()) and time.monotonic() < end:
+        deadline = Deadline(_left(self._deadline))
+        while (left := self._others()) and not deadline.expired:
             time.sleep(0.05)
         self._ended = [name for name in drivers if name not in left]
 

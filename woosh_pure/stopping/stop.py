@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
 from rosproto.numbers import as_float
+from rosproto.transport import Deadline
 from woosh_pure.motion.goal import NOT_CONFIRMED
 from woosh_pure.outcome import OutcomeKind
 from woosh_pure.stopping.keeper import Job, begin
@@ -85,7 +86,7 @@ def stop_seconds(given: float) -> float:
 def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> StopReport:
     """See `Chassis.stop`."""
     report = StopReport()
-    deadline = time.monotonic() + timeout
+    deadline = Deadline(timeout)
     core.running.note_stop()
     for drive in core.running.drives:
         drive.halt("stop() was called")
@@ -102,7 +103,7 @@ def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> 
     cancel_goals(core.running, report, min(timeout, 3.0), "stop() was called")
     if everything:
         cancel_others(core, registrations, report, deadline)
-    zeros.join(max(_LISTENERS, deadline - time.monotonic()) + 0.5)
+    zeros.join(max(_LISTENERS, deadline.remaining() or 0.0) + 0.5)
     if programs is not None:
         programs.wait(report)
         if programs.ended:
@@ -116,7 +117,7 @@ def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> 
 
 
 def _standing(
-    core: Core, registrations: Registrations, report: StopReport, deadline: float, driven: bool
+    core: Core, registrations: Registrations, report: StopReport, deadline: Deadline, driven: bool
 ) -> bool | None:
     """Whether it stands; where another program drives on, whether it goes on standing."""
     try:
@@ -124,9 +125,9 @@ def _standing(
         if not feed.publishers and registrations.lacks_publisher(feed.topic):
             registrations.miss(feed.topic)
             return None
-        standing = core.feeds.wait_standing(max(0.2, deadline - time.monotonic()))
-        end = time.monotonic() + _STEADY
-        while standing and driven and (left := end - time.monotonic()) > 0.0:
+        standing = core.feeds.wait_standing(max(0.2, deadline.remaining() or 0.0))
+        steady = Deadline(_STEADY)
+        while standing and driven and (left := steady.remaining()):
             standing = feed.wait(left + 1.0).is_standing()
         return standing
     except RosError as error:
@@ -134,7 +135,7 @@ def _standing(
         return None
 
 
-def _zeros(core: Core, registrations: Registrations, report: StopReport, deadline: float) -> None:
+def _zeros(core: Core, registrations: Registrations, report: StopReport, deadline: Deadline) -> None:
     """Zeros on both topics, on each as soon as somebody listens there."""
     waiting: dict[str, rosproto.Publisher] = {}
     failed: dict[str, list[str]] = {}  # the same words for both topics are said once
@@ -158,9 +159,9 @@ def _send_zeros(
     registrations: Registrations,
     waiting: dict[str, rosproto.Publisher],
     report: StopReport,
-    deadline: float,
+    deadline: Deadline,
 ) -> None:
-    end = max(time.monotonic() + _LISTENERS, deadline)
+    listeners = Deadline(max(_LISTENERS, deadline.remaining() or 0.0))
     sent: dict[str, int] = {}
     while waiting and any(sent.get(topic, 0) < _REPEATS for topic in waiting):
         for topic, publisher in list(waiting.items()):
@@ -174,7 +175,7 @@ def _send_zeros(
             elif registrations.lacks_subscriber(topic):
                 registrations.miss(topic)
                 del waiting[topic]
-            elif time.monotonic() > end:
+            elif listeners.expired:
                 report.problems.append(f"zero velocity on {topic} (nobody has connected to it)")
                 del waiting[topic]
         time.sleep(0.05 if sent else 0.01)

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.numbers import as_float
+from rosproto.transport import Deadline
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Velocity
 from woosh_pure.velocity.heartbeat import Heartbeat
@@ -164,8 +165,8 @@ class Drive:
         seconds = as_float(seconds)
         if not (math.isfinite(seconds) and seconds >= 0.0):
             raise ValueError(f"seconds={seconds}: expected a finite number of at least 0")
-        end = time.monotonic() + seconds
-        while (rest := end - time.monotonic()) > 0.0:
+        deadline = Deadline(seconds)
+        while rest := deadline.remaining():
             self.set(vx, wz, vy=vy, valid_for=0.3)
             if self._over.wait(min(rest, 0.1)):
                 self._raise_if_over()

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from rosproto.cli.failure import cannot_listen
 from rosproto.cli.option_types import to_float, to_int, whole
 from rosproto.errors import ConnectionLost
+from rosproto.transport import Deadline
 from woosh_pure.cli.arguments import port, positive, seconds
 from woosh_pure.cli.output import Output
 from woosh_pure.errors import ChassisError
@@ -127,16 +128,15 @@ def run(args: Namespace, out: Output) -> int:
         out.line(f"marks: {', '.join(sim.world.site.marks) or 'none'}")
         out.line(f"try:   woosh --master {sim.master_uri} status")
         out.result({"master_uri": sim.master_uri, "marks": sorted(sim.world.site.marks)})
-        end = None if args.seconds is None else time.monotonic() + args.seconds
-        began = time.monotonic()
-        while end is None or time.monotonic() < end:
+        deadline, began = Deadline(args.seconds), time.monotonic()
+        while not deadline.expired:
             while schedule and time.monotonic() - began >= schedule[0][0]:
                 _, text = schedule.pop(0)
                 out.line(f"now: {text}")
                 inject(sim, text)
             time.sleep(0.05)
         for at, text in schedule:  # a busy computer comes late to what was due before the end
-            if end is not None and began + at <= end:
+            if args.seconds is not None and at <= args.seconds:
                 out.line(f"now: {text}")
                 inject(sim, text)
     return 0

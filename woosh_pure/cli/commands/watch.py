@@ -10,6 +10,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from rosproto.cli.streams import own
+from rosproto.transport import Deadline
 from woosh_pure.cli.arguments import number, seconds
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.console import enable_escapes, full_screen, is_terminal, shows_unicode, size
@@ -45,15 +46,15 @@ def run(args: Namespace, out: Output) -> int:
         if not args.no_map:
             with out.working("fetching the map"):
                 observer.fetch_map()
-        end = None if args.seconds is None else time.monotonic() + args.seconds
+        deadline = Deadline(args.seconds)
         if whole:
-            _on_screen(observer, args, 1.0 / rate, end)
+            _on_screen(observer, args, 1.0 / rate, deadline)
         else:
-            _by_line(observer, out, 1.0 / rate, end)
+            _by_line(observer, out, 1.0 / rate, deadline)
     return 0
 
 
-def _on_screen(observer: Observer, args: Namespace, period: float, end: float | None) -> None:
+def _on_screen(observer: Observer, args: Namespace, period: float, deadline: Deadline) -> None:
     from woosh_pure.cli.keys import open_keys
     from woosh_pure.cli.screen import Screen
 
@@ -62,7 +63,7 @@ def _on_screen(observer: Observer, args: Namespace, period: float, end: float | 
     with ExitStack() as stack:
         keys = stack.enter_context(open_keys()) if is_terminal(sys.stdin) else None
         stack.enter_context(full_screen(sys.stdout))
-        while end is None or time.monotonic() < end:
+        while not deadline.expired:
             columns, lines = size()
             picture = screen.render(observer.look(), columns, lines)
             own(sys.stdout).write("\x1b[H" + "\x1b[K\r\n".join(picture) + "\x1b[K\x1b[J")
@@ -76,15 +77,15 @@ def _quit_within(keys: Keys | None, period: float) -> bool:
     if keys is None:
         time.sleep(period)
         return False
-    end = time.monotonic() + period
-    while (rest := end - time.monotonic()) > 0.0:
+    deadline = Deadline(period)
+    while rest := deadline.remaining():
         if any(key in ("q", "escape", "end") for key in keys.read(rest)):
             return True
     return False
 
 
-def _by_line(observer: Observer, out: Output, period: float, end: float | None) -> None:
-    while end is None or time.monotonic() < end:
+def _by_line(observer: Observer, out: Output, period: float, deadline: Deadline) -> None:
+    while not deadline.expired:
         time.sleep(period)
         scene = observer.look()
         out.line(_line(scene))
