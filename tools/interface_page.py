@@ -12,8 +12,8 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from woosh_pure.chassis import Chassis
-from woosh_pure.interface import ROWS, row
-from woosh_pure.row import Row
+from woosh_pure.interface.schema import Row
+from woosh_pure.interface.table import ROWS, row
 
 __all__ = ["VERBS", "Verb", "how", "page"]
 

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 from rosproto.version import __version__ as __version__
 
 if TYPE_CHECKING:
-    from .chassis import Chassis
-    from .errors import ChassisError, FirmwareLimit, GoalFailed, MotionRefused, StaleState
-    from .geometry import Footprint, Pose2D, Velocity
-    from .outcome import Outcome, OutcomeKind
-    from .sim import SimulatedChassis
+    from woosh_pure.chassis import Chassis
+    from woosh_pure.errors import ChassisError, FirmwareLimit, GoalFailed, MotionRefused, StaleState
+    from woosh_pure.geometry import Footprint, Pose2D, Velocity
+    from woosh_pure.outcome import Outcome, OutcomeKind
+    from woosh_pure.sim import SimulatedChassis
 
 __all__ = [
     "Chassis",

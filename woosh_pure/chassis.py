@@ -12,33 +12,32 @@ from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.msg.user_folder import learned_paths
 from rosproto.numbers import as_float
+from rosproto.transport import Deadline
 from rosproto.transport.host_names import HostNames
-
-from . import interface
-from .action_goal import ActionHandle, start_action
-from .address import master_uri_of
-from .core import Core
-from .errors import MotionRefused
-from .localisation import Localisation
-from .messages import require_finite
-from .moving import Moving
-from .peripherals import Peripherals
-from .readiness import Readiness
-from .readings import Readings
-from .shaper import DEFAULT_ANGULAR, DEFAULT_LINEAR, DriveLimits
-from .steps import MAX_SPEED, MAX_TURN_RATE
-from .stop import StopReport, stop_seconds
-from .stop import stop as _stop
-from .timeouts import require_timeout
-from .velocity import Drive
-from .velocity_topics import VELOCITY_TOPICS
+from woosh_pure import interface
+from woosh_pure.connection.address import master_uri_of
+from woosh_pure.connection.timeouts import require_timeout
+from woosh_pure.core import Core
+from woosh_pure.errors import MotionRefused
+from woosh_pure.feed.readings import Readings
+from woosh_pure.maps.localisation import Localisation
+from woosh_pure.motion.action_goal import ActionHandle, start_action
+from woosh_pure.motion.moving import Moving
+from woosh_pure.motion.steps import MAX_SPEED, MAX_TURN_RATE
+from woosh_pure.peripherals import Peripherals
+from woosh_pure.readiness.assessment import Readiness
+from woosh_pure.stopping.stop import StopReport, stop_seconds
+from woosh_pure.stopping.stop import stop as _stop
+from woosh_pure.values.messages import require_finite
+from woosh_pure.velocity.drive import Drive
+from woosh_pure.velocity.shaper import DEFAULT_ANGULAR, DEFAULT_LINEAR, DriveLimits
+from woosh_pure.velocity.topics import VELOCITY_TOPICS
 
 if TYPE_CHECKING:
     from types import TracebackType
 
     import rosproto
-
-    from . import aio, values
+    from woosh_pure import aio, values
 
 __all__ = ["Chassis"]
 
@@ -108,7 +107,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         )
 
     def __enter__(self) -> Chassis:
-        self._core.node  # noqa: B018  (an unreachable master is told here, not at the first verb)
+        self._core.connection.open_node()  # an unreachable master is told here, not at the first verb
         self._in_block = True
         return self
 
@@ -150,7 +149,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
 
     def __repr__(self) -> str:
         goals = ", ".join(goal.goal for goal in self._core.running.goals) or "nothing"
-        return f"<Chassis {self.master_uri}, {self._core.state}: {goals} under way>"
+        return f"<Chassis {self.master_uri}, {self._core.connection.state}: {goals} under way>"
 
     @property
     def moved(self) -> bool:
@@ -166,7 +165,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
     @property
     def node(self) -> rosproto.Node:
         """The node underneath, for everything this class does not offer."""
-        return self._core.node
+        return self._core.connection.open_node()
 
     @property
     def aio(self) -> aio.Chassis:
@@ -175,7 +174,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         async with Chassis("169.254.128.2").aio as robot:
             await robot.go_to_mark("A1")
         """
-        from . import aio
+        from woosh_pure import aio
 
         if self._aio is None:
             self._aio = aio.view(self)
@@ -192,7 +191,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         What the chassis has refused to this object is remembered until it is shown to be over. Nothing is
         moved or interrupted to find out; see `woosh_pure.readiness`.
         """
-        return self._core.readiness()
+        return self._core.knowledge.readiness()
 
     def wait_until_ready(self, timeout: float | None = 60.0, *, known: bool = False) -> Readiness:
         """Wait until nothing known blocks a motion, for example after the emergency stop was released.
@@ -212,7 +211,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             ValueError: `timeout` is negative or NaN.
         """
         timeout = require_timeout(timeout)
-        end = None if timeout is None else time.monotonic() + timeout
+        deadline = Deadline(timeout)
         ready_since = math.inf
         while True:
             readiness, now = self.readiness(), time.monotonic()
@@ -220,7 +219,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             ready_since = min(ready_since, now) if ready else math.inf
             if now - ready_since >= _SETTLED:
                 return readiness
-            if end is not None and now > end and not ready:
+            if deadline.expired and not ready:
                 text = "not ready" if readiness.blocked else "whether it is ready is not known"
                 raise RosTimeout(f"{text}: {readiness.sentence()}", what="readiness", seconds=timeout)
             time.sleep(0.02)
@@ -286,7 +285,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
                 "a velocity bypasses the chassis's obstacle avoidance and limits; "
                 "acknowledge it with bypasses_protection=True"
             )
-        self._core.require_ready("velocity", check)
+        self._core.knowledge.require_ready("velocity", check)
         limits = self._drive_limits(max_linear, max_angular)
         topic = VELOCITY_TOPICS["direct" if direct else "smooth"]
         return Drive(self._core, topic, limits, feedback_timeout, check=check, share=share)
@@ -394,7 +393,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         if given != found.type:
             raise ValueError(f"{found.name} takes {found.type}, got {given}")
         require_finite(message, found.type)
-        self._core.send(found.name, message, require_timeout(timeout))
+        self._core.clients.send(found.name, message, require_timeout(timeout))
 
 
 def _lower(name: str, known: float, asked: float | None) -> float:

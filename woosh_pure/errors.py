@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
 from rosproto.text import printable
-
-from .reason import Reason, ReasonKey
+from woosh_pure.readiness.reason import Reason, ReasonKey
 
 if TYPE_CHECKING:
-    from .outcome import Outcome
-    from .readiness import Readiness
+    from woosh_pure.outcome import Outcome
+    from woosh_pure.readiness.assessment import Readiness
 
 __all__ = ["ChassisError", "FirmwareLimit", "GoalFailed", "MotionRefused", "StaleState"]
 

@@ -10,22 +10,21 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosTimeout
 from rosproto.numbers import as_float, whole
-
-from .begun import current
-from .convert import pose_of
-from .enums import LedState, NavDirection, NavigationMode
-from .errors import StaleState
-from .firmware_limits import require_message
-from .geometry import Footprint, Pose2D
-from .gridmap_message import grid_from_message, grid_message
-from .localisation import require_success
-from .messages import polygon, pose_with_covariance, stamped_pose
-from .rostypes import message_type
-from .steps import MAX_SPEED
+from woosh_pure.connection.begun import current
+from woosh_pure.enums import LedState, NavDirection, NavigationMode
+from woosh_pure.errors import StaleState
+from woosh_pure.firmware.limits import require_message
+from woosh_pure.geometry import Footprint, Pose2D
+from woosh_pure.maps.gridmap_message import grid_from_message, grid_message
+from woosh_pure.maps.localisation import require_success
+from woosh_pure.motion.steps import MAX_SPEED
+from woosh_pure.values.convert import pose_of
+from woosh_pure.values.messages import polygon, pose_with_covariance, stamped_pose
+from woosh_pure.values.rostypes import message_type
 
 if TYPE_CHECKING:
-    from .core import Core
-    from .gridmap import GridMap
+    from woosh_pure.core import Core
+    from woosh_pure.maps.gridmap import GridMap
 
 __all__ = ["Peripherals"]
 
@@ -80,17 +79,17 @@ class Peripherals:
 
     def _send_to_any(self, topics: Sequence[str], type_name: str, message: Any) -> None:
         """Send to those spellings of a topic that somebody listens to."""
-        publishers = [self._core.publisher(topic, type_name) for topic in topics]
+        publishers = [self._core.clients.publisher(topic, type_name) for topic in topics]
         heard = [p for p in publishers if p.connections]
         if not heard:
-            self._core.wait_any(publishers, self._core.timeout)
+            self._core.clients.wait_any(publishers, self._core.connection.timeout)
             heard = [p for p in publishers if p.connections]
         for publisher in heard:
             require_message(publisher.topic, publisher, message)
             if (begun := current()) is not None:
                 begun.require_wanted(publisher.topic)
             publisher.publish(message)
-            publisher.flush(self._core.timeout)
+            publisher.flush(self._core.connection.timeout)
 
     def say(self, text: str) -> None:
         """Let the chassis speak (`/voice_synthesis`; not every chassis has it).
@@ -103,7 +102,7 @@ class Peripherals:
             CodecError: `text` is no text.
         """
         message = message_type("std_msgs/String")(data=text)
-        self._core.send("/voice_synthesis", message)
+        self._core.clients.send("/voice_synthesis", message)
 
     # -- footprint -------------------------------------------------------------------------------------------
 
@@ -141,9 +140,9 @@ class Peripherals:
         if not topics:
             raise ValueError("neither the local nor the global costmap is chosen: nothing would be sent")
         for topic in topics:  # both or none: the two must agree
-            self._core.connect(topic, type(message))
+            self._core.clients.connect(topic, type(message))
         for topic in topics:
-            self._core.send(topic, message)
+            self._core.clients.send(topic, message)
         return outline
 
     # -- costmaps and maps -----------------------------------------------------------------------------------
@@ -158,7 +157,7 @@ class Peripherals:
             ChassisError: The chassis refused.
             ServiceError, RosTimeout: There is no such service, or no answer in time.
         """
-        require_success(self._core.call("/move_base/enable_costmaps", data=on), "enable_costmaps")
+        require_success(self._core.clients.call("/move_base/enable_costmaps", data=on), "enable_costmaps")
 
     def clear_costmaps(self) -> None:
         """Forget the obstacles seen so far (`/move_base/clear_costmaps`); those in sight come back.
@@ -166,7 +165,7 @@ class Peripherals:
         Raises:
             ServiceError, RosTimeout: There is no such service, or no answer in time.
         """
-        self._core.call("/move_base/clear_costmaps")
+        self._core.clients.call("/move_base/clear_costmaps")
 
     def get_map(self) -> GridMap:
         """The current map (`/aic_map_server/get_map`), as numpy; `.save("x.yaml")` writes map_server's
@@ -179,7 +178,7 @@ class Peripherals:
             ServiceError, RosTimeout: There is no such service, or no answer within 30 s.
             ValueError: What came is no map.
         """
-        return grid_from_message(self._core.call("/aic_map_server/get_map", timeout=30.0).map)
+        return grid_from_message(self._core.clients.call("/aic_map_server/get_map", timeout=30.0).map)
 
     def set_map(self, grid: GridMap, initial_pose: Pose2D | None = None) -> None:
         """Replace the map (`/set_map`).
@@ -201,7 +200,7 @@ class Peripherals:
         pose = pose_with_covariance(
             initial_pose or Pose2D(0.0, 0.0), position_deviation=0.25, yaw_deviation=0.26
         )
-        reply = self._core.call("/set_map", timeout=30.0, map=grid_message(grid), initial_pose=pose)
+        reply = self._core.clients.call("/set_map", timeout=30.0, map=grid_message(grid), initial_pose=pose)
         require_success(reply, "set_map")
 
     def plan(self, goal: Pose2D, start: Pose2D | None = None, *, tolerance: float = 0.0) -> list[Pose2D]:
@@ -226,7 +225,7 @@ class Peripherals:
                 f"tolerance {tolerance} m: expected 0 to 5, and small: it becomes position error"
             )
         begin = start or self._current_pose()
-        reply = self._core.call(
+        reply = self._core.clients.call(
             "/move_base/make_plan",
             timeout=30.0,
             start=stamped_pose(begin),
@@ -239,9 +238,9 @@ class Peripherals:
         ]
 
     def _current_pose(self) -> Pose2D:
-        feed = self._core.feed("pose")
+        feed = self._core.feeds.get("pose")
         try:
-            pose: Pose2D = feed.wait(self._core.timeout, new=False)
+            pose: Pose2D = feed.wait(self._core.connection.timeout, new=False)
         except RosTimeout as error:
             raise StaleState(
                 f"the pose is not known ({feed.topic} is silent); give start=", topic=feed.topic
@@ -299,7 +298,7 @@ class Peripherals:
         self._run_action("/navigation_mode", goal, f"navigation mode {mode}", timeout)
 
     def _run_action(self, name: str, goal: Any, text: str, timeout: float) -> Any:
-        from .action_goal import ActionHandle
+        from woosh_pure.motion.action_goal import ActionHandle
 
         handle = ActionHandle(self._core, name, text, timeout)
         handle.send(goal)

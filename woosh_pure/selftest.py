@@ -14,9 +14,9 @@ _SPEED = 8.0  # simulated seconds per second
 
 def check_table() -> str:
     """The rows of the chassis's interface have definitions, and the status codes have words."""
-    from . import interface
-    from .faults import all_codes
-    from .rostypes import message_type
+    from woosh_pure import interface
+    from woosh_pure.faults.codes import all_codes
+    from woosh_pure.values.rostypes import message_type
 
     rows = [row for row in interface.topics() if row.definition_known]
     for row in rows:
@@ -30,8 +30,8 @@ def check_table() -> str:
 
 def check_drive() -> str:
     """A simulated chassis: a step, a velocity that lapses, a task to a mark, and the stop."""
-    from .chassis import Chassis
-    from .sim import SimulatedChassis
+    from woosh_pure.chassis import Chassis
+    from woosh_pure.sim import SimulatedChassis
 
     with SimulatedChassis(speed=_SPEED, full_graph=False) as sim, Chassis(sim.master_uri) as chassis:
         began = sim.pose

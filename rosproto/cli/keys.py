@@ -14,6 +14,8 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import Any, Protocol
 
+from rosproto.transport import Deadline
+
 from .console import is_terminal
 
 __all__ = ["KeyDecoder", "Keyboard", "Keys", "WindowsKeys", "open_keys"]
@@ -119,9 +121,9 @@ class WindowsKeys:
 
     def read(self, timeout: float) -> list[str]:
         """See `Keys`."""
-        end = time.monotonic() + timeout
+        deadline = Deadline(timeout)
         while not self._console.kbhit():
-            if time.monotonic() >= end:
+            if deadline.expired:
                 return []
             time.sleep(0.01)
         keys = []

@@ -20,8 +20,8 @@ from rosproto.msg import bundled
 from tests.support import ros
 from woosh_pure import Chassis, FirmwareLimit
 from woosh_pure.enums import NavDirection, NavigationMode
-from woosh_pure.learn import Knowledge, judge
-from woosh_pure.survey import survey
+from woosh_pure.firmware.learn import Knowledge, judge
+from woosh_pure.firmware.survey import survey
 
 Packages = Callable[[str], str]
 TYPES = [

@@ -14,9 +14,9 @@ from rosproto.master import Master
 from tests.support import ros
 from woosh_pure import Chassis, MotionRefused, Pose2D, interface
 from woosh_pure.enums import LedState, NavigationMode, TaskType
-from woosh_pure.gridmap import GridMap
-from woosh_pure.interface import Row
-from woosh_pure.rostypes import message_type
+from woosh_pure.interface.table import Row
+from woosh_pure.maps.gridmap import GridMap
+from woosh_pure.values.rostypes import message_type
 
 PROGRAM = Path(__file__).with_name("programs") / "chassis_of_the_table.py"
 ROWS = [row for row in interface.ROWS if row.definition_known]

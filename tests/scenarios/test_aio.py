@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, Pose2D, SimulatedChassis, aio
-from woosh_pure.faults import StatusCode
+from woosh_pure.faults.codes import StatusCode
 from woosh_pure.outcome import Outcome
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -86,7 +86,8 @@ async def test_the_block_of_a_chassis_that_exists_closes_it(sim):
     chassis = Chassis(sim.master_uri)
     async with chassis.aio as robot:
         assert (await robot.battery).percent == chassis.battery.latest.percent
-    assert chassis.node.closed if chassis._core._node is None else chassis._core._node.closed
+    made = chassis._core.connection._node
+    assert chassis.node.closed if made is None else made.closed
 
 
 @in_loop
@@ -335,7 +336,7 @@ async def test_a_request_that_was_cancelled_before_it_was_sent_is_not_sent(sim):
     """Else it would overtake what the program asks for next."""
     async with aio.Chassis(sim.master_uri) as robot:
         gate, asked = threading.Event(), threading.Event()
-        threaded = robot.chassis._core
+        threaded = robot.chassis._core.clients
         original = threaded.service
 
         def service(name: str) -> Any:

@@ -20,7 +20,7 @@ import rosproto
 from rosproto.errors import RosError
 from woosh_pure import Pose2D, SimulatedChassis, aio
 from woosh_pure.enums import NavigationMode
-from woosh_pure.steps import Step
+from woosh_pure.motion.steps import Step
 
 pytestmark = pytest.mark.slow
 

@@ -13,8 +13,8 @@ from tests.support.woosh_command import has, woosh_process
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.enums import LedState, NavigationMode, TaskState
 from woosh_pure.geometry import Pose2D
-from woosh_pure.gridmap import GridMap
-from woosh_pure.marks import MarkFile
+from woosh_pure.maps.gridmap import GridMap
+from woosh_pure.maps.marks import MarkFile
 
 pytestmark = pytest.mark.usefixtures("private_config")
 

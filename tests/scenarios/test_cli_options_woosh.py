@@ -22,7 +22,7 @@ from tests.support.png import read_png
 from woosh_pure import SimulatedChassis
 from woosh_pure.enums import NavDirection, NavigationMode
 from woosh_pure.geometry import Pose2D, Velocity
-from woosh_pure.gridmap import GridMap
+from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.sim.site import built_in_site
 
 

@@ -13,8 +13,8 @@ import pytest
 import rosproto
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.cli import main
-from woosh_pure.doctor import Level, check_own_address, examine
-from woosh_pure.doctor_definitions import finding_of
+from woosh_pure.doctor.definitions import finding_of
+from woosh_pure.doctor.examination import Level, check_own_address, examine
 
 
 def findings(uri: str, timeout: float = 20.0) -> dict[str, list]:
@@ -136,7 +136,7 @@ def test_a_silent_topic_and_a_competitor():
         sim.fall_silent(30.0)
         found = findings(sim.master_uri)
     assert "/battery" in found["silent"][0].text
-    assert any(rival._core._name in f.text for f in found["competitor"])
+    assert any(rival._core.connection.name in f.text for f in found["competitor"])
 
 
 def test_a_clock_that_is_off():

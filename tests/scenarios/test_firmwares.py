@@ -17,11 +17,11 @@ from tests.support.robot_pool import RobotPool
 from woosh_pure import Chassis, FirmwareLimit, OutcomeKind, Pose2D, SimulatedChassis
 from woosh_pure.cli import main
 from woosh_pure.enums import NavDirection, NavigationMode, TaskType
-from woosh_pure.firmware import CURRENT, Firmware, firmware, firmware_names
+from woosh_pure.firmware.revisions import CURRENT, Firmware, firmware, firmware_names
 from woosh_pure.geometry import Velocity
+from woosh_pure.motion.steps import Step
 from woosh_pure.sim import Settings
 from woosh_pure.sim.body import BodyLimits
-from woosh_pure.steps import Step
 
 FIRMWARES = ["1.1.4", "1.1.1", "1.1.0", "1.0.8", "1.0.7", "page"]
 

@@ -18,9 +18,9 @@ from rosproto.msg.user_folder import learned_paths
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.cli.output import Output
 from woosh_pure.cli.registry import load
-from woosh_pure.learn import Knowledge, judge
-from woosh_pure.learned_sets import make_sets, write_set
-from woosh_pure.survey import Answer, survey
+from woosh_pure.firmware.learn import Knowledge, judge
+from woosh_pure.firmware.learned_sets import make_sets, write_set
+from woosh_pure.firmware.survey import Answer, survey
 
 FUTURE_BATTERY = "uint16 cells\n" + bundled().message("woosh_msgs/Battery").text.replace(
     "uint8 batteryPercentage", "uint32 batteryPercentage"

@@ -13,7 +13,7 @@ from rosproto.errors import ConnectionLost, LocalProtocolError, RosError
 from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, Pose2D
 from woosh_pure.enums import Direction, LedState, NavigationMode, TaskState, TaskType
 from woosh_pure.geometry import Footprint
-from woosh_pure.steps import Step
+from woosh_pure.motion.steps import Step
 
 SQUARE = [(0.4, 0.3), (-0.4, 0.3), (-0.4, -0.3), (0.4, -0.3)]
 

@@ -17,10 +17,10 @@ from rosproto.errors import ConnectionLost
 from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, Pose2D, SimulatedChassis, StaleState
 from woosh_pure.enums import RobotMode
 from woosh_pure.geometry import Velocity
-from woosh_pure.shaper import DriveLimits, Shaper
+from woosh_pure.motion.steps import Step
 from woosh_pure.sim import Settings
 from woosh_pure.sim.body import BodyLimits
-from woosh_pure.steps import Step
+from woosh_pure.velocity.shaper import DriveLimits, Shaper
 
 
 def test_go_to_a_pose(sim, chassis):

@@ -9,7 +9,7 @@ import pytest
 from woosh_pure import Chassis, GoalFailed, MotionRefused, SimulatedChassis
 from woosh_pure.cli.entry import main
 from woosh_pure.enums import RobotState
-from woosh_pure.readiness import Ready, ReasonKey
+from woosh_pure.readiness.assessment import Ready, ReasonKey
 
 pytestmark = pytest.mark.usefixtures("private_config")
 
@@ -70,7 +70,7 @@ def test_what_was_refused_is_remembered_until_it_is_over(pressed, until):
 def test_a_goal_that_was_refused_is_remembered_without_any_code_heard(pressed, until):
     """The action server's own words name the code."""
     with Chassis(pressed.master_uri) as chassis:
-        chassis._core.feed("status_code")._receive = lambda message: None
+        chassis._core.feeds.get("status_code")._receive = lambda message: None
         with pytest.raises((MotionRefused, GoalFailed)):
             chassis.move(0.1).wait(10.0)
         readiness = chassis.readiness()
@@ -106,7 +106,7 @@ def test_what_was_told_before_a_broken_link_is_not_known(until):
 
 
 def test_a_drive_that_was_not_obeyed_is_remembered(pressed, monkeypatch):
-    monkeypatch.setattr("woosh_pure.drive_watch.DISOBEYED", 0.3)
+    monkeypatch.setattr("woosh_pure.velocity.watch.DISOBEYED", 0.3)
     with Chassis(pressed.master_uri) as chassis:
         with (
             pytest.raises(MotionRefused) as caught,

@@ -19,7 +19,7 @@ from rosproto.errors import RosTimeout
 from rosproto.tf import TransformBuffer
 from rosproto.time import Duration
 from woosh_pure import GoalFailed, OutcomeKind, Pose2D
-from woosh_pure.steps import Step
+from woosh_pure.motion.steps import Step
 
 KINDS = [
     np.float16,

@@ -12,7 +12,7 @@ from rosproto.bag import BagReader
 from rosproto.recording import Player
 from woosh_pure.cli import main
 from woosh_pure.cli.commands.record import HEAVY, selection_of
-from woosh_pure.interface import find, topics
+from woosh_pure.interface.table import find, topics
 
 
 def test_the_chassis_in_one_file(sim, tmp_path, capsys):

@@ -19,9 +19,10 @@ import rosproto
 from rosproto.errors import ConnectionLost, RosTimeout
 from tests.scenarios.test_ends_of_programs import program, start
 from tests.support.doors import held, in_thread
-from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, SimulatedChassis, awake
-from woosh_pure.readiness import Ready
-from woosh_pure.rostypes import message_type
+from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, SimulatedChassis
+from woosh_pure.readiness.assessment import Ready
+from woosh_pure.values.rostypes import message_type
+from woosh_pure.velocity import boottime
 
 # -- a stop meets what is just beginning -----------------------------------------------------------------------
 
@@ -155,7 +156,7 @@ def test_a_second_ctrl_c_while_the_blocks_are_left_stops_the_robot_all_the_same(
 ):
     """At whatever line it comes: the end of the program does what was left undone. (Every line was tried by hand.)"""
     at_exit = AtExit()
-    monkeypatch.setattr("woosh_pure.running.atexit", at_exit)
+    monkeypatch.setattr("woosh_pure.stopping.running.atexit", at_exit)
     chassis = Chassis(sim.master_uri)
     before = sys.gettrace()
     try:
@@ -247,8 +248,8 @@ def test_a_drive_without_feedback_says_when_nobody_can_be_asked(sim, chassis, mo
 def test_a_laptop_that_slept_ends_its_drive(sim, chassis, until, monkeypatch):
     """time.monotonic() stands still in sleep, so that the last command would be fresh; the watch's clock does not."""
     slept = [0.0]
-    seconds = awake.seconds
-    monkeypatch.setattr(awake, "seconds", lambda: seconds() + slept[0])
+    seconds = boottime.seconds
+    monkeypatch.setattr(boottime, "seconds", lambda: seconds() + slept[0])
     with (  # noqa: PT012
         chassis.velocity(bypasses_protection=True) as drive,
         pytest.raises(MotionRefused, match="not run for"),
@@ -273,9 +274,9 @@ def test_a_clock_that_is_set_changes_nothing(sim, chassis, monkeypatch, jump):
 
 
 def test_the_watch_uses_a_clock_that_counts_sleep_where_the_system_has_one():
-    assert awake.seconds() == pytest.approx(awake.seconds(), abs=1.0)
+    assert boottime.seconds() == pytest.approx(boottime.seconds(), abs=1.0)
     if sys.platform == "linux":
-        assert awake._SOURCE == time.CLOCK_BOOTTIME
+        assert boottime._SOURCE == time.CLOCK_BOOTTIME
 
 
 # -- the emergency stop ----------------------------------------------------------------------------------------
@@ -283,7 +284,7 @@ def test_the_watch_uses_a_clock_that_counts_sleep_where_the_system_has_one():
 
 def test_a_robot_that_stands_although_it_is_told_to_move_ends_the_drive(sim, until, monkeypatch):
     """An emergency stop that was pressed before we came is told to nobody: releasing it must not let the robot start."""
-    monkeypatch.setattr("woosh_pure.drive_watch.DISOBEYED", 0.5)
+    monkeypatch.setattr("woosh_pure.velocity.watch.DISOBEYED", 0.5)
     sim.press_emergency_stop()
     until(lambda: not sim.world._reports)
     with Chassis(sim.master_uri) as chassis:
@@ -298,7 +299,7 @@ def test_a_robot_that_stands_although_it_is_told_to_move_ends_the_drive(sim, unt
 
 
 def test_a_drive_that_asks_for_nothing_may_stand(sim, chassis, monkeypatch):
-    monkeypatch.setattr("woosh_pure.drive_watch.DISOBEYED", 0.1)
+    monkeypatch.setattr("woosh_pure.velocity.watch.DISOBEYED", 0.1)
     with chassis.velocity(bypasses_protection=True) as drive:
         for _ in range(5):
             drive.set(0.0)
@@ -373,7 +374,7 @@ time.sleep(600)
 @pytest.mark.parametrize("what", ["goal", "task", "velocity"])
 def test_a_chassis_that_dies_is_an_error_within_seconds(until, monkeypatch, what):
     """Killed: no result, no goodbye; its master lives on, and still names its nodes."""
-    monkeypatch.setattr("woosh_pure.core._LOST_AFTER", 0.5)
+    monkeypatch.setattr("woosh_pure.feed.feeds._LOST_AFTER", 0.5)
     with rosproto.Master() as master:
         robot = start(ROBOT, master.uri)
         try:
@@ -385,7 +386,7 @@ def test_a_chassis_that_dies_is_an_error_within_seconds(until, monkeypatch, what
                     drive.set(0.1, valid_for=5.0)
                 else:
                     handle = chassis.go_to(2.5, 0.0) if what == "goal" else chassis.go_to_mark("B1")
-                    chassis._core.action("/move_base")._status_timeout = 0.5
+                    chassis._core.clients.action("/move_base")._status_timeout = 0.5
                 chassis.measured_velocity.wait_for(lambda v: not v.is_standing(), 10.0)
                 robot.kill()
                 if what == "velocity":
@@ -393,7 +394,7 @@ def test_a_chassis_that_dies_is_an_error_within_seconds(until, monkeypatch, what
                         drive.hold(0.1, seconds=20.0)
                 else:
                     assert handle.wait(20.0, raises=False).kind is OutcomeKind.CONNECTION_LOST
-            monkeypatch.setattr(chassis._core, "timeout", 0.2)
+            monkeypatch.setattr(chassis._core.connection, "timeout", 0.2)
             with contextlib.suppress(ConnectionLost):
                 chassis.close()
         finally:
@@ -403,7 +404,7 @@ def test_a_chassis_that_dies_is_an_error_within_seconds(until, monkeypatch, what
 
 def test_a_chassis_that_restarts_in_the_middle_of_a_task_ends_it(until, monkeypatch):
     """It comes back soon and is idle; nobody there knows the task that we wait for."""
-    monkeypatch.setattr("woosh_pure.core._LOST_AFTER", 60.0)  # soon, on a busy computer, too
+    monkeypatch.setattr("woosh_pure.feed.feeds._LOST_AFTER", 60.0)  # soon, on a busy computer, too
     with contextlib.ExitStack() as stack:
         master = stack.enter_context(rosproto.Master())
         first = SimulatedChassis(master_uri=master.uri, full_graph=False).start()
@@ -421,7 +422,7 @@ def test_a_chassis_that_restarts_in_the_middle_of_a_task_ends_it(until, monkeypa
 
 def test_a_paused_move_is_lost_with_its_chassis(sim, real_time, chassis, until, monkeypatch):
     """The goal of a paused move has ended; only the chassis itself can tell that there is nothing left to resume."""
-    monkeypatch.setattr("woosh_pure.core._LOST_AFTER", 2.0)
+    monkeypatch.setattr("woosh_pure.feed.feeds._LOST_AFTER", 2.0)
     handle = chassis.move(2.0)
     until(lambda: handle.latest_progress and handle.latest_progress.percent > 5)
     handle.pause()
@@ -438,7 +439,7 @@ def test_a_cancel_that_is_not_answered_is_repeated_by_stop_and_by_close(until):
         until(lambda: not sim.world.body.velocity.is_standing())
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(type(handle._goal), "cancel", lambda _: True)  # the message is lost on its way
-            patch.setattr(chassis._core, "wait_standing", lambda timeout: False)
+            patch.setattr(chassis._core.feeds, "wait_standing", lambda timeout: False)
             outcome = handle.cancel(0.2)
         assert outcome.kind is OutcomeKind.CANCELLED
         assert "not confirmed" in outcome.text

@@ -6,8 +6,8 @@ import pytest
 
 from rosproto.errors import ConnectionLost, RosError
 from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, Pose2D
-from woosh_pure.action_goal import ActionHandle
 from woosh_pure.enums import TaskState
+from woosh_pure.motion.action_goal import ActionHandle
 
 FIRST = {
     "task": lambda c, **o: c.go_to_mark("B1", **o),

@@ -16,7 +16,8 @@ import pytest
 import rosproto
 from rosproto.errors import RosTimeout
 from tests.support import ros
-from woosh_pure import Chassis, MotionRefused, SimulatedChassis, drivers
+from woosh_pure import Chassis, MotionRefused, SimulatedChassis
+from woosh_pure.velocity import other_drivers
 
 ROOT = Path(__file__).resolve().parents[2]
 TWIST = "geometry_msgs/Twist"
@@ -67,7 +68,7 @@ def program(code: str, uri: str) -> Iterator[Program]:
 
 
 def alone(chassis: Chassis) -> bool:
-    return drivers.other_drivers(chassis.node) == ()
+    return other_drivers.other_drivers(chassis.node) == ()
 
 
 def test_the_second_of_two_programs_is_refused_until_the_first_has_left_its_block(sim, chassis, until):
@@ -121,7 +122,7 @@ def test_the_robots_own_nodes_do_not_refuse(sim, chassis):
 
 
 def test_a_newcomer_is_a_warning_and_the_drive_goes_on(sim, chassis, until, caplog, monkeypatch):
-    monkeypatch.setattr("woosh_pure.velocity._LOOK_AROUND", 0.05)
+    monkeypatch.setattr("woosh_pure.velocity.drive._LOOK_AROUND", 0.05)
     with (
         rosproto.Node("/late", master_uri=sim.master_uri) as node,
         chassis.velocity(bypasses_protection=True) as drive,
@@ -158,8 +159,8 @@ def ticking(sim) -> Iterator[rosproto.Publisher]:
 @pytest.mark.parametrize("share", [False, True], ids=["came later", "was said to be silent"])
 def test_a_program_that_sends_beside_a_drive_ends_it(sim, chassis, request, monkeypatch, share):
     """Its own counters tell: the robot would obey both in turn."""
-    monkeypatch.setattr("woosh_pure.velocity._LOOK_AROUND", 0.05)
-    monkeypatch.setattr("woosh_pure.velocity._LOOK_AGAIN", 0.1)
+    monkeypatch.setattr("woosh_pure.velocity.drive._LOOK_AROUND", 0.05)
+    monkeypatch.setattr("woosh_pure.velocity.drive._LOOK_AGAIN", 0.1)
     if share:
         request.getfixturevalue("ticking")
     with chassis.velocity(bypasses_protection=True, share=share) as drive:
@@ -171,9 +172,9 @@ def test_a_program_that_sends_beside_a_drive_ends_it(sim, chassis, request, monk
 
 
 def test_a_drive_that_checks_nothing_goes_on_beside_it(sim, chassis, ticking, until, caplog, monkeypatch):
-    monkeypatch.setattr("woosh_pure.velocity._LOOK_AGAIN", 0.05)
+    monkeypatch.setattr("woosh_pure.velocity.drive._LOOK_AGAIN", 0.05)
     looks = []
-    monkeypatch.setattr(drivers.OtherDriver, "has_sent_since", lambda *two: looks.append(two) or True)
+    monkeypatch.setattr(other_drivers.OtherDriver, "has_sent_since", lambda *two: looks.append(two) or True)
     with chassis.velocity(bypasses_protection=True, share=True, check=False) as drive:
         until(lambda: "/joystick" in caplog.text)
         drive.hold(0.1, seconds=0.3)
@@ -183,7 +184,7 @@ def test_a_drive_that_checks_nothing_goes_on_beside_it(sim, chassis, ticking, un
 
 def test_an_unknown_node_on_the_robots_computer_is_taken_for_a_part_of_it(sim, chassis, caplog, monkeypatch):
     """Other firmwares have other nodes; from a computer beside the robot its address tells them."""
-    monkeypatch.setattr(drivers, "_robot_host", lambda node, state: "127.0.0.1")
+    monkeypatch.setattr(other_drivers, "_robot_host", lambda node, state: "127.0.0.1")
     with (
         rosproto.Node("/woosh_unheard_of", master_uri=sim.master_uri) as node,
         node.publisher("/smooth_cmd_vel", TWIST),
@@ -205,9 +206,9 @@ def test_the_robots_computer_is_told_from_ours_by_its_nodes():
     class State:
         nodes = ("/other", "/ros_interface")
 
-    assert drivers._robot_host(Node(), State()) == "169.254.128.2"
+    assert other_drivers._robot_host(Node(), State()) == "169.254.128.2"
     Node.uri = "http://169.254.128.2:4000/"  # on the robot itself addresses tell nothing
-    assert drivers._robot_host(Node(), State()) is None
+    assert other_drivers._robot_host(Node(), State()) is None
 
 
 def test_a_node_that_does_not_answer_refuses_and_the_way_out_is_named(sim, chassis, monkeypatch):

@@ -13,8 +13,8 @@ from woosh_pure import Chassis, ChassisError, GoalFailed, OutcomeKind, Pose2D, S
 from woosh_pure.enums import TaskState
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Velocity
-from woosh_pure.rostypes import message_type
 from woosh_pure.sim import Settings
+from woosh_pure.values.rostypes import message_type
 
 
 def test_a_task_drives_through_the_robots_own_client(sim, chassis, until):
@@ -126,7 +126,7 @@ def test_a_link_that_drops_in_the_middle_of_a_goal_and_comes_back_loses_nothing(
 def test_a_link_that_stays_away_is_a_lost_connection_and_leaving_says_what_was_not_cancelled(
     sim, real_time, until, monkeypatch
 ):
-    monkeypatch.setattr("woosh_pure.core._LOST_AFTER", 0.5)
+    monkeypatch.setattr("woosh_pure.feed.feeds._LOST_AFTER", 0.5)
     chassis = Chassis(sim.master_uri)
     handle = chassis.go_to_mark("B1")
     chassis.measured_velocity.wait(5.0)
@@ -142,13 +142,13 @@ def test_a_cancel_that_nobody_confirms_is_not_taken_for_done(sim, real_time, unt
     """A cancel is a message; on a dead link it is sent, and arrives nowhere. A goal that may still arrive is not done."""
     chassis = Chassis(sim.master_uri)
     chassis.measured_velocity.wait(5.0)
-    chassis._core.action("/move_base")
+    chassis._core.clients.action("/move_base")
     if not arrived:
         sim.drop_link(60.0)
     handle = chassis.go_to(2.5, 0.0)
     if arrived:
         until(lambda: not sim.world.body.velocity.is_standing())
-    chassis._core.action("/move_base")._status_timeout = 0.5
+    chassis._core.clients.action("/move_base")._status_timeout = 0.5
     sim.drop_link(60.0)
     assert handle.wait(20.0, raises=False).kind is OutcomeKind.CONNECTION_LOST
     with pytest.raises(ConnectionLost, match="cannot be heard"):

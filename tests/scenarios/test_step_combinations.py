@@ -11,9 +11,9 @@ from tests.support.doors import held, in_thread
 from tests.support.robot_pool import RobotPool
 from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind
 from woosh_pure.geometry import Pose2D, Velocity
+from woosh_pure.motion.steps import Step
 from woosh_pure.sim import Settings
 from woosh_pure.sim.body import BodyLimits
-from woosh_pure.steps import Step
 
 ALL = (
     Step.straight(0.4, 0.3),

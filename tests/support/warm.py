@@ -116,8 +116,11 @@ def load() -> None:
 
     import rosproto
     import woosh_pure
-    from woosh_pure import interface, sim  # noqa: F401
-    from woosh_pure.rostypes import message_type
+    from woosh_pure import (
+        interface,
+        sim,  # noqa: F401
+    )
+    from woosh_pure.values.rostypes import message_type
 
     for package in (rosproto, woosh_pure):
         for name in package.__all__:

@@ -9,10 +9,10 @@ threads of its own. Cancelling a task ends what it has begun, also what is only 
 It is not imported with woosh_pure, since asyncio takes longer to import than all of woosh_pure.
 """
 
-from .chassis import Chassis, view
-from .drive import Drive, VelocityBlock
-from .feed import Feed
-from .goals import ActionHandle, Goal, GoalHandle, NavigationHandle, StepHandle, TaskHandle
+from woosh_pure.aio.chassis import Chassis, view
+from woosh_pure.aio.drive import Drive, VelocityBlock
+from woosh_pure.aio.feed import Feed
+from woosh_pure.aio.goals import ActionHandle, Goal, GoalHandle, NavigationHandle, StepHandle, TaskHandle
 
 __all__ = [
     "ActionHandle",

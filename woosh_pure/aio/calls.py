@@ -17,8 +17,7 @@ from typing import Any, Generic, TypeVar
 from weakref import WeakSet
 
 from rosproto.aio.pool import Pool
-
-from ..begun import Begun, beginning
+from woosh_pure.connection.begun import Begun, beginning
 
 __all__ = ["Calls", "Later"]
 

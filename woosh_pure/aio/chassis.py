@@ -8,18 +8,16 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec
 
 from rosproto.logs import get_logger
-
-from ..chassis import Chassis as Threaded
-from ..faults import Faults
-from .calls import Calls, Later
-from .goals import ActionHandle, NavigationHandle, StepHandle, TaskHandle
-from .readings import Readings
-from .verbs import block, goal, like, stopping, verb
+from woosh_pure.aio.calls import Calls, Later
+from woosh_pure.aio.goals import ActionHandle, NavigationHandle, StepHandle, TaskHandle
+from woosh_pure.aio.readings import Readings
+from woosh_pure.aio.verbs import block, goal, like, stopping, verb
+from woosh_pure.chassis import Chassis as Threaded
+from woosh_pure.faults.codes import Faults
 
 if TYPE_CHECKING:
     from rosproto import aio as ros
-
-    from .. import values
+    from woosh_pure import values
 
 __all__ = ["Chassis", "view"]
 

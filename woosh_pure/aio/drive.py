@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import math
-import time
 from collections.abc import Callable
 from types import TracebackType
 from typing import TYPE_CHECKING
 
-from ..geometry import Velocity
-from ..shaper import DriveLimits
-from .calls import Calls
+from rosproto.transport import Deadline
+from woosh_pure.aio.calls import Calls
+from woosh_pure.geometry import Velocity
+from woosh_pure.velocity.shaper import DriveLimits
 
 if TYPE_CHECKING:
-    from .. import velocity
+    from woosh_pure.velocity import drive as velocity
 
 __all__ = ["Drive", "VelocityBlock"]
 
@@ -96,9 +96,9 @@ class Drive:
         seconds = float(seconds)
         if not (math.isfinite(seconds) and seconds >= 0.0):
             raise ValueError(f"seconds={seconds}: expected a finite number of at least 0")
-        end = time.monotonic() + seconds
+        deadline = Deadline(seconds)
         try:
-            while (rest := end - time.monotonic()) > 0.0:
+            while rest := deadline.remaining():
                 self.set(vx, wz, vy=vy, valid_for=_VALID)
                 await asyncio.sleep(min(rest, _SLICE))
         except BaseException:

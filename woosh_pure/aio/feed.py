@@ -11,14 +11,13 @@ from rosproto.aio.pool import notify
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.transport.deadline import Deadline
-
-from ..feed import FIRST_USE, Reading
-from ..interface import Row
-from ..timeouts import require_timeout
-from .calls import Calls
+from woosh_pure.aio.calls import Calls
+from woosh_pure.connection.timeouts import require_timeout
+from woosh_pure.feed.feed import FIRST_USE, Reading
+from woosh_pure.interface.table import Row
 
 if TYPE_CHECKING:
-    from .. import feed
+    from woosh_pure.feed import feed
 
 __all__ = ["Feed"]
 

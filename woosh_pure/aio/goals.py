@@ -12,16 +12,15 @@ from rosproto.aio.mailbox import Mailbox
 from rosproto.aio.pool import notify
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
-
-from ..goal import _OWN_DEFAULT, _Default
-from ..outcome import Outcome
-from ..values import RobotStatus
-from .calls import Calls
+from woosh_pure.aio.calls import Calls
+from woosh_pure.motion.goal import _OWN_DEFAULT, _Default
+from woosh_pure.outcome import Outcome
+from woosh_pure.values.state import RobotStatus
 
 if TYPE_CHECKING:
-    from .. import action_goal, goal, task
-    from ..enums import TaskState
-    from ..steps import Step
+    from woosh_pure.enums import TaskState
+    from woosh_pure.motion import action_goal, goal, task
+    from woosh_pure.motion.steps import Step
 
 __all__ = ["ActionHandle", "Goal", "GoalHandle", "NavigationHandle", "StepHandle", "TaskHandle"]
 
@@ -35,7 +34,7 @@ class _LoopClosed(ConnectionLost):
 
 
 class GoalHandle(Generic[P]):
-    """A goal under way; as `woosh_pure.goal.GoalHandle`, awaited.
+    """A goal under way; as `woosh_pure.motion.goal.GoalHandle`, awaited.
 
     Attributes:
         handle: The threaded one underneath.
@@ -124,8 +123,8 @@ class GoalHandle(Generic[P]):
             newest.close()
 
     async def wait(self, timeout: float | _Default | None = _OWN_DEFAULT, *, raises: bool = True) -> Outcome:
-        """Wait for the end, as `woosh_pure.goal.GoalHandle.wait`. Cancelling the task that waits cancels the
-        goal, and waits for the chassis to confirm it.
+        """Wait for the end, as `motion.goal.GoalHandle.wait`. Cancelling the task that waits cancels
+        the goal, and waits for the chassis to confirm it.
 
         Args:
             timeout: Seconds; then the goal is cancelled. None waits for ever; left out: `default_timeout`.
@@ -176,7 +175,7 @@ class GoalHandle(Generic[P]):
 
 
 class TaskHandle(GoalHandle[RobotStatus]):
-    """A task under way; as `woosh_pure.task.TaskHandle`, awaited."""
+    """A task under way; as `woosh_pure.motion.task.TaskHandle`, awaited."""
 
     handle: task.TaskHandle
 
@@ -203,7 +202,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
 
 
 class ActionHandle(GoalHandle[Any]):
-    """A goal of any action server; as `woosh_pure.action_goal.ActionHandle`, awaited."""
+    """A goal of any action server; as `woosh_pure.motion.action_goal.ActionHandle`, awaited."""
 
     handle: action_goal.ActionHandle
 

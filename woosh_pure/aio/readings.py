@@ -1,18 +1,18 @@
-"""The feeds of the awaited `Chassis`: those of `woosh_pure.readings`, one by one, with their types."""
+"""The feeds of the awaited `Chassis`: those of `woosh_pure.feed.readings`, one by one, with their types."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from ..faults import StatusCode
-from ..geometry import Pose2D, Velocity
-from .calls import Calls
-from .feed import Feed
+from woosh_pure.aio.calls import Calls
+from woosh_pure.aio.feed import Feed
+from woosh_pure.faults.codes import StatusCode
+from woosh_pure.geometry import Pose2D, Velocity
 
 if TYPE_CHECKING:
-    from .. import values
-    from ..chassis import Chassis
-    from ..feed import Feed as Threaded
+    from woosh_pure import values
+    from woosh_pure.chassis import Chassis
+    from woosh_pure.feed.feed import Feed as Threaded
 
 __all__ = ["Readings"]
 

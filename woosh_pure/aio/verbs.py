@@ -11,14 +11,14 @@ import inspect
 from collections.abc import Callable, Coroutine
 from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Protocol, TypeVar
 
-from .calls import Calls
-from .drive import VelocityBlock
-from .goals import Goal, GoalHandle
+from woosh_pure.aio.calls import Calls
+from woosh_pure.aio.drive import VelocityBlock
+from woosh_pure.aio.goals import Goal, GoalHandle
 
 if TYPE_CHECKING:
-    from .. import goal as threaded
-    from ..chassis import Chassis
-    from ..velocity import Drive
+    from woosh_pure.chassis import Chassis
+    from woosh_pure.motion import goal as threaded
+    from woosh_pure.velocity.drive import Drive
 
 __all__ = ["block", "goal", "like", "stopping", "verb"]
 

@@ -14,10 +14,9 @@ from rosproto.cli.option_types import count, folder_exists, natural, port, posit
 from rosproto.cli.option_types import finite as number
 
 if TYPE_CHECKING:
-    from woosh_pure.feed import Feed
+    from woosh_pure.cli.output import Output
+    from woosh_pure.feed.feed import Feed
     from woosh_pure.geometry import Pose2D
-
-    from .output import Output
 
 __all__ = [
     "POSE",

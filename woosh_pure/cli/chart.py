@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .letters import text_mask
+from woosh_pure.cli.letters import text_mask
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .picture import Picture
+    from woosh_pure.cli.picture import Picture
 
 __all__ = ["draw_grid", "framed", "put_text", "step_of"]
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from . import config
-from .output import Output
+from woosh_pure.cli import config
+from woosh_pure.cli.output import Output
 
 if TYPE_CHECKING:
-    from woosh_pure.gridmap import GridMap
+    from woosh_pure.maps.gridmap import GridMap
 
 __all__ = ["chart_png"]
 
@@ -23,9 +23,8 @@ def chart_png(grid: GridMap, out: Output, *, marks: bool = True, **what: Any) ->
         what: `pose`, `scan`, `path`: see `chart_of`.
     """
     from rosproto.numeric.pngfile import encode_png
-    from woosh_pure.marks import MarkFile
-
-    from .picture import chart_of
+    from woosh_pure.cli.picture import chart_of
+    from woosh_pure.maps.marks import MarkFile
 
     known = MarkFile(config.mark_file()) if marks else ()
     pixels, notes = chart_of(grid, marks=known, **what)

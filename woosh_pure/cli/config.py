@@ -56,7 +56,7 @@ def profile_file() -> Path:
 
 
 def mark_file() -> Path:
-    """The user's list of marks, see `woosh_pure.marks`."""
+    """The user's list of marks, see `woosh_pure.maps.marks`."""
     return directory() / "marks.json"
 
 

@@ -13,19 +13,17 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.cli.bag_progress import Progress
 from rosproto.errors import ConnectionLost, RosTimeout
+from woosh_pure.cli import config
+from woosh_pure.cli.console import is_terminal
+from woosh_pure.cli.output import Output
 from woosh_pure.errors import ChassisError, MotionRefused
 from woosh_pure.outcome import OutcomeKind
 
-from . import config
-from .console import is_terminal
-from .output import Output
-
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
-    from woosh_pure.goal import GoalHandle
+    from woosh_pure.cli.drive_line import DriveLine
+    from woosh_pure.motion.goal import GoalHandle
     from woosh_pure.outcome import Outcome
-
-    from .drive_line import DriveLine
 
 __all__ = ["chosen", "connect", "follow", "names", "reaching", "report", "stop_and_tell"]
 

@@ -25,11 +25,10 @@ from rosproto.cli.option_types import positive
 from rosproto.cli.parser import Parser, WrongUse, give_examples
 from rosproto.cli.streams import as_typed, escape_what_cannot_be_printed, guarded
 from rosproto.version import __version__
-
-from ..language import LANGUAGES, language_of
-from .examples import EXAMPLES
-from .output import Output, spoken
-from .registry import COMMANDS, Command, load
+from woosh_pure.cli.examples import EXAMPLES
+from woosh_pure.cli.output import Output, spoken
+from woosh_pure.cli.registry import COMMANDS, Command, load
+from woosh_pure.language import LANGUAGES, language_of
 
 __all__ = ["EXIT_CODES", "Terminated", "main", "parser_for"]
 
@@ -127,7 +126,7 @@ def _for_people(text: str) -> str:
     found = re.search(r"status code (\d{6,})(?! \()", text)
     if found is None:
         return text
-    from woosh_pure.faults import decode_status_code
+    from woosh_pure.faults.codes import decode_status_code
 
     return text.replace(found[0], f"{found[0]} ({decode_status_code(int(found[1])).english})")
 

@@ -15,8 +15,7 @@ from typing import Any, TextIO
 from rosproto.cli.json_text import json_text
 from rosproto.cli.streams import own
 from rosproto.text import printable
-
-from .console import enable_escapes, is_terminal
+from woosh_pure.cli.console import enable_escapes, is_terminal
 
 __all__ = ["Output", "plain", "spoken"]
 

@@ -9,16 +9,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from woosh_pure.cli.chart import draw_grid, framed, put_text
+from woosh_pure.cli.letters import can_draw
 from woosh_pure.geometry import Pose2D
-from woosh_pure.gridmap import GridMap
-
-from .chart import draw_grid, framed, put_text
-from .letters import can_draw
+from woosh_pure.maps.gridmap import GridMap
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from woosh_pure.marks import UserMark
+    from woosh_pure.maps.marks import UserMark
 
 __all__ = ["Picture", "blank_around", "chart_of", "picture_of"]
 

@@ -8,7 +8,7 @@ from rosproto.numeric.encodings import picture_order
 from rosproto.numeric.pngfile import encode_png
 
 if TYPE_CHECKING:
-    from woosh_pure.values import Image
+    from woosh_pure.values.state import Image
 
 __all__ = ["encode_png", "image_png"]
 

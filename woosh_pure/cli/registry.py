@@ -10,7 +10,7 @@ from argparse import ArgumentParser, Namespace
 from importlib import import_module
 from typing import Protocol, cast
 
-from .output import Output
+from woosh_pure.cli.output import Output
 
 __all__ = ["COMMANDS", "Command", "load"]
 

@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from woosh_pure.chassis import Chassis
-    from woosh_pure.faults import StatusCode
+    from woosh_pure.faults.codes import StatusCode
     from woosh_pure.geometry import Pose2D, Velocity
-    from woosh_pure.gridmap import GridMap
-    from woosh_pure.readiness import Readiness
-    from woosh_pure.values import Battery, LaserScan, RobotStatus
+    from woosh_pure.maps.gridmap import GridMap
+    from woosh_pure.readiness.assessment import Readiness
+    from woosh_pure.values.state import Battery, LaserScan, RobotStatus
 
 __all__ = ["Observer", "Scene", "known_path", "scan_in_base", "scan_in_map"]
 
@@ -112,7 +112,7 @@ class Observer:
 
 def known_path(chassis: Chassis) -> list[Pose2D]:
     """The path being driven, as the navigation published it last; empty when nothing was heard."""
-    from woosh_pure.convert import pose_of
+    from woosh_pure.values.convert import pose_of
 
     message = chassis.feed("plan").latest
     if message is None:

@@ -16,10 +16,9 @@ from rosproto.text import printable
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from woosh_pure.cli.scene import Scene
     from woosh_pure.geometry import Pose2D
-    from woosh_pure.gridmap import GridMap
-
-    from .scene import Scene
+    from woosh_pure.maps.gridmap import GridMap
 
 __all__ = ["Screen"]
 

@@ -9,6 +9,6 @@ language than English.
 
 from __future__ import annotations
 
-from .choice import LANGUAGES, language_of
+from woosh_pure.language.choice import LANGUAGES, language_of
 
 __all__ = ["LANGUAGES", "language_of"]

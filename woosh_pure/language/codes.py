@@ -12,7 +12,7 @@ def chinese_of_code(text: str) -> str | None:
     found = re.fullmatch(r"(?P<english>.+) \((?P<code>\d{12})\)", text)
     if found is None:
         return None
-    from ..faults import decode_status_code
+    from woosh_pure.faults.codes import decode_status_code
 
     code = decode_status_code(int(found["code"]))
     return f"{code.chinese}（{found['code']}）" if code.english == found["english"] else None

@@ -237,7 +237,7 @@ def words_for(language: str) -> Words:
     """The words of a language of `LANGUAGES`; English are none."""
     if language == "en":
         return Words()
-    from .codes import chinese_of_code
+    from woosh_pure.language.codes import chinese_of_code
 
     folder = resources.files(__package__).joinpath(language)
     tables = sorted(

@@ -8,10 +8,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .chassis import SimulatedChassis
-    from .settings import Settings
-    from .site import Mark, Site
-    from .world import World
+    from woosh_pure.sim.chassis import SimulatedChassis
+    from woosh_pure.sim.settings import Settings
+    from woosh_pure.sim.site import Mark, Site
+    from woosh_pure.sim.world import World
 
 __all__ = ["Mark", "Settings", "SimulatedChassis", "Site", "World"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..geometry import Velocity
+from woosh_pure.geometry import Velocity
 
 __all__ = ["SimulatedBattery"]
 

@@ -6,7 +6,7 @@ import math
 import random
 from dataclasses import dataclass, replace
 
-from ..geometry import Pose2D, Velocity, normalize_angle
+from woosh_pure.geometry import Pose2D, Velocity, normalize_angle
 
 __all__ = ["Body", "BodyLimits"]
 

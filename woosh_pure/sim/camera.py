@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..geometry import Pose2D
-from ..gridmap import GridMap
-from .raycast import cast
+from woosh_pure.geometry import Pose2D
+from woosh_pure.maps.gridmap import GridMap
+from woosh_pure.sim.raycast import cast
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

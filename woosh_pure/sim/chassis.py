@@ -21,26 +21,25 @@ import rosproto
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.transport.open_files import allow_open_files
-
-from ..enums import RobotMode
-from ..firmware import CURRENT
-from ..firmware import firmware as firmware_named
-from ..geometry import Pose2D
-from ..rostypes import message_type
-from .errand import Errands
-from .fill import FILLERS, RATES, fill_plan, fill_status, fill_transforms
-from .graph import Graph
-from .motions import PathMotion
-from .network import Network
-from .serve import Server
-from .settings import Settings
-from .site import Site
-from .world import World
+from woosh_pure.enums import RobotMode
+from woosh_pure.firmware.revisions import CURRENT
+from woosh_pure.firmware.revisions import firmware as firmware_named
+from woosh_pure.geometry import Pose2D
+from woosh_pure.sim.fill import FILLERS, RATES, fill_plan, fill_status, fill_transforms
+from woosh_pure.sim.graph import Graph
+from woosh_pure.sim.motions import PathMotion
+from woosh_pure.sim.navigation_client import NavigationClient
+from woosh_pure.sim.network import Network
+from woosh_pure.sim.serve import Server
+from woosh_pure.sim.settings import Settings
+from woosh_pure.sim.site import Site
+from woosh_pure.sim.world import World
+from woosh_pure.values.rostypes import message_type
 
 if TYPE_CHECKING:
     from types import TracebackType
 
-    from .tasks import StatusRecord
+    from woosh_pure.sim.tasks import StatusRecord
 
 __all__ = ["SimulatedChassis"]
 
@@ -117,7 +116,7 @@ class SimulatedChassis:
         self._stop = threading.Event()
         self._epoch = time.time()
         self.network = Network()
-        self._errands: Errands | None = None
+        self._navigation: NavigationClient | None = None
         self._due = dict.fromkeys(FILLERS, 0.0)
         self._status: StatusRecord | None = None
         self._plan: list[Pose2D] = []
@@ -161,8 +160,8 @@ class SimulatedChassis:
         )
         self._graph.build()
         self._graph.client("/move_base")
-        self._errands = Errands(self)
-        self.world.tasks.drive = self._errands.drive
+        self._navigation = NavigationClient(self)
+        self.world.tasks.drive = self._navigation.drive
         self._publish_static()
 
     def close(self) -> None:
@@ -174,8 +173,8 @@ class SimulatedChassis:
         self.network.close()
         if self._thread is not None:
             self._thread.join(2.0)
-        if self._errands is not None:
-            self._errands.close()
+        if self._navigation is not None:
+            self._navigation.close()
         if self._graph is not None:
             self._graph.close()
         if self._master is not None:
@@ -409,7 +408,7 @@ class SimulatedChassis:
 
     def compete(self, x: float, y: float, yaw: float = 0.0) -> None:
         """The robot's own /ros_interface sends a goal to /move_base, as it does for its own tasks."""
-        from ..messages import stamped_pose
+        from woosh_pure.values.messages import stamped_pose
 
         client = self.graph.client("/move_base")
         client.wait_for_server(5.0)

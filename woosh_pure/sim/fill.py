@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..geometry import Pose2D, Velocity, quaternion_from_yaw
-from ..rostypes import message_type
-from .camera import Camera
-from .raycast import cast
+from woosh_pure.geometry import Pose2D, Velocity, quaternion_from_yaw
+from woosh_pure.sim.camera import Camera
+from woosh_pure.sim.raycast import cast
+from woosh_pure.values.rostypes import message_type
 
 if TYPE_CHECKING:
-    from .world import World
+    from woosh_pure.sim.world import World
 
 __all__ = ["FILLERS", "RATES", "fill_plan", "fill_status", "fill_transforms", "stamp"]
 

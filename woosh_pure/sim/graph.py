@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import rosproto
 from rosproto.node.revisions import NoRevisions
-
-from .. import interface
-from ..firmware import Firmware
-from ..interface import Row
-from .network import Network, RobotNode
-from .revised import revised_action, revised_listener, revised_service
+from woosh_pure import interface
+from woosh_pure.firmware.revisions import Firmware
+from woosh_pure.interface.table import Row
+from woosh_pure.sim.network import Network, RobotNode
+from woosh_pure.sim.revised import revised_action, revised_listener, revised_service
 
 if TYPE_CHECKING:
-    from .serve import Server
+    from woosh_pure.sim.serve import Server
 
 __all__ = ["Graph"]
 

@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from enum import Enum
 from itertools import pairwise
 
-from ..enums import StepMode
-from ..geometry import Pose2D, Velocity, normalize_angle
-from ..steps import Step
-from .body import Body
+from woosh_pure.enums import StepMode
+from woosh_pure.geometry import Pose2D, Velocity, normalize_angle
+from woosh_pure.motion.steps import Step
+from woosh_pure.sim.body import Body
 
 __all__ = ["Motion", "MotionState", "PathMotion", "StepMotion"]
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..geometry import Pose2D
-from ..gridmap import GridMap
+from woosh_pure.geometry import Pose2D
+from woosh_pure.maps.gridmap import GridMap
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

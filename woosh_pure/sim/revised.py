@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ..firmware import Firmware
-from ..rostypes import message_type
+from woosh_pure.firmware.revisions import Firmware
+from woosh_pure.values.rostypes import message_type
 
 __all__ = ["RevisedGoal", "revised_action", "revised_listener", "revised_service"]
 

@@ -7,21 +7,21 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from ..convert import pose_of
-from ..enums import NavigationMode, StepControlMode, StepMode, TaskCommand, TaskType
-from ..geometry import Pose2D, Velocity
-from ..gridmap_message import grid_from_message, grid_message
-from ..messages import stamped_pose
-from ..rostypes import message_type
-from ..steps import Step
-from .fill import fill_plan
-from .motions import Motion, MotionState, PathMotion, StepMotion
-from .tasks import TaskRequest
-from .world import NavigationSettings
+from woosh_pure.enums import NavigationMode, StepControlMode, StepMode, TaskCommand, TaskType
+from woosh_pure.geometry import Pose2D, Velocity
+from woosh_pure.maps.gridmap_message import grid_from_message, grid_message
+from woosh_pure.motion.steps import Step
+from woosh_pure.sim.fill import fill_plan
+from woosh_pure.sim.motions import Motion, MotionState, PathMotion, StepMotion
+from woosh_pure.sim.tasks import TaskRequest
+from woosh_pure.sim.world import NavigationSettings
+from woosh_pure.values.convert import pose_of
+from woosh_pure.values.messages import stamped_pose
+from woosh_pure.values.rostypes import message_type
 
 if TYPE_CHECKING:
-    from .chassis import SimulatedChassis
-    from .network import Network
+    from woosh_pure.sim.chassis import SimulatedChassis
+    from woosh_pure.sim.network import Network
 
 __all__ = ["Server"]
 

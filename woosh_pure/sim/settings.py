@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from ..geometry import Pose2D
-from .body import BodyLimits
+from woosh_pure.geometry import Pose2D
+from woosh_pure.sim.body import BodyLimits
 
 __all__ = ["Settings"]
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..geometry import Pose2D
-from ..gridmap import OCCUPIED, GridMap
+from woosh_pure.geometry import Pose2D
+from woosh_pure.maps.gridmap import OCCUPIED, GridMap
 
 __all__ = ["Mark", "Site", "built_in_site"]
 

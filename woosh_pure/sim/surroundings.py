@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from ..geometry import Pose2D, Velocity
-from ..gridmap import GridMap
+from woosh_pure.geometry import Pose2D, Velocity
+from woosh_pure.maps.gridmap import GridMap
 
 __all__ = ["Obstacle", "Surroundings"]
 

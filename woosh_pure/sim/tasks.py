@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ..enums import (
+from woosh_pure.enums import (
     ActionState,
     ActionType,
     RobotMode,
@@ -20,11 +20,11 @@ from ..enums import (
     TaskType,
     WorkMode,
 )
-from ..geometry import Pose2D
-from .motions import Motion, MotionState
+from woosh_pure.geometry import Pose2D
+from woosh_pure.sim.motions import Motion, MotionState
 
 if TYPE_CHECKING:
-    from .world import World
+    from woosh_pure.sim.world import World
 
 __all__ = ["StatusRecord", "TaskMachine", "TaskReply", "TaskRequest"]
 

@@ -10,18 +10,18 @@ import random
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from ..enums import NavigationMode, RobotMode, RobotState, TaskState, TaskType, WorkMode
-from ..geometry import Pose2D, Velocity, normalize_angle
-from ..gridmap import GridMap
-from ..steps import Step
-from .battery import SimulatedBattery
-from .body import Body
-from .motions import Motion, MotionState, PathMotion, StepMotion
-from .planner import Planner
-from .settings import Settings
-from .site import Site, built_in_site
-from .surroundings import Obstacle, Surroundings
-from .tasks import StatusRecord, TaskMachine
+from woosh_pure.enums import NavigationMode, RobotMode, RobotState, TaskState, TaskType, WorkMode
+from woosh_pure.geometry import Pose2D, Velocity, normalize_angle
+from woosh_pure.maps.gridmap import GridMap
+from woosh_pure.motion.steps import Step
+from woosh_pure.sim.battery import SimulatedBattery
+from woosh_pure.sim.body import Body
+from woosh_pure.sim.motions import Motion, MotionState, PathMotion, StepMotion
+from woosh_pure.sim.planner import Planner
+from woosh_pure.sim.settings import Settings
+from woosh_pure.sim.site import Site, built_in_site
+from woosh_pure.sim.surroundings import Obstacle, Surroundings
+from woosh_pure.sim.tasks import StatusRecord, TaskMachine
 
 __all__ = ["NavigationSettings", "World"]
 

@@ -21,11 +21,13 @@ TABLES = sorted((ROOT / "woosh_pure/language/zh").glob("*.txt"))
 COMMANDS = "doctor status ready goto move rotate drive stop faults selftest connect".split()
 SOURCES = [
     *(f"woosh_pure/cli/commands/{name}.py" for name in COMMANDS),
-    *(f"woosh_pure/cli/{name}.py" for name in ("config", "connection", "entry", "judging", "teleop", "arguments")),
+    *(f"woosh_pure/cli/{name}.py" for name in ("config", "connection", "entry", "readiness", "teleop", "arguments")),
     *(f"woosh_pure/{name}.py" for name in (
-        "action_goal", "address", "begun", "core", "doctor", "doctor_definitions", "doctor_nodes", "drive_watch", "drivers", "faults",
-        "feed", "goal", "keeper", "outcome", "readiness", "refusals", "rivals", "roster", "running", "selftest", "shaper", "steps", "stop", "stop_others", "task", "task_tracker",
-        "velocity",
+        "connection/address", "connection/clients", "connection/connection", "doctor/definitions",
+        "doctor/examination", "feed/feed", "feed/feeds", "motion/action_goal", "motion/goal", "motion/steps",
+        "motion/task", "motion/task_tracker", "outcome", "readiness/assessment", "readiness/knowledge",
+        "readiness/other_goals", "selftest", "stopping/others", "stopping/registrations", "stopping/running",
+        "stopping/stop", "velocity/drive", "velocity/other_drivers", "velocity/shaper", "velocity/watch",
     )),
     *(f"rosproto/cli/{name}.py" for name in ("failure", "option_types", "parser")),
     *(f"rosproto/selftest/{name}.py" for name in ("bags", "beside", "checking", "codecs", "definitions", "nodes")),

@@ -7,7 +7,7 @@ import random
 import pytest
 
 from rosproto.cli.width import width
-from woosh_pure.faults import all_codes
+from woosh_pure.faults.codes import all_codes
 from woosh_pure.language.table import Sentence, Words, read_table, words_for
 
 TABLE = """

@@ -8,7 +8,7 @@ import pytest
 
 from tools.interface_page import VERBS, how, page
 from woosh_pure import Chassis
-from woosh_pure.interface import ROWS, row
+from woosh_pure.interface.table import ROWS, row
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "interface.md"
 

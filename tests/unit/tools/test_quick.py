@@ -22,7 +22,7 @@ EXISTS = frozenset(
         ("rosproto/node/incoming/reader.py", ["tests/unit/node/incoming"]),
         ("rosproto/node/outgoing/outbox.py", ["tests/unit/node"]),
         ("rosproto/names.py", ["tests/unit"]),
-        ("woosh_pure/stop.py", ["tests/unit/woosh"]),
+        ("woosh_pure/stopping/stop.py", ["tests/unit/woosh"]),
         ("woosh_pure/cli/commands/goto.py", ["tests/unit/woosh_cli"]),
         ("tools/stubs.py", ["tests/unit/tools"]),
         ("msgdefs/std_msgs/msg/Header.msg", ["tests/unit/msg"]),

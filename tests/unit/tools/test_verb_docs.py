@@ -9,11 +9,11 @@ import pytest
 
 from tools.interface_page import VERBS
 from woosh_pure import Chassis
-from woosh_pure.action_goal import ActionHandle, NavigationHandle, StepHandle
-from woosh_pure.feed import Feed
-from woosh_pure.goal import GoalHandle
-from woosh_pure.task import TaskHandle
-from woosh_pure.velocity import Drive
+from woosh_pure.feed.feed import Feed
+from woosh_pure.motion.action_goal import ActionHandle, NavigationHandle, StepHandle
+from woosh_pure.motion.goal import GoalHandle
+from woosh_pure.motion.task import TaskHandle
+from woosh_pure.velocity.drive import Drive
 
 WORDS = ("m", "rad", "s", "m/s", "rad/s", "map", "base_link")
 QUESTIONS = {"wait_until", "wait_until_ready", "readiness", "snapshot", "feed"}

@@ -7,7 +7,10 @@ from typing import Any
 
 import pytest
 
-from woosh_pure import Chassis, action_goal, aio, feed, goal, task, velocity
+from woosh_pure import Chassis, aio
+from woosh_pure.feed import feed
+from woosh_pure.motion import action_goal, goal, task
+from woosh_pure.velocity import drive as velocity
 
 PAIRS = [
     (Chassis, aio.Chassis),
@@ -21,6 +24,7 @@ PAIRS = [
 ]
 LEFT_OUT = {
     "Chassis.aio": "the face itself",
+    "Feed.connect": "of use inside only",
     "Feed.close": "closing the Chassis does it",
     "Feed.in_callback": "callbacks of the face run in the loop",
     "Feed.known_history": "`history` does not wait here",

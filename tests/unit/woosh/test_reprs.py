@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any, cast
 
 from woosh_pure import Chassis, MotionRefused, SimulatedChassis
-from woosh_pure.readiness import Readiness, Reason
-from woosh_pure.shaper import DriveLimits
-from woosh_pure.velocity import Drive
+from woosh_pure.readiness.assessment import Readiness, Reason
+from woosh_pure.velocity.drive import Drive
+from woosh_pure.velocity.shaper import DriveLimits
 
 
 def test_a_chassis_says_whether_it_is_connected_and_what_runs():

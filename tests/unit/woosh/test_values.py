@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from woosh_pure.address import master_uri_of
+from woosh_pure.connection.address import master_uri_of
 from woosh_pure.enums import (
     ActionState,
     ActionType,
@@ -17,14 +17,14 @@ from woosh_pure.enums import (
     TaskType,
     WorkMode,
 )
-from woosh_pure.faults import decode_status_code
+from woosh_pure.faults.codes import decode_status_code
 from woosh_pure.geometry import Pose2D, Velocity
-from woosh_pure.marks import MarkFile
+from woosh_pure.maps.marks import MarkFile
+from woosh_pure.motion.steps import Step, check_steps
 from woosh_pure.outcome import Outcome, OutcomeKind
-from woosh_pure.readiness import assess
-from woosh_pure.shaper import DriveLimits, Shaper
-from woosh_pure.steps import Step, check_steps
-from woosh_pure.values import RobotStatus
+from woosh_pure.readiness.assessment import assess
+from woosh_pure.values.state import RobotStatus
+from woosh_pure.velocity.shaper import DriveLimits, Shaper
 
 
 @pytest.mark.parametrize(
@@ -125,7 +125,7 @@ def test_readiness_says_what_is_in_the_way(changes, faults, key, ready):
 def test_readiness_tells_our_own_task_from_somebody_elses():
     running = status(task_state=TaskState.RUNNING)
     assert [r.key for r in assess(running, [], own_tasks={running.task_id}).reasons] == ["busy"]
-    readiness = assess(running, [], own_tasks={4711}, rivals=[("/laptop", "/move_base")])
+    readiness = assess(running, [], own_tasks={4711}, other_goals=[("/laptop", "/move_base")])
     assert [r.key for r in readiness.reasons] == ["other_client", "other_client"]
     assert "/laptop has a goal of its own under way on /move_base" in readiness.sentence()
     assert readiness.ready
@@ -133,9 +133,9 @@ def test_readiness_tells_our_own_task_from_somebody_elses():
 
 def test_the_robots_own_client_is_told_only_when_its_task_is_not_known():
     drives = [("/ros_interface", "/move_base")]
-    assert "another client, or of its own," in assess(None, [], rivals=drives).sentence()
-    assert [r.key for r in assess(None, [], own_tasks={4}, rivals=drives).reasons] == ["unknown"]
-    assert assess(status(), [], rivals=drives).reasons == ()
+    assert "another client, or of its own," in assess(None, [], other_goals=drives).sentence()
+    assert [r.key for r in assess(None, [], own_tasks={4}, other_goals=drives).reasons] == ["unknown"]
+    assert assess(status(), [], other_goals=drives).reasons == ()
 
 
 def test_readiness_with_nothing_heard_and_with_a_cable():
@@ -185,23 +185,23 @@ def test_only_an_arrival_is_true():
 def test_goals_of_other_clients_are_known_by_the_name_in_their_id():
     from types import SimpleNamespace
 
-    from woosh_pure.rivals import Rivals
+    from woosh_pure.readiness.other_goals import OtherGoals
 
     def message(*goals):
         entries = [SimpleNamespace(goal_id=SimpleNamespace(id=i), status=s) for i, s in goals]
         return SimpleNamespace(status_list=entries)
 
-    rivals = Rivals()
-    rivals._own_name = "/me_1"
-    rivals.receive(
+    other_goals = OtherGoals()
+    other_goals._own_name = "/me_1"
+    other_goals.receive(
         "/move_base", message(("/me_1-4-1.0", 1), ("/laptop-1-1.5", 1), ("/ros_interface-2-3.0", 1))
     )
-    rivals.receive("/cmd_vel_control", message(("odd", 0), ("/laptop-2-1.5", 3)))
-    assert rivals.active() == [
+    other_goals.receive("/cmd_vel_control", message(("odd", 0), ("/laptop-2-1.5", 3)))
+    assert other_goals.active() == [
         ("/laptop", "/move_base"),
         ("/ros_interface", "/move_base"),
         ("odd", "/cmd_vel_control"),
     ]
-    rivals.receive("/move_base", message())
-    rivals.receive("/cmd_vel_control", message())
-    assert rivals.active() == []
+    other_goals.receive("/move_base", message())
+    other_goals.receive("/cmd_vel_control", message())
+    assert other_goals.active() == []

@@ -12,8 +12,8 @@ from woosh_pure.cli.commands.scan import _word, free_ways, nearest_of
 from woosh_pure.cli.letters import _GLYPHS, can_draw, text_mask
 from woosh_pure.cli.picture import GOAL, PATH, Picture, chart_of
 from woosh_pure.geometry import Pose2D
-from woosh_pure.gridmap import GridMap
-from woosh_pure.marks import UserMark
+from woosh_pure.maps.gridmap import GridMap
+from woosh_pure.maps.marks import UserMark
 
 GRID = (206, 218, 232)
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from ..arguments import add_wait, number, wait_for
-from ..connection import connect
-from ..output import Output
+from woosh_pure.cli.arguments import add_wait, number, wait_for
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.output import Output
 
 HELP = "show charge, voltage, current, temperature and health of the battery"
 

@@ -6,9 +6,9 @@ import time
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from ..arguments import add_wait, folder_exists, wait_for, write
-from ..connection import connect
-from ..output import Output
+from woosh_pure.cli.arguments import add_wait, folder_exists, wait_for, write
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.output import Output
 
 HELP = "take a picture, in colour or of depth, and save it"
 
@@ -50,7 +50,7 @@ def run(args: Namespace, out: Output) -> int:
         facts["farthest"] = farthest = float(seen.max()) if seen.size else None
         out.line("nothing measured" if nearest is None else f"from {nearest:.2f} m to {farthest:.2f} m")
     if not args.no_file:
-        from ..png import image_png
+        from woosh_pure.cli.png import image_png
 
         file = args.png or _free_name("depth" if args.depth else "camera")
         facts["file"] = write(file, image_png(image, millimetres=args.millimetres), out)

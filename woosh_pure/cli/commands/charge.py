@@ -6,15 +6,14 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosTimeout
-
-from ..arguments import add_timeout
-from ..connection import connect, follow, report
-from ..drive_line import DriveLine
-from ..output import Output
+from woosh_pure.cli.arguments import add_timeout
+from woosh_pure.cli.connection import connect, follow, report
+from woosh_pure.cli.drive_line import DriveLine
+from woosh_pure.cli.output import Output
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
-    from woosh_pure.values import Battery
+    from woosh_pure.values.state import Battery
 
 HELP = "drive to a charger and charge"
 

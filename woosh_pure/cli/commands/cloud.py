@@ -6,13 +6,12 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 from rosproto.cli.counts import counted
-
-from ..arguments import add_wait, folder_exists, wait_for, write
-from ..connection import connect
-from ..output import Output
+from woosh_pure.cli.arguments import add_wait, folder_exists, wait_for, write
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.output import Output
 
 if TYPE_CHECKING:
-    from woosh_pure.values import PointCloud
+    from woosh_pure.values.state import PointCloud
 
 HELP = "take a point cloud of the depth camera, as a PLY file"
 

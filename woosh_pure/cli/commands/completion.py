@@ -5,9 +5,8 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 
 from rosproto.cli import completion
-
-from .. import config
-from ..output import Output
+from woosh_pure.cli import config
+from woosh_pure.cli.output import Output
 
 HELP = "print what a shell needs to complete this command (bash, zsh, fish, powershell)"
 
@@ -19,27 +18,26 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
-    from ..entry import parser_for
+    from woosh_pure.cli.entry import parser_for
 
     return completion.answer("woosh", args, parser_for, {"mark": _marks, "state": _states, "color": _colours})
 
 
 def _states() -> list[str]:
+    from woosh_pure.cli.arguments import enum_words
     from woosh_pure.enums import LedState
-
-    from ..arguments import enum_words
 
     return enum_words(LedState)
 
 
 def _colours() -> list[str]:
-    from .led import COLOURS
+    from woosh_pure.cli.commands.led import COLOURS
 
     return list(COLOURS)
 
 
 def _marks() -> list[str]:
     """Of the user's list; without one there is nothing to offer, since the chassis cannot list them."""
-    from woosh_pure.marks import MarkFile
+    from woosh_pure.maps.marks import MarkFile
 
     return MarkFile(config.mark_file()).names

@@ -5,9 +5,8 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 
 from rosproto.errors import ConnectionLost, RosTimeout
-
-from .. import config
-from ..output import Output
+from woosh_pure.cli import config
+from woosh_pure.cli.output import Output
 
 HELP = "remember a chassis, so that the other commands need no address"
 
@@ -33,7 +32,7 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _save(address: str, args: Namespace, out: Output) -> int:
-    from woosh_pure.address import master_uri_of
+    from woosh_pure.connection.address import master_uri_of
 
     uri = master_uri_of(address)
     if not args.unchecked:
@@ -47,8 +46,7 @@ def _save(address: str, args: Namespace, out: Output) -> int:
 def _require_master(uri: str, args: Namespace, out: Output) -> None:
     from rosproto import MasterClient
     from rosproto.transport.host_names import HostNames
-
-    from ..connection import names
+    from woosh_pure.cli.connection import names
 
     try:
         hosts = HostNames(names(args))

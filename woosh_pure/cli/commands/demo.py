@@ -6,8 +6,8 @@ import math
 import time
 from argparse import ArgumentParser, Namespace
 
-from ..connection import connect, follow
-from ..output import Output
+from woosh_pure.cli.connection import connect, follow
+from woosh_pure.cli.output import Output
 
 HELP = "start a simulated chassis and drive it: the first thing to try"
 _SPEED = 2.0

@@ -6,10 +6,9 @@ from argparse import ArgumentParser, Namespace
 from contextlib import ExitStack
 
 from rosproto.cli.counts import counted
-
-from ..arguments import seconds
-from ..connection import chosen, names, simulated
-from ..output import Output
+from woosh_pure.cli.arguments import seconds
+from woosh_pure.cli.connection import chosen, names, simulated
+from woosh_pure.cli.output import Output
 
 HELP = "say in plain words why it does not work; moves nothing"
 
@@ -23,8 +22,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
-    from woosh_pure.address import master_uri_of
-    from woosh_pure.doctor import Level, examine
+    from woosh_pure.connection.address import master_uri_of
+    from woosh_pure.doctor.examination import Level, examine
 
     with ExitStack() as stack:
         address: str | None

@@ -13,19 +13,17 @@ from typing import TYPE_CHECKING
 from rosproto.cli.streams import own
 from rosproto.cli.width import cut, padded
 from rosproto.errors import RosTimeout
+from woosh_pure.cli.arguments import positive
+from woosh_pure.cli.connection import connect, stop_and_tell
+from woosh_pure.cli.console import is_terminal, size
+from woosh_pure.cli.output import Output
 from woosh_pure.errors import MotionRefused
-
-from ..arguments import positive
-from ..connection import connect, stop_and_tell
-from ..console import is_terminal, size
-from ..output import Output
 
 if TYPE_CHECKING:
     from rosproto.cli.keys import Keys
     from woosh_pure.chassis import Chassis
-    from woosh_pure.velocity import Drive
-
-    from ..teleop import Command, Teleop
+    from woosh_pure.cli.teleop import Command, Teleop
+    from woosh_pure.velocity.drive import Drive
 
 HELP = "drive by the keyboard: arrow keys or WASD; everything else stops"
 _WARNING = """DRIVING BY VELOCITY PASSES BY THE CHASSIS'S OBSTACLE AVOIDANCE AND LIMITS.
@@ -94,8 +92,7 @@ def _ask(out: Output) -> None:
 
 def _drive(chassis: Chassis, args: Namespace, out: Output) -> None:
     from rosproto.cli.keys import open_keys
-
-    from ..teleop import Teleop
+    from woosh_pure.cli.teleop import Teleop
 
     angular = None if args.angular is None else math.radians(args.angular)
     out.line(_KEYS)
@@ -121,7 +118,7 @@ def _drive(chassis: Chassis, args: Namespace, out: Output) -> None:
 
 
 def _loop(chassis: Chassis, drive: Drive, keys: Keys, teleop: Teleop, out: Output) -> None:
-    from ..teleop import VALID_FOR
+    from woosh_pure.cli.teleop import VALID_FOR
 
     while True:
         command = teleop.press(keys.read(0.05))

@@ -8,15 +8,14 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from rosproto.cli.option_types import whole
+from woosh_pure.cli.arguments import seconds
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.output import Output
+from woosh_pure.cli.readiness import is_there, nobody_there
 from woosh_pure.errors import ChassisError
 
-from ..arguments import seconds
-from ..connection import connect
-from ..judging import is_there, nobody_there
-from ..output import Output
-
 if TYPE_CHECKING:
-    from woosh_pure.faults import StatusCode
+    from woosh_pure.faults.codes import StatusCode
 
 HELP = "show active faults, or what a status code means (exit code 1: there are faults; 5: not known)"
 
@@ -37,7 +36,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
-    from woosh_pure.faults import all_codes, decode_status_code
+    from woosh_pure.faults.codes import all_codes, decode_status_code
 
     if args.code is not None:
         if not 0 <= args.code < 1 << 64:

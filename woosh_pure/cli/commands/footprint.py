@@ -6,10 +6,9 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 from rosproto.cli.option_types import to_float
-
-from ..arguments import number
-from ..connection import connect
-from ..output import Output
+from woosh_pure.cli.arguments import number
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.output import Output
 
 if TYPE_CHECKING:
     from woosh_pure.geometry import Footprint

@@ -5,11 +5,10 @@ from __future__ import annotations
 from argparse import SUPPRESS, ArgumentParser, Namespace
 
 from rosproto.cli.option_types import to_float
-
-from ..arguments import POSE, add_timeout, number, pose
-from ..connection import connect, follow, report
-from ..drive_line import DriveLine
-from ..output import Output
+from woosh_pure.cli.arguments import POSE, add_timeout, number, pose
+from woosh_pure.cli.connection import connect, follow, report
+from woosh_pure.cli.drive_line import DriveLine
+from woosh_pure.cli.output import Output
 
 HELP = "drive to a mark, or to a pose in the map"
 

@@ -6,12 +6,12 @@ import math
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from ..arguments import add_wait, count, wait_for
-from ..connection import connect
-from ..output import Output
+from woosh_pure.cli.arguments import add_wait, count, wait_for
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.output import Output
 
 if TYPE_CHECKING:
-    from woosh_pure.values import Imu
+    from woosh_pure.values.state import Imu
 
 HELP = "show turning rates, accelerations and orientation"
 

@@ -7,12 +7,12 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..arguments import count, positive
-from ..connection import chosen, names, reaching, simulated
-from ..output import Output
+from woosh_pure.cli.arguments import count, positive
+from woosh_pure.cli.connection import chosen, names, reaching, simulated
+from woosh_pure.cli.output import Output
 
 if TYPE_CHECKING:
-    from woosh_pure.learn import Judgement
+    from woosh_pure.firmware.learn import Judgement
 
 HELP = "ask the robot for its message definitions and keep what is new; moves nothing"
 
@@ -42,9 +42,9 @@ def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
     from rosproto import Node
     from rosproto.msg.user_folder import environment_paths, learned_paths, revisions_folder
-    from woosh_pure.address import master_uri_of
-    from woosh_pure.learn import Knowledge, judge
-    from woosh_pure.survey import survey
+    from woosh_pure.connection.address import master_uri_of
+    from woosh_pure.firmware.learn import Knowledge, judge
+    from woosh_pure.firmware.survey import survey
 
     folder = args.folder or revisions_folder()
     with ExitStack() as stack:
@@ -103,7 +103,7 @@ def _keep(
 ) -> list[Path]:
     """Write what is new; what no file can be named after goes to `skipped`."""
     from rosproto.transport.address import parse_uri
-    from woosh_pure.learned_sets import make_sets, why_not_kept, write_set
+    from woosh_pure.firmware.learned_sets import make_sets, why_not_kept, write_set
 
     new = []
     for judgement in judgements:

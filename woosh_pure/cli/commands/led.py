@@ -6,10 +6,9 @@ from argparse import ArgumentParser, Namespace
 
 from rosproto.cli.option_types import whole
 from rosproto.cli.parser import near
-
-from ..arguments import enum_words, word_of
-from ..connection import connect
-from ..output import Output
+from woosh_pure.cli.arguments import enum_words, word_of
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.output import Output
 
 COLOURS = {
     "red": 0xFF0000, "orange": 0xFF8000, "yellow": 0xFFFF00, "green": 0x00FF00,

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from argparse import ArgumentParser, Namespace
 
-from ..arguments import add_pose, add_wait, number, pose, wait_for
-from ..connection import connect
-from ..output import Output
+from woosh_pure.cli.arguments import add_pose, add_wait, number, pose, wait_for
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.output import Output
 
 HELP = "show, start or stop the localisation, or tell it where the robot is"
 

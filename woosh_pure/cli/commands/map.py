@@ -8,15 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosTimeout
-
-from ..arguments import POSE, number, pose, seconds
-from ..connection import connect
-from ..output import Output
+from woosh_pure.cli.arguments import POSE, number, pose, seconds
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.output import Output
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
     from woosh_pure.geometry import Pose2D
-    from woosh_pure.gridmap import GridMap
+    from woosh_pure.maps.gridmap import GridMap
 
 HELP = "save the map (PGM, YAML, and a PNG with robot, path and scan), or set another one"
 
@@ -94,8 +93,8 @@ def _save(args: Namespace, out: Output) -> int:
 
 
 def _draw(chassis: Chassis, grid: GridMap, listen: float, out: Output) -> bytes:
-    from ..charting import chart_png
-    from ..scene import scan_in_map
+    from woosh_pure.cli.charting import chart_png
+    from woosh_pure.cli.scene import scan_in_map
 
     pose = scan = None
     path: Sequence[Pose2D] = ()
@@ -114,7 +113,7 @@ def _path(chassis: Chassis, listen: float, out: Output) -> Sequence[Pose2D]:
 
     A standing robot has none.
     """
-    from ..scene import known_path
+    from woosh_pure.cli.scene import known_path
 
     if not chassis.measured_velocity.wait(listen, new=False).is_standing():
         try:
@@ -126,7 +125,7 @@ def _path(chassis: Chassis, listen: float, out: Output) -> Sequence[Pose2D]:
 
 
 def _set(args: Namespace, out: Output) -> int:
-    from woosh_pure.gridmap import GridMap
+    from woosh_pure.maps.gridmap import GridMap
 
     grid = GridMap.load(args.file)
     with connect(args, out) as chassis, out.working("sending the map"):

@@ -6,11 +6,10 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from rosproto.cli.width import padded, width
-
-from .. import config
-from ..arguments import POSE, add_wait, number, pose, wait_for
-from ..connection import connect
-from ..output import Output
+from woosh_pure.cli import config
+from woosh_pure.cli.arguments import POSE, add_wait, number, pose, wait_for
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.output import Output
 
 HELP = "keep your own list of marks (the chassis cannot list them), for completion and notes"
 
@@ -33,7 +32,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
-    from woosh_pure.marks import MarkFile
+    from woosh_pure.maps.marks import MarkFile
 
     marks = MarkFile(args.file or config.mark_file())
     if args.verb == "add":

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from ..arguments import natural, positive, seconds, word_of
-from ..connection import connect
-from ..output import Output
+from woosh_pure.cli.arguments import natural, positive, seconds, word_of
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.output import Output
 
 MODES = ("fuzzy-avoidance", "precise-avoidance", "stop-and-wait", "wait-then-avoid")
 DIRECTIONS = ("chassis-decides", "forward", "backward", "along-path")

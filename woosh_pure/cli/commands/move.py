@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from ..arguments import number, positive
-from ..connection import connect, follow, report
-from ..drive_line import DriveLine
-from ..output import Output
+from woosh_pure.cli.arguments import number, positive
+from woosh_pure.cli.connection import connect, follow, report
+from woosh_pure.cli.drive_line import DriveLine
+from woosh_pure.cli.output import Output
 
 HELP = "move straight by metres (negative: backward), or sideways"
 

@@ -6,10 +6,9 @@ import itertools
 from argparse import ArgumentParser, Namespace
 
 from rosproto.cli.counts import counted
-
-from ..arguments import POSE, add_pose, folder_exists, number, pose, write
-from ..connection import connect
-from ..output import Output
+from woosh_pure.cli.arguments import POSE, add_pose, folder_exists, number, pose, write
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.output import Output
 
 HELP = "plan a path without driving it (exit code 1: there is no way)"
 
@@ -34,7 +33,7 @@ def run(args: Namespace, out: Output) -> int:
         with out.working("planning"):
             path = chassis.plan(pose((args.x, args.y, args.degrees)), start, tolerance=args.tolerance)
         if args.png:
-            from ..charting import chart_png
+            from woosh_pure.cli.charting import chart_png
 
             with out.working("fetching the map"):
                 grid = chassis.get_map()

@@ -7,11 +7,11 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosTimeout
-
-from ..arguments import seconds
-from ..connection import connect
-from ..judging import EXIT_CODES, as_json, is_there, readiness_of, verdict
-from ..output import Output
+from rosproto.transport import Deadline
+from woosh_pure.cli.arguments import seconds
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.output import Output
+from woosh_pure.cli.readiness import EXIT_CODES, as_json, is_there, readiness_of, verdict
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
@@ -31,9 +31,9 @@ def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
     with connect(args, out) as chassis:
         chassis.readiness()  # begins to listen
-        end = time.monotonic() + args.listen
+        deadline = Deadline(args.listen)
         with out.working("listening"):
-            while time.monotonic() < end and not (chassis.status.heard and chassis.battery.heard):
+            while not (deadline.expired or (chassis.status.heard and chassis.battery.heard)):
                 time.sleep(0.02)
             if args.wait is not None:
                 _wait(chassis, args.wait)
@@ -45,10 +45,10 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _wait(chassis: Chassis, longest: float) -> None:
-    end = time.monotonic() + longest
-    while not is_there(chassis) and time.monotonic() < end:
+    deadline = Deadline(longest)
+    while not (is_there(chassis) or deadline.expired):
         time.sleep(0.1)
     try:
-        chassis.wait_until_ready(max(0.0, end - time.monotonic()), known=True)
+        chassis.wait_until_ready(deadline.remaining(), known=True)
     except RosTimeout:
         pass  # what blocks, or is not known, is said by the caller

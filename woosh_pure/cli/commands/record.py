@@ -8,8 +8,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..connection import chosen, names, simulated
-from ..output import Output
+from woosh_pure.cli.connection import chosen, names, simulated
+from woosh_pure.cli.output import Output
 
 if TYPE_CHECKING:
     from rosproto.recording import Recorder, TopicSelection
@@ -43,7 +43,7 @@ def run(args: Namespace, out: Output) -> int:
     from rosproto.cli.bag_record import follow, recorder_options
     from rosproto.cli.bag_signals import interrupt_on_signals
     from rosproto.recording import Recorder
-    from woosh_pure.address import master_uri_of
+    from woosh_pure.connection.address import master_uri_of
 
     if not args.output_name and not args.output_prefix:
         args.output_prefix = "woosh"
@@ -77,8 +77,8 @@ def selection_of(
         exclude: Regular expressions for whole names; pose and battery stay.
     """
     from rosproto.recording import TopicSelection
-    from woosh_pure.interface import find
-    from woosh_pure.interface import topics as rows
+    from woosh_pure.interface.table import find
+    from woosh_pure.interface.table import topics as rows
 
     named = [name for feed in ALWAYS for name in (find(feed).name, *find(feed).aliases)]
     known = [name for row in rows() if camera or row.type not in HEAVY for name in (row.name, *row.aliases)]
@@ -94,7 +94,7 @@ def selection_of(
 def _tell(recorder: Recorder, out: Output) -> int:
     """What is in the bags; 1 when there is no pose or no battery in them: then it is hardly the chassis."""
     from rosproto.bag import BagReader
-    from woosh_pure.interface import find
+    from woosh_pure.interface.table import find
 
     counts: dict[str, int] = {}
     files: list[dict[str, Any]] = []

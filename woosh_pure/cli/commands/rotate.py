@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from argparse import ArgumentParser, Namespace
 
-from ..arguments import number, positive
-from ..connection import connect, follow, report
-from ..drive_line import DriveLine
-from ..output import Output
+from woosh_pure.cli.arguments import number, positive
+from woosh_pure.cli.connection import connect, follow, report
+from woosh_pure.cli.drive_line import DriveLine
+from woosh_pure.cli.output import Output
 
 HELP = "turn in place by degrees (positive: to the left)"
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from ..connection import connect
-from ..output import Output
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.output import Output
 
 HELP = "let the chassis speak (where it has a voice)"
 

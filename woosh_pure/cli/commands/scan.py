@@ -8,17 +8,16 @@ from typing import TYPE_CHECKING
 
 from rosproto.cli.counts import counted
 from rosproto.errors import RosTimeout
-
-from ..arguments import add_wait, folder_exists, positive, wait_for, write
-from ..connection import connect
-from ..output import Output
+from woosh_pure.cli.arguments import add_wait, folder_exists, positive, wait_for, write
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.output import Output
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from woosh_pure.chassis import Chassis
-    from woosh_pure.values import LaserScan
+    from woosh_pure.values.state import LaserScan
 
 HELP = "show the lidar scan: the nearest thing, how far it is free on each side, or a picture"
 WIDTH = 0.7
@@ -41,7 +40,7 @@ def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
     if args.map and not args.png:
         raise ValueError("--map draws the scan into the map: give --png FILE too")
-    from ..scene import scan_in_base
+    from woosh_pure.cli.scene import scan_in_base
 
     with connect(args, out) as chassis:
         chassis.feed("tf_static").open()
@@ -114,11 +113,10 @@ def nearest_of(points: NDArray[np.floating]) -> tuple[float, float] | None:
 
 
 def _draw(chassis: Chassis, scan: LaserScan, args: Namespace, out: Output) -> bytes:
+    from woosh_pure.cli.charting import chart_png
+    from woosh_pure.cli.picture import blank_around
+    from woosh_pure.cli.scene import scan_in_base, scan_in_map
     from woosh_pure.geometry import Pose2D
-
-    from ..charting import chart_png
-    from ..picture import blank_around
-    from ..scene import scan_in_base, scan_in_map
 
     if not args.map:
         points = scan_in_base(chassis, scan)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from argparse import ArgumentParser, Namespace
 
-from ..output import Output
+from woosh_pure.cli.output import Output
 
 HELP = "check that everything works on this machine; needs no robot, moves nothing, takes seconds"
 

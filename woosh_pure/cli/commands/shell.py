@@ -8,9 +8,8 @@ from typing import Any
 
 from rosproto.cli.streams import unguarded
 from rosproto.errors import RosError
-
-from ..connection import connect
-from ..output import Output
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.output import Output
 
 HELP = "open Python with `chassis` ready"
 _BANNER = """Python with `chassis` ready, connected to {uri}.

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 from rosproto.cli.failure import cannot_listen
 from rosproto.cli.option_types import to_float, to_int, whole
 from rosproto.errors import ConnectionLost
+from rosproto.transport import Deadline
+from woosh_pure.cli.arguments import port, positive, seconds
+from woosh_pure.cli.output import Output
 from woosh_pure.errors import ChassisError
-
-from ..arguments import port, positive, seconds
-from ..output import Output
 
 if TYPE_CHECKING:
     from woosh_pure.sim import SimulatedChassis
@@ -100,7 +100,7 @@ def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
     from woosh_pure.sim import Settings, SimulatedChassis
     from woosh_pure.sim.body import BodyLimits
-    from woosh_pure.sim.given import site_of
+    from woosh_pure.sim.site_options import site_of
 
     schedule = sorted(_parse_at(text) for text in args.at)
     _require_known(args.firmware)
@@ -128,16 +128,15 @@ def run(args: Namespace, out: Output) -> int:
         out.line(f"marks: {', '.join(sim.world.site.marks) or 'none'}")
         out.line(f"try:   woosh --master {sim.master_uri} status")
         out.result({"master_uri": sim.master_uri, "marks": sorted(sim.world.site.marks)})
-        end = None if args.seconds is None else time.monotonic() + args.seconds
-        began = time.monotonic()
-        while end is None or time.monotonic() < end:
+        deadline, began = Deadline(args.seconds), time.monotonic()
+        while not deadline.expired:
             while schedule and time.monotonic() - began >= schedule[0][0]:
                 _, text = schedule.pop(0)
                 out.line(f"now: {text}")
                 inject(sim, text)
             time.sleep(0.05)
         for at, text in schedule:  # a busy computer comes late to what was due before the end
-            if end is not None and began + at <= end:
+            if args.seconds is not None and at <= args.seconds:
                 out.line(f"now: {text}")
                 inject(sim, text)
     return 0
@@ -145,7 +144,7 @@ def run(args: Namespace, out: Output) -> int:
 
 def _require_known(version: str) -> None:
     """Newer definitions than the bundled ones are not known, so nothing can speak them."""
-    from woosh_pure.firmware import CURRENT
+    from woosh_pure.firmware.revisions import CURRENT
 
     try:
         newer = [int(part) for part in version.split(".")] > [int(part) for part in CURRENT.split(".")]

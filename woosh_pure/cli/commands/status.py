@@ -5,13 +5,13 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING, Any
 
-from ..arguments import seconds
-from ..connection import connect
-from ..judging import as_json, readiness_of, verdict
-from ..output import Output
+from woosh_pure.cli.arguments import seconds
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.output import Output
+from woosh_pure.cli.readiness import as_json, readiness_of, verdict
 
 if TYPE_CHECKING:
-    from woosh_pure.feed import Reading
+    from woosh_pure.feed.feed import Reading
 
 HELP = "show battery, pose, state, faults and whether it would move"
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from ..arguments import positive
-from ..connection import connect
-from ..output import Output
+from woosh_pure.cli.arguments import positive
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.output import Output
 
 HELP = "stop: zero velocity and cancel everything, whoever started it (no emergency stop)"
 

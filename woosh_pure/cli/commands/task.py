@@ -6,11 +6,10 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 from rosproto.cli.option_types import whole
-
-from ..arguments import POSE, add_timeout, natural, number, pose, word_of
-from ..connection import connect, follow, report
-from ..drive_line import DriveLine
-from ..output import Output
+from woosh_pure.cli.arguments import POSE, add_timeout, natural, number, pose, word_of
+from woosh_pure.cli.connection import connect, follow, report
+from woosh_pure.cli.drive_line import DriveLine
+from woosh_pure.cli.output import Output
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis

@@ -10,17 +10,16 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from rosproto.cli.streams import own
-
-from ..arguments import number, seconds
-from ..connection import connect
-from ..console import enable_escapes, full_screen, is_terminal, shows_unicode, size
-from ..judging import as_json
-from ..output import Output
+from rosproto.transport import Deadline
+from woosh_pure.cli.arguments import number, seconds
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.console import enable_escapes, full_screen, is_terminal, shows_unicode, size
+from woosh_pure.cli.output import Output
+from woosh_pure.cli.readiness import as_json
 
 if TYPE_CHECKING:
     from rosproto.cli.keys import Keys
-
-    from ..scene import Observer, Scene
+    from woosh_pure.cli.scene import Observer, Scene
 
 HELP = "watch pose, map, scan, battery, task, faults and rates live"
 
@@ -40,32 +39,31 @@ def run(args: Namespace, out: Output) -> int:
     rate = (5.0 if whole else 1.0) if args.rate is None else args.rate
     if not 0.05 <= rate <= 30.0:
         raise ValueError(f"--rate {rate:g}: expected 0.05 to 30 per second")
-    from ..scene import Observer
+    from woosh_pure.cli.scene import Observer
 
     with connect(args, out) as chassis:
         observer = Observer(chassis)
         if not args.no_map:
             with out.working("fetching the map"):
                 observer.fetch_map()
-        end = None if args.seconds is None else time.monotonic() + args.seconds
+        deadline = Deadline(args.seconds)
         if whole:
-            _on_screen(observer, args, 1.0 / rate, end)
+            _on_screen(observer, args, 1.0 / rate, deadline)
         else:
-            _by_line(observer, out, 1.0 / rate, end)
+            _by_line(observer, out, 1.0 / rate, deadline)
     return 0
 
 
-def _on_screen(observer: Observer, args: Namespace, period: float, end: float | None) -> None:
+def _on_screen(observer: Observer, args: Namespace, period: float, deadline: Deadline) -> None:
     from rosproto.cli.keys import open_keys
-
-    from ..screen import Screen
+    from woosh_pure.cli.screen import Screen
 
     plain = args.ascii or not shows_unicode(sys.stdout)
     screen = Screen(ascii_only=plain, coloured=not os.environ.get("NO_COLOR"))
     with ExitStack() as stack:
         keys = stack.enter_context(open_keys()) if is_terminal(sys.stdin) else None
         stack.enter_context(full_screen(sys.stdout))
-        while end is None or time.monotonic() < end:
+        while not deadline.expired:
             columns, lines = size()
             picture = screen.render(observer.look(), columns, lines)
             own(sys.stdout).write("\x1b[H" + "\x1b[K\r\n".join(picture) + "\x1b[K\x1b[J")
@@ -79,15 +77,15 @@ def _quit_within(keys: Keys | None, period: float) -> bool:
     if keys is None:
         time.sleep(period)
         return False
-    end = time.monotonic() + period
-    while (rest := end - time.monotonic()) > 0.0:
+    deadline = Deadline(period)
+    while rest := deadline.remaining():
         if any(key in ("q", "escape", "end") for key in keys.read(rest)):
             return True
     return False
 
 
-def _by_line(observer: Observer, out: Output, period: float, end: float | None) -> None:
-    while end is None or time.monotonic() < end:
+def _by_line(observer: Observer, out: Output, period: float, deadline: Deadline) -> None:
+    while not deadline.expired:
         time.sleep(period)
         scene = observer.look()
         out.line(_line(scene))

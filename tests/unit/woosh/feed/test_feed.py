@@ -1,0 +1,212 @@
+"""A feed over a node that is a stand-in: first use, waiting, callbacks, closing."""
+
+from __future__ import annotations
+
+import math
+import threading
+from types import SimpleNamespace
+
+import pytest
+
+from rosproto.errors import ConnectionLost, RosTimeout
+from woosh_pure import interface
+from woosh_pure.feed.feed import Feed
+
+
+class StandIn:
+    """A subscriber with links that a test sets."""
+
+    def __init__(self, links=(), latching=False):
+        self.links = [SimpleNamespace(connected=c, last_error=e) for c, e in links]
+        self.latching = latching
+        self.callback = None
+        self.options = {}
+        self.errors = []
+        self.asked = 0
+        self.closed = False
+        self.close_reason = ""
+
+    @property
+    def connections(self):
+        return sum(link.connected for link in self.links)
+
+    def stats(self):
+        self.asked += 1
+        if self.asked > 3:  # a moment later
+            for link in self.links:
+                link.connected = link.connected or not link.last_error
+        return self.links
+
+    def subscriber(self, topic, type_, *, callback, **options):
+        self.callback, self.options = callback, options
+        return self
+
+    def close(self):
+        pass
+
+
+def feed_of(topic="/odometer", **options):
+    node = StandIn(**options)
+    return Feed(interface.row(topic), lambda: node), node
+
+
+def number(value):
+    return SimpleNamespace(data=value)
+
+
+def test_the_first_use_waits_until_the_links_stand():
+    feed, node = feed_of(links=[(False, ""), (False, "")])
+    assert feed.latest is None
+    assert node.connections == 2
+
+
+def test_a_publisher_that_cannot_be_reached_and_one_that_does_not_exist_are_not_waited_for():
+    feed, node = feed_of(links=[(False, "refused")])
+    assert feed.wait_connected() is False
+    assert node.asked == 1
+    assert feed_of(links=[])[0].latest is None
+
+
+def test_a_latched_value_is_there_at_the_first_use():
+    feed, node = feed_of(links=[(True, "")], latching=True)
+    feed.open()
+    threading.Timer(0.02, lambda: node.callback(number(4.0))).start()
+    assert feed.latest == 4.0
+
+
+def test_a_latched_value_that_comes_while_the_topic_is_opened_is_the_next_one(monkeypatch):
+    """On a quick network it is there before `wait` has got round to waiting, and no other follows."""
+    feed, node = feed_of(latching=True)
+    subscribe = node.subscriber
+
+    def quick(*args, **options):
+        subscribe(*args, **options).callback(number(4.0))
+        return node
+
+    monkeypatch.setattr(node, "subscriber", quick)
+    assert feed.wait(0.2) == 4.0
+
+
+def test_opening_does_not_wait():
+    feed, node = feed_of(links=[(False, "")])
+    feed.open()
+    assert node.asked == 0
+
+
+def test_known_neither_subscribes_nor_waits():
+    feed, node = feed_of()
+    assert feed.known is None
+    assert node.callback is None
+
+
+def test_what_is_sent_on_change_only_is_never_given_up_for_newer_messages():
+    feed, node = feed_of("/robot_status")
+    feed.open()
+    assert node.options["queue_size"] >= 1000
+
+
+def test_of_pictures_only_a_few_are_kept():
+    """A hundred point clouds of a depth camera are half a gigabyte."""
+    for topic, kept in (("/camera_1/depth/points", 3), ("/camera_1/color/image_raw", 3), ("/odometer", 100)):
+        feed, _ = feed_of(topic)
+        assert feed._history.maxlen == kept
+
+
+def test_a_value_that_was_true_for_a_moment_is_not_missed():
+    feed, node = feed_of()
+    feed.open()
+    node.callback(number(1.0))
+    seen = []
+
+    def accept(value):
+        seen.append(value)
+        if value == 1.0:  # two more come while the caller looks at the first
+            node.callback(number(2.0))
+            node.callback(number(3.0))
+        return value == 2.0
+
+    assert feed.wait_for(accept, 1.0) == 2.0
+    assert seen == [1.0, 2.0]
+
+
+def test_waiting_in_its_own_callback_is_an_error_and_not_a_hang(caplog):
+    feed, node = feed_of()
+    feed.on(lambda value: feed.wait(None))
+    node.callback(number(1.0))
+    assert "would wait for itself" in caplog.text
+    with pytest.raises(RosTimeout):
+        feed.wait(0.0)
+
+
+@pytest.mark.parametrize("timeout", [-1.0, math.nan])
+def test_a_time_limit_that_makes_no_sense_is_refused(timeout):
+    feed, _ = feed_of()
+    for call in (feed.wait, lambda t: feed.wait_for(bool, t)):
+        with pytest.raises(ValueError, match="at least 0"):
+            call(timeout)
+
+
+def test_a_closed_feed_tells_so_and_keeps_what_it_heard():
+    feed, node = feed_of()
+    feed.open()
+    node.callback(number(1.0))
+    feed.close()
+    assert feed.latest == 1.0
+    assert list(feed) == []
+    for call in (feed.wait, lambda: feed.wait_for(bool), lambda: feed.on(print)):
+        with pytest.raises(ConnectionLost, match="closed"):
+            call()
+    never_used, _ = feed_of()
+    never_used.close()
+    with pytest.raises(ConnectionLost, match="closed"):
+        never_used.latest  # noqa: B018
+
+
+def test_closing_wakes_who_waits():
+    feed, _ = feed_of()
+    feed.open()
+    threading.Timer(0.05, feed.close).start()
+    with pytest.raises(ConnectionLost, match="closed"):
+        feed.wait(None)
+
+
+def test_no_wait_lasts_longer_than_a_slice_at_a_time(monkeypatch):
+    """On Windows a lock that waits cannot be interrupted by Ctrl-C: long waits are made of short ones."""
+    waited = []
+    feed, node = feed_of()
+    feed.open()
+
+    def wait(timeout=None):
+        waited.append(timeout)
+        node.callback(number(1.0))
+        return True
+
+    monkeypatch.setattr(feed, "_condition", Unlocked(wait))
+    assert feed.wait(None) == 1.0
+    assert waited
+    assert all(timeout is not None and timeout <= 0.1 for timeout in waited)
+
+
+class Unlocked:
+    """A condition whose wait a test replaces."""
+
+    def __init__(self, wait):
+        self.wait = wait
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        return None
+
+    def notify_all(self):
+        pass
+
+
+def test_a_node_that_was_shut_down_by_others_ends_every_wait():
+    """`rosnode kill` closes our subscriber: nothing will come, and the reason is known."""
+    feed, node = feed_of(links=[(True, "")])
+    feed.open()
+    node.closed, node.close_reason = True, "user request"
+    with pytest.raises(ConnectionLost, match="user request"):
+        feed.wait(None)

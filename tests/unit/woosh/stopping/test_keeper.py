@@ -1,0 +1,105 @@
+"""The thread in which motion is stopped: what is handed over is done once, whatever interrupts who waits for it."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+
+import pytest
+
+from woosh_pure.stopping.keeper import Job, Keeper, begin
+
+
+@pytest.fixture
+def keeper():
+    kept = Keeper()
+    kept.start()
+    yield kept
+    kept.end()
+
+
+def test_what_it_does_is_returned_and_what_it_raises_is_raised(keeper):
+    assert keeper.do(lambda: threading.current_thread().name, 5.0) == "woosh:stop"
+    with pytest.raises(ZeroDivisionError):
+        keeper.do(lambda: 1 // 0, 5.0)
+
+
+def test_elsewhere_than_in_the_main_thread_it_is_a_plain_call(keeper):
+    seen: list[str] = []
+    thread = threading.Thread(
+        target=lambda: seen.append(keeper.do(lambda: threading.current_thread().name, 1.0))
+    )
+    thread.start()
+    thread.join(5.0)
+    assert seen == [thread.name]
+
+
+def test_interrupts_neither_end_nor_hasten_it_and_are_raised_afterwards(keeper):
+    """Here from the thread itself, in place of a person who is impatient."""
+    done: list[str] = []
+
+    def work() -> None:
+        for _ in range(20):
+            signal.raise_signal(signal.SIGINT)
+            time.sleep(0.005)
+        done.append("all of it")
+
+    with pytest.raises(KeyboardInterrupt):
+        keeper.do(work, 20.0)
+    assert done == ["all of it"]
+
+
+def test_an_interrupt_does_not_hide_what_went_wrong(keeper):
+    def work() -> None:
+        signal.raise_signal(signal.SIGINT)
+        raise ValueError("not stopped")
+
+    with pytest.raises(KeyboardInterrupt) as caught:
+        keeper.do(work, 20.0)
+    assert isinstance(caught.value.__cause__, ValueError)
+
+
+def test_nobody_waits_longer_than_it_may_take(keeper):
+    release = threading.Event()
+    with pytest.raises(TimeoutError, match=r"not done within 0.05 s"):
+        keeper.do(lambda: release.wait(20.0), 0.05)
+    release.set()
+
+
+def test_a_job_that_is_begun_twice_is_done_once():
+    count: list[int] = []
+    job = Job(lambda: count.append(1), 5.0)
+    begin(job, "one")
+    begin(job, "two")
+    assert job.join() is None
+    assert count == [1]
+
+
+def test_where_no_thread_can_be_started_it_is_done_here(monkeypatch):
+    """At the end of a program, from CPython 3.12 on."""
+
+    def refuse(_):
+        raise RuntimeError("can't create new thread at interpreter shutdown")
+
+    monkeypatch.setattr(threading.Thread, "start", refuse)
+    job = Job(lambda: threading.current_thread(), 5.0)
+    begin(job, "one")
+    assert job.result() is threading.current_thread()
+
+
+def test_before_it_has_started_and_after_its_end_things_are_done_all_the_same():
+    keeper = Keeper()
+    assert keeper.do(lambda: "before", 5.0) == "before"
+    keeper.start()
+    keeper.end()
+    assert keeper.do(lambda: "after", 5.0) == "after"
+    keeper.hold(Job(lambda: None, 60.0))  # nobody will ever do it: not waited for
+
+
+def test_a_fork_has_a_keeper_of_no_thread_and_waits_for_none(keeper, monkeypatch):
+    """What its parent has started does not run there."""
+    monkeypatch.setattr("woosh_pure.stopping.keeper.os.getpid", lambda: -1)
+    monkeypatch.setattr(keeper, "put", lambda job: pytest.fail("nobody would do it"))
+    assert keeper.do(lambda: "done", 5.0) == "done"
+    keeper.hold(Job(lambda: None, 60.0))

@@ -1,0 +1,81 @@
+"""What the commands say about readiness: the chassis's own reasons, and whether there is a chassis at all."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rosproto.errors import RosTimeout
+
+if TYPE_CHECKING:
+    from woosh_pure.chassis import Chassis
+    from woosh_pure.cli.output import Output
+    from woosh_pure.readiness.assessment import Readiness
+
+__all__ = ["EXIT_CODES", "as_json", "is_there", "nobody_there", "readiness_of", "verdict"]
+
+_STEADY = 1.0  # seconds within which the measured velocity comes, also over a slow network
+
+
+def is_there(chassis: Chassis) -> bool:
+    """Whether somebody publishes its status; any master answers, also one without a chassis."""
+    return chassis.status.heard or chassis.status.publishers > 0
+
+
+def nobody_there(chassis: Chassis) -> str:
+    """What to say when there is none, or when it is there and cannot be reached."""
+    if why := chassis.status.unreachable:
+        return (
+            f"{chassis.status.topic} is published at {chassis.master_uri}, but its publisher cannot be "
+            f"reached: {why}; try `woosh doctor`"
+        )
+    return (
+        f"nobody publishes {chassis.status.topic} at {chassis.master_uri}: no chassis runs there, or not all "
+        "of it; try `woosh doctor`"
+    )
+
+
+EXIT_CODES = {"yes": 0, "no": 3, "not known": 5}
+"""Of `woosh ready`, by the answer."""
+_WORDS = {
+    "yes": ("ready", "yes", "green"),
+    "no": ("NOT READY", "NO", "red"),
+    "not known": ("NOT KNOWN whether it is ready", "NOT KNOWN", "yellow"),
+}
+
+
+def verdict(readiness: Readiness, out: Output, *, short: bool = False) -> str:
+    """The answer in one word or some, coloured."""
+    long_word, short_word, colour = _WORDS[readiness.answer.value]
+    return out.colour(short_word if short else long_word, colour)
+
+
+def as_json(readiness: Readiness) -> bool | None:
+    """True, False, or null where it is not known."""
+    return {"yes": True, "no": False}.get(readiness.answer.value)
+
+
+def readiness_of(chassis: Chassis) -> Readiness:
+    """`Chassis.readiness()`, but no without a chassis: scripts take "nothing known against it" for a yes."""
+    from woosh_pure.readiness.assessment import Readiness, Reason, ReasonKey
+
+    found = chassis.readiness()
+    if not is_there(chassis):
+        key = ReasonKey.UNREACHABLE if chassis.status.unreachable else ReasonKey.NO_CHASSIS
+        missing = Reason(key, nobody_there(chassis))
+    elif _is_silent(chassis):
+        missing = Reason(ReasonKey.SILENT, "nothing comes from the chassis: is it up? try `woosh doctor`")
+    else:
+        return found
+    known = [reason for reason in found.reasons if reason.key != ReasonKey.UNKNOWN]
+    return Readiness((missing, *known))
+
+
+def _is_silent(chassis: Chassis) -> bool:
+    """Whether not even what it sends all the time comes: its nodes are registered, but do not run."""
+    if chassis.status.heard or chassis.battery.heard:
+        return False
+    try:
+        chassis.measured_velocity.wait(_STEADY, new=False)
+    except RosTimeout:
+        return True
+    return False

@@ -1,0 +1,160 @@
+"""What is sent to the chassis and asked of it: publishers, and clients of services and actions.
+
+Each is made on first use and kept until close. Safe from any thread.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import rosproto
+from rosproto.codec.conversion import ValuesLost
+from rosproto.errors import RosTimeout
+from rosproto.node.service_client import Cancellation
+from rosproto.transport import Deadline
+from woosh_pure.connection.begun import current
+from woosh_pure.connection.connection import Connection
+from woosh_pure.enums import TaskCommand
+from woosh_pure.firmware.limits import limit_error, require_message
+from woosh_pure.interface import row
+
+__all__ = ["Clients"]
+
+
+class Clients:
+    """Publishers, service clients and action clients of one chassis.
+
+    Args:
+        connection: Where they are made; their node closes them.
+    """
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self._publishers: dict[str, rosproto.Publisher] = {}
+        self._services: dict[str, Any] = {}
+        self._actions: dict[str, rosproto.ActionClient] = {}
+
+    def publisher(self, topic: str, type_name: Any) -> rosproto.Publisher:
+        """A publisher of any topic and type, kept until close."""
+        self._connection.require_open()
+        with self._connection.making:
+            if topic not in self._publishers:
+                self._publishers[topic] = self._connection.open_node().publisher(
+                    topic, type_name, queue_size=10
+                )
+            return self._publishers[topic]
+
+    def wait_any(self, publishers: Sequence[rosproto.Publisher], timeout: float) -> None:
+        """Wait until one of several publishers has a subscriber.
+
+        Raises:
+            RosTimeout: None has.
+        """
+        deadline = Deadline(timeout)
+        while not any(p.connections for p in publishers):
+            if deadline.expired:
+                names = " or ".join(p.topic for p in publishers)
+                raise RosTimeout(
+                    f"nobody listens to {names}; this chassis may not have it", what=names, seconds=timeout
+                )
+            time.sleep(0.01)
+
+    def connect(self, topic: str, type_: Any) -> None:
+        """Wait until the chassis listens to a topic, without sending anything.
+
+        Raises:
+            RosTimeout: Nobody of the chassis subscribes.
+        """
+        self.require_connection(self.publisher(topic, type_), topic)
+
+    def send(self, topic: str, message: Any, timeout: float | None = None) -> None:
+        """Publish once, after the chassis has connected.
+
+        Raises:
+            RosTimeout: Nobody of the chassis subscribes.
+        """
+        publisher = self.publisher(topic, type(message))
+        self.require_connection(publisher, topic, timeout)
+        require_message(topic, publisher, message)
+        if (begun := current()) is not None:
+            begun.require_wanted(topic)
+        publisher.publish(message)
+        publisher.flush(self._connection.timeout)
+
+    def require_connection(
+        self, publisher: rosproto.Publisher, topic: str, timeout: float | None = None
+    ) -> None:
+        """Wait until somebody listens.
+
+        Raises:
+            RosTimeout: Nobody came in time.
+        """
+        publisher.wait_for_connection(timeout=self._connection.timeout if timeout is None else timeout)
+
+    def service(self, name: str) -> Any:
+        """The client of a service of the interface."""
+        self._connection.require_open()
+        if made := self._services.get(name):
+            return made  # without the lock: a cancel must not wait for a verb that is connecting
+        with self._connection.making:
+            if name not in self._services:
+                client = self._connection.open_node().service_client(name, row(name).type)
+                client.lossless = True
+                self._services[name] = client
+            return self._services[name]
+
+    def call(self, name: str, *, timeout: float | None = None, **fields: Any) -> Any:
+        """Call a service of the interface and return its response.
+
+        Raises:
+            FirmwareLimit: The chassis's definition has no field for a value given; nothing was sent.
+        """
+        client, seconds = self.service(name), self._connection.timeout if timeout is None else timeout
+        # What cancels a task must go out, whoever has gone.
+        begun = None if name == "/exec_task" else current()
+        try:
+            if begun is not None:
+                return client.call_cancellable(begun.calling, None, seconds, **fields)
+            return client.call(timeout=seconds, **fields)
+        except ValuesLost as error:
+            lack = f"no field for {', '.join(error.fields)}"
+            raise limit_error(name, error.theirs, error.fields, lack) from error
+
+    def services_of_type(self, type_name: str) -> list[str]:
+        """Names of the services of a type, by asking the service with each name what it is; none is called.
+
+        Raises:
+            ConnectionLost, RosTimeout, MasterError: The master cannot be asked.
+        """
+        from woosh_pure.firmware.survey import survey
+
+        answers = survey(self._connection.open_node(), timeout=self._connection.timeout, kinds=("service",))
+        return [answer.name for answer in answers if answer.type == type_name]
+
+    def call_found(self, name: str, type_name: str, *, timeout: float | None = None, **fields: Any) -> Any:
+        """Call a service that is in no row of the interface under this name."""
+        with self._connection.open_node().service_client(name, type_name) as client:
+            cancellation = Cancellation() if (begun := current()) is None else begun.calling
+            seconds = self._connection.timeout if timeout is None else timeout
+            return client.call_cancellable(cancellation, None, seconds, **fields)
+
+    def action(self, name: str) -> rosproto.ActionClient:
+        """The client of an action of the interface, ready to send.
+
+        Raises:
+            RosTimeout: The server is not there; the text says which part is missing.
+        """
+        self._connection.require_open()
+        with self._connection.making:
+            client = self._actions.get(name)
+            if client is None:
+                client = rosproto.ActionClient(self._connection.open_node(), name, row(name).type)
+                self._actions[name] = client
+        client.wait_for_server(self._connection.timeout)
+        return client
+
+    def exec_task(self, command: TaskCommand, task_id: int, *, timeout: float, **fields: Any) -> Any:
+        """Call /exec_task."""
+        return self.call("/exec_task", timeout=timeout, task_exect=int(command), task_id=task_id, **fields)

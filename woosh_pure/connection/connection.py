@@ -1,0 +1,107 @@
+"""Our node at one chassis's master: made on first use, once, and gone with `close`. Safe from any thread."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable, Mapping, Sequence
+
+import rosproto
+from rosproto.errors import ConnectionLost
+
+__all__ = ["Connection"]
+
+
+class Connection:
+    """Where the chassis is, and our node there.
+
+    Args:
+        master_uri: Where its master is.
+        name: Prefix of our node's name.
+        host: Our own address; None finds it.
+        timeout: Seconds for connecting and for services, where a call does not say otherwise.
+        msg_path: Folders with further definitions.
+        resolve: Host name -> address.
+        before_close: Called with the reason before the node closes, while it still works.
+
+    Attributes:
+        making: Held while something is made that stays until `close`: one thing at a time. It may take long.
+    """
+
+    def __init__(
+        self,
+        master_uri: str,
+        *,
+        name: str,
+        host: str | None,
+        timeout: float,
+        msg_path: Sequence[str | os.PathLike[str]] = (),
+        resolve: Mapping[str, str] | None = None,
+        before_close: Callable[[str], None],
+    ) -> None:
+        self.master_uri = master_uri
+        self.timeout = timeout
+        self.name, self._host = name, host
+        self._msg_path = msg_path
+        self._resolve = resolve
+        self._before_close = before_close
+        self.making = threading.RLock()
+        self._node: rosproto.Node | None = None
+        self._closed = False
+
+    def open_node(self) -> rosproto.Node:
+        """Our node, connected with the first call.
+
+        Its name is unique, so no two programs throw each other out.
+
+        Raises:
+            ConnectionLost: This Chassis is closed, or the master cannot be reached.
+        """
+        made = self._node
+        if made is not None and not self._closed:
+            return made  # without the lock: `stop` must not wait for a verb that is connecting
+        with self.making:
+            self.require_open()
+            if self._node is None:
+                self._node = self.new_node()
+                self._node.before_close(self._before_close)
+            return self._node
+
+    def new_node(self) -> rosproto.Node:
+        """A node of ours, under a name that no other has."""
+        return rosproto.Node(
+            self.name,
+            master_uri=self.master_uri,
+            host=self._host,
+            anonymous=True,
+            timeout=self.timeout,
+            msg_path=self._msg_path,
+            resolve=self._resolve,
+        )
+
+    @property
+    def state(self) -> str:
+        """Whether there is a connection, in words."""
+        if self._closed:
+            return "closed"
+        return "not connected yet" if self._node is None else "connected"
+
+    def require_open(self) -> None:
+        """Refuse everything after `close`.
+
+        Raises:
+            ConnectionLost: This Chassis is closed.
+        """
+        if self._closed:
+            raise ConnectionLost(f"this Chassis is closed; open a new one for {self.master_uri}")
+
+    def note_close(self) -> None:
+        """From now on nothing is made; waits for what is being made."""
+        with self.making:
+            self._closed = True
+
+    def close(self) -> None:
+        """Close the node; goals and drives must have ended before. May be called again."""
+        self.note_close()
+        if self._node is not None:
+            self._node.close()

@@ -1,0 +1,15 @@
+"""`woosh doctor`: why it does not work, in plain words. Nothing is moved and nothing is sent to the robot."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from woosh_pure.late import late_names
+
+if TYPE_CHECKING:
+    from woosh_pure.doctor.examination import examine
+    from woosh_pure.doctor.finding import Finding, Level
+
+__all__ = ["Finding", "Level", "examine"]
+
+__getattr__ = late_names(__name__, {"Finding": "finding", "Level": "finding", "examine": "examination"})

@@ -1,0 +1,257 @@
+"""`woosh doctor`: why it does not work, in plain words. Nothing is moved and nothing is sent to the robot.
+
+Each check looks at one link of the chain from our network card to the values of the robot, and stops the
+chain when the following ones would only repeat its failure.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import socket
+import statistics
+import time
+from collections.abc import Generator, Iterator, Mapping
+
+import rosproto
+from rosproto.errors import ConnectionLost, RosError, RosTimeout
+from rosproto.transport import Deadline
+from rosproto.transport.address import parse_uri
+from rosproto.transport.host_names import HostNames, hosts_advice
+from woosh_pure import interface
+from woosh_pure.doctor.definitions import check_definitions
+from woosh_pure.doctor.finding import Finding, Level
+from woosh_pure.doctor.nodes import chassis_nodes, check_nodes
+from woosh_pure.feed.feed import Feed
+from woosh_pure.interface.table import Row
+
+__all__ = ["Finding", "Level", "examine"]
+
+CORE = ("/robot_status", "/exec_task", "/move_base")
+"""Without these it is no chassis; all else depends on the model."""
+_CABLE = ipaddress.ip_network("169.254.128.0/24")
+_FIRST, _LAST = ipaddress.IPv4Address("169.254.128.20"), ipaddress.IPv4Address("169.254.128.49")
+_HARMLESS = "/rgbled"
+"""Announced, but nothing is published on it: the chassis's node connects back to us all the same."""
+
+
+def examine(
+    master_uri: str,
+    *,
+    host: str | None = None,
+    listen: float = 3.0,
+    timeout: float = 3.0,
+    resolve: Mapping[str, str] | None = None,
+) -> Iterator[Finding]:
+    """Look at everything between here and a chassis; findings come as they are made.
+
+    Args:
+        master_uri: The master.
+        host: Our own address, when it is given by hand.
+        listen: Seconds to listen to the topics.
+        timeout: Seconds for each connection.
+        resolve: Host name -> address, for names that this computer does not know.
+    """
+    name, port = parse_uri(master_uri, default_port=11311)
+    hosts = HostNames(resolve, master=name, quiet=True)
+    address = yield from _name(name, hosts)
+    if address is None:
+        return
+    yield _own_address(address, port, host)
+    reached = _reach(address, port, timeout)
+    yield reached
+    if reached.level is Level.PROBLEM:
+        return
+    with rosproto.MasterClient(master_uri, "/woosh_doctor", timeout=timeout, hosts=hosts) as client:
+        answered = _master(client)
+        yield answered
+        if answered.level is Level.PROBLEM:
+            return
+        state = client.get_system_state()
+        found = _rows(state)
+        yield found
+        if found.level is Level.PROBLEM and not chassis_nodes(state):
+            return
+        yield from check_nodes(client, state, hosts, timeout)
+    yield from _competitors(state)
+    guessed = dict.fromkeys(hosts.unknown, address)  # which has been told
+    yield from _with_a_node(master_uri, host, state, listen, timeout, {**hosts.given, **guessed})
+
+
+def _name(name: str, hosts: HostNames) -> Generator[Finding, None, str | None]:
+    try:
+        address = hosts.resolve(name)[0]
+    except (ConnectionLost, RosTimeout) as error:
+        advice = f"use the numeric address, 169.254.128.2 on the debug port; or {hosts_advice(name, None)}"
+        yield Finding("name", Level.PROBLEM, f"the name {name} does not resolve: {error}", advice)
+        return None
+    yield Finding("name", Level.OK, f"the master is at {address}")
+    return address
+
+
+def _own_address(address: str, port: int, given: str | None) -> Finding:
+    family = socket.AF_INET6 if ":" in address else socket.AF_INET
+    try:
+        with socket.socket(family, socket.SOCK_DGRAM) as probe:
+            probe.connect((address, port or 1))  # sends nothing: it only asks for the route
+            own = given or str(probe.getsockname()[0])
+    except OSError as error:
+        advice = "connect the cable or the Wi-Fi; give this computer an address of the robot's network"
+        return Finding("own_address", Level.PROBLEM, f"no route to {address}: {error}", advice)
+    return check_own_address(address, own)
+
+
+def check_own_address(robot: str, own: str) -> Finding:
+    """Whether our address fits the robot's network. Pure."""
+    if ipaddress.ip_address(robot) not in _CABLE:
+        return Finding("own_address", Level.OK, f"our address towards it is {own}")
+    if not _FIRST <= ipaddress.IPv4Address(own) <= _LAST:
+        return Finding(
+            "own_address",
+            Level.PROBLEM,
+            f"our address on the cable is {own}, outside of {_FIRST} to {_LAST}",
+            f"give the wired interface a static address such as {_FIRST}, netmask 255.255.255.0",
+        )
+    return Finding("own_address", Level.OK, f"our address on the cable is {own}")
+
+
+def _reach(address: str, port: int, timeout: float) -> Finding:
+    began = time.monotonic()
+    try:
+        socket.create_connection((address, port), timeout).close()
+    except ConnectionRefusedError:
+        advice = "is this the right port (11311)? the robot may still be starting: wait a minute"
+        return Finding(
+            "reach", Level.PROBLEM, f"{address}:{port} refuses the connection: no master there", advice
+        )
+    except OSError as error:
+        what = "does not answer" if isinstance(error, TimeoutError) else f"cannot be reached: {error}"
+        advice = f"ping {address}; check cable, Wi-Fi, address and firewall of this computer"
+        return Finding("reach", Level.PROBLEM, f"{address}:{port} {what}", advice)
+    return Finding("reach", Level.OK, f"connected in {(time.monotonic() - began) * 1000:.0f} ms")
+
+
+def _master(client: rosproto.MasterClient) -> Finding:
+    try:
+        client.get_pid()
+    except RosError as error:
+        advice = "something listens there, but it is no ROS master; check the port"
+        return Finding("master", Level.PROBLEM, f"no ROS master answers: {error}", advice)
+    return Finding("master", Level.OK, "the ROS master answers")
+
+
+def _rows(state: rosproto.node.SystemState) -> Finding:
+    missing = [row.name for row in interface.ROWS if row.source == "page" and not _is_there(row, state)]
+    page = sum(row.source == "page" for row in interface.ROWS)
+    if core := [name for name in CORE if name in missing]:
+        there = (
+            f"{page - len(missing)} of {page} rows of its interface are"
+            if len(missing) < page
+            else "nothing is"
+        )
+        text = f"no Woosh chassis here, or not all of it: {', '.join(core)} missing; {there} registered"
+        advice = "it may be another robot's master, or the chassis's programs have not started: wait a minute"
+        return Finding("interface", Level.PROBLEM, text, advice)
+    if missing:
+        advice = "this chassis may not have them (cameras, shelf lights), or a node has not started"
+        return Finding("interface", Level.WARNING, f"not registered: {', '.join(missing)}", advice)
+    return Finding("interface", Level.OK, f"all {page} rows of the vendor's page are registered")
+
+
+def _is_there(row: Row, state: rosproto.node.SystemState) -> bool:
+    names = (row.name, *row.aliases)
+    if row.kind == "service":
+        return any(name in state.services for name in names)
+    if row.kind == "action":
+        return f"{row.name}/goal" in state.subscribers
+    table = state.publishers if row.flow == "read" else state.subscribers
+    return any(name in table for name in names)
+
+
+def _competitors(state: rosproto.node.SystemState) -> Iterator[Finding]:
+    """Other programs that command it; the chassis's own nodes do so as well, and are none."""
+    others: dict[str, list[str]] = {}
+    topics = {f"{row.name}/goal": row.name for row in interface.actions()}
+    topics |= {row.name: row.name for row in interface.topics("write") if row.bypasses_protection}
+    for topic, name in topics.items():
+        for node in set(state.publishers.get(topic, [])) - interface.ROBOT_NODES:
+            others.setdefault(node, []).append(name)
+    for node, names in sorted(others.items()):
+        advice = "end that program, or agree who drives: two clients interrupt each other"
+        yield Finding("competitor", Level.WARNING, f"{node} also commands {', '.join(names)}", advice)
+    if not others:
+        yield Finding("competitor", Level.OK, "nobody else commands the chassis")
+
+
+def _with_a_node(
+    master_uri: str,
+    host: str | None,
+    state: rosproto.node.SystemState,
+    listen: float,
+    timeout: float,
+    resolve: Mapping[str, str] | None,
+) -> Iterator[Finding]:
+    try:
+        node = rosproto.Node(
+            "/woosh_doctor", master_uri=master_uri, host=host, anonymous=True, resolve=resolve
+        )
+    except RosError as error:
+        yield Finding("join", Level.PROBLEM, f"we cannot join the graph: {error}", "see the text")
+        return
+    with node:
+        yield Finding("join", Level.OK, f"we joined as {node.name} at {node.uri}")
+        yield _connect_back(node, state, timeout)
+        yield from _topics(node, state, listen)
+
+
+def _connect_back(node: rosproto.Node, state: rosproto.node.SystemState, timeout: float) -> Finding:
+    if _HARMLESS not in state.subscribers:
+        return Finding("back", Level.WARNING, f"nobody listens to {_HARMLESS}: the way back was not tested")
+    publisher = node.publisher(_HARMLESS, interface.row(_HARMLESS).type)
+    try:
+        publisher.wait_for_connection(timeout=timeout)
+    except RosTimeout:
+        caller = ", ".join(state.subscribers[_HARMLESS])
+        text = f"we reach the chassis, but {caller} does not reach us at {node.uri}"
+        advice = "let Python be reached from outside in the firewall, or give our right address with --host"
+        return Finding("back", Level.PROBLEM, text, advice)
+    finally:
+        publisher.close()
+    return Finding("back", Level.OK, "the chassis connects back to us")
+
+
+def _topics(node: rosproto.Node, state: rosproto.node.SystemState, listen: float) -> Iterator[Finding]:
+    heavy = ("sensor_msgs/Image", "sensor_msgs/PointCloud2")
+    rows = [r for r in interface.feeds() if r.name in state.publishers and r.type not in heavy]
+    feeds = [Feed[object](row, lambda: node).open() for row in rows]
+    deadline = Deadline(listen)
+    while not deadline.expired and not all(feed.heard or feed.row.on_change for feed in feeds):
+        time.sleep(0.05)
+    yield from check_definitions(node, state)
+    silent = [f.topic for f in feeds if not f.heard and not f.row.on_change and f.row.source == "page"]
+    if silent:
+        advice = "the node behind it hangs, or its links are blocked; restart the robot if it stays so"
+        text = f"registered, but silent for {listen:g} s: {', '.join(silent)}"
+        yield Finding("silent", Level.WARNING, text, advice)
+    else:
+        yield Finding("silent", Level.OK, f"{sum(f.heard for f in feeds)} topics were heard")
+    yield from _clock(feeds)
+    for feed in feeds:
+        feed.close()
+
+
+def _clock(feeds: list[Feed[object]]) -> Iterator[Finding]:
+    offsets = [
+        reading.stamp - (time.time() - reading.age)
+        for feed in feeds
+        for reading in feed.history[-5:]
+        if reading.stamp is not None
+    ]
+    if not offsets:
+        return
+    offset = statistics.median(offsets)
+    text = f"the robot's clock is {abs(offset):.2f} s {'ahead of' if offset > 0 else 'behind'} ours"
+    if abs(offset) > 1.0:
+        advice = "ages here use our own clock and are right; set the clocks if you use the stamps"
+        yield Finding("clock", Level.WARNING, text, advice)
+    else:
+        yield Finding("clock", Level.OK, text)

@@ -1,0 +1,227 @@
+"""Status codes: what a number on /status_code means, and which faults are active now. Pure: no clock, no
+network.
+
+A code has 12 decimal digits: version (1), department (1), module (2), submodule (2), function state (5),
+level (1). Level 0 says normal or recovered and clears the other codes of the same submodule; submodule 00
+clears its module.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import lru_cache
+from importlib import resources
+
+from woosh_pure.enums import RobotState
+from woosh_pure.faults.words import chinese, english
+
+__all__ = [
+    "ActiveFaults",
+    "Department",
+    "FaultLevel",
+    "Faults",
+    "StatusCode",
+    "all_codes",
+    "decode_status_code",
+]
+
+
+class FaultLevel(IntEnum):
+    """Last digit of a code (our reading of the table)."""
+
+    NORMAL = 0
+    NOTICE = 1
+    WARNING = 2
+    SEVERE = 3
+
+
+class Department(IntEnum):
+    """Second digit of a code: which part of the robot speaks."""
+
+    UNKNOWN = 0
+    ELECTRICAL = 1
+    EMBEDDED = 2
+    SYSTEM = 3
+    APPLICATION = 4
+
+
+@dataclass(frozen=True, slots=True)
+class StatusCode:
+    """One decoded code.
+
+    Attributes:
+        code: The number on the wire.
+        identifier: The vendor's name for it, "" when the table has none.
+        english, chinese: One short sentence.
+        derived: True when the sentence is made from the identifier (or from the number) alone.
+        level: How bad it is.
+        department: Which part of the robot.
+        module, submodule: Two digits each.
+        function_state: Five digits.
+        version: First digit.
+        other_identifiers: Further names of the same number (one code of the table has two).
+    """
+
+    code: int
+    identifier: str
+    english: str
+    chinese: str
+    derived: bool
+    level: FaultLevel
+    department: Department
+    module: int
+    submodule: int
+    function_state: int
+    version: int
+    other_identifiers: tuple[str, ...] = ()
+
+    @property
+    def known(self) -> bool:
+        """True when the vendor's table has this code."""
+        return bool(self.identifier)
+
+    @property
+    def is_fault(self) -> bool:
+        """True for warnings and severe codes."""
+        return self.level >= FaultLevel.WARNING
+
+    @property
+    def source(self) -> tuple[int, int, int, int]:
+        """(version, department, module, submodule): what a level-0 code clears."""
+        return (self.version, self.department, self.module, self.submodule)
+
+    def __str__(self) -> str:
+        return f"{self.english} ({self.code})"
+
+
+@lru_cache(maxsize=1)
+def _table() -> dict[int, list[object]]:
+    text = resources.files("woosh_pure").joinpath("data/status_codes.json").read_text(encoding="utf-8")
+    return {int(code): entry for code, entry in json.loads(text).items()}
+
+
+def all_codes() -> Iterator[StatusCode]:
+    """Every code of the vendor's table, decoded."""
+    return map(decode_status_code, _table())
+
+
+@lru_cache(maxsize=1024)
+def decode_status_code(code: int) -> StatusCode:
+    """What a number on /status_code means; any uint64 gives a value, unknown ones with `known` False."""
+    entry = _table().get(code)
+    identifiers, en, zh, derived = _texts(code, entry)
+    digits = f"{code:012d}"
+    regular = len(digits) == 12
+    level = int(digits[11]) if regular else FaultLevel.NOTICE
+    return StatusCode(
+        code=code,
+        identifier=identifiers[0] if identifiers else "",
+        english=en,
+        chinese=zh,
+        derived=derived,
+        level=FaultLevel(level) if level <= FaultLevel.SEVERE else FaultLevel.WARNING,
+        department=_department(digits) if regular else Department.UNKNOWN,
+        module=int(digits[2:4]) if regular else 0,
+        submodule=int(digits[4:6]) if regular else 0,
+        function_state=int(digits[6:11]) if regular else 0,
+        version=int(digits[0]) if regular else 0,
+        other_identifiers=tuple(identifiers[1:]),
+    )
+
+
+def _department(digits: str) -> Department:
+    number = int(digits[1])
+    return Department(number) if number <= Department.APPLICATION else Department.UNKNOWN
+
+
+def _texts(code: int, entry: list[object] | None) -> tuple[list[str], str, str, bool]:
+    if entry is None:
+        return [], f"unknown code {code}", f"未知状态码 {code}", True
+    identifiers = [str(name) for name in entry[0]]  # type: ignore[attr-defined]
+    if len(entry) == 3:
+        return identifiers, str(entry[1]), str(entry[2]), False
+    words = [name.split("_")[1:] for name in identifiers]
+    return identifiers, " or ".join(map(english, words)), "或".join(map(chinese, words)), True
+
+
+class Faults(tuple[StatusCode, ...]):
+    """Faults heard and not ended, the worst first, and whether that is all.
+
+    Codes are sent on change only, so one from before is heard by nobody. What is told about it is the state
+    of the robot: a robot that says that it is idle, or has a task, has no fault.
+
+    Attributes:
+        robot_state: What the robot said last, None when it was not heard.
+    """
+
+    robot_state: RobotState | None
+
+    def __new__(cls, codes: Iterable[StatusCode] = (), robot_state: RobotState | None = None) -> Faults:
+        made = super().__new__(cls, codes)
+        made.robot_state = robot_state
+        return made
+
+    @property
+    def known(self) -> bool:
+        """True when the robot tells that nothing else is wrong."""
+        state = self.robot_state
+        return state is not None and state.known and state not in _NOT_WELL
+
+    @property
+    def present(self) -> bool | None:
+        """Whether there is a fault: True, False, or None when that is not known."""
+        if self or self.robot_state in (RobotState.WARNING, RobotState.FAULT):
+            return True
+        return False if self.known else None
+
+    def sentence(self) -> str:
+        """All of it in one line."""
+        if self:
+            return "; ".join(map(str, self))
+        if self.present:
+            return f"the robot reports a {self.robot_state}; its code was not heard, look at its display"
+        return "none" if self.known else NOT_KNOWN
+
+
+_NOT_WELL = (RobotState.UNDEFINED, RobotState.UNINITIALISED, RobotState.WARNING, RobotState.FAULT)
+NOT_KNOWN = (
+    "not known: no code was heard (they are sent on change only), and the robot has not told its state"
+)
+
+
+class ActiveFaults:
+    """The set of currently active faults, kept from the codes as they come.
+
+    Several nodes publish on /status_code; each code stands for its submodule, so merging them is safe.
+    Not thread-safe: the owner holds a lock.
+    """
+
+    def __init__(self) -> None:
+        self._active: dict[int, StatusCode] = {}
+
+    def receive(self, code: int) -> StatusCode:
+        """Take in one code and return it decoded."""
+        decoded = decode_status_code(code)
+        if decoded.known and decoded.level is FaultLevel.NORMAL:
+            self._clear(decoded.source)
+        elif decoded.is_fault:
+            self._active[code] = decoded
+        return decoded
+
+    def _clear(self, source: tuple[int, int, int, int]) -> None:
+        # Submodule 00 speaks for its whole module (140200000000 "initialisation done" ends the 1402xx
+        # failures).
+        depth = 4 if source[3] else 3
+        self._active = {c: f for c, f in self._active.items() if f.source[:depth] != source[:depth]}
+
+    @property
+    def active(self) -> tuple[StatusCode, ...]:
+        """Active faults, the worst first, then in order of arrival."""
+        return tuple(sorted(self._active.values(), key=lambda fault: -fault.level))
+
+    def has_source(self, department: Department, module: int, submodule: int) -> bool:
+        """True when a fault of this submodule is active."""
+        return any(f.source[1:] == (department, module, submodule) for f in self._active.values())

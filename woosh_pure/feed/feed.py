@@ -1,0 +1,436 @@
+"""A feed: one topic the chassis publishes, subscribed on first use, with one face for all of them.
+
+Ages are by our receive clock, so they need no common clock with the robot; the message's own stamp stands
+beside.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
+from rosproto.logs import get_logger
+from rosproto.transport import Deadline
+from woosh_pure.connection.timeouts import require_timeout
+from woosh_pure.interface.table import Row
+from woosh_pure.values.convert import stamp_of, to_value
+
+if TYPE_CHECKING:
+    from rosproto import Node, Subscriber
+
+__all__ = ["Feed", "Reading"]
+
+T = TypeVar("T")
+logger = get_logger("woosh_pure.feed")
+
+FIRST_USE = 1.0
+"""Seconds that the first reading of a feed may wait for its links; it takes as long as connecting takes."""
+_LATCHED = 0.3  # seconds from the link to the value a latching publisher sends with it
+PICTURES = ("sensor_msgs/Image", "sensor_msgs/PointCloud2")
+"""Types whose messages are so large (a cloud has 5 MB) that only a few are kept."""
+_HISTORY, _HISTORY_OF_PICTURES = 100, 3
+_SLICE = 0.1  # waits are cut into slices: on Windows a lock that waits cannot be interrupted by Ctrl-C
+_QUEUE, _QUEUE_ON_CHANGE = 10, 1000  # of what is sent on change only, no message may be given up for a newer
+
+
+@dataclass(frozen=True, slots=True)
+class Reading(Generic[T]):
+    """One received value.
+
+    Attributes:
+        value: The value.
+        received: Our monotonic clock at receipt, s.
+        stamp: The message's own stamp, s since 1970 by the sender's clock; None when it has none.
+        message: The message itself.
+    """
+
+    value: T
+    received: float
+    stamp: float | None
+    message: Any
+
+    @property
+    def age(self) -> float:
+        """Seconds since receipt, by our clock."""
+        return time.monotonic() - self.received
+
+
+class Feed(Generic[T]):
+    """Newest value, waiting, iterating and callbacks for one topic.
+
+    The first use subscribes, and waits until the links to the publishers stand (a few hundredths of a second,
+    at most `FIRST_USE`): from then on no message is missed, and a latched value is there. A topic that nobody
+    publishes is not waited for. "Not heard yet" is a value: `latest`, `age` and `reading` are None then.
+    Several publishers on the topic are merged in the order of arrival. Callbacks run in the receiving thread
+    of the link: keep them short, and do not wait in them for the same topic; an exception in one is logged
+    and harms nobody else.
+
+    Attributes:
+        row: The row of the interface table.
+    """
+
+    def __init__(self, row: Row, node: Callable[[], Node], *, history: int | None = None) -> None:
+        if history is None:
+            history = _HISTORY_OF_PICTURES if row.type in PICTURES else _HISTORY
+        self.row = row
+        self._node = node
+        self._condition = threading.Condition()
+        # Apart from the condition: messages come while we still register. Reentrant, as every lock here that
+        # `close` takes: a Ctrl-C at its end leaves it held by the thread that closes.
+        self._open_lock = threading.RLock()
+        self._history: deque[Reading[T]] = deque(maxlen=history)
+        self._count = 0
+        self._broken = 0
+        self._links_then: tuple[object, ...] | None = None
+        self._callbacks: list[Callable[[T], object]] = []
+        self._calling: set[int] = set()
+        self._subscriber: Subscriber | None = None
+        self._settled = False
+        self._closed = False
+
+    def __repr__(self) -> str:
+        newest = self._history[-1] if self._history else None
+        heard = "not heard yet" if newest is None else f"{self._count} heard, age {newest.age:.2f} s"
+        return f"<Feed {self.row.name} {self.row.type}: {heard}>"
+
+    @property
+    def topic(self) -> str:
+        """Name of the topic."""
+        return self.row.name
+
+    def open(self) -> Feed[T]:
+        """Subscribe now and return this feed at once; `wait_connected` waits for the links.
+
+        Every other member does both by itself. To use several feeds, open them all first: they connect at
+        the same time then.
+
+        Raises:
+            ConnectionLost: The Chassis is closed, and nothing was ever heard here.
+        """
+        if self._subscriber is not None:
+            return self
+        with self._open_lock:
+            if self._closed and not self._history:
+                raise ConnectionLost(
+                    f"{self.topic}: this feed is closed, because its Chassis is; open a new one"
+                )
+            if self._subscriber is None and not self._closed:
+                self._subscriber = self._node().subscriber(
+                    self.row.name,
+                    self.row.type if self.row.definition_known else None,
+                    callback=self._receive,
+                    queue_size=_QUEUE_ON_CHANGE if self.row.on_change else _QUEUE,
+                )
+        return self
+
+    def wait_connected(self, timeout: float = FIRST_USE) -> bool:
+        """Wait until every publisher the master names is connected (or cannot be), latched values included.
+
+        Returns:
+            True when at least one publisher is connected.
+        """
+        subscriber = self.open()._subscriber
+        if subscriber is None:
+            return False
+        deadline = Deadline(timeout)
+        # A publisher that cannot be reached is tried again for ever in the background, not waited for here.
+        while any(not (link.connected or link.last_error) for link in subscriber.stats()):
+            if self._closed or deadline.expired:
+                break
+            time.sleep(0.002)
+        deadline = deadline.at_most(_LATCHED)
+        while subscriber.latching and not self._history and not self._closed and not deadline.expired:
+            time.sleep(0.002)
+        self._settled = True
+        return subscriber.connections > 0
+
+    def connect(self) -> None:
+        """Subscribe, and the first time wait until the links stand; not in a callback of this feed."""
+        if not self._settled and not self._closed and threading.get_ident() not in self._calling:
+            self.wait_connected()
+        else:
+            self.open()
+
+    def close(self) -> None:
+        """End the subscription and wake everybody who waits. What was heard can still be read."""
+        with self._open_lock:
+            self._closed = True
+            subscriber, self._subscriber = self._subscriber, None
+        with self._condition:
+            self._condition.notify_all()
+        if subscriber is not None:
+            subscriber.close()
+
+    def _receive(self, message: Any) -> None:
+        received = time.monotonic()
+        try:
+            value = to_value(self.row.type, message)
+        except ValueError as error:
+            self._broken += 1
+            logger.warning("%s: a message makes no sense and is left out: %s", self.row.name, error)
+            return
+        reading = Reading(value, received, stamp_of(message), message)
+        if self.row.on_change:
+            self._links_then = self._links()
+        with self._condition:
+            self._history.append(reading)
+            self._count += 1
+            callbacks = list(self._callbacks)
+            self._condition.notify_all()
+        if not callbacks:
+            return
+        me = threading.get_ident()
+        self._calling.add(me)
+        try:
+            for callback in callbacks:
+                self._call(callback, value)
+        finally:
+            self._calling.discard(me)
+
+    def _call(self, callback: Callable[[T], object], value: T) -> None:
+        try:
+            callback(value)
+        except Exception:
+            logger.exception("%s: a callback failed", self.row.name)
+
+    @property
+    def in_callback(self) -> bool:
+        """True in a callback of this feed: the next value comes only after it has returned."""
+        return threading.get_ident() in self._calling
+
+    @property
+    def known(self) -> Reading[T] | None:
+        """As `reading`, but neither subscribes nor waits: None also when this feed was never used."""
+        with self._condition:
+            return self._history[-1] if self._history else None
+
+    @property
+    def reading(self) -> Reading[T] | None:
+        """The newest reading, None when nothing was heard yet."""
+        self.connect()
+        return self.known
+
+    @property
+    def latest(self) -> T | None:
+        """The newest value, None when nothing was heard yet."""
+        reading = self.reading
+        return None if reading is None else reading.value
+
+    @property
+    def age(self) -> float | None:
+        """Seconds since the newest value by our clock, None when nothing was heard yet."""
+        newest = self.reading
+        return None if newest is None else newest.age
+
+    @property
+    def heard(self) -> bool:
+        """True when at least one value has come."""
+        return self.reading is not None
+
+    @property
+    def opened(self) -> bool:
+        """True when it is subscribed, or will never be again."""
+        return self._subscriber is not None or self._closed
+
+    @property
+    def known_history(self) -> tuple[Reading[T], ...]:
+        """As `history`, but neither subscribes nor waits."""
+        with self._condition:
+            return tuple(self._history)
+
+    @property
+    def closed(self) -> bool:
+        """True when nothing will come any more: the Chassis is closed, or its node is."""
+        subscriber = self._subscriber
+        return self._closed or (subscriber is not None and subscriber.closed)
+
+    @property
+    def count(self) -> int:
+        """Values received so far."""
+        return self._count
+
+    @property
+    def publishers(self) -> int:
+        """Publishers connected now."""
+        subscriber = self.open()._subscriber
+        return 0 if subscriber is None else subscriber.connections
+
+    @property
+    def sources(self) -> frozenset[str]:
+        """Addresses ("host:port") of the publishers connected now: another one is another process."""
+        subscriber = self._subscriber
+        links = () if subscriber is None else subscriber.stats()
+        return frozenset(link.address for link in links if link.connected)
+
+    @property
+    def unreachable(self) -> str:
+        """Why none of its publishers is connected, although the master names some; "" else."""
+        subscriber = self._subscriber
+        if subscriber is None or subscriber.connections or not subscriber.stats():
+            return ""
+        return subscriber.why_silent()
+
+    @property
+    def outdated(self) -> bool:
+        """True when what was heard of a topic that is sent on change only may be over: its link has broken
+        since, and a change in between was told to nobody here.
+        """
+        then = self._links_then
+        return bool(self._history) and then is not None and self._links() != then
+
+    def _links(self) -> tuple[object, ...] | None:
+        subscriber = self._subscriber
+        if subscriber is None:
+            return None  # a latched value that comes while we still subscribe
+        return tuple(sorted((link.address, link.reconnects) for link in subscriber.stats() if link.connected))
+
+    @property
+    def errors(self) -> list[Exception]:
+        """What went wrong on its links, the last few: refused by a publisher, lost ..."""
+        subscriber = self._subscriber
+        return [] if subscriber is None else subscriber.errors
+
+    @property
+    def history(self) -> tuple[Reading[T], ...]:
+        """The last readings, oldest first: 100 of them, of pictures and clouds 3."""
+        self.connect()
+        return self.known_history
+
+    def on(self, callback: Callable[[T], object], *, connect: bool = True) -> Callable[[], None]:
+        """Call `callback(value)` for each new value; returns a function that ends it.
+
+        Args:
+            callback: Called in the receiving thread.
+            connect: False does not wait for the links.
+
+        Raises:
+            ConnectionLost: The Chassis is closed.
+        """
+        self.require_open()
+
+        def off() -> None:
+            with self._condition:
+                if callback in self._callbacks:
+                    self._callbacks.remove(callback)
+
+        with self._condition:
+            self._callbacks.append(callback)
+        try:
+            if connect:
+                self.connect()
+            else:
+                self.open()
+        except BaseException:
+            off()
+            raise
+        return off
+
+    def wait(self, timeout: float | None = 5.0, *, new: bool = True) -> T:
+        """The next value.
+
+        Args:
+            timeout: Seconds; None waits for ever.
+            new: False returns a value at once when one was heard before.
+
+        Raises:
+            RosTimeout: None came in time.
+            ConnectionLost: The Chassis is closed, or was closed meanwhile.
+            LocalProtocolError: Called in a callback of this feed, where no next value can come.
+        """
+        if not new:
+            return self.wait_for(lambda value: True, timeout)
+        with (
+            self._condition
+        ):  # before the topic is opened: a latched value comes with its link, and only then
+            before = self._count
+        deadline = self._begin_wait(timeout)
+        with self._condition:
+            while self._count <= before:
+                self._pause(deadline, timeout)
+            return self._history[-1].value
+
+    def wait_for(self, accept: Callable[[T], bool], timeout: float | None = 5.0) -> T:
+        """The first value that `accept` likes: the newest known one, or any that comes after it.
+
+        Raises:
+            RosTimeout: None came in time.
+            ConnectionLost: The Chassis is closed, or was closed meanwhile.
+            LocalProtocolError: Called in a callback of this feed, where no next value can come.
+        """
+        deadline = self._begin_wait(timeout)
+        with self._condition:
+            seen = max(0, self._count - 1)
+        while True:
+            with self._condition:
+                while self._count == seen:
+                    self._pause(deadline, timeout)
+                values = [reading.value for reading in self._history][seen - self._count :]
+                seen = self._count
+            # Every one of them, also one that was true for a moment only; not under the lock: `accept` is the
+            # caller's, and may read other feeds.
+            for value in values:
+                if accept(value):
+                    return value
+
+    def _begin_wait(self, timeout: float | None) -> Deadline:
+        """The deadline of a wait that may begin."""
+        timeout = require_timeout(timeout)
+        self.require_open()
+        if self.in_callback:
+            raise LocalProtocolError(
+                f"{self.topic}: waiting for its next value in its own callback would wait for itself; "
+                "wait in another thread"
+            )
+        self.open()
+        return Deadline(timeout)
+
+    def require_open(self) -> None:
+        """Refuse to wait for what cannot come.
+
+        Raises:
+            ConnectionLost: The Chassis is closed, or its node is.
+        """
+        if self._closed:
+            raise ConnectionLost(f"{self.topic}: this feed is closed, because its Chassis is; open a new one")
+        subscriber = self._subscriber
+        if subscriber is not None and subscriber.closed:  # by `rosnode kill`, or this is a fork
+            why = self._node().close_reason
+            raise ConnectionLost(f"{self.topic}: the node of this Chassis is closed ({why}); open a new one")
+
+    def _pause(self, deadline: Deadline, timeout: float | None) -> None:
+        """Wait for a change, with the lock held; raises when there is nothing to wait for any more."""
+        self.require_open()
+        if deadline.expired:
+            raise self.silence(timeout)
+        self._condition.wait(deadline.at_most(_SLICE).remaining())
+
+    def silence(self, timeout: float | None) -> RosTimeout:
+        """The error of a wait that was in vain."""
+        hint = " (it is sent on change only)" if self.row.on_change else ""
+        subscriber = self._subscriber
+        publishers = 0 if subscriber is None else subscriber.connections
+        who = self.unreachable or f"{publishers} publishers are connected"
+        return RosTimeout(
+            f"{self.row.name}: nothing came within {timeout} s{hint}; {who}; check `woosh doctor`",
+            what=self.row.name,
+            seconds=timeout,
+        )
+
+    def __iter__(self) -> Iterator[T]:
+        """Values as they come; a slow loop skips to the newest. Ends when the chassis is closed."""
+        self.connect()
+        seen = 0
+        while True:
+            with self._condition:
+                while self._count == seen and not self._closed:
+                    self._condition.wait(_SLICE)
+                if self._closed:
+                    return
+                seen = self._count
+                value = self._history[-1].value
+            yield value

@@ -1,0 +1,132 @@
+"""The feeds of one chassis, one for each topic, and what is waited for on them. Safe from any thread."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import Any
+
+from rosproto.errors import RosError, RosTimeout
+from rosproto.transport import Deadline
+from woosh_pure.connection.connection import Connection
+from woosh_pure.errors import StaleState
+from woosh_pure.feed.feed import Feed
+from woosh_pure.geometry import Velocity
+from woosh_pure.interface import find, row
+
+__all__ = ["Feeds"]
+
+# A link counts as lost when its publisher has been away for this long: a restart of one node of the chassis
+# takes about a second, and is no reason to give a task up.
+_LOST_AFTER = 5.0
+
+
+class Feeds:
+    """Made on first use, closed by `close`.
+
+    Args:
+        connection: Whose node subscribes.
+    """
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self._lock = threading.RLock()  # never held while the network is waited for
+        self._feeds: dict[str, Feed[Any]] = {}
+        self._missing_since: dict[str, float] = {}
+
+    def get(self, name: str) -> Feed[Any]:
+        """The feed of that name, or of a topic that has none, subscribed on first reading."""
+        with self._lock:
+            if name not in self._feeds:
+                found = row(name) if name.startswith("/") else find(name)
+                self._feeds[name] = Feed(found, self._connection.open_node)
+            return self._feeds[name]
+
+    def used(self, name: str) -> Feed[Any] | None:
+        """The feed of that name if it was used before; makes none."""
+        return self._feeds.get(name)
+
+    @property
+    def opened(self) -> set[str]:
+        """Names of the feeds used so far."""
+        with self._lock:
+            return set(self._feeds)
+
+    def close(self) -> None:
+        """End their subscriptions; may be called again."""
+        with self._lock:
+            feeds = list(self._feeds.values())
+        for feed in feeds:
+            feed.close()
+
+    def require_publisher(self, feed: Feed[Any]) -> None:
+        """Wait until the topic that tells the end of a goal is connected.
+
+        Raises:
+            StaleState: Nobody publishes it: the end could not be seen, so nothing is started.
+        """
+        seconds = self._connection.timeout
+        deadline = Deadline(seconds)
+        while feed.publishers == 0:
+            if deadline.expired:
+                why = f" ({feed.unreachable})" if feed.unreachable else ""
+                raise StaleState(
+                    f"{feed.topic}: no publisher within {seconds} s{why}, so the end of a task "
+                    "could not be seen; check `woosh doctor`",
+                    topic=feed.topic,
+                )
+            time.sleep(0.01)
+
+    def require_heard(self, name: str, timeout: float) -> None:
+        """Wait for a feed's first value.
+
+        Raises:
+            StaleState: It stayed silent.
+        """
+        feed = self.get(name)
+        try:
+            feed.wait(timeout, new=False)
+        except RosTimeout as error:
+            raise StaleState(
+                f"{feed.topic} is silent, so nobody could see whether the robot obeys; check the chassis, "
+                "or pass feedback_timeout=None to drive without it",
+                topic=feed.topic,
+                age=feed.age,
+            ) from error
+
+    def lost(self, name: str) -> str:
+        """Why the link behind a feed counts as lost; "" while it is fine."""
+        feed = self.get(name)
+        if feed.publishers > 0:
+            self._missing_since.pop(name, None)
+        else:
+            since = self._missing_since.setdefault(name, time.monotonic())
+            if time.monotonic() - since > _LOST_AFTER:
+                return f"{feed.topic} has had no publisher for {_LOST_AFTER} s"
+        beat = self.get("velocity")
+        age = beat.age
+        if age is not None and age > _LOST_AFTER:
+            return f"the chassis has been silent for {age:.1f} s ({beat.topic})"
+        return ""
+
+    def wait_standing(self, timeout: float) -> bool | None:
+        """Whether the robot stands still: True as soon as measured, False when it still moves, None when
+        unknown."""
+        feed = self.get("velocity")
+        began = time.monotonic()
+
+        def fresh() -> Velocity | None:
+            reading = feed.reading
+            return reading.value if reading is not None and reading.received >= began else None
+
+        while (left := began + timeout - time.monotonic()) > 0.0:
+            velocity = fresh()
+            if velocity is not None and velocity.is_standing():
+                return True
+            try:
+                feed.wait(min(left, 0.5))
+            except RosTimeout:
+                continue
+            except RosError:
+                return None
+        return None if fresh() is None else False

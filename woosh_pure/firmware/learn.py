@@ -1,0 +1,149 @@
+"""Compare what a robot speaks with what is known here, and keep what is new. Works on a survey's answers.
+
+What a peer sends is nobody's word but its own: a definition counts only when it can be parsed within the
+bounds of `DefinitionLimits` and its md5sum is the one announced.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from rosproto.codec.comparison import differences
+from rosproto.errors import DefinitionError
+from rosproto.msg import DefinitionLibrary, MessageSpec, bundled, library_from_full_text
+from woosh_pure.firmware.survey import Answer
+
+__all__ = ["Judgement", "Knowledge", "judge"]
+
+
+class Judgement(NamedTuple):
+    """What was found out about one answer.
+
+    Attributes:
+        answer: The answer.
+        verdict: "bundled" (the definition that ships with this package), "revision" (another one that ships),
+            "folder" (one in a folder of the user's), "new" (can be learned), "unknown" (a service whose .srv
+            is needed), "unusable" (the text sent is none, or another), "silent" (no answer).
+        source: Which revision or which folder; "" otherwise.
+        note: What differs and how that is known, for a person.
+        differences: Field by field against the bundled definition, one line each; empty when equal.
+        library: Definitions as the robot has them; None when they are not known.
+    """
+
+    answer: Answer
+    verdict: str
+    source: str = ""
+    note: str = ""
+    differences: tuple[str, ...] = ()
+    library: DefinitionLibrary | None = None
+
+
+class Knowledge:
+    """What is known here: the bundled definitions with their revisions, and the folders of the user.
+
+    Args:
+        folders: Folders for `msg_path=`: learned sets and others.
+    """
+
+    def __init__(self, folders: Iterable[Path] = ()) -> None:
+        self._folders = [(path, bundled().fork([path])) for path in folders]
+
+    def find(self, kind: str, name: str, md5sum: str) -> tuple[str, str, str, DefinitionLibrary] | None:
+        """(verdict, source, note, library) of a definition by its md5sum; None when it is not known."""
+        for path, library in [(None, bundled()), *self._folders]:
+            try:
+                if library.has(kind, name) and library.md5sum(name, kind=kind) == md5sum:
+                    return ("folder", str(path), "", library) if path else ("bundled", "", "", library)
+                revisions = library.revisions(name, kind=kind) if library.has(kind, name) else []
+            except DefinitionError:
+                continue
+            for revision in revisions:
+                if revision.md5sum == md5sum:
+                    return "revision", revision.label, revision.note, revision.library
+        return None
+
+
+def judge(answer: Answer, knowledge: Knowledge) -> Judgement:
+    """What an answer tells."""
+    if answer.error:
+        return Judgement(answer, "silent", note=answer.error)
+    kind = "msg" if answer.kind == "topic" else "srv"
+    known = knowledge.find(kind, answer.type, answer.md5sum)
+    if known is not None:
+        verdict, source, note, library = known
+        lines = () if verdict == "bundled" else _compare(answer.type, kind, library)
+        return Judgement(answer, verdict, source, note, lines, library)
+    if kind == "srv":
+        return Judgement(answer, "unknown", note=_service_advice(answer))
+    try:
+        library = library_from_full_text(answer.type, answer.definition)
+        md5sum = library.md5sum(answer.type)
+    except (DefinitionError, ValueError) as error:
+        return Judgement(answer, "unusable", note=f"the definition it sent cannot be used: {error}")
+    if md5sum != answer.md5sum:
+        note = f"it announces md5sum {answer.md5sum}, but the definition it sent has {md5sum}"
+        return Judgement(answer, "unusable", note=note)
+    return Judgement(answer, "new", "", "", _compare(answer.type, kind, library), library)
+
+
+def _service_advice(answer: Answer) -> str:
+    where = f"{answer.type.replace('/', '/srv/', 1)}.srv"
+    if not answer.type or answer.type == "*":
+        return "its provider does not tell the type"
+    if bundled().has("srv", answer.type):
+        return f"no known revision has this md5sum; the vendor's {where} is needed, in a folder for msg_path="
+    return f"the type is not known here; its {where} is needed, in a folder for msg_path="
+
+
+def _compare(name: str, kind: str, library: DefinitionLibrary) -> tuple[str, ...]:
+    """What differs from the bundled definition, in the type itself and in those it uses."""
+    base = bundled()
+    if not base.has(kind, name):
+        return (f"{name}: not bundled",)
+    parts = [name] if kind == "msg" else [f"{name}Request", f"{name}Response"]
+    names = dict.fromkeys([*parts, *library.dependencies(name, kind=kind)])
+    lines: list[str] = []
+    for used in names:
+        theirs = library.message(used)
+        if base.has("msg", used):
+            lines += [f"{used}: {line}" for line in _lines(base.message(used), theirs)]
+        else:
+            lines.append(f"{used}: not bundled")
+    return tuple(lines)
+
+
+def _lines(ours: MessageSpec, theirs: MessageSpec) -> Sequence[str]:
+    spelled = _other_spellings(ours, theirs)
+    lines = [f"{name} is spelled {other} on the robot" for name, other in spelled.items()]
+    known = {*spelled, *spelled.values()}
+    lines += [_words(d.name, d.ours, d.theirs) for d in differences(ours, theirs) if d.name not in known]
+    shared = {field.name for field in ours.fields} & {field.name for field in theirs.fields}
+    left, right = ([f.name for f in spec.fields if f.name in shared] for spec in (ours, theirs))
+    if left != right:
+        moved = [name for name, other in zip(left, right, strict=True) if name != other]
+        lines.append(f"another order, from {moved[0]} on")
+    here, there = ({c.name: f"{c.type} {c.value}" for c in spec.constants} for spec in (ours, theirs))
+    for name in dict.fromkeys([*here, *there]):
+        if here.get(name) != there.get(name):
+            lines.append(_words(f"constant {name}", here.get(name, ""), there.get(name, "")))
+    return lines
+
+
+def _other_spellings(ours: MessageSpec, theirs: MessageSpec) -> dict[str, str]:
+    """Our name -> the robot's, of fields of one type that have two known names."""
+    here, there = ({field.name: field.type for field in spec.fields} for spec in (ours, theirs))
+    pairs = bundled().field_aliases(ours.name)
+    return {
+        name: other
+        for pair in pairs
+        for name, other in (pair, pair[::-1])
+        if name in here and other in there and name not in there and here[name] == there[other]
+    }
+
+
+def _words(name: str, ours: str, theirs: str) -> str:
+    if not theirs:
+        return f"{name} ({ours}): not on the robot"
+    return f"{name}: {ours} here, {theirs} on the robot" if ours else f"{name} ({theirs}): only on the robot"

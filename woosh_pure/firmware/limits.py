@@ -1,0 +1,92 @@
+"""What the connected firmware cannot be told: found by md5sum before anything is sent.
+
+A server's goal topic asks for a definition by its md5sum, and so does a service. A value that was given and
+has no field there would be dropped in silence by the field-by-field conversion, and a robot that leaves out
+"diagonally" drives somewhere else: so that is an error here, and nothing is sent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from rosproto.codec.conversion import Conversion
+from woosh_pure.enums import StepMode
+from woosh_pure.errors import FirmwareLimit
+from woosh_pure.firmware.revisions import revision_of
+
+if TYPE_CHECKING:
+    import rosproto
+
+__all__ = ["limit_error", "require_goal", "require_message", "require_steps"]
+
+# A kind of step needs its constant in the goal, and a diagonal one needs the field for its direction.
+_STEP_CONSTANTS = {StepMode.LATERAL: "LATERAL", StepMode.DIAGONAL: "DIAGONALIZE"}
+
+
+def require_message(name: str, publisher: rosproto.Publisher, message: Any) -> None:
+    """Every subscriber must have a field for each value given.
+
+    Raises:
+        FirmwareLimit: One has not; nothing was sent.
+    """
+    _require(name, publisher.message_class, publisher.revisions.values(), message)
+
+
+def require_goal(client: rosproto.ActionClient, goal: Any) -> None:
+    """Every server of the action must have a field for each value of the goal, and know its kinds of step.
+
+    Raises:
+        FirmwareLimit: One has not; nothing was sent.
+    """
+    servers, wanted = set(client.servers), client.revisions
+    classes = [cls for caller, cls in wanted.items() if caller in servers]
+    if all(cls._md5sum == client.type.action_goal._md5sum for cls in classes):
+        return
+    require_steps(client.name, classes, goal)
+    whole = client.type.action_goal(goal=goal)
+    _require(client.name, client.type.action_goal, classes, whole)
+
+
+def require_steps(name: str, classes: Iterable[Any], goal: Any) -> None:
+    """The kinds of step in a StepControlGoal must be known to each definition.
+
+    Raises:
+        FirmwareLimit: One is not.
+    """
+    modes = {step.executeMode for step in getattr(goal, "stepControl", ())}
+    for cls in classes:
+        known = {constant.name for constant in type(cls().goal)._spec.constants}
+        for mode, constant in _STEP_CONSTANTS.items():
+            if mode in modes and constant not in known:
+                raise limit_error(name, cls, [constant], f"no {mode} steps")
+        if StepMode.DIAGONAL in modes and not _step_has_angle(cls):
+            raise limit_error(name, cls, ["goal.stepControl.angle"], "no direction for diagonal steps")
+
+
+def _step_has_angle(cls: Any) -> bool:
+    library = cls._binding.library
+    return any(field.name == "angle" for field in library.message("woosh_msgs/StepControl").fields)
+
+
+def _require(name: str, ours: Any, theirs: Iterable[Any], message: Any) -> None:
+    for cls in theirs:
+        if cls._md5sum != ours._md5sum:
+            lost = Conversion(ours, cls).lost(message)
+            if lost:
+                raise limit_error(name, cls, lost, f"no field for {', '.join(lost)}")
+
+
+def limit_error(name: str, cls: Any, fields: list[str], lack: str) -> FirmwareLimit:
+    """The error that names the firmware's limit; `cls` is what the chassis has."""
+    label, note = revision_of(cls)
+    which = f"the {label} revision" if label else "a revision that is not bundled"
+    return FirmwareLimit(
+        f"{name}: this chassis's firmware has {lack}: it speaks {cls._type} in {which}"
+        f" (md5sum {cls._md5sum}){'; ' + note if note else ''}. Nothing was sent; leave that value out,"
+        " or ask the vendor for newer firmware",
+        name=name,
+        fields=fields,
+        firmware=label,
+        md5sum=cls._md5sum,
+    )

@@ -1,0 +1,95 @@
+"""ONE table of every topic, service and action of the chassis. Everything above and beside it reads these
+rows.
+
+The rows themselves, with their sources, are in `interface_rows`; here they are found.
+"""
+
+from __future__ import annotations
+
+from woosh_pure.interface.rows import ROWS
+from woosh_pure.interface.schema import Flow, Row
+
+__all__ = [
+    "PAGE_ALIASES",
+    "ROBOT_NODES",
+    "ROWS",
+    "Row",
+    "actions",
+    "feeds",
+    "find",
+    "row",
+    "services",
+    "topics",
+]
+
+PAGE_ALIASES: dict[str, dict[str, str]] = {
+    "woosh_msgs/ExecTask": {"task_exec": "task_exect", "statuscode": "statusCode"},
+    "woosh_msgs/StepControlGoal": {"StepControl": "stepControl"},
+}
+"""Field names as the vendor's page spells them -> as they are on the wire."""
+
+ROBOT_NODES = frozenset(
+    node for each in ROWS for node in (*each.providers, *each.listeners, *each.written_by)
+)
+"""Names of the chassis's own nodes, as far as they are known: what they do is the robot's own doing."""
+
+_BY_NAME = {name: r for r in ROWS for name in (r.name, *r.aliases)}
+_BY_FEED = {r.feed: r for r in ROWS if r.feed}
+
+
+def row(name: str) -> Row:
+    """The row of a topic, service or action (or an alias of it).
+
+    Raises:
+        KeyError: It is not part of the interface; the message lists near names.
+    """
+    try:
+        return _BY_NAME["/" + name.lstrip("/")]
+    except KeyError:
+        from difflib import get_close_matches
+
+        near = ", ".join(get_close_matches("/" + name.lstrip("/"), _BY_NAME, 3)) or "none is near"
+        raise KeyError(f"{name} is not in the chassis's interface; near names: {near}") from None
+
+
+def find(feed: str) -> Row:
+    """The row behind a feed of `Chassis`.
+
+    Raises:
+        KeyError: There is no such feed; the message lists near names.
+    """
+    try:
+        return _BY_FEED[feed]
+    except KeyError:
+        from difflib import get_close_matches
+
+        topic = _BY_NAME.get("/" + feed)
+        if topic is not None and topic.flow == "read":
+            raise KeyError(
+                f"{feed} is no feed of the chassis, but {topic.name} is a topic of it: add the slash"
+            ) from None
+        readable = [name for name, one in _BY_NAME.items() if one.flow == "read"]
+        near = [*get_close_matches(feed, _BY_FEED, 3), *get_close_matches("/" + feed, readable, 3)]
+        raise KeyError(
+            f"{feed} is no feed of the chassis; near names: {', '.join(near) or 'none is near'}"
+        ) from None
+
+
+def topics(flow: Flow | None = None) -> tuple[Row, ...]:
+    """Topic rows, all or of one flow."""
+    return tuple(r for r in ROWS if r.kind == "topic" and flow in (None, r.flow))
+
+
+def services() -> tuple[Row, ...]:
+    """Service rows."""
+    return tuple(r for r in ROWS if r.kind == "service")
+
+
+def actions() -> tuple[Row, ...]:
+    """Action rows."""
+    return tuple(r for r in ROWS if r.kind == "action")
+
+
+def feeds() -> tuple[Row, ...]:
+    """Rows that are a feed of `Chassis`."""
+    return tuple(_BY_FEED.values())

@@ -1,0 +1,123 @@
+"""An occupancy grid as a value: numpy cells, resolution, origin; map_server's PGM+YAML files and PNG.
+
+Rows run south to north as in nav_msgs/OccupancyGrid (row 0 at the origin); image files run north to south.
+Source: wiki.ros.org/map_server.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from woosh_pure.geometry import Pose2D
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["FREE", "OCCUPIED", "UNKNOWN", "GridMap"]
+
+FREE = 0
+OCCUPIED = 100
+UNKNOWN = -1
+
+
+@dataclass(frozen=True, eq=False)
+class GridMap:
+    """A map.
+
+    Attributes:
+        cells: (height, width) int8: 0 free, 100 occupied, -1 unknown; row 0 at the origin.
+        resolution: Metres per cell.
+        origin: Pose of the lower left corner of cell (0, 0), in the map frame.
+    """
+
+    cells: NDArray[np.int8]
+    resolution: float
+    origin: Pose2D = Pose2D(0.0, 0.0)  # noqa: RUF009  (frozen)
+
+    def __post_init__(self) -> None:
+        if self.cells.ndim != 2 or 0 in self.cells.shape:
+            raise ValueError(f"a map needs (height, width) cells, got shape {self.cells.shape}")
+        if not (math.isfinite(self.resolution) and self.resolution > 0):
+            raise ValueError(f"resolution {self.resolution}: must be a positive number of metres per cell")
+        self.origin.require_finite()
+
+    @property
+    def height(self) -> int:
+        """Rows."""
+        return int(self.cells.shape[0])
+
+    @property
+    def width(self) -> int:
+        """Columns."""
+        return int(self.cells.shape[1])
+
+    def cell_of(self, x: float, y: float) -> tuple[int, int]:
+        """(row, column) of a point in m in the map frame; may lie outside."""
+        row, column = self.place_of(x, y)
+        return math.floor(row), math.floor(column)
+
+    def place_of(self, x: float, y: float) -> tuple[float, float]:
+        """(row, column) of a point in m in the map frame, with fractions; a cell begins at whole numbers."""
+        dx, dy = x - self.origin.x, y - self.origin.y
+        if self.origin.yaw:
+            c, s = math.cos(-self.origin.yaw), math.sin(-self.origin.yaw)
+            dx, dy = c * dx - s * dy, s * dx + c * dy
+        return dy / self.resolution, dx / self.resolution
+
+    def point_of(self, row: float, column: float) -> tuple[float, float]:
+        """Centre of a cell, m in the map frame."""
+        dx, dy = (column + 0.5) * self.resolution, (row + 0.5) * self.resolution
+        c, s = math.cos(self.origin.yaw), math.sin(self.origin.yaw)
+        return self.origin.x + c * dx - s * dy, self.origin.y + s * dx + c * dy
+
+    def contains(self, x: float, y: float) -> bool:
+        """True when the point lies on the map."""
+        row, column = self.cell_of(x, y)
+        return 0 <= row < self.height and 0 <= column < self.width
+
+    def is_occupied(self, x: float, y: float) -> bool:
+        """True for an occupied cell and for points off the map; unknown cells count as free here."""
+        row, column = self.cell_of(x, y)
+        if not (0 <= row < self.height and 0 <= column < self.width):
+            return True
+        return bool(self.cells[row, column] > 50)
+
+    @classmethod
+    def load(cls, yaml_path: str | Path, *, limit_cells: int = 100_000_000) -> GridMap:
+        """Read map_server's YAML and the image it names: PGM, PPM or PNG, in any of its three modes.
+
+        The image's path is relative to the YAML. Mode raw gives the image's numbers as they are.
+
+        Raises:
+            ValueError: Not a map file; the message says which file and what is wrong.
+            OSError: A file cannot be read.
+        """
+        from woosh_pure.maps.mapfiles import load_map
+
+        return load_map(Path(yaml_path), limit_cells)
+
+    def save(self, yaml_path: str | Path) -> tuple[Path, Path]:
+        """Write `name.yaml` and `name.pgm` as map_saver does; returns both paths."""
+        from woosh_pure.maps.mapfiles import save_map
+
+        return save_map(self, Path(yaml_path))
+
+    def save_png(self, path: str | Path) -> Path:
+        """Write a grey PNG picture: white free, black occupied, grey unknown."""
+        from rosproto.numeric.pngfile import encode_png
+
+        out = Path(path)
+        out.write_bytes(encode_png(self.to_grey()))
+        return out
+
+    def to_grey(self) -> NDArray[np.uint8]:
+        """(height, width) uint8 picture, north up, with map_saver's greys 254, 0, 205."""
+        grey = np.full(self.cells.shape, 205, np.uint8)
+        grey[(self.cells >= 0) & (self.cells <= 25)] = 254
+        grey[self.cells >= 65] = 0
+        return grey[::-1]

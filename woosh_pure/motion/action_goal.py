@@ -1,0 +1,396 @@
+"""Goals of the action servers: a handle over rosproto's goal handle, and the two verbs built on it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import RosError
+from rosproto.logs import get_logger
+from rosproto.transport import Deadline
+from woosh_pure.enums import ExecutionMode, StepControlMode, StepMode
+from woosh_pure.errors import MotionRefused
+from woosh_pure.firmware.limits import require_goal
+from woosh_pure.geometry import Pose2D
+from woosh_pure.motion.goal import GoalHandle
+from woosh_pure.motion.steps import Step, check_steps, locate_step
+from woosh_pure.outcome import OutcomeKind
+from woosh_pure.values.convert import pose_of
+from woosh_pure.values.messages import require_finite, stamped_pose
+from woosh_pure.values.rostypes import message_type
+
+if TYPE_CHECKING:
+    import rosproto
+    from woosh_pure.core import Core
+    from woosh_pure.interface.schema import Row
+
+__all__ = [
+    "ActionHandle",
+    "NavigationHandle",
+    "NavigationProgress",
+    "StepHandle",
+    "StepProgress",
+    "start_action",
+]
+
+logger = get_logger("woosh_pure.goal")
+
+# actionlib_msgs/GoalStatus
+_SUCCEEDED, _PREEMPTED, _ABORTED, _REJECTED, _RECALLED = 3, 2, 4, 5, 8
+
+
+class ActionHandle(GoalHandle[Any]):
+    """A goal of any action server; progress is the feedback message."""
+
+    def __init__(
+        self, core: Core, name: str, goal_text: str, timeout: float | None, *, drives: bool = False
+    ) -> None:
+        super().__init__(core, goal_text, timeout)
+        self._name = name
+        self._drives = drives
+        self._goal: Any = None
+        self._given_up: float | None = None  # when, by the monotonic clock
+
+    @property
+    def drives(self) -> bool:
+        """True while it may move the base."""
+        return self._drives
+
+    @property
+    def server(self) -> str:
+        """Name of the action."""
+        return self._name
+
+    def send(
+        self, message: Any, since: int | None = None, *, check: bool = True, replace: bool = False
+    ) -> None:
+        """Send the goal. The handle is remembered before, so that `stop` in another thread sees it.
+
+        Args:
+            message: The goal message.
+            since: `Running.stops` when the verb began; None: now.
+            check: False sends it beside an open velocity block or another motion of ours, too.
+            replace: True ends another motion of ours.
+
+        Raises:
+            FirmwareLimit: The chassis's definition has no way to say this; nothing was sent.
+            MotionRefused: `stop` was called meanwhile, or something else of ours moves the base.
+        """
+        running = self._core.running
+        since = running.stops if since is None else since
+        client = self._core.clients.action(self._name)
+        require_goal(client, message)
+        letting_go = self._letting_go()
+        let_go = partial(running.keeper.put, letting_go)
+        try:
+            running.add_goal(self, since, check=check, replace=replace)
+            self._send_shielded(lambda: self._send_to(client, message))
+        except Exception as error:
+            self._finish(OutcomeKind.CANCELLED, f"not sent: {error}")
+            running.forget_replacing(self)
+            raise
+        except BaseException:  # Ctrl-C: nobody gets this handle, so nobody else could end the goal
+            let_go()  # before anything else: see `keeper`
+            running.keeper.hold(letting_go)
+            raise
+
+    def _send_to(self, client: rosproto.ActionClient, message: Any) -> None:
+        if self._cancelled_by_us:
+            raise MotionRefused(f"{self.goal}: it was stopped before it was sent; nothing was sent")
+        self._goal = client.send_goal(message, feedback=self._on_feedback, transition=self._on_transition)
+        if self._cancelled_by_us:  # meanwhile, by a thread that could not see this goal yet
+            self._goal.cancel()
+
+    @property
+    def result(self) -> Any:
+        """The result message, None before the end."""
+        return None if self._goal is None else self._goal.result
+
+    def _on_feedback(self, *arguments: Any) -> None:
+        self._advance(self._progress_of(arguments[-1]))
+
+    def _progress_of(self, feedback: Any) -> Any:
+        return feedback
+
+    def _on_transition(self, *arguments: Any) -> None:
+        self._check()
+
+    def _request_cancel(self, timeout: float) -> None:
+        self._await_sent(timeout)
+        if self._goal is not None:
+            self._goal.cancel()
+        elif self._sending is None or not self._sending.is_alive():
+            self._finish(OutcomeKind.CANCELLED, "it was never sent")
+
+    def _cancel_confirmed(self, timeout: float) -> bool:
+        # A cancel is a message: that it was sent says nothing.
+        deadline = Deadline(timeout)
+        while self._goal is not None and not (self._goal.done and self._cannot_arrive()):
+            if deadline.expired:
+                return False
+            time.sleep(0.02)
+        return True
+
+    def _cannot_arrive(self) -> bool:
+        """Whether no goal is on its way that was given up: not known until the chassis is heard again."""
+        beat = self._core.feeds.get("velocity").known
+        return self._given_up is None or (beat is not None and beat.received > self._given_up)
+
+    def _check(self) -> None:
+        goal = self._goal
+        if goal is None or self._outcome is not None:
+            return
+        if goal.done:
+            self._settle(int(goal.status), goal.text or "", goal.result)
+        elif (error := goal.connection_error) is not None:
+            self._finish(OutcomeKind.CONNECTION_LOST, str(error))
+            # Nobody expects that a goal which has not even arrived begins when the network is back.
+            if goal.give_up():
+                self._given_up = time.monotonic()
+
+    def _settle(self, status: int, text: str, result: Any) -> None:
+        if status == _SUCCEEDED:
+            self._succeeded(text, result)
+        elif status in (_PREEMPTED, _RECALLED):
+            kind = OutcomeKind.CANCELLED if self._cancelled_by_us else OutcomeKind.REPLACED
+            self._finish(kind, text, status)
+        elif status == _REJECTED:
+            self._finish(OutcomeKind.REJECTED, self._reason(text), status)
+        elif status == _ABORTED:
+            self._finish(OutcomeKind.FAILED, self._reason(text), status)
+        else:
+            self._finish(
+                OutcomeKind.CONNECTION_LOST, text or "the action server no longer knows the goal", status
+            )
+
+    def _succeeded(self, text: str, result: Any) -> None:
+        self._finish(OutcomeKind.ARRIVED, text)
+
+    def _reason(self, text: str) -> str:
+        faults = "; ".join(str(fault) for fault in self._core.knowledge.active_faults())
+        return "; ".join(part for part in (text, faults) if part)
+
+
+@dataclass(frozen=True, slots=True)
+class NavigationProgress:
+    """Where a navigation is.
+
+    Attributes:
+        pose: In the frame the chassis says.
+        state: Its nav_state; the numbers are not documented.
+    """
+
+    pose: Pose2D
+    state: int
+
+
+class NavigationHandle(ActionHandle):
+    """A goal of /move_base under way."""
+
+    def _progress_of(self, feedback: Any) -> NavigationProgress:
+        stamped = feedback.base_position
+        return NavigationProgress(
+            pose_of(stamped.pose, stamped.header.frame_id or "map"), int(feedback.nav_state)
+        )
+
+    def _describe(self, progress: NavigationProgress) -> str:
+        return f"at {progress.pose}"
+
+
+def start_navigation(
+    core: Core,
+    path: Sequence[Pose2D],
+    *,
+    mode: ExecutionMode,
+    timeout: float | None,
+    check: bool,
+    replace: bool,
+) -> NavigationHandle:
+    """Send a goal to /move_base: the last pose is the target, the ones before it are the way."""
+    for pose in path:
+        pose.require_sensible()
+    since = core.running.stops
+    core.knowledge.require_ready("navigation", check)
+    goal = message_type("woosh_msgs/MoveBaseGoal")()
+    goal.target_pose = stamped_pose(path[-1])
+    goal.poses = [stamped_pose(pose) for pose in path] if len(path) > 1 else []
+    goal.execution_mode = int(mode)
+    handle = NavigationHandle(core, "/move_base", f"navigation to {path[-1]}", timeout, drives=True)
+    handle.send(goal, since, check=check, replace=replace)
+    return handle
+
+
+def start_action(
+    core: Core, row: Row, goal: Any, *, timeout: float | None, check: bool, replace: bool
+) -> ActionHandle:
+    """Send a goal of any kind; one that moves the base is checked like those of the verbs for it."""
+    since = core.running.stops
+    require_finite(goal, f"goal of {row.name}")
+    steps = getattr(goal, "stepControl", ())
+    if steps:
+        check_steps(Step(StepMode(s.executeMode), s.data, s.speed, getattr(s, "angle", 0.0)) for s in steps)
+    if row.moves_base:
+        core.knowledge.require_ready(f"goal of {row.name}", check)
+    handle = ActionHandle(core, row.name, f"goal of {row.name}", timeout, drives=row.moves_base)
+    handle.send(goal, since, check=check, replace=replace)
+    return handle
+
+
+@dataclass(frozen=True, slots=True)
+class StepProgress:
+    """Where a step goal is.
+
+    Attributes:
+        mode: Kind of the step being done.
+        percent: How much of it is done.
+        index: Which of the goal's steps it is, from 0; found from the order of the reports.
+    """
+
+    mode: StepMode
+    percent: float
+    index: int
+
+
+class StepHandle(ActionHandle):
+    """A goal of /cmd_vel_control under way."""
+
+    def __init__(self, core: Core, steps: tuple[Step, ...], avoid: bool, timeout: float) -> None:
+        super().__init__(core, "/cmd_vel_control", ", then ".join(map(str, steps)), timeout)
+        self._steps = steps
+        self._first = 0  # index of the first of `_steps` in the goal that was asked for
+        self._count = len(steps)
+        self._avoid = avoid
+        self._index = 0
+        self._percent = 0.0
+        self._done_before = 0.0  # percent of the whole that was done before the last resume
+        self._paused = False
+
+    @property
+    def drives(self) -> bool:
+        """True while it may move the base."""
+        return not self._paused
+
+    @property
+    def percent(self) -> float:
+        """How much of the whole goal is done, each step counting the same; goes on over a pause."""
+        with self._condition:
+            return 100.0 if self._outcome is not None and self._outcome.arrived else self._overall()
+
+    def _describe(self, progress: StepProgress) -> str:
+        return f"step {progress.index + 1} of {self._count}, {progress.mode}: {progress.percent:.0f} %"
+
+    def _overall(self) -> float:
+        share = (self._index * 100.0 + self._percent) / len(self._steps)
+        return self._done_before + (100.0 - self._done_before) * share / 100.0
+
+    def _progress_of(self, feedback: Any) -> StepProgress:
+        mode, percent = StepMode(feedback.executeMode), float(feedback.percent)
+        with self._condition:
+            self._index, self._percent = locate_step(self._steps, self._index, self._percent, mode, percent)
+            return StepProgress(mode, percent, self._first + self._index)
+
+    def remaining(self) -> tuple[Step, ...]:
+        """The steps that are left, by the last report."""
+        with self._condition:
+            first = self._steps[self._index].rest(self._percent)
+            return (first, *self._steps[self._index + 1 :])
+
+    def pause(self) -> None:
+        """Hold the move; `resume` sends what remains.
+
+        Raises:
+            MotionRefused: It has ended, maybe while the pause was on its way; or the chassis did not confirm.
+        """
+        ended = f"{self.goal}: it has ended and cannot be paused"
+        if self.done:
+            raise MotionRefused(ended)
+        self._paused = True
+        pause = self._core.clients.action(self._name).send_goal(
+            step_goal(StepControlMode.PAUSE, (), self._avoid)
+        )
+        try:
+            result = pause.wait(5.0)
+            if result.result != 1:
+                raise MotionRefused("it reports that nothing was paused")
+            self._refine(result)
+        except RosError as error:
+            self._paused = False
+            if (
+                self.done
+            ):  # the end was told before the answer to the pause: by the same server, in this order
+                raise MotionRefused(ended) from error
+            raise MotionRefused(f"{self.goal}: the chassis did not confirm the pause: {error}") from error
+
+    def _refine(self, result: Any) -> None:
+        """Where it was paused, when the chassis says so: nearer to the truth than the last report.
+
+        What its numbers mean there is not documented, so only what fits the step under way is believed.
+        """
+        with self._condition:
+            current = self._steps[self._index]
+            if int(result.executeMode) == current.mode and self._percent <= result.percent < 100.0:
+                self._percent = float(result.percent)
+
+    def resume(self) -> None:
+        """Go on after `pause` with the steps that remain (interface: a combination must be sent again)."""
+        if not self._paused:
+            raise MotionRefused(f"{self.goal}: it is not paused")
+        self._core.running.require_alone(self)
+        with self._condition:
+            self._done_before = self._overall()
+            self._first += self._index
+            self._steps = self.remaining()
+            self._index, self._percent = 0, 0.0
+        goal = step_goal(StepControlMode.RESUME, self._steps, self._avoid)
+        client = self._core.clients.action(self._name)
+        self._send_shielded(lambda: self._send_to(client, goal))
+        self._paused = False
+
+    def _check(self) -> None:
+        # While it is paused the first goal has ended as preempted: that is no ending of this move. But a
+        # chassis that falls silent meanwhile has nothing left to resume.
+        if not self._paused:
+            super()._check()
+        elif self._outcome is None and (lost := self._core.feeds.lost("velocity")):
+            self._finish(OutcomeKind.CONNECTION_LOST, lost)
+
+    def _request_cancel(self, timeout: float) -> None:
+        paused, self._paused = self._paused, False
+        super()._request_cancel(timeout)
+        if paused:
+            self._finish(OutcomeKind.CANCELLED, "cancelled while paused")
+
+    def _succeeded(self, text: str, result: Any) -> None:
+        # Result 1 is success; negative is failure, also when actionlib calls the goal succeeded.
+        code = int(result.result)
+        if code == 1:
+            self._finish(OutcomeKind.ARRIVED, text, code)
+        else:
+            self._finish(OutcomeKind.FAILED, self._reason(text or "the chassis reports a failed step"), code)
+
+
+def step_goal(mode: StepControlMode, steps: Sequence[Step], avoid: bool) -> Any:
+    """woosh_msgs/StepControlGoal."""
+    goal = message_type("woosh_msgs/StepControlGoal")()
+    goal.mode, goal.useAvoid = int(mode), avoid
+    step_class = message_type("woosh_msgs/StepControl")
+    goal.stepControl = [
+        step_class(executeMode=int(s.mode), data=s.data, speed=s.highest_speed, angle=s.angle) for s in steps
+    ]
+    return goal
+
+
+def start_steps(
+    core: Core, steps: Sequence[Step], *, avoid: bool, timeout: float | None, check: bool, replace: bool
+) -> StepHandle:
+    """Send steps to /cmd_vel_control as one goal."""
+    checked = check_steps(steps)
+    since = core.running.stops
+    core.knowledge.require_ready("step move", check)
+    expected = 15.0 + 2.0 * sum(step.expected_seconds for step in checked)
+    handle = StepHandle(core, checked, avoid, expected if timeout is None else timeout)
+    handle.send(step_goal(StepControlMode.EXECUTE, checked, avoid), since, check=check, replace=replace)
+    return handle

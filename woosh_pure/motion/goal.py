@@ -1,0 +1,410 @@
+"""What every running goal has in common: waiting, outcome, cancelling, progress.
+
+A handle ends exactly once. A wait that times out cancels the goal and confirms that the robot stands still.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Generator, Iterator
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from rosproto.errors import ConnectionLost, LocalProtocolError, RosError
+from rosproto.logs import get_logger
+from rosproto.transport import Deadline
+from woosh_pure.connection.timeouts import require_limit, require_timeout
+from woosh_pure.errors import GoalFailed
+from woosh_pure.outcome import Outcome, OutcomeKind
+from woosh_pure.stopping.keeper import Job
+
+if TYPE_CHECKING:
+    from woosh_pure.core import Core
+
+__all__ = ["NOT_CONFIRMED", "GoalHandle"]
+
+NOT_CONFIRMED = "cancelled, but the chassis has not confirmed it"
+"""Text of an outcome: the robot may not have heard the cancel."""
+
+P = TypeVar("P")
+R = TypeVar("R")
+logger = get_logger("woosh_pure.goal")
+
+# Waiting is cut into slices: on Windows a lock that waits cannot be interrupted by Ctrl-C.
+_SLICE = 0.1
+_TIME_OUT_SECONDS, _CANCEL_SECONDS, _LET_GO_SECONDS = 15.0, 10.0, 6.0  # bounds of what Ctrl-C does not end
+
+_BY_US = (OutcomeKind.CANCELLED, OutcomeKind.REPLACED)
+_REPLACEABLE = (*_BY_US, OutcomeKind.FAILED)
+
+
+class _Default:
+    """Stands for "not given" where None means "for ever"."""
+
+    def __repr__(self) -> str:
+        return "default_timeout"
+
+
+_OWN_DEFAULT = _Default()
+
+
+class GoalHandle(Generic[P]):
+    """A goal under way. Made by the verbs of `Chassis`.
+
+    Attributes:
+        goal: What was asked, in words.
+        default_timeout: What `wait()` uses, s; None waits for ever.
+    """
+
+    def __init__(self, core: Core, goal: str, default_timeout: float | None) -> None:
+        self._core = core
+        self.goal = goal
+        self.default_timeout = require_timeout(default_timeout)
+        self._condition = threading.Condition()
+        self._outcome: Outcome | None = None
+        self._started = time.monotonic()
+        self._newest: P | None = None
+        self._callbacks: list[Callable[[P], object]] = []
+        self._calling: set[int] = set()
+        self._cancelled_by_us = False
+        self._why = ""  # this client's words for having cancelled it
+        self._replaced_by = ""  # in words, the goal of this client that takes its place
+        self._may_go_on = False  # ended here, but the robot has not confirmed that it has ended there
+        self._sending: threading.Thread | None = None
+
+    @property
+    def task_id(self) -> int:
+        """The id of a task; 0 for a goal of another kind."""
+        return 0
+
+    @property
+    def drives(self) -> bool:
+        """True while this goal may move the base."""
+        return False
+
+    @property
+    def holds_the_base(self) -> bool:
+        """Whether another motion would disturb it: it drives, and is not being cancelled by us."""
+        return self.drives and not self._cancelled_by_us
+
+    @property
+    def server(self) -> str:
+        """Which of the chassis's action servers has it: a second goal replaces it there; "" for a task."""
+        return ""
+
+    def __repr__(self) -> str:
+        outcome = self._outcome  # which is False unless it is an arrival
+        return f"<{type(self).__name__} {self.goal}: {'running' if outcome is None else outcome.kind.value}>"
+
+    # -- for subclasses --------------------------------------------------------------------------------------
+
+    def _request_cancel(self, timeout: float) -> None:
+        """Ask the chassis to end this goal; must not wait longer than `timeout`."""
+        raise NotImplementedError
+
+    def _send_shielded(self, send: Callable[[], R]) -> R:
+        """Run `send` so that Ctrl-C interrupts the waiting for it, but never the sending.
+
+        Otherwise a goal could be under way that nobody knows of: sent, but without a handle to cancel it.
+        """
+        result: list[R] = []
+        error: list[BaseException] = []
+
+        def work() -> None:
+            try:
+                result.append(send())
+            except BaseException as problem:
+                error.append(problem)
+
+        self._sending = threading.Thread(target=work, name="woosh:send", daemon=True)
+        self._sending.start()
+        while self._sending.is_alive():
+            self._sending.join(_SLICE)
+        if error:
+            raise error[0]
+        return result[0]
+
+    def _await_sent(self, timeout: float) -> None:
+        """A cancel must not overtake the goal: wait, with a bound, until it has been sent."""
+        sending = self._sending
+        if sending is not None and sending is not threading.current_thread():
+            try:
+                sending.join(timeout)
+            except RuntimeError:  # not started yet: it sees the mark of the cancel before it sends
+                pass
+
+    def _mark_cancelled(self, why: str) -> None:
+        """It is this client that cancels it. The sending itself looks at this, before and after."""
+        self._why = self._why or why
+        self._cancelled_by_us = True
+
+    def _letting_go(self, *, waited_for: bool = False) -> Job[None]:
+        """For the keeper, when nobody waits any more, or nobody has this handle: cancel it.
+
+        Args:
+            waited_for: Somebody has the handle: `leave_running` leaves it running.
+        """
+        return Job(lambda: self._let_go(waited_for), _LET_GO_SECONDS)
+
+    def _let_go(self, waited_for: bool) -> None:
+        if self._outcome is not None and not self._may_go_on:
+            return
+        if waited_for and self._core.running.leave:
+            return
+        self._core.running.note_abandoned(self)
+        try:
+            self._cancel(3.0, "its wait was interrupted")
+        except RosError as error:
+            logger.warning("! %s: interrupted, and not cancelled: %s", self.goal, error)
+
+    def _abandon(self) -> None:
+        """Cancel a goal that nobody waits for any more (asyncio), without waiting for its end."""
+        self._mark_cancelled("its wait was interrupted")
+        self._core.running.keeper.put(self._letting_go())
+
+    def _cancel_confirmed(self, timeout: float) -> bool:
+        """Whether the chassis has confirmed a cancel that was sent, although the end was not told; a reply
+        does.
+        """
+        return True
+
+    def _check(self) -> None:
+        """Look for an ending that comes without an event (a lost link)."""
+
+    def _finish(
+        self,
+        kind: OutcomeKind,
+        text: str = "",
+        code: int | None = None,
+        stopped: bool | None = None,
+        *,
+        may_go_on: bool = False,
+    ) -> None:
+        with self._condition:
+            if self._outcome is not None:
+                return
+            self._may_go_on = may_go_on or kind is OutcomeKind.CONNECTION_LOST
+            seconds = time.monotonic() - self._started
+            if self._replaced_by and kind in _REPLACEABLE:
+                kind, self._why, self._cancelled_by_us = (
+                    OutcomeKind.REPLACED,
+                    f"replaced by {self._replaced_by}",
+                    True,
+                )
+            ours = self._why if self._cancelled_by_us and kind in _BY_US else ""
+            self._outcome = outcome = Outcome(kind, self.goal, text, code, stopped, seconds, ours)
+            self._condition.notify_all()
+        self._core.knowledge.note_outcome(outcome, drives=self.drives, told=bool(self.task_id))
+        if not self._may_go_on:  # otherwise `stop` and `close` must still cancel it
+            self._core.running.remove_goal(self)
+
+    def _advance(self, progress: P) -> None:
+        with self._condition:
+            self._newest = progress
+            callbacks = list(self._callbacks)
+            self._condition.notify_all()
+        me = threading.get_ident()
+        self._calling.add(me)
+        try:
+            for callback in callbacks:
+                self._call(callback, progress)
+        finally:
+            self._calling.discard(me)
+
+    def _call(self, callback: Callable[[P], object], progress: P) -> None:
+        try:
+            callback(progress)
+        except Exception:
+            logger.exception("%s: a progress callback failed", self.goal)
+
+    def _in_own_callback(self) -> bool:
+        """Whether this thread must return before more about this goal can be heard."""
+        return threading.get_ident() in self._calling
+
+    # -- for users -------------------------------------------------------------------------------------------
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """How it ended, None while it runs."""
+        if self._outcome is None:
+            self._check()
+        return self._outcome
+
+    @property
+    def done(self) -> bool:
+        """True when it has ended, well or badly."""
+        return self.outcome is not None
+
+    @property
+    def latest_progress(self) -> P | None:
+        """The newest progress, None before the first."""
+        return self._newest
+
+    def progress_line(self) -> str:
+        """The newest progress in words, "" before the first."""
+        newest = self.latest_progress
+        return "" if newest is None else self._describe(newest)
+
+    def _describe(self, progress: P) -> str:
+        return str(progress)
+
+    def on_progress(self, callback: Callable[[P], object]) -> None:
+        """Call `callback(progress)` for each report, in a thread of the library."""
+        with self._condition:
+            self._callbacks.append(callback)
+
+    def progress(self) -> Iterator[P]:
+        """Reports as they come, a slow loop skips to the newest; ends with the goal."""
+        last: P | None = None
+        while True:
+            newest = self.latest_progress
+            if newest is not None and newest is not last:
+                last = newest
+                yield newest
+                continue
+            if self.done:
+                return
+            with self._condition:
+                self._condition.wait(_SLICE)
+
+    def wait(
+        self,
+        timeout: float | _Default | None = _OWN_DEFAULT,
+        *,
+        raises: bool = True,
+        meanwhile: Callable[[], object] | None = None,
+    ) -> Outcome:
+        """Wait for the end.
+
+        When `timeout` passes the goal is cancelled and the stop is confirmed before this returns. Whatever
+        else ends the wait cancels the goal, too (unless the Chassis has `leave_running`): Ctrl-C, also where
+        no `with` block is left by it (a notebook), and what `meanwhile` raises. The first Ctrl-C begins that,
+        and later ones do not end it.
+
+        Args:
+            timeout: Seconds; None waits for ever; left out: `default_timeout`.
+            raises: False returns an outcome that is no arrival instead of raising it.
+            meanwhile: Called in this thread about ten times a second, to show how far it is. What it raises
+                ends the wait, and the goal.
+
+        Raises:
+            GoalFailed: It ended in anything but an arrival; `error.outcome` says how.
+            ValueError: `timeout` is negative or NaN.
+            LocalProtocolError: Called in a callback that must return before the end can be heard.
+        """
+        seconds = self.default_timeout if isinstance(timeout, _Default) else require_timeout(timeout)
+        if not self.done and self._in_own_callback():
+            raise LocalProtocolError(
+                f"{self.goal}: waiting for it in a callback of its own news would wait for itself; "
+                "wait in another thread"
+            )
+        keeper, letting_go = self._core.running.keeper, self._letting_go(waited_for=True)
+        let_go = partial(keeper.put, letting_go)
+        try:
+            if not self._wait_until_done(seconds, meanwhile):
+                keeper.do(lambda: self._time_out(seconds or 0.0), _TIME_OUT_SECONDS)
+            outcome = self._confirmed()
+        except BaseException:
+            let_go()  # before anything else: see `keeper`
+            keeper.hold(letting_go)
+            raise
+        if raises and not outcome.arrived:
+            raise GoalFailed(outcome)
+        return outcome
+
+    def __await__(self) -> Generator[Any, None, Outcome]:
+        """In asyncio: `outcome = await handle` is `wait()`; cancelling the awaiting task cancels the goal."""
+        return self._awaited().__await__()
+
+    async def _awaited(self) -> Outcome:
+        import asyncio
+
+        try:
+            return await asyncio.to_thread(self.wait)
+        except asyncio.CancelledError:
+            self._abandon()
+            raise
+
+    def _confirmed(self) -> Outcome:
+        """The outcome; unless the robot has arrived, it says whether the robot was seen to stand still."""
+        outcome = self._outcome
+        assert outcome is not None, "a goal that is waited for has ended"
+        unknown = not outcome.arrived and outcome.stopped is None
+        if unknown and outcome.kind is not OutcomeKind.CONNECTION_LOST:
+            self._outcome = outcome = replace(outcome, stopped=self._core.feeds.wait_standing(2.0))
+        return outcome
+
+    def _wait_until_done(self, timeout: float | None, meanwhile: Callable[[], object] | None = None) -> bool:
+        deadline = Deadline(timeout)
+        while not self.done:
+            if deadline.expired:
+                return False
+            with self._condition:
+                if self._outcome is None:
+                    self._condition.wait(deadline.at_most(_SLICE).remaining())
+            if meanwhile is not None:
+                meanwhile()
+        return True
+
+    def _time_out(self, seconds: float) -> None:
+        text, sent = f"not finished within {seconds:.1f} s", True
+        try:
+            self._mark_cancelled("its time was up")
+            self._request_cancel(3.0)
+        except RosError as error:
+            text, sent = f"{text}; cancelling failed: {error}", False
+        standing = self._core.feeds.wait_standing(5.0)
+        confirmed = sent and (self._outcome is not None or self._cancel_confirmed(0.0))
+        if sent and not confirmed:
+            text = f"{text}; {NOT_CONFIRMED}"
+        with self._condition:
+            if self._outcome is not None and self._outcome.kind is OutcomeKind.ARRIVED:
+                return  # it got there while we were cancelling
+            # The cancel ended it as "cancelled"; what the caller must know is that its time was up.
+            self._outcome = None
+        self._finish(OutcomeKind.TIMED_OUT, text, None, standing, may_go_on=not confirmed)
+
+    def cancel(self, timeout: float = 5.0) -> Outcome:
+        """End it now and wait until the chassis confirms; in a callback of its own news, only ask for it.
+
+        Returns:
+            The outcome: usually cancelled, but arrived when it got there first.
+
+        Raises:
+            RosError: The cancellation could not be sent, or was not confirmed in time.
+            ValueError: `timeout` is negative or NaN.
+        """
+        timeout = require_limit(timeout)
+        return self._core.running.keeper.do(
+            lambda: self._cancel(timeout, "cancel() was called"), _CANCEL_SECONDS + 2.0 * timeout
+        )
+
+    def _cancel(self, timeout: float, why: str) -> Outcome:
+        if not self.done:
+            self._mark_cancelled(why)
+            self._request_cancel(timeout)
+            if self._in_own_callback():
+                seconds = time.monotonic() - self._started
+                return Outcome(
+                    OutcomeKind.CANCELLED, self.goal, "asked for, not confirmed yet", seconds=seconds
+                )
+            if not self._wait_until_done(timeout):
+                self._finish(
+                    OutcomeKind.CANCELLED,
+                    NOT_CONFIRMED,
+                    None,
+                    self._core.feeds.wait_standing(2.0),
+                    may_go_on=not self._cancel_confirmed(0.0),
+                )
+        elif self._may_go_on:
+            self._request_cancel(timeout)
+            if not self._cancel_confirmed(timeout):
+                raise ConnectionLost(f"{self.goal}: cancelled, but the chassis cannot be heard; it may go on")
+            self._may_go_on = False
+            if self._outcome is not None and self._outcome.text == NOT_CONFIRMED:
+                self._outcome = replace(self._outcome, text="", stopped=self._core.feeds.wait_standing(2.0))
+            self._core.running.remove_goal(self)
+        assert self._outcome is not None, "a cancelled goal has ended"
+        return self._outcome

@@ -1,0 +1,414 @@
+"""Moving by goals: tasks to marks, navigation to poses, precise steps. Each verb returns a handle at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from woosh_pure.enums import Direction, ExecutionMode, StepMode, TaskType
+from woosh_pure.geometry import Pose2D
+from woosh_pure.motion.action_goal import NavigationHandle, StepHandle, start_navigation, start_steps
+from woosh_pure.motion.steps import Step
+from woosh_pure.motion.task import TaskHandle, TaskOrder, start_task
+
+if TYPE_CHECKING:
+    from woosh_pure.core import Core
+
+__all__ = ["Moving"]
+
+
+class Moving:
+    """The part of `Chassis` that moves the robot under the chassis's own protection; see there."""
+
+    _core: Core
+
+    # -- tasks -----------------------------------------------------------------------------------------------
+
+    def go_to_mark(
+        self, mark: str, *, timeout: float | None = 300.0, check: bool = True, replace: bool = False
+    ) -> TaskHandle:
+        """Drive to a mark of the map (`/exec_task`, task type pick). Returns at once; `.wait()` for the
+        arrival.
+
+        Args:
+            mark: Its name, as on the chassis's own map; marks cannot be listed over this interface.
+            timeout: What the handle's `wait()` allows when it is not told otherwise, s; None for ever.
+            check: False sends it even when the known state speaks against moving.
+            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
+
+        Raises:
+            MotionRefused: Not ready, another motion of this Chassis is under way, or the chassis refused.
+            StaleState: `/robot_status` has no publisher: the end could not be seen.
+            ValueError: No mark, or `timeout` is no time.
+            ConnectionLost, RosTimeout, ServiceError: The chassis did not answer; what it may have begun was
+                cancelled again if possible.
+        """
+        return self.task(TaskType.PICK, mark, timeout=timeout, check=check, replace=replace)
+
+    def task(
+        self,
+        task_type: TaskType,
+        mark: str = "",
+        *,
+        poses: Sequence[Pose2D] = (),
+        direction: Direction = Direction.UNDEFINED,
+        type_number: int = 0,
+        custom: int = 0,
+        timeout: float | None = 300.0,
+        check: bool = True,
+        replace: bool = False,
+    ) -> TaskHandle:
+        """Run a task (`/exec_task`). Returns at once.
+
+        Args:
+            task_type: Pick, park, charge or carry.
+            mark: Target mark; may be left out when poses are given.
+            poses: The path, in the map, m and rad; a single pose lets the chassis plan. With a mark the path
+                must end there.
+            direction: Load or unload, for carrying.
+            type_number: The project's own number.
+            custom: The project's own byte, -128 to 127.
+            timeout: Default of the handle's `wait()`, s; None for ever.
+            check: False sends it even when the known state speaks against moving.
+            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
+
+        Raises:
+            MotionRefused: Not ready, another motion of this Chassis is under way, or the chassis refused;
+                `error.readiness` says why.
+            StaleState: The end could not be seen.
+            ValueError: A number is not finite or out of range, or nothing says where to.
+            ConnectionLost, RosTimeout, ServiceError: The chassis did not answer; what it may have begun was
+                cancelled again if possible.
+        """
+        way = [pose.require_sensible() for pose in poses]
+        order = TaskOrder(TaskType(task_type), mark, way, Direction(direction), type_number, custom)
+        return start_task(self._core, order, timeout=timeout, check=check, replace=replace)
+
+    def park(
+        self,
+        mark: str,
+        *,
+        poses: Sequence[Pose2D] = (),
+        type_number: int = 0,
+        custom: int = 0,
+        timeout: float | None = 300.0,
+        check: bool = True,
+        replace: bool = False,
+    ) -> TaskHandle:
+        """Drive to a parking mark (`/exec_task`, task type park). Returns at once.
+
+        Args:
+            mark: Its name, as on the chassis's own map.
+            poses, type_number, custom, timeout, check, replace: As for `task`: units, frames.
+
+        Raises:
+            MotionRefused, StaleState, ValueError, ConnectionLost, RosTimeout, ServiceError: As `task`.
+        """
+        return self.task(
+            TaskType.PARK,
+            mark,
+            poses=poses,
+            type_number=type_number,
+            custom=custom,
+            timeout=timeout,
+            check=check,
+            replace=replace,
+        )
+
+    def charge(
+        self,
+        mark: str,
+        *,
+        poses: Sequence[Pose2D] = (),
+        type_number: int = 0,
+        custom: int = 0,
+        timeout: float | None = 300.0,
+        check: bool = True,
+        replace: bool = False,
+    ) -> TaskHandle:
+        """Drive to a charger and charge (`/exec_task`, task type charge). Returns at once.
+
+        Args:
+            mark: Its name, as on the chassis's own map.
+            poses, type_number, custom, timeout, check, replace: As for `task`: units, frames.
+
+        Raises:
+            MotionRefused, StaleState, ValueError, ConnectionLost, RosTimeout, ServiceError: As `task`.
+        """
+        return self.task(
+            TaskType.CHARGE,
+            mark,
+            poses=poses,
+            type_number=type_number,
+            custom=custom,
+            timeout=timeout,
+            check=check,
+            replace=replace,
+        )
+
+    def carry(
+        self,
+        mark: str,
+        direction: Direction,
+        *,
+        poses: Sequence[Pose2D] = (),
+        type_number: int = 0,
+        custom: int = 0,
+        timeout: float | None = 300.0,
+        check: bool = True,
+        replace: bool = False,
+    ) -> TaskHandle:
+        """Drive to a mark and load or unload there (`/exec_task`, task type carry). Returns at once.
+
+        Args:
+            mark: Its name, as on the chassis's own map.
+            direction: Load or unload.
+            poses, type_number, custom, timeout, check, replace: As for `task`: units, frames.
+
+        Raises:
+            MotionRefused, StaleState, ValueError, ConnectionLost, RosTimeout, ServiceError: As `task`.
+        """
+        return self.task(
+            TaskType.CARRY,
+            mark,
+            direction=direction,
+            poses=poses,
+            type_number=type_number,
+            custom=custom,
+            timeout=timeout,
+            check=check,
+            replace=replace,
+        )
+
+    # -- navigation ------------------------------------------------------------------------------------------
+
+    def go_to(
+        self,
+        x: float,
+        y: float,
+        yaw: float = 0.0,
+        *,
+        frame: str = "map",
+        timeout: float | None = 300.0,
+        check: bool = True,
+        replace: bool = False,
+    ) -> NavigationHandle:
+        """Drive to a pose (`/move_base`). Returns at once.
+
+        Args:
+            x: m, in `frame`.
+            y: m, in `frame`.
+            yaw: Final heading, rad.
+            frame: The map, or another frame the chassis knows a transform of.
+            timeout: Default of the handle's `wait()`, s; None for ever.
+            check: False sends it even when the known state speaks against moving.
+            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
+
+        Raises:
+            MotionRefused: Not ready, or a velocity block or another motion of this Chassis is under way.
+            RosTimeout: The action server is not there.
+            ValueError: A number is not finite, or the yaw is more than one turn.
+        """
+        return self.follow([Pose2D(x, y, yaw, frame)], timeout=timeout, check=check, replace=replace)
+
+    def follow(
+        self,
+        path: Sequence[Pose2D] | Pose2D,
+        *,
+        point_by_point: bool = False,
+        timeout: float | None = 300.0,
+        check: bool = True,
+        replace: bool = False,
+    ) -> NavigationHandle:
+        """Drive along a path to its last pose (`/move_base`). Returns at once.
+
+        Args:
+            path: Poses in the map, m and rad; a single one lets the chassis plan.
+            point_by_point: Stop at every point instead of passing by.
+            timeout: Default of the handle's `wait()`, s; None for ever.
+            check: False sends it even when the known state speaks against moving.
+            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
+
+        Raises:
+            MotionRefused: Not ready, or a velocity block or another motion of this Chassis is under way.
+            RosTimeout: The action server is not there.
+            ValueError: The path is empty, a number is not finite, or a yaw is more than one turn.
+            FirmwareLimit: The chassis's definition does not know `point_by_point`; nothing was sent.
+        """
+        path = [path] if isinstance(path, Pose2D) else path
+        if not path:
+            raise ValueError("the path is empty; give at least the target pose")
+        for pose in path:
+            if not isinstance(pose, Pose2D):
+                raise TypeError(f"the path has {pose!r} in it; expected Pose2D(x, y, yaw)")
+        mode = ExecutionMode.POINT_BY_POINT if point_by_point else ExecutionMode.FREE
+        return start_navigation(self._core, path, mode=mode, timeout=timeout, check=check, replace=replace)
+
+    # -- precise moves ---------------------------------------------------------------------------------------
+
+    def move(
+        self,
+        distance: float,
+        *,
+        speed: float = 0.0,
+        avoid: bool = True,
+        timeout: float | None = None,
+        check: bool = True,
+        replace: bool = False,
+    ) -> StepHandle:
+        """Drive straight by `distance` (`/cmd_vel_control`). Returns at once.
+
+        Args:
+            distance: m along x of base_link, forward positive; at most 10 m.
+            speed: m/s; 0 takes the chassis's 0.2 m/s.
+            avoid: False switches the obstacle avoidance of this move off.
+            timeout: Default of the handle's `wait()`, s; None derives it from way and speed.
+            check: False sends it even when the known state speaks against moving.
+            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
+
+        Raises:
+            MotionRefused, ValueError, FirmwareLimit, RosTimeout: As `steps`.
+        """
+        return self.steps(
+            [Step.straight(distance, speed)], avoid=avoid, timeout=timeout, check=check, replace=replace
+        )
+
+    def rotate(
+        self,
+        angle: float,
+        *,
+        degrees: bool = False,
+        speed: float = 0.0,
+        several_turns: bool = False,
+        avoid: bool = True,
+        timeout: float | None = None,
+        check: bool = True,
+        replace: bool = False,
+    ) -> StepHandle:
+        """Turn in place by `angle`, counter-clockwise positive (`/cmd_vel_control`). Returns at once.
+
+        Args:
+            angle: rad, or degrees with `degrees=True`; at most 62.8318 rad.
+            degrees: Whether `angle` is in degrees.
+            speed: rad/s (always); 0 takes the chassis's 0.1 rad/s.
+            several_turns: Must be said for more than one turn, because `rotate(90)` is usually meant in
+                degrees.
+            avoid: False switches the obstacle avoidance of this move off.
+            timeout: Default of the handle's `wait()`, s; None derives it from angle and speed.
+            check: False sends it even when the known state speaks against moving.
+            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
+
+        Raises:
+            ValueError: Not finite, too far, or more than a turn without `several_turns`.
+            MotionRefused, FirmwareLimit, RosTimeout: As `steps`.
+        """
+        radians = math.radians(angle) if degrees else angle
+        return self.steps(
+            [Step.turn(radians, speed)],
+            avoid=avoid,
+            timeout=timeout,
+            several_turns=several_turns,
+            check=check,
+            replace=replace,
+        )
+
+    def strafe(
+        self,
+        distance: float,
+        *,
+        speed: float = 0.0,
+        avoid: bool = True,
+        timeout: float | None = None,
+        check: bool = True,
+        replace: bool = False,
+    ) -> StepHandle:
+        """Move sideways by `distance` (`/cmd_vel_control`); only an omnidirectional base does it. Returns at
+        once.
+
+        Args:
+            distance: m along y of base_link, left positive; at most 10 m.
+            speed: m/s; 0 takes the chassis's 0.2 m/s.
+            avoid: False switches the obstacle avoidance of this move off.
+            timeout: Default of the handle's `wait()`, s; None derives it from way and speed.
+            check: False sends it even when the known state speaks against moving.
+            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
+
+        Raises:
+            MotionRefused, ValueError, FirmwareLimit, RosTimeout: As `steps`. A differential base fails the
+                goal.
+        """
+        return self.steps(
+            [Step.lateral(distance, speed)], avoid=avoid, timeout=timeout, check=check, replace=replace
+        )
+
+    def move_diagonal(
+        self,
+        distance: float,
+        angle: float,
+        *,
+        degrees: bool = False,
+        speed: float = 0.0,
+        avoid: bool = True,
+        timeout: float | None = None,
+        check: bool = True,
+        replace: bool = False,
+    ) -> StepHandle:
+        """Move in a direction without turning (`/cmd_vel_control`); only an omnidirectional base does it.
+        Returns at once.
+
+        Args:
+            distance: m, in base_link; at most 10 m.
+            angle: Direction in rad (or degrees), left of forward positive.
+            degrees: Whether `angle` is in degrees.
+            speed: m/s; 0 takes the chassis's 0.2 m/s.
+            avoid: False switches the obstacle avoidance of this move off.
+            timeout: Default of the handle's `wait()`, s; None derives it from way and speed.
+            check: False sends it even when the known state speaks against moving.
+            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
+
+        Raises:
+            MotionRefused, ValueError, FirmwareLimit, RosTimeout: As `steps`. A differential base fails the
+                goal.
+        """
+        radians = math.radians(angle) if degrees else angle
+        return self.steps(
+            [Step.diagonal(distance, radians, speed)], avoid=avoid, timeout=timeout, check=check
+        )
+
+    def steps(
+        self,
+        steps: Iterable[Step] | Step,
+        *,
+        avoid: bool = True,
+        timeout: float | None = None,
+        several_turns: bool = False,
+        check: bool = True,
+        replace: bool = False,
+    ) -> StepHandle:
+        """Several precise moves as one goal (`/cmd_vel_control`). Returns at once.
+
+        Args:
+            steps: In order; m, rad, m/s, rad/s, in base_link (forward, left, counter-clockwise positive).
+            avoid: False switches the obstacle avoidance off for all of them.
+            timeout: Default of the handle's `wait()`, s; None derives it from ways and speeds.
+            several_turns: Must be said for a step of more than one turn: such an angle is usually in degrees.
+            check: False sends it even when the known state speaks against moving.
+            replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
+
+        Raises:
+            ValueError: Not finite, too far, too fast, more than a turn, or no steps.
+            MotionRefused: Not ready, or a velocity block or another motion of this Chassis is under way.
+            FirmwareLimit: The chassis's definition does not know this kind of step; nothing was sent.
+            RosTimeout: The action server is not there.
+        """
+        steps = (steps,) if isinstance(steps, Step) else tuple(steps)
+        turns = [step.data for step in steps if isinstance(step, Step) and step.mode is StepMode.ROTATE]
+        if not several_turns and any(abs(turn) > 2.0 * math.pi + 1e-6 for turn in turns):
+            raise ValueError(
+                f"{max(turns, key=abs):.2f} rad is more than one turn; for degrees say degrees=True, "
+                "for many turns say several_turns=True"
+            )
+        return start_steps(
+            self._core, tuple(steps), avoid=avoid, timeout=timeout, check=check, replace=replace
+        )

@@ -1,0 +1,163 @@
+"""One element of a /cmd_vel_control goal, with the limits of the interface. Pure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from rosproto.numbers import as_float
+from woosh_pure.enums import StepMode
+from woosh_pure.geometry import Velocity
+
+__all__ = ["MAX_ANGLE", "MAX_DISTANCE", "Step", "check_steps", "locate_step"]
+
+MAX_DISTANCE = 10.0
+"""Longest straight, lateral or diagonal step, m (vendor's page)."""
+MAX_ANGLE = 62.8318
+"""Largest turn of one step, rad (vendor's page)."""
+MAX_SPEED = 3.0
+"""m/s; faster than such a base drives, so a larger number is in another unit (our own bound)."""
+MAX_TURN_RATE = 6.2832
+"""rad/s; as `MAX_SPEED`."""
+_NOISE = 5.0  # percent that a step may seem to go back
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A straight, turning, lateral or diagonal move.
+
+    Attributes:
+        mode: Which of the four.
+        data: m or rad; forward, left and counter-clockwise positive.
+        speed: Highest speed, m/s or rad/s; 0 takes the chassis's default (0.2 m/s, 0.1 rad/s).
+        angle: Direction of a diagonal move in rad, left of forward positive.
+    """
+
+    mode: StepMode
+    data: float
+    speed: float = 0.0
+    angle: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("data", "speed", "angle"):
+            object.__setattr__(self, name, as_float(getattr(self, name)))
+
+    @classmethod
+    def straight(cls, distance: float, speed: float = 0.0) -> Step:
+        """`distance` m forward (negative: backward)."""
+        return cls(StepMode.STRAIGHT, distance, speed)
+
+    @classmethod
+    def turn(cls, angle: float, speed: float = 0.0) -> Step:
+        """`angle` rad counter-clockwise."""
+        return cls(StepMode.ROTATE, angle, speed)
+
+    @classmethod
+    def lateral(cls, distance: float, speed: float = 0.0) -> Step:
+        """`distance` m to the left; a differential base refuses it."""
+        return cls(StepMode.LATERAL, distance, speed)
+
+    @classmethod
+    def diagonal(cls, distance: float, angle: float, speed: float = 0.0) -> Step:
+        """`distance` m in the direction `angle` rad left of forward; a differential base refuses it."""
+        return cls(StepMode.DIAGONAL, distance, speed, angle)
+
+    @property
+    def highest_speed(self) -> float:
+        """The given speed, or the chassis's default."""
+        return abs(self.speed) or (0.1 if self.mode is StepMode.ROTATE else 0.2)
+
+    @property
+    def expected_seconds(self) -> float:
+        """How long it takes without obstacles, roughly."""
+        return abs(self.data) / self.highest_speed + 2.0
+
+    @property
+    def in_range(self) -> bool:
+        """Whether `data` is within the interface's limits."""
+        return abs(self.data) <= (MAX_ANGLE if self.mode is StepMode.ROTATE else MAX_DISTANCE)
+
+    def direction(self) -> Velocity:
+        """Unit velocity of this step, signed."""
+        sign = math.copysign(1.0, self.data)
+        if self.mode is StepMode.ROTATE:
+            return Velocity(0.0, 0.0, sign)
+        angle = {StepMode.LATERAL: math.pi / 2, StepMode.DIAGONAL: self.angle}.get(self.mode, 0.0)
+        return Velocity(sign * math.cos(angle), sign * math.sin(angle), 0.0)
+
+    def rest(self, percent: float) -> Step:
+        """What remains of it when `percent` is done."""
+        return Step(
+            self.mode, self.data * (1.0 - min(max(percent, 0.0), 100.0) / 100.0), self.speed, self.angle
+        )
+
+    def __str__(self) -> str:
+        if self.mode is StepMode.ROTATE:
+            return f"turn {self.data:.3f} rad ({math.degrees(self.data):.1f}°)"
+        toward = f" at {math.degrees(self.angle):.1f}°" if self.mode is StepMode.DIAGONAL else ""
+        return f"{self.mode} {self.data:.3f} m{toward}"
+
+
+def check_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
+    """The steps, checked against the interface's limits.
+
+    Raises:
+        ValueError: A number is not finite, out of range, or there are no steps.
+    """
+    checked = tuple(steps)
+    for step in checked:
+        if not isinstance(step, Step):
+            raise TypeError(f"{step!r} is no Step; use Step.straight(0.5), Step.turn(1.57) ...")
+    if not checked:
+        raise ValueError("no steps given; a goal needs at least one")
+    for step in checked:
+        _check(step)
+    return checked
+
+
+def locate_step(
+    steps: Sequence[Step], index: int, percent: float, mode: StepMode, reported: float
+) -> tuple[int, float]:
+    """Which of the steps a report is about: it names the kind of step but not its number.
+
+    Steps are done in order. A report of the same kind is of the same step unless it begins anew; then, or
+    when the kind is another, it is of the next step of that kind (one can be over between two reports).
+
+    Args:
+        steps: All steps of the goal.
+        index: Where the last report was.
+        percent: What it said.
+        mode: Kind of step of the new report.
+        reported: Its percentage.
+
+    Returns:
+        Index and percentage now; as before when the report fits no step.
+    """
+    if mode == steps[index].mode and reported >= percent - _NOISE:
+        return index, reported
+    for later in range(index + 1, len(steps)):
+        if steps[later].mode == mode:
+            return later, reported
+    return (index, reported) if mode == steps[index].mode else (index, percent)
+
+
+def _check(step: Step) -> None:
+    if not all(map(math.isfinite, (step.data, step.speed, step.angle))):
+        raise ValueError(f"{step!r}: every number must be finite")
+    rotating = step.mode is StepMode.ROTATE
+    most, unit = (MAX_ANGLE, "rad") if rotating else (MAX_DISTANCE, "m")
+    if not step.in_range:
+        hint = "; for degrees say degrees=True" if rotating else "; use go_to for longer ways"
+        raise ValueError(f"{step.data} {unit} is more than the {most} {unit} one step may have{hint}")
+    if step.mode is StepMode.DIAGONAL and abs(step.angle) > 2.0 * math.pi + 1e-6:
+        raise ValueError(f"angle {step.angle:g} rad is more than one turn; for degrees say degrees=True")
+    fastest, per_second = (MAX_TURN_RATE, "rad/s") if rotating else (MAX_SPEED, "m/s")
+    if step.speed > fastest:
+        raise ValueError(
+            f"speed {step.speed:g} is more than {fastest:g} {per_second}; is it in another unit?"
+        )
+    if step.speed < 0.0:
+        raise ValueError(f"speed {step.speed}: give a positive speed; the sign of the way says the direction")
+    if not step.mode.known or step.mode not in tuple(StepMode):
+        raise ValueError(f"step mode {int(step.mode)} is not known; expected 1 to 4")

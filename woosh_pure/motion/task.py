@@ -1,0 +1,274 @@
+"""Tasks through /exec_task: one handle for each, its end taken from /robot_status."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import ConnectionLost, RosError, RosTimeout
+from rosproto.logs import get_logger
+from rosproto.numbers import whole
+from woosh_pure.enums import Direction, RobotState, TaskCommand, TaskState, TaskType
+from woosh_pure.errors import MotionRefused
+from woosh_pure.geometry import Pose2D
+from woosh_pure.motion.goal import GoalHandle
+from woosh_pure.motion.task_tracker import TaskTracker, new_task_id
+from woosh_pure.outcome import OutcomeKind
+from woosh_pure.values.messages import stamped_pose
+from woosh_pure.values.state import RobotStatus
+
+if TYPE_CHECKING:
+    from woosh_pure.core import Core
+
+__all__ = ["TaskHandle", "TaskOrder", "start_task"]
+
+logger = get_logger("woosh_pure.task")
+_REPLY_SECONDS = 10.0
+_TYPES = (TaskType.PICK, TaskType.PARK, TaskType.CHARGE, TaskType.CARRY)
+
+
+class TaskHandle(GoalHandle[RobotStatus]):
+    """A task under way; progress is every status that names it.
+
+    Attributes:
+        task_id: The id that was made for it.
+    """
+
+    def __init__(self, core: Core, tracker: TaskTracker, goal: str, timeout: float | None) -> None:
+        super().__init__(core, goal, timeout)
+        self._tracker = tracker
+        self._sources = core.feeds.get("status").sources
+        self._off = core.feeds.get("status").on(self._on_status)
+
+    @property
+    def task_id(self) -> int:
+        """The id that was made for it."""
+        return self._tracker.task_id
+
+    @property
+    def state(self) -> TaskState:
+        """Its last known state."""
+        return self._tracker.state
+
+    @property
+    def drives(self) -> bool:
+        """True while the task may move the base."""
+        return self.state not in (TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
+
+    def pause(self) -> None:
+        """Hold it; `resume` goes on.
+
+        Raises:
+            MotionRefused: The chassis refused.
+        """
+        self._command(TaskCommand.PAUSE)
+
+    def resume(self) -> None:
+        """Go on after `pause`.
+
+        Raises:
+            MotionRefused: The chassis refused, or something else of ours moves the base.
+        """
+        self._core.running.require_alone(self)
+        self._command(TaskCommand.RESUME)
+
+    def interrupt_wait(self) -> None:
+        """End the wait the task is in (task state 5)."""
+        self._command(TaskCommand.INTERRUPT_WAIT)
+
+    def _command(self, command: TaskCommand, timeout: float = _REPLY_SECONDS) -> None:
+        reply = self._core.clients.exec_task(command, self.task_id, timeout=timeout)
+        if not reply.success:
+            raise MotionRefused(
+                f"{self.goal}: {command} refused: {reply.message or 'no reason given'}",
+                readiness=self._core.knowledge.readiness(),
+            )
+
+    def _in_own_callback(self) -> bool:
+        return super()._in_own_callback() or self._core.feeds.get("status").in_callback
+
+    def _describe(self, progress: RobotStatus) -> str:
+        pose = self._core.feeds.get("pose").latest
+        where = f"; at {pose}" if pose else ""
+        return f"{progress.task_state}, {progress.action_type}{where}"
+
+    def _request_cancel(self, timeout: float) -> None:
+        self._await_sent(min(timeout, 2.0))
+        try:
+            self._command(TaskCommand.CANCEL, timeout)
+        except MotionRefused:
+            # "There is no such task": it has just ended, and the status that says so may still be on its way.
+            if not self._wait_until_done(1.0) and not self._status_shows_end():
+                raise
+
+    def _status_shows_end(self) -> bool:
+        """True when the last status says that this task is over."""
+        status = self._core.feeds.get("status").latest
+        return status is not None and status.task_id == self.task_id and status.task_state.is_final
+
+    def _on_status(self, status: RobotStatus) -> None:
+        with self._condition:
+            self._tracker.status(status)
+        if status.task_id == self.task_id:
+            self._advance(status)
+        self._settle()
+
+    def _reply(self, success: bool, message: str, code: int) -> None:
+        with self._condition:
+            self._tracker.reply(success, message, code)
+        self._settle()
+
+    def _settle(self) -> None:
+        ending = self._tracker.ending
+        if ending is None or self._outcome is not None:
+            return
+        self._off()
+        self._finish(ending.kind, ending.text, ending.code)
+        if ending.under_way:
+            threading.Thread(target=self._end_on_robot, name="woosh:cancel", daemon=True).start()
+
+    def _end_on_robot(self) -> None:
+        """Cancel what the robot could go on with after its fault; in a thread, since callbacks come here."""
+        try:
+            self._core.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=_REPLY_SECONDS)
+        except RosError as error:
+            logger.warning("! %s: not cancelled after the fault, it may go on: %s", self.goal, error)
+
+    def _check(self) -> None:
+        lost = self._core.feeds.lost("status") or self._restarted()
+        if lost and self._outcome is None:
+            self._off()
+            self._finish(OutcomeKind.CONNECTION_LOST, lost)
+
+    def _restarted(self) -> str:
+        """Whether another process tells the state now: it knows nothing of the task of the one before."""
+        feed = self._core.feeds.get("status")
+        now = feed.sources
+        if not now or not self._sources or now & self._sources:
+            return ""
+        return f"{feed.topic} comes from another process now: the chassis was restarted, and its task is gone"
+
+
+@dataclass(frozen=True, slots=True)
+class TaskOrder:
+    """What a task is to do; the meanings are those of `Chassis.task`."""
+
+    task_type: TaskType
+    mark: str
+    poses: Sequence[Pose2D]
+    direction: Direction
+    type_number: int
+    custom: int
+
+    @property
+    def target(self) -> str:
+        """Where to, in words."""
+        return self.mark or str(self.poses[-1])
+
+    def check(self) -> None:
+        """Refuse what the interface does not have.
+
+        Raises:
+            ValueError: A number is out of range, or nothing says where to.
+        """
+        if self.task_type not in _TYPES:
+            raise ValueError(f"task type {self.task_type}: expected one of {', '.join(map(str, _TYPES))}")
+        if not isinstance(self.mark, str):
+            raise ValueError(f"mark {self.mark!r}: give its name as text, as it is on the map")
+        if not self.mark and not self.poses:
+            raise ValueError("a task needs a mark or poses; give the mark's name as it is on the map")
+        if not self.direction.known:
+            raise ValueError(f"direction {int(self.direction)}: expected load, unload or undefined")
+        for name, value, least, most in (
+            ("type_number", self.type_number, 0, 2**32 - 1),
+            ("custom", self.custom, -128, 127),
+        ):
+            number = whole(value)
+            if number is None or not least <= number <= most:
+                raise ValueError(f"{name}={value!r}: expected a whole number of {least} to {most}")
+
+    def fields(self) -> dict[str, Any]:
+        """The fields of woosh_msgs/ExecTask that say it."""
+        return {
+            "task_type": int(self.task_type),
+            "direction": int(self.direction),
+            "task_type_no": int(self.type_number),
+            "mark_no": self.mark,
+            "poses": [stamped_pose(pose) for pose in self.poses],
+            "custom": int(self.custom),
+        }
+
+
+def start_task(
+    core: Core, order: TaskOrder, *, timeout: float | None, check: bool, replace: bool
+) -> TaskHandle:
+    """Listen first, then call the service: whatever comes in whatever order is seen."""
+    order.check()
+    since = core.running.stops
+    core.knowledge.require_ready("task", check)
+    if check:
+        core.running.require_free_base("task")
+    status = core.feeds.get("status")
+    core.feeds.require_publisher(status)
+    tracker = TaskTracker(new_task_id())
+    text = f"{order.task_type} task {tracker.task_id} to {order.target}"
+    handle = TaskHandle(core, tracker, text, timeout)
+    letting_go = handle._letting_go()
+    let_go = partial(core.running.keeper.put, letting_go)
+    try:
+        try:
+            core.running.add_goal(handle, since, check=check, replace=replace)
+        except Exception:
+            handle._off()
+            raise
+        _send(core, handle, order)
+    except Exception:
+        raise
+    except BaseException:  # Ctrl-C: nobody gets this handle, so nobody else could end the task
+        let_go()  # before anything else: see `keeper`
+        core.running.keeper.hold(letting_go)
+        raise
+    return handle
+
+
+def _send(core: Core, handle: TaskHandle, order: TaskOrder) -> None:
+    def execute() -> Any:
+        if handle._cancelled_by_us:
+            raise MotionRefused(f"{handle.goal}: it was stopped before it was sent; nothing was sent")
+        command, task_id = TaskCommand.EXECUTE, handle.task_id
+        reply = core.clients.exec_task(command, task_id, timeout=_REPLY_SECONDS, **order.fields())
+        if handle._cancelled_by_us:  # the cancel did not wait long enough for this reply: repeat it
+            core.clients.exec_task(TaskCommand.CANCEL, task_id, timeout=2.0)
+        return reply
+
+    try:
+        reply = handle._send_shielded(execute)
+    except (ConnectionLost, RosTimeout):
+        # It may have been taken all the same: undo it if the chassis can be reached, and say so.
+        handle._off()
+        try:
+            core.clients.exec_task(TaskCommand.CANCEL, handle.task_id, timeout=2.0)
+        except RosError:
+            pass
+        handle._finish(
+            OutcomeKind.CONNECTION_LOST, "no reply to the request; it was cancelled again if possible"
+        )
+        raise
+    except Exception:  # whatever it was: nothing was started, and nobody has to cancel it
+        handle._off()
+        handle._finish(OutcomeKind.CANCELLED, "not sent")
+        raise
+    handle._reply(reply.success, reply.message, int(reply.statusCode))
+    if not reply.success:
+        state = RobotState(reply.statusCode)
+        told = f"the last motion was refused ({handle.goal}: {reply.message or 'no reason given'})"
+        core.knowledge.refusals.note(told, time.monotonic(), state)
+        raise MotionRefused(
+            f"{handle.goal}: refused by the chassis: {reply.message or 'no reason given'} "
+            f"(robot state: {state})",
+            readiness=core.knowledge.readiness(),
+        )

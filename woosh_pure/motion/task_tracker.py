@@ -1,0 +1,106 @@
+"""Whether *this* task has ended, from replies and status messages in any order. Pure: a table and its prose.
+
+What real programs get wrong, and why it cannot happen here:
+
+* A stale 7 of the previous task is taken as arrival: only messages with our own (random) task id count.
+* The completion comes before the service reply and is lost: the tracker listens before the call is made,
+and a
+  final state is final whichever comes first.
+* 8, 9, negative states and faults are waited for for ever: all of them end the task, as failures; a task
+  that a fault has only held is cancelled, so that it does not go on unseen.
+* A chassis that was restarted knows nothing of the task: a status without any task ends ours, once it was
+  seen.
+* Another client's task takes the robot over: once ours was seen, a running task with another id ends ours.
+"""
+
+from __future__ import annotations
+
+import random
+from dataclasses import dataclass
+
+from woosh_pure.enums import RobotState, TaskState
+from woosh_pure.outcome import OutcomeKind
+from woosh_pure.values.state import RobotStatus
+
+__all__ = ["Ending", "TaskTracker", "new_task_id"]
+
+_ENDS = {
+    TaskState.COMPLETED: OutcomeKind.ARRIVED,
+    TaskState.CANCELLED: OutcomeKind.CANCELLED,
+    TaskState.FAILED: OutcomeKind.FAILED,
+}
+_UNDER_WAY = (TaskState.RUNNING, TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
+
+
+def new_task_id() -> int:
+    """A task id no other client and no earlier task has: 31 bits, so that every integer field holds it."""
+    return random.SystemRandom().randrange(1 << 20, 1 << 31)
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """How the task ended, by the chassis's word.
+
+    Attributes:
+        kind, code, text: As of the `Outcome`.
+        under_way: True when the task itself has not ended on the chassis: it must be cancelled there, or it
+            may go on when the robot has recovered.
+    """
+
+    kind: OutcomeKind
+    code: int | None
+    text: str
+    under_way: bool = False
+
+
+class TaskTracker:
+    """State of one task. Not thread-safe: the owner holds a lock.
+
+    Attributes:
+        task_id: Ours.
+        accepted: What the service replied; None until then, and when the reply was lost.
+        seen: Whether a status named our task.
+        state: The task's last known state.
+        ending: Set once, None until the task has ended.
+    """
+
+    def __init__(self, task_id: int) -> None:
+        self.task_id = task_id
+        self.accepted: bool | None = None
+        self.seen = False
+        self.state = TaskState.UNDEFINED
+        self.ending: Ending | None = None
+
+    def reply(self, success: bool, message: str, code: int) -> None:
+        """The service has answered."""
+        self.accepted = success
+        if not success:
+            # A refusal outranks what a status may have said before: nothing was started for us.
+            self.ending = Ending(OutcomeKind.REJECTED, code, message or "the chassis refused the task")
+
+    def status(self, status: RobotStatus) -> None:
+        """A status has come."""
+        if self.ending is not None:
+            return
+        if status.task_id == self.task_id:
+            self._own(status)
+        elif self.seen and status.task_state in _UNDER_WAY:
+            text = f"task {status.task_id} took over"
+            self.ending = Ending(OutcomeKind.REPLACED, int(status.task_state), text)
+        elif self.seen and status.task_id == 0 and status.task_state is TaskState.UNDEFINED:
+            self.ending = Ending(OutcomeKind.FAILED, 0, "the chassis has no task any more; was it restarted?")
+
+    def _own(self, status: RobotStatus) -> None:
+        self.seen = True
+        self.state = status.task_state
+        kind = _ENDS.get(status.task_state)
+        if kind is not None:
+            self._end(kind, status)
+        elif int(status.task_state) < 0:
+            self._end(OutcomeKind.FAILED, status)
+        elif status.robot_state is RobotState.FAULT:
+            text = status.message or "the robot is in fault"
+            self.ending = Ending(OutcomeKind.FAILED, int(status.robot_state), text, under_way=True)
+
+    def _end(self, kind: OutcomeKind, status: RobotStatus) -> None:
+        self.ending = Ending(kind, int(status.task_state), status.message)

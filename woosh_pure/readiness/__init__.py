@@ -1,0 +1,8 @@
+"""Whether the chassis would move now, and what is known against it."""
+
+from __future__ import annotations
+
+from woosh_pure.readiness.assessment import Readiness, assess, status_shows_fitness, triggered_keys
+from woosh_pure.readiness.reason import Ready, Reason, ReasonKey
+
+__all__ = ["Readiness", "Ready", "Reason", "ReasonKey", "assess", "status_shows_fitness", "triggered_keys"]

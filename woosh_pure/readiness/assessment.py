@@ -1,0 +1,222 @@
+"""Why the chassis would not move now, in words. Pure: a function of what is known.
+
+What is listened to: `/robot_status`, `/status_code`, `/battery`, `/IO_input` and the states of the action
+servers. Nothing is asked by doing something, because there is no question without an effect:
+
+- `/exec_task` answers with the state of the robot, but each of its commands runs, pauses, resumes or ends a
+  task; what the chassis does with a command or a task id that it does not know is not documented.
+- A goal of zero length on `/cmd_vel_control` or `/move_base` is no question either: an action server of this
+  kind ends the goal it has when another comes, so it would end the task of the robot itself or of another
+  client; it may leave the charger, and what comes back for an empty list of steps is not documented.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from rosproto.text import printable
+from woosh_pure.enums import RobotMode, RobotState, WorkMode
+from woosh_pure.faults.codes import Department, FaultLevel, StatusCode
+from woosh_pure.readiness.other_goals import ROBOT_ITSELF
+from woosh_pure.readiness.reason import Ready, Reason, ReasonKey
+
+if TYPE_CHECKING:
+    from woosh_pure.values.state import RobotStatus
+
+__all__ = ["Readiness", "Ready", "Reason", "ReasonKey", "assess", "status_shows_fitness", "triggered_keys"]
+
+NOT_HEARD = (
+    "no /robot_status heard yet (it is sent on change only), so an emergency stop, a fault or a mode from "
+    "before is not known"
+)
+LINK_LOST = "the link to who publishes /robot_status has broken since it was heard: what it said may be over"
+STATE_UNDEFINED = "the robot does not tell its state (robot_state 0)"
+KEY_TRIGGERED = (
+    "key {number} of the chassis is triggered (/IO_input): it may be the emergency stop, which key is which "
+    "is not documented"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Readiness:
+    """Whether the chassis would move: yes, no, or not known.
+
+    Attributes:
+        reasons: What speaks against it, and what is not known; empty when all that can be heard was heard and
+            nothing speaks against it.
+    """
+
+    reasons: tuple[Reason, ...] = ()
+
+    @property
+    def answer(self) -> Ready:
+        """Yes only when the chassis itself has told its state and nothing blocks."""
+        if self.blocked:
+            return Ready.NO
+        return Ready.UNKNOWN if any(reason.doubt for reason in self.reasons) else Ready.YES
+
+    @property
+    def ready(self) -> bool:
+        """True when the answer is yes; False when it is no, and when it is not known."""
+        return self.answer is Ready.YES
+
+    @property
+    def blocked(self) -> bool:
+        """True when something known blocks. "Not known" does not: there the chassis decides."""
+        return any(reason.blocking for reason in self.reasons)
+
+    @property
+    def refuses(self) -> bool:
+        """True when a verb must not even ask the chassis; what it refused before, it may be asked again."""
+        return any(reason.blocking and reason.key != ReasonKey.REFUSED for reason in self.reasons)
+
+    def __bool__(self) -> bool:
+        return self.ready
+
+    def __str__(self) -> str:
+        """`sentence()`."""
+        return self.sentence()
+
+    def sentence(self) -> str:
+        """All reasons in one line."""
+        if not self.reasons:
+            return "nothing known speaks against moving"
+        return printable("; ".join(reason.text for reason in self.reasons))
+
+
+def assess(
+    status: RobotStatus | None,
+    faults: Iterable[StatusCode],
+    charging: bool | None = None,
+    own_tasks: Collection[int] = (),
+    other_goals: Iterable[tuple[str, str]] = (),
+    *,
+    keys: Collection[int] = (),
+    refusals: Iterable[Reason] = (),
+    link_lost: bool = False,
+    has_moved: bool = False,
+) -> Readiness:
+    """What is known against moving, and what is not known.
+
+    Args:
+        status: The last /robot_status; None when none was heard (it is published on change only).
+        faults: Active faults.
+        charging: What /battery says; None when not heard.
+        own_tasks: Ids of tasks that we have started ourselves.
+        other_goals: Other clients with a running goal: (client, action).
+        keys: Numbers of the chassis's keys that /IO_input shows as triggered.
+        refusals: What was refused or failed, and is not known to be over.
+        link_lost: The link of /robot_status has broken since it was heard.
+        has_moved: A motion of ours has arrived, so that nothing stopped the robot then; since then every
+            change was told.
+    """
+    reasons: list[Reason] = []
+    if status is not None:
+        reasons += _from_status(status, charging, own_tasks)
+    elif not has_moved:
+        reasons.append(Reason(ReasonKey.UNKNOWN, NOT_HEARD, False, doubt=True))
+    if link_lost:
+        reasons.append(Reason(ReasonKey.LINK_LOST, LINK_LOST, False, doubt=True))
+    reasons += [_from_fault(fault) for fault in faults]
+    reasons += [
+        _other_goal(*other)
+        for other in other_goals
+        if other[0] != ROBOT_ITSELF or _task_unknown(status, own_tasks)
+    ]
+    reasons += [Reason(ReasonKey.CHASSIS_KEY, KEY_TRIGGERED.format(number=key), False) for key in keys]
+    told = {reason.key for reason in reasons if reason.blocking}
+    reasons += [reason for reason in refusals if not told]  # else said better by what the robot tells now
+    return Readiness(tuple(reasons))
+
+
+def status_shows_fitness(status: RobotStatus) -> bool:
+    """Whether the robot says by its state that nothing stops it: what stopped it before is over."""
+    automatic = status.robot_mode not in (RobotMode.MANUAL, RobotMode.MAINTENANCE)
+    return automatic and status.robot_state in _FIT
+
+
+_FIT = (RobotState.IDLE, RobotState.PARKING, RobotState.IN_TASK, RobotState.CHARGING)
+
+
+def triggered_keys(inputs: Any) -> tuple[int, ...]:
+    """Numbers of the chassis's own keys that a woosh_msgs/IOs shows as triggered; () without one."""
+    lines = () if inputs is None else inputs.IOs
+    return tuple(int(line.id) for line in lines if line.module == _KEYS_MODULE and line.status == _TRIGGERED)
+
+
+_KEYS_MODULE, _TRIGGERED = 1, 1  # woosh_msgs/IO: module 0x01 chassis keys, status 1 triggered
+
+
+def _from_status(status: RobotStatus, charging: bool | None, own_tasks: Collection[int]) -> list[Reason]:
+    reasons = []
+    if status.robot_mode in (RobotMode.MANUAL, RobotMode.MAINTENANCE):
+        reasons.append(
+            Reason(
+                ReasonKey.MANUAL_MODE, f"the robot is in {status.robot_mode} mode; turn its key to automatic"
+            )
+        )
+    if status.work_mode is WorkMode.DEPLOYMENT:
+        reasons.append(
+            Reason(ReasonKey.NOT_IN_TASK_MODE, "the robot is in deployment mode; tasks need task mode", False)
+        )
+    if status.robot_state is RobotState.UNINITIALISED:
+        reasons.append(
+            Reason(
+                ReasonKey.NOT_LOCALISED,
+                "the robot does not know where it is; give it its position",
+                False,
+                doubt=True,  # a state that says nothing of faults and buttons
+            )
+        )
+    if status.robot_state is RobotState.UNDEFINED:
+        reasons.append(Reason(ReasonKey.UNKNOWN, STATE_UNDEFINED, False, doubt=True))
+    if status.robot_state is RobotState.FAULT:
+        reasons.append(
+            Reason(ReasonKey.FAULT, "the robot reports a fault (robot_state 6); look at its display")
+        )
+    if status.robot_state is RobotState.MAPPING:
+        reasons.append(Reason(ReasonKey.MAPPING, "the robot is making a map"))
+    if not status.task_state.is_final and status.task_state.value > 0:
+        reasons.append(_task_under_way(status, own_tasks))
+    if charging and status.robot_state is not RobotState.CHARGING:
+        reasons.append(
+            Reason(ReasonKey.CHARGING_CABLE, "the battery charges without a task; unplug the cable")
+        )
+    return reasons
+
+
+def _task_unknown(status: RobotStatus | None, own_tasks: Collection[int]) -> bool:
+    """Whether nothing else tells what task the robot carries out."""
+    return status is None and not own_tasks
+
+
+def _other_goal(client: str, action: str) -> Reason:
+    whose = f"{client} has a goal of its own"
+    if client == ROBOT_ITSELF:
+        whose = "the robot has a task of another client, or of its own,"
+    return Reason(ReasonKey.OTHER_CLIENT, f"{whose} under way on {action}", False)
+
+
+def _task_under_way(status: RobotStatus, own_tasks: Collection[int]) -> Reason:
+    if status.task_id in own_tasks:
+        return Reason(ReasonKey.BUSY, f"our own task {status.task_id} is {status.task_state}", False)
+    text = f"task {status.task_id} of another client (or of the robot itself) is {status.task_state}"
+    return Reason(ReasonKey.OTHER_CLIENT, text, False)
+
+
+_KEYS = {
+    (Department.ELECTRICAL, 2, 1): ReasonKey.EMERGENCY_STOP,
+    (Department.ELECTRICAL, 2, 2): ReasonKey.BUMPER,
+    (Department.SYSTEM, 1, 3): ReasonKey.NOT_LOCALISED,
+}
+
+
+def _from_fault(fault: StatusCode) -> Reason:
+    key = _KEYS.get((fault.department, fault.module, fault.submodule), ReasonKey.FAULT)
+    if fault.code == 140201000032:
+        key = ReasonKey.NO_MAP
+    # Only severe codes (emergency stop, bumper, broken hardware) block every motion; others may block one
+    # kind.
+    return Reason(key, str(fault), fault.level is FaultLevel.SEVERE)

@@ -1,0 +1,156 @@
+"""What is known for and against moving: faults, refusals, goals of others. Safe from any thread."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import TYPE_CHECKING, Any
+
+from woosh_pure.connection.begun import current
+from woosh_pure.errors import MotionRefused
+from woosh_pure.faults import ActiveFaults, Faults, StatusCode
+from woosh_pure.outcome import Outcome, OutcomeKind
+from woosh_pure.readiness.assessment import Readiness, assess, status_shows_fitness, triggered_keys
+from woosh_pure.readiness.other_goals import OtherGoals
+from woosh_pure.readiness.refusals import Refusals
+
+if TYPE_CHECKING:
+    from woosh_pure.connection.connection import Connection
+    from woosh_pure.feed.feeds import Feeds
+    from woosh_pure.stopping.running import Running
+    from woosh_pure.values import RobotStatus
+
+__all__ = ["Knowledge"]
+
+
+class Knowledge:
+    """What one `Chassis` has heard and been told, as a `Readiness`.
+
+    Args:
+        connection: Whose node listens to goals of other clients.
+        feeds: Where state and status codes come from.
+        running: Our own goals: they are no obstacle.
+
+    Attributes:
+        other_goals: Goals of other clients, as far as heard.
+        refusals: What the chassis has refused, until it is shown to be over.
+    """
+
+    def __init__(self, connection: Connection, feeds: Feeds, running: Running) -> None:
+        self._connection = connection
+        self._feeds = feeds
+        self._running = running
+        self._lock = threading.Lock()
+        self._faults = ActiveFaults()
+        self._fault_lock = threading.Lock()
+        self._watching = False
+        self._has_moved = False
+        self.other_goals = OtherGoals()
+        self.refusals = Refusals()
+
+    def watch_faults(self) -> None:
+        """Begin to keep the set of active faults; from the return on, no code is missed."""
+        feed = self._feeds.get("status_code")
+        with self._lock:
+            watching, self._watching = self._watching, True
+        if not watching:
+            feed.on(self._on_status_code)
+        else:
+            feed.connect()  # also when another thread began
+
+    def _on_status_code(self, code: StatusCode) -> None:
+        with self._fault_lock:
+            self._faults.receive(code.code)
+        self.refusals.receive(code)
+
+    def active_faults(self) -> Faults:
+        """Faults active now, as far as heard since this Chassis listens, and whether that is all."""
+        self._listen("status", "status_code")
+        status, outdated = self._status_known()
+        with self._fault_lock:
+            return Faults(self._faults.active, None if status is None or outdated else status.robot_state)
+
+    def readiness(self) -> Readiness:
+        """What is known against moving; the first call waits until the links it needs stand."""
+        if (begun := current()) is not None:
+            begun.require_wanted("readiness")  # `wait_until_ready` asks again and again
+        self._listen("battery", "status", "status_code", "inputs")
+        self.other_goals.listen(self._connection.open_node())
+        return self.known_readiness()
+
+    def known_readiness(self) -> Readiness:
+        """As `readiness`, from what was heard so far: never waits, so that a drive may ask it at any time."""
+        battery = self._known("battery")
+        charging = None if battery is None else battery.charging
+        status, outdated = self._status_known()
+        with self._fault_lock:
+            faults = self._faults.active
+        ours = {goal.task_id for goal in self._running.goals if goal.task_id}
+        return assess(
+            status,
+            faults,
+            charging,
+            ours,
+            self.other_goals.active(),
+            keys=triggered_keys(self._known("inputs")),
+            refusals=self.refusals.reasons(),
+            link_lost=outdated,
+            has_moved=self._has_moved,
+        )
+
+    def _status_known(self) -> tuple[RobotStatus | None, bool]:
+        """The last /robot_status, and whether what it says may be over; never waits."""
+        feed = self._feeds.used("status")
+        reading = None if feed is None else feed.known
+        if feed is None or reading is None:
+            return None, False
+        if status_shows_fitness(reading.value):
+            self.refusals.end_before(reading.received)
+        return reading.value, feed.outdated
+
+    def note_outcome(self, outcome: Outcome, *, drives: bool, told: bool) -> None:
+        """Remember how a goal ended, for `readiness`.
+
+        Args:
+            outcome: How.
+            drives: Whether it moves the base.
+            told: Whether /robot_status has told its end: then the state of the robot is known with it.
+        """
+        if not drives:
+            return
+        if outcome.arrived:
+            self._has_moved = True
+            self.refusals.end()
+        elif outcome.kind in (OutcomeKind.FAILED, OutcomeKind.REJECTED):
+            self._has_moved = False
+            status = self._status_known()[0] if told else None
+            self.refusals.note(
+                f"the last motion was not carried out ({outcome.goal}: {outcome.text or 'no reason given'})",
+                time.monotonic(),
+                None if status is None else status.robot_state,
+            )
+
+    def _listen(self, *names: str) -> None:
+        feeds = [self._feeds.get(name).open() for name in names]  # all at once: they connect at the same time
+        if "status_code" in names:
+            self.watch_faults()
+        for feed in feeds:
+            feed.connect()
+
+    def _known(self, name: str) -> Any:
+        feed = self._feeds.used(name)
+        reading = None if feed is None else feed.known
+        return None if reading is None else reading.value
+
+    def require_ready(self, what: str, check: bool) -> None:
+        """Refuse when something known blocks every motion; where that is not known, the chassis decides.
+
+        Raises:
+            MotionRefused: With the readiness.
+        """
+        self._connection.require_open()
+        self._running.require_not_over()
+        self._listen("battery", "status", "status_code", "velocity")
+        readiness = self.known_readiness()
+        if check and readiness.refuses:
+            raise MotionRefused(f"{what} refused, nothing was sent", readiness=readiness)

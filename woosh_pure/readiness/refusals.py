@@ -1,0 +1,81 @@
+"""What the chassis has refused, or what has stopped a motion of ours, until it is shown to be over. Pure.
+
+A cause that lies before our time (a pressed emergency stop, a bumper hit) may never be told on a topic. Its
+only trace is that a motion was refused: it is remembered, and a program that asks again gets it as a reason.
+"""
+
+from __future__ import annotations
+
+import re
+import threading
+from dataclasses import dataclass
+
+from woosh_pure.enums import RobotState
+from woosh_pure.faults.codes import FaultLevel, StatusCode, decode_status_code
+from woosh_pure.readiness.reason import Reason, ReasonKey
+
+__all__ = ["Refusals"]
+
+_CODE = re.compile(r"(?<!\d)\d{12}(?!\d)")
+_STOPPED = (RobotState.FAULT, RobotState.MAPPING)
+_SAYS_NOTHING = (None, RobotState.UNDEFINED, RobotState.UNINITIALISED)
+
+
+@dataclass(frozen=True, slots=True)
+class _Refusal:
+    at: float
+    reason: Reason
+    sources: frozenset[tuple[int, int, int, int]]
+
+
+class Refusals:
+    """Remembered refusals of one chassis, the newest only. Safe from any thread."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._last: _Refusal | None = None
+
+    def note(self, text: str, at: float, state: RobotState | None = None) -> None:
+        """A motion was refused or has failed.
+
+        Args:
+            text: What, and the chassis's words for why.
+            at: When, monotonic.
+            state: The robot's state as told with it; None when it was not told.
+        """
+        severe = [code for code in _codes(text) if code.level is FaultLevel.SEVERE]
+        blocking = bool(severe) or state in _STOPPED
+        doubt = not blocking and state in _SAYS_NOTHING
+        reason = Reason(ReasonKey.REFUSED, text, blocking, doubt)
+        with self._lock:
+            self._last = _Refusal(at, reason, frozenset(code.source for code in severe))
+
+    def end(self) -> None:
+        """A motion has shown that it is over."""
+        with self._lock:
+            self._last = None
+
+    def end_before(self, moment: float) -> None:
+        """What was refused before this moment is over: the robot has told so then."""
+        with self._lock:
+            if self._last is not None and self._last.at < moment:
+                self._last = None
+
+    def receive(self, code: StatusCode) -> None:
+        """A status code came; one that ends a fault ends the refusal for it."""
+        if not code.known or code.level is not FaultLevel.NORMAL:
+            return
+        depth = 4 if code.submodule else 3
+        with self._lock:
+            last = self._last
+            if last is not None and any(s[:depth] == code.source[:depth] for s in last.sources):
+                self._last = None
+
+    def reasons(self) -> tuple[Reason, ...]:
+        """What is remembered."""
+        with self._lock:
+            return () if self._last is None else (self._last.reason,)
+
+
+def _codes(text: str) -> list[StatusCode]:
+    return [decode_status_code(int(number)) for number in _CODE.findall(text)]

@@ -1,0 +1,15 @@
+"""Stopping what this client and others have started, from any thread, and at the end of the process."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from woosh_pure.late import late_names
+
+if TYPE_CHECKING:
+    from woosh_pure.stopping.running import Running
+    from woosh_pure.stopping.stop import StopReport
+
+__all__ = ["Running", "StopReport"]
+
+__getattr__ = late_names(__name__, {"Running": "running", "StopReport": "stop"})

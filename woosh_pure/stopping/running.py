@@ -1,0 +1,296 @@
+"""What this client has started and still runs: goals and velocity blocks, for `stop`, `close` and the end of
+the program.
+
+Everything that moves is added here before it is sent, so that nothing moves which nobody could stop.
+"""
+
+from __future__ import annotations
+
+import atexit
+import os
+import threading
+import time
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import ConnectionLost, RosError
+from rosproto.logs import get_logger
+from woosh_pure.connection.begun import current
+from woosh_pure.errors import MotionRefused
+from woosh_pure.stopping.keeper import Job, Keeper
+
+if TYPE_CHECKING:
+    from woosh_pure.motion.goal import GoalHandle
+    from woosh_pure.velocity.drive import Drive
+
+__all__ = ["Running"]
+
+logger = get_logger("woosh_pure.core")
+_JUST = 5.0  # seconds
+_EXIT_SECONDS = 8.0
+_EXIT_CALLS = 32
+"""How often `_at_exit` is registered: an interrupt may end one call of it, and the next one waits on."""
+
+
+class Running:
+    """Goals and drives of one `Chassis`. Safe from any thread.
+
+    Attributes:
+        leave: Whether goals go on when the program ends.
+        moved: Whether a motion was ever started.
+        stops: How often `stop` was called: what was being prepared then must not begin afterwards.
+        over: Why nothing begins any more; "" while something may.
+        keeper: Where motion is stopped, out of reach of Ctrl-C.
+    """
+
+    def __init__(self, *, leave: bool) -> None:
+        self.leave = leave
+        self.moved = False
+        self.stops = 0
+        self.over = ""
+        self.keeper = Keeper()
+        self._exit = Job(self._end_at_exit, _EXIT_SECONDS)
+        self._pid = os.getpid()
+        self._lock = threading.RLock()
+        self._goals: list[GoalHandle[Any]] = []
+        self._drives: list[Drive] = []
+        self._abandoned: list[tuple[float, GoalHandle[Any]]] = []
+
+    @property
+    def goals(self) -> list[GoalHandle[Any]]:
+        """Goals under way."""
+        with self._lock:
+            return list(self._goals)
+
+    @property
+    def drives(self) -> list[Drive]:
+        """Open velocity blocks."""
+        with self._lock:
+            return list(self._drives)
+
+    def note_stop(self) -> None:
+        """From now on nothing begins that was being prepared before."""
+        with self._lock:
+            self.stops += 1
+
+    def note_end(self, why: str) -> None:
+        """From now on nothing begins.
+
+        Args:
+            why: In words, as the text of the error that who begins something gets.
+        """
+        with self._lock:
+            self.stops += 1
+            self.over = self.over or why
+
+    def require_not_over(self) -> None:
+        """Refuse to prepare a motion that could not begin.
+
+        Raises:
+            ConnectionLost: The Chassis is being closed, or its node is shut down.
+        """
+        if self.over:
+            raise ConnectionLost(
+                f"{self.over}: nothing begins any more, and nothing was sent; open a new one"
+            )
+
+    def end_all(self, why: str, seconds: float = 3.0) -> list[str]:
+        """End drives and goals (`leave` leaves goals), and wait until that is confirmed.
+
+        Args:
+            why: In words, for outcomes and errors.
+            seconds: For the goals to be cancelled; all at once.
+
+        Returns:
+            What could not be done, in words.
+        """
+        from woosh_pure.stopping.stop import StopReport, cancel_goals
+
+        drives, report = self.drives, StopReport()
+        for drive in drives:
+            drive.halt(why)
+        for drive in drives:
+            drive.finish()
+        if not self.leave:
+            cancel_goals(self, report, seconds, why)
+        return report.problems
+
+    def end_with_node(self, reason: str) -> None:
+        """The node is about to close, and still works: `Node.before_close`."""
+        why = f"the node was shut down ({reason})" if reason else "the node was closed"
+        self.note_end(why)
+        for problem in self.end_all(why):
+            logger.warning("! %s; the robot may still be driving: %s", why, problem)
+
+    def require_free_base(self, what: str) -> None:
+        """Refuse a goal while a velocity block of this Chassis is open: both would command the base.
+
+        Raises:
+            MotionRefused: One is.
+        """
+        if any(not drive.finished for drive in self.drives):
+            raise MotionRefused(f"{what} refused, nothing was sent: a velocity block is open; leave it first")
+
+    def require_alone(self, goal: GoalHandle[Any]) -> None:
+        """Refuse to go on with a goal while something else of this Chassis moves the base.
+
+        Raises:
+            MotionRefused: Something does.
+        """
+        self.require_free_base(goal.goal)
+        self._make_way(goal, self._others(goal), check=True, replace=False)
+
+    def add_goal(
+        self, goal: GoalHandle[Any], since: int, *, check: bool = True, replace: bool = False
+    ) -> None:
+        """Add a goal that is about to be sent.
+
+        Args:
+            goal: The goal.
+            since: `stops` when its verb began.
+            check: False adds it beside a velocity block or another motion, too.
+            replace: True ends another goal that moves the base, as replaced.
+
+        Raises:
+            MotionRefused: `stop` was called since then, a velocity block is open, or another goal moves.
+            ConnectionLost: The Chassis is being closed.
+        """
+        self.keeper.start()
+        if goal.drives:
+            self._make_way(goal, self._others(goal), check=check, replace=replace)
+        ended = [other for other in self.goals if other.done]  # which may look at the network
+        with self._lock:
+            self._require_no_stop(goal.goal, since)
+            if check and goal.drives:
+                self.require_free_base(goal.goal)
+                late = [o for o in self._goals if o.holds_the_base and o not in ended and not o._replaced_by]
+                self._make_way(goal, late, check=True, replace=False)
+            if (begun := current()) is not None:
+                begun.add(goal, goal.goal, lambda: goal.cancel(5.0))
+            self._will_move()
+            self._goals.append(goal)
+
+    def _others(self, goal: GoalHandle[Any]) -> list[GoalHandle[Any]]:
+        return [o for o in self.goals if o is not goal and not o.done and o.holds_the_base]
+
+    def _make_way(
+        self, goal: GoalHandle[Any], others: list[GoalHandle[Any]], *, check: bool, replace: bool
+    ) -> None:
+        """Refuse a goal beside others of ours, or end those: two that move the base are no control."""
+        if others and check and not replace:
+            raise MotionRefused(
+                f"{goal.goal} refused, nothing was sent: {', '.join(o.goal for o in others)} is under way "
+                "and would be lost; wait for it or cancel it, or replace it with replace=True"
+            )
+        for other in others:
+            other._replaced_by = goal.goal
+            # Its own server passes smoothly from one goal to the next; what another does is not documented.
+            if replace and not (other.server and other.server == goal.server):
+                self._end_replaced(other)
+
+    def _end_replaced(self, other: GoalHandle[Any]) -> None:
+        try:
+            self.keeper.do(lambda: other._cancel(3.0, "replaced"), 10.0)
+        except RosError as error:
+            other._replaced_by = ""
+            raise MotionRefused(
+                f"{other.goal} could not be ended, so that nothing else was sent: {error}"
+            ) from error
+
+    def forget_replacing(self, goal: GoalHandle[Any]) -> None:
+        """A goal was not sent after all: what it was to replace goes on."""
+        for other in self.goals:
+            if other._replaced_by == goal.goal:
+                other._replaced_by = ""
+
+    def note_abandoned(self, goal: GoalHandle[Any]) -> None:
+        """A goal is being cancelled that its caller hears no more of; a `stop` that follows tells its end."""
+        with self._lock:
+            self._abandoned = [*self._just_abandoned(), (time.monotonic(), goal)]
+
+    def take_goals(self) -> list[GoalHandle[Any]]:
+        """Goals to cancel: those under way, and those just abandoned, which may have ended already."""
+        with self._lock:
+            abandoned, self._abandoned = self._just_abandoned(), []
+            return [*self._goals, *(goal for _, goal in abandoned if goal not in self._goals)]
+
+    @property
+    def just_let_go(self) -> bool:
+        """Whether a goal was cancelled just now because its wait was interrupted."""
+        with self._lock:
+            return bool(self._just_abandoned())
+
+    def _just_abandoned(self) -> list[tuple[float, GoalHandle[Any]]]:
+        return [each for each in self._abandoned if time.monotonic() - each[0] < _JUST]
+
+    def remove_goal(self, goal: GoalHandle[Any]) -> None:
+        """Take off an ended goal."""
+        with self._lock:
+            if goal in self._goals:
+                self._goals.remove(goal)
+
+    def add_drive(self, drive: Drive, since: int, *, check: bool = True) -> None:
+        """Add a drive that is about to be opened; there is one at a time.
+
+        Args:
+            drive: The drive.
+            since: `stops` when its opening began.
+            check: False opens it beside a goal of ours, too.
+
+        Raises:
+            MotionRefused: Another one is open, a goal of ours moves the base, or `stop` was called meanwhile.
+            ConnectionLost: The Chassis is being closed.
+        """
+        self.keeper.start()
+        under_way = [goal for goal in self.goals if not goal.done]  # `done` may look at the network
+        with self._lock:
+            self._require_no_stop("velocity", since)
+            driving = [goal.goal for goal in self._goals if goal in under_way and goal.drives]
+            if check and driving:
+                raise MotionRefused(
+                    f"velocity refused: {', '.join(driving)} is under way and would be disturbed; wait for "
+                    "it, pause or cancel it first"
+                )
+            if any(not other.finished for other in self._drives):
+                raise MotionRefused("another velocity block is open on this Chassis; leave it first")
+            if (begun := current()) is not None:
+                begun.add(drive, "velocity", drive.abandon)
+            self._will_move()
+            self._drives = [drive]
+
+    def remove_drive(self, drive: Drive) -> None:
+        """Take off an ended drive."""
+        with self._lock:
+            if drive in self._drives:
+                self._drives.remove(drive)
+
+    def close(self) -> None:
+        """Forget everything; it must have ended before."""
+        atexit.unregister(self._at_exit)
+        self.keeper.end()
+        with self._lock:
+            self._goals.clear()
+
+    def _require_no_stop(self, what: str, since: int) -> None:
+        self.require_not_over()
+        if self.stops != since:
+            raise MotionRefused(f"{what}: stop() was called while it was being prepared; nothing was sent")
+
+    def _will_move(self) -> None:
+        if not self.moved:
+            for _ in range(_EXIT_CALLS):
+                atexit.register(self._at_exit)
+        self.moved = True
+
+    def _at_exit(self) -> None:
+        """A program that did not use `with`, or was interrupted again and again while it left the block.
+
+        Registered after the node's own end, so called before it: the node still works.
+        """
+        if os.getpid() == self._pid:  # what a fork has copied is its parent's
+            self.keeper.put(self._exit)
+            self._exit.join()
+
+    def _end_at_exit(self) -> None:
+        self.note_end("the program ended")
+        for problem in self.end_all("the program ended"):
+            logger.warning("! not done when the program ended, the robot may still be driving: %s", problem)

@@ -1,0 +1,31 @@
+"""What the chassis says as values, and both ways between values and messages."""
+
+from __future__ import annotations
+
+from woosh_pure.values.state import (
+    Battery,
+    Bms,
+    Image,
+    Imu,
+    Information,
+    LaserScan,
+    Odometry,
+    Parameters,
+    PointCloud,
+    PoseEstimate,
+    RobotStatus,
+)
+
+__all__ = [
+    "Battery",
+    "Bms",
+    "Image",
+    "Imu",
+    "Information",
+    "LaserScan",
+    "Odometry",
+    "Parameters",
+    "PointCloud",
+    "PoseEstimate",
+    "RobotStatus",
+]

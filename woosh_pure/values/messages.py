@@ -1,0 +1,94 @@
+"""Making messages: the few that the verbs send. Classes are looked up late, by name."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import Any
+
+from rosproto.numbers import as_float
+from woosh_pure.geometry import Footprint, Pose2D, Velocity, quaternion_from_yaw
+from woosh_pure.values.rostypes import message_type
+
+__all__ = ["polygon", "pose_message", "pose_with_covariance", "require_finite", "stamped_pose", "twist"]
+
+
+def _new(name: str) -> Any:
+    return message_type(name)()
+
+
+def set_now(header: Any, frame: str) -> None:
+    """Fill a header: this computer's time, `frame`."""
+    header.frame_id = frame
+    seconds = time.time()
+    header.stamp.secs = int(seconds)
+    header.stamp.nsecs = int((seconds % 1.0) * 1e9)
+
+
+def require_finite(value: Any, what: str) -> Any:
+    """A message (or list) of any type, checked: every floating-point number in it is finite.
+
+    Raises:
+        ValueError: One is NaN or infinite; the text says where.
+    """
+    if not isinstance(value, (float, int, str)) and getattr(value, "shape", None) == ():
+        value = value.item()  # a number of numpy
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise ValueError(f"{what}: {value} is not finite; nothing was sent")
+    elif hasattr(value, "__slots__") and hasattr(value, "_type"):
+        for name in value.__slots__:
+            require_finite(getattr(value, name), f"{what}.{name}")
+    elif isinstance(value, (list, tuple)) or getattr(getattr(value, "dtype", None), "kind", "") == "f":
+        for index, each in enumerate(value.tolist() if hasattr(value, "tolist") else value):
+            require_finite(each, f"{what}[{index}]")
+    return value
+
+
+def pose_message(pose: Pose2D) -> Any:
+    """geometry_msgs/Pose, z 0."""
+    pose.require_sensible()
+    message = _new("geometry_msgs/Pose")
+    message.position.x, message.position.y = pose.x, pose.y
+    q = message.orientation
+    q.x, q.y, q.z, q.w = quaternion_from_yaw(pose.yaw)
+    return message
+
+
+def stamped_pose(pose: Pose2D) -> Any:
+    """geometry_msgs/PoseStamped in the pose's frame, stamped now."""
+    message = _new("geometry_msgs/PoseStamped")
+    set_now(message.header, pose.frame)
+    message.pose = pose_message(pose)
+    return message
+
+
+def pose_with_covariance(pose: Pose2D, *, position_deviation: float, yaw_deviation: float) -> Any:
+    """geometry_msgs/PoseWithCovarianceStamped; deviations (1 sigma) in m and rad."""
+    position_deviation, yaw_deviation = as_float(position_deviation), as_float(yaw_deviation)
+    for value in (position_deviation, yaw_deviation):
+        if not (math.isfinite(value) and value > 0.0):
+            raise ValueError(f"deviation {value}: must be a positive number (m, rad)")
+    message = _new("geometry_msgs/PoseWithCovarianceStamped")
+    set_now(message.header, pose.frame)
+    message.pose.pose = pose_message(pose)
+    covariance = [0.0] * 36
+    covariance[0] = covariance[7] = position_deviation**2
+    covariance[35] = yaw_deviation**2
+    message.pose.covariance = covariance
+    return message
+
+
+def twist(velocity: Velocity) -> Any:
+    """geometry_msgs/Twist."""
+    message = _new("geometry_msgs/Twist")
+    message.linear.x, message.linear.y, message.angular.z = velocity.vx, velocity.vy, velocity.wz
+    return message
+
+
+def polygon(footprint: Footprint) -> Any:
+    """geometry_msgs/Polygon."""
+    message = _new("geometry_msgs/Polygon")
+    point = message_type("geometry_msgs/Point32")
+    message.points = [point(x=x, y=y, z=0.0) for x, y in footprint.points]
+    return message

@@ -1,0 +1,291 @@
+"""Driving by velocity: a block that always ends in zero.
+
+A velocity topic passes by the chassis's obstacle avoidance, collision detection and limits. So a velocity
+exists only inside `with chassis.velocity(bypasses_protection=True) as drive:`. What is sent is shaped by
+`shaper`; why a drive ends by itself is in `drive_watch`; the thread that sends at a steady rate is here.
+
+What happens when this process is killed: nothing here can run then. The chassis's own behaviour remains,
+which is not documented; assume that it drives on with the last velocity until something stops it. The
+simulated chassis does that (`Settings.on_silence`).
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+from rosproto.errors import ConnectionLost, RosError
+from rosproto.logs import get_logger
+from rosproto.numbers import as_float
+from rosproto.transport import Deadline
+from woosh_pure.errors import MotionRefused
+from woosh_pure.geometry import Velocity
+from woosh_pure.velocity.heartbeat import Heartbeat
+from woosh_pure.velocity.other_drivers import OtherDriver, other_drivers
+from woosh_pure.velocity.shaper import DriveLimits, Shaper
+from woosh_pure.velocity.watch import DriveWatch
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from woosh_pure.core import Core
+
+__all__ = ["Drive"]
+
+logger = get_logger("woosh_pure.velocity")
+_RATE = 20.0
+_ZEROS = 5
+_LOOK_AROUND = 2.0  # seconds between two looks at who else can drive
+_LOOK_AGAIN = 0.5  # seconds to the next look at somebody who can, which tells whether he does
+
+
+class Drive:
+    """An open velocity block; made by `Chassis.velocity`. Use it in a `with` statement.
+
+    Attributes:
+        limits: What `set` accepts.
+        topic: Where the velocity goes.
+    """
+
+    def __init__(
+        self,
+        core: Core,
+        topic: str,
+        limits: DriveLimits,
+        feedback_timeout: float | None,
+        *,
+        check: bool = True,
+        share: bool = False,
+    ) -> None:
+        feedback_timeout = as_float(feedback_timeout)
+        if feedback_timeout is not None and not (math.isfinite(feedback_timeout) and feedback_timeout > 0.0):
+            raise ValueError(
+                f"feedback_timeout={feedback_timeout}: expected more than 0 s, or None for no feedback"
+            )
+        self._core = core
+        self._check, self._share = check, share
+        self.topic = topic
+        self.limits = limits
+        self._feedback_timeout = feedback_timeout
+        self._shaper = Shaper(limits)
+        self._lock = threading.RLock()
+        self._over = threading.Event()
+        self._entered = self._held = False
+        self._others: tuple[OtherDriver, ...] = ()
+        self._error: Exception | None = None
+        self._told = False  # whether the caller has seen it
+        self._thread = threading.Thread(target=self._run, name="woosh:drive", daemon=True)
+
+    def __repr__(self) -> str:
+        state = "over" if self._over.is_set() else "open" if self._entered else "not entered"
+        sent = self.sending
+        return f"<Drive {self.topic}, {state}: {sent.vx:g} {sent.vy:g} m/s, {sent.wz:g} rad/s>"
+
+    def __enter__(self) -> Drive:
+        if self._entered:
+            raise MotionRefused("this drive was used before; open a new one with chassis.velocity(...)")
+        self._entered = True
+        core, since = self._core, self._core.running.stops
+        with ExitStack() as undo:  # also for Ctrl-C: a drive that was not opened takes no velocity
+            undo.callback(self._over.set)
+            publisher = core.velocity.acquire(self.topic)
+            self._held = True
+            undo.callback(self._release)
+            self._require_alone()
+            core.clients.require_connection(publisher, self.topic)
+            if self._feedback_timeout is not None:
+                core.feeds.require_heard("velocity", 3.0)
+            # What has become known since `chassis.velocity(...)` was called counts, too.
+            core.knowledge.require_ready("velocity", self._check)
+            core.running.add_drive(self, since, check=self._check)
+            undo.callback(core.running.remove_drive, self)
+            threading.Thread(target=self._look_around, name="woosh:drivers", daemon=True).start()
+            heartbeat = None
+            if self._feedback_timeout is None:
+                heartbeat = Heartbeat(core.connection.open_node(), publisher, self._over)
+                heartbeat.start()
+            self._watch = DriveWatch(
+                core.knowledge,
+                core.feeds.get("velocity"),
+                publisher,
+                self._feedback_timeout,
+                heartbeat,
+                check=self._check,
+            )
+            self._thread.start()
+            undo.pop_all()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._over.set()
+        # A second Ctrl-C may interrupt this: closing the Chassis, or the end of the program, finishes it.
+        self.finish(2.0)
+        if kind is None and self._error is not None and not self._told:
+            raise self._error
+
+    def set(self, vx: float, wz: float = 0.0, *, vy: float = 0.0, valid_for: float = 0.5) -> None:
+        """Command a body velocity that lapses by itself.
+
+        Call again before `valid_for` has passed to keep moving.
+
+        Args:
+            vx: Forward speed, m/s, in base_link (REP 103: x forward).
+            wz: Yaw rate, rad/s, counter-clockwise positive.
+            vy: Speed to the left, m/s; only an omnidirectional base has it.
+            valid_for: Seconds until a zero velocity follows, at most 5.
+
+        Raises:
+            ValueError: A value is not finite or exceeds `limits`. The robot goes on with the last command.
+            ConnectionLost: Nobody subscribes to the velocity topic any more, or the chassis has fallen
+                silent.
+            MotionRefused: The drive is over: `stop()` was called, the block was left, or the robot was
+                stopped by other means (emergency stop, manual mode, a severe fault); `error.readiness` tells.
+        """
+        self._raise_if_over()
+        velocity = Velocity(vx, vy, wz)
+        with self._lock:
+            self._shaper.command(velocity, time.monotonic(), valid_for)
+
+    def hold(self, vx: float, wz: float = 0.0, *, vy: float = 0.0, seconds: float) -> None:
+        """Keep a velocity for `seconds`, then zero; raises at once when the drive is over (see `set`).
+
+        Args:
+            vx, wz, vy: As for `set`: m/s and rad/s, in base_link.
+            seconds: How long; the ramp to the velocity is part of it.
+
+        Raises:
+            ValueError: As `set`; or `seconds` is negative or not finite.
+            ConnectionLost, MotionRefused: As `set`.
+        """
+        seconds = as_float(seconds)
+        if not (math.isfinite(seconds) and seconds >= 0.0):
+            raise ValueError(f"seconds={seconds}: expected a finite number of at least 0")
+        deadline = Deadline(seconds)
+        while rest := deadline.remaining():
+            self.set(vx, wz, vy=vy, valid_for=0.3)
+            if self._over.wait(min(rest, 0.1)):
+                self._raise_if_over()
+        self.set(0.0, 0.0)
+
+    @property
+    def active(self) -> bool:
+        """False when the drive is over, for whatever reason."""
+        return self._thread.is_alive() and not self._over.is_set()
+
+    @property
+    def sending(self) -> Velocity:
+        """The velocity sent last."""
+        with self._lock:
+            return self._shaper.sent
+
+    def halt(self, why: str) -> None:
+        """End the drive from outside; zero follows at once and nothing resumes."""
+        self._end(MotionRefused(f"the drive is over: {why}; open a new one with chassis.velocity(...)"))
+
+    def finish(self, timeout: float = 1.0) -> None:
+        """Wait, with a bound, until the zeros of a drive that is over have been sent."""
+        if self._thread.is_alive() and self._thread is not threading.current_thread():
+            self._thread.join(timeout)
+        if self._thread.is_alive():
+            self._core.velocity.zero(self.topic)
+        else:
+            self._core.running.remove_drive(self)
+
+    def abandon(self) -> None:
+        """End a drive whose caller has gone (a cancelled task); waits, with a bound, for its zeros."""
+        self.halt("the task that drove was cancelled")
+        self.finish(2.0)
+
+    @property
+    def finished(self) -> bool:
+        """True when it is over and its zeros have been sent."""
+        return self._over.is_set() and not self._thread.is_alive()
+
+    @property
+    def others(self) -> tuple[str, ...]:
+        """Nodes that can send velocities, too, as last seen: looked for every 2 s, each newcomer is logged
+        as a warning, and one that is seen to send ends the drive. The robot's own nodes are left out.
+        """
+        return tuple(driver.node for driver in self._others)
+
+    def _raise_if_over(self) -> None:
+        if self._error is not None:
+            self._told = True
+            raise self._error
+        if not self._entered or self._over.is_set():
+            raise MotionRefused("a velocity exists only inside `with chassis.velocity(...) as drive:`")
+
+    def _require_alone(self) -> None:
+        self._others = other_drivers(self._core.connection.open_node())
+        for driver in self._others:
+            if not (driver.on_robot or self._share):
+                raise MotionRefused(
+                    f"velocity refused, nothing was sent: {driver.sentence()}; the robot would obey both in "
+                    "turn. End that program; or share (share=True, `woosh drive --share`) if it is silent "
+                    "while you drive"
+                )
+            logger.warning("%s: %s", self.topic, driver.sentence())
+
+    def _look_around(self) -> None:
+        while not self._over.wait(_LOOK_AGAIN if self._others else _LOOK_AROUND):
+            try:
+                found = other_drivers(self._core.connection.open_node())
+            except RosError:
+                continue  # without its master the drive goes on: its links need none
+            before, self._others = {driver.node: driver for driver in self._others}, found
+            for driver in found:
+                self._look_at(driver, before.get(driver.node))
+
+    def _look_at(self, driver: OtherDriver, before: OtherDriver | None) -> None:
+        """Report a program that can send; one that does send ends the drive: the robot would obey both."""
+        if self._check and driver.has_sent_since(before):
+            self._end(
+                MotionRefused(
+                    f"the drive is over: {driver.sentence(sends=True)}; the robot would obey both in turn, "
+                    "and obeys that program now: watch it, and end that program before you drive again"
+                )
+            )
+        elif before is None:
+            logger.warning("! %s: %s; end one of the two programs", self.topic, driver.sentence())
+
+    def _end(self, error: Exception) -> None:
+        with self._lock:
+            if self._error is None and not self._over.is_set():
+                self._error = error
+            self._over.set()
+
+    def _run(self) -> None:
+        try:
+            while not self._over.wait(1.0 / _RATE):
+                problem = self._watch.problem(self.sending)
+                if problem is not None:
+                    if isinstance(problem, ConnectionLost):
+                        self._core.velocity.zero_is_due(self.topic)
+                    self._end(problem)
+                    break
+                with self._lock:
+                    velocity = self._shaper.next(time.monotonic())
+                self._core.velocity.publish(self.topic, velocity)
+        except Exception as error:  # whatever it is, the drive must not end without a zero
+            self._end(ConnectionLost(f"the drive is over: sending failed: {error}"))
+        finally:
+            self._send_zeros()
+
+    def _send_zeros(self) -> None:
+        for _ in range(_ZEROS):
+            self._core.velocity.zero(self.topic)
+            time.sleep(0.02)
+        self._core.velocity.flush(self.topic)
+        self._release()
+
+    def _release(self) -> None:
+        """Give the publisher back, once."""
+        with self._lock:
+            held, self._held = self._held, False
+        if held:
+            self._core.velocity.release(self.topic)

@@ -1,0 +1,161 @@
+"""Who else can drive the base by velocity: other publishers of the velocity topics.
+
+Nothing on the robot decides between two of them: it obeys whatever comes last, so that two programs which
+send different velocities shake it, and a zero of one does not stop the other.
+
+The master tells a *subscriber* when publishers come and go, but not a publisher; and a subscription of ours
+would look to everybody as if somebody obeyed there. So the graph is asked: before a drive, and now and then
+in it. Whether a node really sends is told by its own counters (`getBusStats`), looked at twice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, cast
+
+from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
+from rosproto.node import NodeClient
+from rosproto.transport.address import parse_uri
+from woosh_pure.interface.table import ROBOT_NODES, topics
+
+if TYPE_CHECKING:
+    import rosproto
+    from rosproto.node import SystemState
+
+__all__ = ["OtherDriver", "is_refused", "other_drivers"]
+
+_ASK = 1.0  # seconds for one node to answer
+_WHOLE_TOPIC = -1  # in place of a connection's number, which is never negative
+
+
+@dataclass(frozen=True, slots=True)
+class OtherDriver:
+    """A node that can send velocities.
+
+    Attributes:
+        node: Its name.
+        topics: The velocity topics it publishes.
+        uri: Its address.
+        on_robot: It runs on the robot's own computer (and we do not): most likely it belongs to the robot,
+            under a name that we do not know.
+        answers: False when it is registered, but did not answer in time.
+        counters: What it has sent so far, by velocity topic and its own number of the connection: bytes and
+            messages in one sum. Empty when it does not tell.
+    """
+
+    node: str
+    topics: tuple[str, ...]
+    uri: str
+    on_robot: bool = False
+    answers: bool = True
+    counters: Mapping[tuple[str, int], int] = field(default_factory=dict, compare=False, repr=False)
+
+    def has_sent_since(self, before: OtherDriver | None) -> bool:
+        """Whether it has sent something since an earlier look; False when that cannot be told."""
+        if before is None or (before.node, before.uri) != (self.node, self.uri):
+            return False
+        return any(sent > before.counters.get(link, sent) for link, sent in self.counters.items())
+
+    def sentence(self, *, sends: bool = False) -> str:
+        """Who, where, and what to do about it.
+
+        Args:
+            sends: It was seen to send.
+        """
+        does = "sends" if sends else "can send"
+        text = f"{self.node} ({self.uri}) {does} velocities, too, on {' and '.join(self.topics)}"
+        if self.on_robot:
+            return f"{text}; it runs on the robot itself, and is taken for a part of it"
+        if not self.answers:
+            text += "; it does not answer: if it has gone, `rosproto node cleanup` takes it off the master"
+        return text
+
+
+def other_drivers(node: rosproto.Node, timeout: float = 2.0) -> tuple[OtherDriver, ...]:
+    """Other nodes that can send velocities; the robot's own ones (`interface.ROBOT_NODES`) are left out.
+
+    A node whose process has ended stays registered at the master; it is asked itself, and left out, too.
+
+    Args:
+        node: In whose name to ask.
+        timeout: Seconds for the master.
+
+    Raises:
+        ConnectionLost, RosTimeout, MasterError: The master cannot be asked.
+    """
+    state = node.master.get_system_state(timeout=timeout)
+    found: dict[str, list[str]] = {}
+    for row in topics("write"):
+        for name in state.publishers.get(row.name, ()) if row.bypasses_protection else ():
+            if name not in ROBOT_NODES and name != node.name:
+                found.setdefault(name, []).append(row.name)
+    if not found:
+        return ()
+    robot = _robot_host(node, state)
+    asked = (_ask(node, name, tuple(names), robot) for name, names in sorted(found.items()))
+    return tuple(driver for driver in asked if driver is not None)
+
+
+def is_refused(error: BaseException | None) -> bool:
+    """Whether the other computer has answered that nobody listens there."""
+    while error is not None:
+        if isinstance(error, ConnectionRefusedError):
+            return True
+        error = error.__cause__
+    return False
+
+
+def _robot_host(node: rosproto.Node, state: SystemState) -> str | None:
+    """Where the robot's own nodes run; None when that is this computer, too, or when there are none."""
+    own = parse_uri(node.uri)[0]
+    for name in state.nodes:
+        if name in ROBOT_NODES:
+            try:
+                host = parse_uri(node.master.lookup_node(name, timeout=_ASK))[0]
+            except (RosError, ValueError):
+                continue
+            return None if host == own else host
+    return None
+
+
+def _ask(node: rosproto.Node, name: str, names: tuple[str, ...], robot: str | None) -> OtherDriver | None:
+    """What the node itself says; None when it is not there any more."""
+    try:
+        uri = node.master.lookup_node(name, timeout=_ASK)
+        if robot is not None and parse_uri(uri)[0] == robot:
+            return OtherDriver(name, names, uri, on_robot=True)
+        with NodeClient(uri, node.name, timeout=_ASK, hosts=node.hosts) as slave:
+            published = {topic for topic, _ in slave.get_publications()}
+            counters = _counters(slave, names)
+    except MasterError:
+        return None  # it has signed off meanwhile
+    except ConnectionLost as error:
+        if is_refused(error) and not node.hosts.is_guess(parse_uri(uri)[0]):
+            return None  # the computer answers, and nobody listens there: the process has ended
+        return OtherDriver(name, names, uri, answers=False)
+    except RosTimeout:
+        return OtherDriver(name, names, uri, answers=False)
+    except (RosError, ValueError):
+        return OtherDriver(name, names, uri)  # it answers, in whatever way
+    still = tuple(topic for topic in names if topic in published)
+    return OtherDriver(name, still, uri, counters=counters) if still else None
+
+
+def _counters(slave: NodeClient, topics: Collection[str]) -> dict[tuple[str, int], int]:
+    """What a node says that it has sent; {} when it does not tell in a way known here.
+
+    wiki.ros.org/ROS/Slave_API: publishStats is [[topic, messageDataSent, [[connectionId, bytesSent, numSent,
+    connected], ...]], ...]. roscpp leaves messageDataSent out and has one cell more for each connection, so
+    all numbers of a connection are added up.
+    """
+    counters = {}
+    try:
+        for name, *between, links in cast("list[list[Any]]", slave.get_bus_stats()[0]):
+            if name in topics:
+                counters[name, _WHOLE_TOPIC] = sum(cell for cell in between if type(cell) is int)
+                for number, *cells in links:
+                    counters[name, int(number)] = sum(cell for cell in cells if type(cell) is int)
+    except (RosError, IndexError, TypeError, ValueError):
+        return {}
+    return counters

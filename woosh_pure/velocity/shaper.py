@@ -1,0 +1,93 @@
+"""What a drive accepts and what it sends: limits, ramp and lapse. Pure; times are given."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from rosproto.numbers import as_float
+from woosh_pure.geometry import Velocity
+
+__all__ = ["DEFAULT_ANGULAR", "DEFAULT_LINEAR", "DriveLimits", "Shaper"]
+
+DEFAULT_LINEAR = 0.3
+"""m/s, where /driver_base/parameter is silent."""
+DEFAULT_ANGULAR = 0.5
+"""rad/s, where /driver_base/parameter is silent."""
+
+
+@dataclass(frozen=True, slots=True)
+class DriveLimits:
+    """What a drive accepts: m/s, rad/s, and the ramp in m/s² and rad/s²."""
+
+    linear: float = DEFAULT_LINEAR
+    angular: float = DEFAULT_ANGULAR
+    acceleration: float = 0.5
+    angular_acceleration: float = 1.5
+
+    def check(self, velocity: Velocity) -> None:
+        """Refuse what is not finite or too fast.
+
+        Raises:
+            ValueError: Which value, and what is allowed. Nothing is clamped.
+        """
+        if not all(map(math.isfinite, (velocity.vx, velocity.vy, velocity.wz))):
+            raise ValueError(f"{velocity}: every value must be a finite number (m/s, rad/s)")
+        speed = math.hypot(velocity.vx, velocity.vy)
+        if speed > self.linear * (1.0 + 1e-9):
+            raise ValueError(f"{speed:.3f} m/s is more than the limit of {self.linear} m/s of this drive")
+        if abs(velocity.wz) > self.angular * (1.0 + 1e-9):
+            raise ValueError(
+                f"{velocity.wz:.3f} rad/s is more than the limit of {self.angular} rad/s of this drive"
+            )
+
+
+class Shaper:
+    """What to send now: the last command, ramped, and zero when it was not refreshed. Pure; times are
+    given."""
+
+    def __init__(self, limits: DriveLimits) -> None:
+        self.limits = limits
+        self.sent = Velocity()
+        self._wanted = Velocity()
+        self._until = -math.inf
+        self._last: float | None = None
+
+    def command(self, velocity: Velocity, now: float, valid_for: float) -> None:
+        """A new command, valid for `valid_for` s.
+
+        Raises:
+            ValueError: Not finite, or out of the limits.
+        """
+        self.limits.check(velocity)
+        valid_for = as_float(valid_for)
+        if not (math.isfinite(valid_for) and 0.0 < valid_for <= 5.0):
+            raise ValueError(f"valid_for={valid_for}: must be between 0 and 5 s; call again to go on longer")
+        self._wanted, self._until = velocity, now + valid_for
+
+    @property
+    def wanted(self) -> Velocity:
+        """The last command."""
+        return self._wanted
+
+    def lapsed(self, now: float) -> bool:
+        """True when the last command is no longer valid."""
+        return now > self._until
+
+    def next(self, now: float) -> Velocity:
+        """The velocity to send at `now`. A lapsed command is zero at once, without a ramp."""
+        if self.lapsed(now):
+            self.sent, self._last = Velocity(), now
+            return self.sent
+        dt = 0.05 if self._last is None else min(max(now - self._last, 0.0), 0.2)
+        self._last = now
+        step, turn = self.limits.acceleration * dt, self.limits.angular_acceleration * dt
+        v, w = self.sent, self._wanted
+        self.sent = Velocity(_ramp(v.vx, w.vx, step), _ramp(v.vy, w.vy, step), _ramp(v.wz, w.wz, turn))
+        return self.sent
+
+
+def _ramp(now: float, wanted: float, most: float) -> float:
+    if wanted == 0.0:
+        return 0.0  # a stop is never delayed; the smooth topic brakes gently by itself
+    return now + min(max(wanted - now, -most), most)

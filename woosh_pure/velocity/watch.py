@@ -1,0 +1,131 @@
+"""Why a velocity block must end although nobody asked for it: looked at before every velocity that is sent.
+
+Nothing that ends a drive resumes it: what has stopped the robot may be a person's hand.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+from rosproto.errors import ConnectionLost, RosError
+from woosh_pure.errors import MotionRefused
+from woosh_pure.velocity import boottime
+from woosh_pure.velocity.heartbeat import LATE
+
+if TYPE_CHECKING:
+    import rosproto
+    from woosh_pure.feed.feed import Feed
+    from woosh_pure.geometry import Velocity
+    from woosh_pure.readiness.knowledge import Knowledge
+    from woosh_pure.velocity.heartbeat import Heartbeat
+
+__all__ = ["DriveWatch"]
+
+PAUSED = 1.0
+"""Seconds without a turn of the sending thread after which a drive is over."""
+DISOBEYED = 3.0
+"""Seconds for which the robot may stand although it is told to move."""
+_TOLD_LINEAR, _TOLD_ANGULAR = 0.05, 0.1  # m/s, rad/s: slower than this may measure as nothing
+
+
+class DriveWatch:
+    """Looks at one drive; `problem` is called by its sending thread only.
+
+    Args:
+        knowledge: What speaks against moving.
+        measured: `/odom_twist`.
+        publisher: Of the velocity topic.
+        feedback_timeout: Seconds for which `/odom_twist` may be silent; None drives without it.
+        heartbeat: What tells instead that the network delivers; None when `/odom_twist` does.
+        check: False drives on whatever is known to speak against it.
+    """
+
+    def __init__(
+        self,
+        knowledge: Knowledge,
+        measured: Feed[Velocity],
+        publisher: rosproto.Publisher,
+        feedback_timeout: float | None,
+        heartbeat: Heartbeat | None = None,
+        *,
+        check: bool,
+    ) -> None:
+        self._knowledge = knowledge
+        self._publisher = publisher
+        self._feedback_timeout = feedback_timeout
+        self._heartbeat = heartbeat
+        self._check = check
+        self._measured = measured
+        self._last = self._obeyed = boottime.seconds()
+
+    def problem(self, sent: Velocity) -> RosError | None:
+        """Why the drive is over now; None while it is not.
+
+        Args:
+            sent: What was sent last.
+        """
+        return self._paused() or (self._blocked() if self._check else None) or self._lost(sent)
+
+    def _paused(self) -> RosError | None:
+        """A stopped process, a debugger, a closed laptop: who drove then does not know where the robot is."""
+        now = boottime.seconds()
+        pause, self._last = now - self._last, now
+        if pause <= PAUSED:
+            return None
+        return MotionRefused(
+            f"the drive is over: this program did not run for {pause:.1f} s, in which the robot went on with "
+            "the last velocity; nothing resumes by itself, look where it is and open a new drive"
+        )
+
+    def _blocked(self) -> RosError | None:
+        """Stopped by other means: releasing its button must not resume it."""
+        readiness = self._knowledge.known_readiness()
+        if not readiness.refuses:
+            return None
+        return MotionRefused(
+            "the drive is over and does not resume by itself; open a new one when the robot is ready",
+            readiness=readiness,
+        )
+
+    def _lost(self, sent: Velocity) -> RosError | None:
+        if self._publisher.connections == 0:
+            return _connection_lost(f"{self._publisher.topic}: nobody subscribes any more")
+        if self._heartbeat is not None and self._heartbeat.late:
+            return _connection_lost(
+                f"who listens to {self._publisher.topic} has not answered within {LATE:g} s, so what is sent "
+                "would come late"
+            )
+        if self._feedback_timeout is None:
+            return None
+        measured = self._measured.known
+        if measured is None or measured.age > self._feedback_timeout:
+            return _connection_lost(
+                f"{self._measured.topic} has been silent for more than {self._feedback_timeout} s"
+            )
+        return self._disobeyed(sent, measured.value) if self._check else None
+
+    def _disobeyed(self, sent: Velocity, measured: Velocity) -> RosError | None:
+        """The error of a robot that is told to move and stands still.
+
+        The chassis does not report an emergency stop that was pressed before we connected; without this, the
+        robot would start as soon as somebody releases the button.
+        """
+        now = boottime.seconds()
+        if sent.is_standing(_TOLD_LINEAR, _TOLD_ANGULAR) or not measured.is_standing():
+            self._obeyed = now
+            if not measured.is_standing(_TOLD_LINEAR, _TOLD_ANGULAR):
+                self._knowledge.refusals.end()
+        if now - self._obeyed <= DISOBEYED:
+            return None
+        self._knowledge.refusals.note(
+            "the last drive was not obeyed: the robot stood still", time.monotonic()
+        )
+        return MotionRefused(
+            f"the drive is over: the robot has stood still for {DISOBEYED:g} s although it was told to move; "
+            "is its emergency stop pressed, its brake on, or something in its way? Nothing resumes by itself"
+        )
+
+
+def _connection_lost(why: str) -> ConnectionLost:
+    return ConnectionLost(f"the drive is over: {why}; nothing resumes by itself, check the network")
