@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from pathlib import Path
 
@@ -45,8 +46,127 @@ HOLDS = {
         "unit/test_logs.py::test_a_flood_about_invented_things_is_bounded",
         "unit/test_logs.py::test_long_texts_are_cut",
     ],
+    "gives a value or a documented error on *that one* connection": [
+        "fuzz/test_fuzz.py::test_the_corpus_gives_values_or_documented_errors",
+        "scenarios/hostile/test_floods.py::test_garbage",
+        "scenarios/hostile/test_floods.py::test_resets_anywhere",
+        "scenarios/hostile/test_handshakes.py::test_a_header_of_impossible_length_ends_the_connection",
+        "scenarios/hostile/test_handshakes.py::test_request_length_bombs",
+        "scenarios/hostile/test_odd_publishers.py::test_a_bad_publisher_costs_its_own_link_and_is_taken_back_when_it_is_good",
+        "scenarios/hostile/test_slave_calls.py::test_a_flood_of_every_slave_call",
+        "scenarios/hostile/test_xmlrpc.py::test_bodies_that_are_no_calls",
+        "unit/master/test_master_server.py::test_hostile_requests_cost_their_own_connection_only",
+    ],
+    "every input that once broke one is kept as a test": [
+        "fuzz/test_fuzz.py::test_every_corpus_belongs_to_a_target",
+    ],
+    "Nothing that is received is evaluated": [
+        "test_security_page.py::test_code_is_made_and_run_in_these_places_only",
+        "unit/codec/test_classes.py::test_a_field_name_that_is_no_identifier_never_reaches_the_generator",
+    ],
+    "XML with a DOCTYPE or entities is refused": [
+        "unit/protocol/test_xmlrpc_codec.py::test_doctype_and_entities_are_refused",
+        "scenarios/hostile/test_xmlrpc.py::test_entities_are_refused",
+    ],
+    "A node listens on the one address": [
+        "unit/node/test_node_lifecycle.py::test_it_listens_on_one_address_only",
+        "unit/transport/test_tcp_server.py::test_it_listens_on_the_given_address_only",
+    ],
+    "`allow=` takes a list of addresses": [
+        "unit/transport/test_tcp_server.py::test_a_peer_that_is_not_allowed_is_closed_at_once",
+        "unit/transport/test_tcp_server.py::test_a_failing_allow_function_lets_nobody_in",
+        "unit/transport/test_xmlrpc_server.py::test_peers_that_are_not_allowed_get_nothing",
+        "unit/master/test_master_server.py::test_only_allowed_addresses_may_connect",
+    ],
+    "One that another user listens on is not used": [
+        "unit/transport/test_local_socket.py::test_a_listener_of_another_user_is_not_trusted",
+        "unit/transport/test_local_socket.py::test_a_name_that_is_taken_leaves_the_port",
+    ],
+    "`allow=` holds there too": [
+        "unit/transport/test_local_socket.py::test_who_may_not_connect_may_not_here_either",
+    ],
+    "with `allow=` only to the addresses in it": [
+        "unit/node/test_datagram_links.py::test_a_request_that_makes_no_sense_or_may_not_be_made",
+        "unit/node/test_datagram_links.py::test_datagrams_of_strangers_change_nothing",
+    ],
+    "A name that cannot be resolved is taken for the master's host": [
+        "unit/transport/test_host_names.py::test_an_unknown_name_is_taken_for_the_masters_host_and_told_once",
+    ],
+    "64 such names are remembered and warned of": [
+        "unit/transport/test_host_names.py::test_what_peers_announce_is_bounded",
+    ],
+    "are checked with the master instead of believed": [
+        "unit/node/test_node_slave.py::test_publisher_updates_count_from_the_master_only",
+        "unit/node/test_node_slave.py::test_a_forged_publisher_update_is_put_right_by_the_master",
+        "scenarios/hostile/test_slave_calls.py::test_publisher_updates_from_strangers",
+        "scenarios/hostile/test_slave_calls.py::test_parameter_updates_from_strangers",
+    ],
+    "is obeyed only when the master no longer knows our URI": [
+        "unit/node/test_node_slave.py::test_a_shutdown_in_the_masters_name_is_checked",
+    ],
+    "`allow_shutdown=False` refuses `rosnode kill` too": [
+        "unit/node/test_node_slave.py::test_a_shutdown_by_a_person_is_obeyed_unless_it_is_not_allowed",
+        "scenarios/hostile/test_slave_calls.py::test_shutdown_is_refused_where_it_is_not_allowed",
+    ],
+    "sends zero and cancels its goals before it closes": [
+        "scenarios/test_holders.py::test_zero_is_sent_before_the_driving_node_is_shut_down",
+        "scenarios/test_holders.py::test_goals_are_cancelled_before_their_node_is_shut_down",
+    ],
+    "so none leads out of that folder": [
+        "scenarios/test_learn.py::test_no_name_leads_out_of_the_folder",
+    ],
+    "have the md5sum it was announced with, before and after it is written": [
+        "scenarios/test_learn.py::test_a_lie_is_not_learned",
+        "scenarios/test_learn.py::test_a_set_that_cannot_be_written_leaves_nothing",
+    ],
+    "one new folder for each set; no existing file is replaced": [
+        "scenarios/test_learn.py::test_what_is_new_is_kept_once_and_used",
+        "scenarios/test_learn.py::test_contradicting_definitions_go_into_different_sets",
+    ],
+    "`--dry-run` writes nothing": ["scenarios/test_learn.py::test_a_dry_run_writes_nothing"],
+    "`--no-learned` and `Chassis(learned=False)` do without": [
+        "unit/cli/test_own_definitions.py::test_a_service_of_another_revision_is_called",
+    ],
+    "commands no terminal and forges no line": [
+        "scenarios/hostile/test_hostile_texts.py::test_no_command_lets_a_peer_write_to_the_terminal",
+        "scenarios/hostile/test_hostile_chassis.py::test_what_a_chassis_says_when_it_refuses",
+        "unit/cli/test_hostile_names.py::test_connections_of_a_bag",
+        "unit/node/test_rosout_log.py::test_no_text_forges_a_record",
+    ],
+    "given up for each new one, then the longest idle one": [
+        "unit/transport/test_tcp_server.py::test_pending_handshakes_bounds_the_unready_and_drops_the_oldest",
+        "unit/transport/test_tcp_server.py::test_the_longest_idle_connection_makes_room",
+        "unit/transport/test_tcp_server.py::test_running_out_of_file_descriptors_is_survived_and_logged_once",
+        "unit/master/test_master_server.py::test_silent_connections_that_take_every_file_keep_nobody_out",
+    ],
+    "asks the system for 4096": [
+        "unit/transport/test_open_files.py::test_it_is_raised_as_far_as_needed_and_allowed",
+    ],
 }
 """Words of the page, and the tests that hold them."""
+
+RUNS_CODE = {
+    "rosproto/codec/conversion.py": "values carried over between two revisions, from names of fields",
+    "rosproto/codec/source.py": "encoders and decoders, from definitions",
+    "rosproto/rospy/launch.py": "a program of the user's: `rosproto run`",
+    "woosh_pure/cli/commands/shell.py": "what the user types: `woosh shell`",
+}
+"""Where Python code is made and run, and of what."""
+
+
+def test_code_is_made_and_run_in_these_places_only() -> None:
+    """No eval, no exec of remote text, no pickle: a new place has to be looked at, and named here."""
+    root = Path(__file__).resolve().parent.parent
+    found = set()
+    for path in (*(root / "rosproto").rglob("*.py"), *(root / "woosh_pure").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            called = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id
+            loads = {"pickle", "marshal", "shelve"} & {
+                name.name.partition(".")[0] for name in (node.names if isinstance(node, ast.Import) else ())
+            } or (isinstance(node, ast.ImportFrom) and node.module in ("pickle", "marshal", "shelve"))
+            if called in ("eval", "exec") or loads:
+                found.add(path.relative_to(root).as_posix())
+    assert found == set(RUNS_CODE)
 
 
 def rows(title: str) -> dict[str, str]:

@@ -189,6 +189,25 @@ def test_a_lie_is_not_learned(definition: str, md5sum: str, words: str) -> None:
     assert words in finding.note
 
 
+@pytest.mark.parametrize(
+    "name", ["../../evil/T", "../T", "a/../T", "/etc/T", "a\\b/T", "a/T\x00", "C:/T", "~/T", "a/b/c"]
+)
+def test_no_name_leads_out_of_the_folder(name: str) -> None:
+    """What is no ROS name of a type is not learned, however well its text and md5sum agree."""
+    md5sum = define("my_msgs/T", "uint8 a")._md5sum
+    assert judge(Answer("topic", "/t", "my_msgs/T", md5sum, "uint8 a"), Knowledge()).verdict == "new"
+    assert judge(Answer("topic", "/t", name, md5sum, "uint8 a"), Knowledge()).verdict == "unusable"
+
+
+def test_a_dry_run_writes_nothing(tmp_path: Path) -> None:
+    """And says what would be kept."""
+    with Master() as master, Node("/robot", master_uri=master.uri, rosout=False) as robot:
+        robot.publisher("/my_state", define("my_msgs/State", "uint8 mood"))
+        document = learn(master.uri, tmp_path / "kept", "--dry-run")
+    assert of(document, "/my_state")["verdict"] == "new"
+    assert not (tmp_path / "kept").exists()
+
+
 def test_services_tell_no_text_so_the_vendors_is_asked_for(tmp_path: Path) -> None:
     """An unknown md5sum of a known type, and a type nobody knows."""
     library = bundled().fork()
