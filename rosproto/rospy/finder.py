@@ -139,7 +139,7 @@ def _names_in(folder: str) -> frozenset[str]:
     """Names of all modules and packages in a folder but those with an underscore."""
     try:
         entries = os.scandir(folder)
-    except NotADirectoryError:  # inside a zip
+    except (NotADirectoryError, FileNotFoundError):  # inside a zip; the second on Windows
         import pkgutil
 
         names = {module.name for module in pkgutil.iter_modules([folder])}

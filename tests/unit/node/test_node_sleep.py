@@ -47,7 +47,7 @@ def test_links_to_publishers_are_made_anew_and_links_to_subscribers_are_kept(mas
         Node("/robot", master_uri=master.uri, rosout=False, intraprocess=False) as robot,
         Node("/laptop", master_uri=master.uri, rosout=False, intraprocess=False) as laptop,
     ):
-        scan, cmd = robot.publisher("/scan", String, latch=True), laptop.publisher("/cmd", String)
+        scan, cmd = robot.publisher("/scan", String), laptop.publisher("/cmd", String)
         laptop.subscriber("/scan", String, lambda message: got.append(message.data)).wait_for_connection()
         robot.subscriber("/cmd", String).wait_for_connection()
         cmd.wait_for_connection()

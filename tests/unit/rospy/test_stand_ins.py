@@ -15,6 +15,7 @@ from rosproto.rospy.finder import MODULES, RosFinder, SpareFinder
 ROOT = Path(__file__).resolve().parents[3]
 PROGRAM = """
 import sys
+sys.path.insert(0, sys.argv[1])  # CPython for embedding takes no PYTHONPATH
 from rosproto.rospy import finder
 finder.serve()
 import rospy, rospy.impl.init, actionlib.action_client, rosbag, tf.transformations as tf
@@ -34,7 +35,7 @@ tf.euler_from_quaternion("no quaternion at all")
 def run(where: Path) -> subprocess.CompletedProcess[str]:
     """The program, with our packages from that folder or zip."""
     return subprocess.run(
-        [sys.executable, "-P", "-c", PROGRAM, str(where)],
+        [sys.executable, "-c", PROGRAM, str(where)],
         capture_output=True, text=True, timeout=60, check=False, env={**os.environ, "PYTHONPATH": str(where)},
     )  # fmt: skip
 

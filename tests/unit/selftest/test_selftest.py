@@ -108,6 +108,7 @@ def test_without_ros_there_is_nothing_to_check(monkeypatch: pytest.MonkeyPatch) 
     assert "no rospy" in text
 
 
+@pytest.mark.skipif(sys.flags.ignore_environment, reason="CPython for embedding takes no PYTHONPATH")
 def test_a_broken_ros_is_told_with_its_words(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / "rospy.py").write_text("raise RuntimeError('this ROS is broken')\n")
     monkeypatch.setattr(beside, "find_ros", lambda: (sys.executable, {"PYTHONPATH": str(tmp_path)}))
