@@ -146,7 +146,8 @@ class Rotation(Numbers):
             return (n[7] - n[5]) * s, (n[2] - n[6]) * s, (n[3] - n[1]) * s, 0.25 / s
         i = 0 if n[0] > n[4] and n[0] > n[8] else 1 if n[4] > n[8] else 2  # the longest of x, y, z
         j, k = (i + 1) % 3, (i + 2) % 3
-        s = 2.0 * sqrt(1.0 + n[4 * i] - n[4 * j] - n[4 * k])
+        low, high = min(j, k), max(j, k)  # the order in which KDL takes the sum
+        s = 2.0 * sqrt(1.0 + n[4 * i] - n[4 * low] - n[4 * high])
         found = [0.0, 0.0, 0.0, (n[3 * k + j] - n[3 * j + k]) / s]
         found[i], found[j], found[k] = (
             0.25 * s,
