@@ -15,7 +15,7 @@ import rosproto
 from rosproto.codec.conversion import ValuesLost
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.logs import get_logger
-from rosproto.node.service_client import Cancellation
+from rosproto.node.services.client import Cancellation
 
 from .begun import current
 from .enums import TaskCommand

@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import rosproto
-from rosproto.node.revisions import NoRevisions
+from rosproto.node.revisions.revisions import NoRevisions
 
 from .. import interface
 from ..firmware import Firmware

@@ -19,7 +19,7 @@ from rosproto.cli.bag_play import _Console, _split_remappings
 from rosproto.cli.bag_record import _Line, add_record_arguments, recorder_options, seconds_of
 from rosproto.cli.graph import CommandError
 from rosproto.codec import message_class
-from rosproto.node.clock import NodeClock
+from rosproto.node.time.clock import NodeClock
 from rosproto.recording import RecorderStats
 from rosproto.time import Time
 
