@@ -29,11 +29,11 @@ HOLDS = {
     ],
     "tried every few seconds": [
         "unit/node/test_peer_costs.py::test_a_publisher_that_agrees_and_leaves_is_not_told_of_every_time",
-        "unit/node/test_link_state.py::test_sessions_that_end_at_once_are_no_success",
+        "unit/node/incoming/test_link_state.py::test_sessions_that_end_at_once_are_no_success",
     ],
     "every few minutes": [
         "unit/node/test_peer_costs.py::test_a_publisher_of_another_type_is_asked_once",
-        "unit/node/test_link_state.py::test_another_definition_is_not_asked_again_and_again",
+        "unit/node/incoming/test_link_state.py::test_another_definition_is_not_asked_again_and_again",
     ],
     "Your own folders and the bundled definitions come before it": [
         "unit/cli/test_own_definitions.py::test_the_users_own_come_first_everywhere",

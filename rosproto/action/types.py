@@ -10,7 +10,7 @@ from rosproto.codec import Message, message_class
 from rosproto.errors import CodecError, DefinitionError
 
 if TYPE_CHECKING:
-    from rosproto.node.revisions import Revisions
+    from rosproto.node.revisions.revisions import Revisions
 
 __all__ = ["ActionType", "action_type", "part_from"]
 

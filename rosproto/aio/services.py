@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 from rosproto.aio.pool import Pool
 
 if TYPE_CHECKING:
-    from rosproto.node.service_client import ServiceClient as ThreadedClient
-    from rosproto.node.service_server import ServiceServer as ThreadedServer
+    from rosproto.node.services.client import ServiceClient as ThreadedClient
+    from rosproto.node.services.server import ServiceServer as ThreadedServer
 
 __all__ = ["ServiceClient", "ServiceServer", "handler_in_loop"]
 
@@ -33,7 +33,7 @@ class ServiceClient:
 
     async def call(self, request: Any = None, timeout: float | None = 10.0, **fields: Any) -> Any:
         """Call the service; arguments, result and errors as `rosproto.node.ServiceClient.call` has them."""
-        from rosproto.node.service_client import Cancellation
+        from rosproto.node.services.client import Cancellation
 
         cancellation = Cancellation()
         return await self._pool.run(

@@ -17,7 +17,7 @@ from .counts import counted
 from .graph import CALLER_ID, add_graph_options, host_names, master_client, master_uri, print_json
 
 if TYPE_CHECKING:
-    from rosproto.node.master_client import MasterClient, SystemState
+    from rosproto.node.graph.master_client import MasterClient, SystemState
     from rosproto.transport.host_names import HostNames
 
 __all__ = ["Finding", "add_arguments", "examine", "run"]
@@ -155,7 +155,7 @@ def _nodes(master: MasterClient, state: SystemState, hosts: HostNames) -> Iterat
         try:
             uri = master.lookup_node(node)
             host = _host_of(uri)
-            from rosproto.node.slave_client import NodeClient
+            from rosproto.node.graph.slave_client import NodeClient
 
             with NodeClient(uri, CALLER_ID, timeout=PATIENCE, hosts=hosts) as client:
                 client.get_pid(timeout=PATIENCE)

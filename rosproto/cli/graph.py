@@ -18,8 +18,8 @@ from .parser import near
 
 if TYPE_CHECKING:  # imported when they are used: --help has no use for them
     from rosproto.msg import DefinitionLibrary
-    from rosproto.node.master_client import MasterClient
-    from rosproto.node.slave_client import NodeClient
+    from rosproto.node.graph.master_client import MasterClient
+    from rosproto.node.graph.slave_client import NodeClient
     from rosproto.transport.host_names import HostNames
 
 __all__ = [

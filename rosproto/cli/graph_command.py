@@ -15,7 +15,7 @@ from .option_types import folder_exists
 from .pictures import form_of, write_picture
 
 if TYPE_CHECKING:
-    from rosproto.node.master_client import SystemState
+    from rosproto.node.graph.master_client import SystemState
 
 __all__ = ["add_arguments", "run"]
 

@@ -26,8 +26,8 @@ from .graph import (
 from .option_types import count, positive
 
 if TYPE_CHECKING:
-    from rosproto.node.master_client import MasterClient, SystemState
-    from rosproto.node.slave_client import BusConnection
+    from rosproto.node.graph.master_client import MasterClient, SystemState
+    from rosproto.node.graph.slave_client import BusConnection
 
 __all__ = ["add_arguments", "run"]
 
@@ -320,7 +320,7 @@ def _is_elsewhere(master: MasterClient, name: str, arguments: argparse.Namespace
 def _unregister(master: MasterClient, name: str, state: SystemState) -> None:
     """In the dead node's name, with its old URI: a node that came back meanwhile has another."""
     uri = _uri(master, name)
-    from rosproto.node.master_client import MasterClient
+    from rosproto.node.graph.master_client import MasterClient
 
     with MasterClient(master.uri, name) as as_node:
         for topic, nodes in state.publishers.items():

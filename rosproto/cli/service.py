@@ -31,7 +31,7 @@ from .parser import near
 from .yaml_text import load_documents, to_flow, value_of
 
 if TYPE_CHECKING:
-    from rosproto.node.master_client import MasterClient
+    from rosproto.node.graph.master_client import MasterClient
 
 __all__ = ["add_arguments", "run"]
 
@@ -98,7 +98,7 @@ def _look_up(master: MasterClient, name: str) -> str:
 
 def _type_of(arguments: argparse.Namespace, name: str) -> str:
     """Services carry no type at the master: their provider is asked (a probe)."""
-    from rosproto.node.service_link import ServiceLink
+    from rosproto.node.services.link import ServiceLink
     from rosproto.protocol.handshake import service_client_header
     from rosproto.protocol.limits import Limits
     from rosproto.transport.address import parse_uri

@@ -7,8 +7,8 @@ are: they are data, and are printed as YAML.
 
 from __future__ import annotations
 
-from rosproto.node.master_client import MasterClient
-from rosproto.node.slave_client import NodeClient
+from rosproto.node.graph.master_client import MasterClient
+from rosproto.node.graph.slave_client import NodeClient
 from rosproto.text import printable
 
 __all__ = ["ShownMaster", "ShownNode"]

@@ -13,7 +13,7 @@ from .graph import CommandError, absolute, master_client, print_json, unknown, v
 from .parser import near
 
 if TYPE_CHECKING:
-    from rosproto.node.master_client import MasterClient, SystemState
+    from rosproto.node.graph.master_client import MasterClient, SystemState
 
 __all__ = ["add_arguments", "run"]
 

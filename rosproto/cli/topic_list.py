@@ -13,7 +13,7 @@ from rosproto.text import printable
 from .graph import below, master_client, print_json, warn_if_none
 
 if TYPE_CHECKING:
-    from rosproto.node.master_client import MasterClient, SystemState
+    from rosproto.node.graph.master_client import MasterClient, SystemState
 
 __all__ = ["add_arguments", "row", "run"]
 

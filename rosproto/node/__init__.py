@@ -7,18 +7,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rosproto.node.clock import NodeClock, Rate, Timer, TimerEvent
 from rosproto.node.events import Event, EventKind
-from rosproto.node.master_client import MasterClient, SystemState
+from rosproto.node.graph.master_client import MasterClient, SystemState
+from rosproto.node.incoming.subscriber import Subscriber
 from rosproto.node.node import Node
-from rosproto.node.publisher import Publisher
-from rosproto.node.subscriber import Subscriber
+from rosproto.node.outgoing.publisher import Publisher
+from rosproto.node.time.clock import NodeClock, Rate, Timer, TimerEvent
 
 if TYPE_CHECKING:
-    from rosproto.node.parameters import Parameters, UnknownParameter
-    from rosproto.node.service_client import ServiceClient
-    from rosproto.node.service_server import ServiceServer
-    from rosproto.node.slave_client import NodeClient
+    from rosproto.node.graph.slave_client import NodeClient
+    from rosproto.node.params.parameters import Parameters, UnknownParameter
+    from rosproto.node.services.client import ServiceClient
+    from rosproto.node.services.server import ServiceServer
     from rosproto.node.stats import LinkStats, NodeStats
 
 __all__ = [
@@ -44,12 +44,12 @@ __all__ = [
 
 _LATE = {
     "LinkStats": "rosproto.node.stats",
-    "NodeClient": "rosproto.node.slave_client",
+    "NodeClient": "rosproto.node.graph.slave_client",
     "NodeStats": "rosproto.node.stats",
-    "Parameters": "rosproto.node.parameters",
-    "ServiceClient": "rosproto.node.service_client",
-    "ServiceServer": "rosproto.node.service_server",
-    "UnknownParameter": "rosproto.node.parameters",
+    "Parameters": "rosproto.node.params.parameters",
+    "ServiceClient": "rosproto.node.services.client",
+    "ServiceServer": "rosproto.node.services.server",
+    "UnknownParameter": "rosproto.node.params.parameters",
 }
 
 

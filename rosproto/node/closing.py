@@ -17,8 +17,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from rosproto.logs import get_logger
-from rosproto.node import forking, intraprocess
-from rosproto.node.master_client import MasterClient
+from rosproto.node import forking
+from rosproto.node.graph.master_client import MasterClient
+from rosproto.node.incoming import local_link as intraprocess
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.forking import on_fork
 

@@ -11,7 +11,7 @@ import threading
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from rosproto.node import intraprocess
+from rosproto.node.incoming import local_link as intraprocess
 
 if TYPE_CHECKING:
     from rosproto.node.node import Node

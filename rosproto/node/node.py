@@ -31,22 +31,23 @@ from rosproto import names
 from rosproto.codec import AnyMsg
 from rosproto.errors import LocalProtocolError
 from rosproto.logs import PeerLog
-from rosproto.node import closing, intraprocess, options
+from rosproto.node import closing, options
 from rosproto.node.call_site import CallSite
-from rosproto.node.clock import NodeClock
 from rosproto.node.events import Event, Events
-from rosproto.node.joining import join
-from rosproto.node.link_monitor import LinkMonitor
-from rosproto.node.master_client import MasterClient
-from rosproto.node.naming import Naming
-from rosproto.node.publisher import Publisher
-from rosproto.node.registrations import Registrations
-from rosproto.node.revisions import Revisions
-from rosproto.node.slave import SlaveApi
-from rosproto.node.subscriber import Subscriber
-from rosproto.node.topic_types import TypeGiven, resolve_type
+from rosproto.node.graph.joining import join
+from rosproto.node.graph.master_client import MasterClient
+from rosproto.node.graph.naming import Naming
+from rosproto.node.graph.registrations import Registrations
+from rosproto.node.graph.slave_api import SlaveApi
+from rosproto.node.graph.watchdog import Watchdog
+from rosproto.node.incoming import local_link as intraprocess
+from rosproto.node.incoming.subscriber import Subscriber
+from rosproto.node.outgoing.link_monitor import LinkMonitor
+from rosproto.node.outgoing.publisher import Publisher
+from rosproto.node.revisions.revisions import Revisions
+from rosproto.node.revisions.topic_types import TypeGiven, resolve_type
+from rosproto.node.time.clock import NodeClock
 from rosproto.node.topics import TopicTable
-from rosproto.node.watchdog import Watchdog
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import is_loopback, parse_uri
 from rosproto.transport.deadline import Deadline
@@ -59,13 +60,13 @@ if TYPE_CHECKING:
     import os
     from types import TracebackType
 
-    from rosproto.node.parameters import Parameters
-    from rosproto.node.rosout import Rosout
-    from rosproto.node.service_client import ServiceClient
-    from rosproto.node.service_server import ServiceServer
-    from rosproto.node.services import Services
+    from rosproto.node.graph.tcpros_server import TcprosServer
+    from rosproto.node.params.parameters import Parameters
+    from rosproto.node.rosout.rosout import Rosout
+    from rosproto.node.services.client import ServiceClient
+    from rosproto.node.services.server import ServiceServer
+    from rosproto.node.services.table import Services
     from rosproto.node.stats import NodeStats
-    from rosproto.node.tcpros_server import TcprosServer
 
 __all__ = ["Node"]
 
@@ -215,8 +216,8 @@ class Node:
             intraprocess.note_node(self)
         self.clock.attach(self, self._facts.simulated)
         if rosout:
-            from rosproto.node.loggers import Loggers
-            from rosproto.node.rosout import Rosout
+            from rosproto.node.rosout.loggers import Loggers
+            from rosproto.node.rosout.rosout import Rosout
 
             self._rosout = Rosout(self, with_topics=self._facts.rosout_topics)
             Loggers(self)
@@ -366,7 +367,7 @@ class Node:
         Raises:
             RosTimeout: It was not in time.
         """
-        from rosproto.node import service_probe
+        from rosproto.node.services import probe as service_probe
 
         service_probe.wait(self, self.resolve_name(service), timeout, stop=self._closing)
 
@@ -374,7 +375,7 @@ class Node:
     def _services(self) -> Services:
         with self._lazy:
             if self._services_made is None:
-                from rosproto.node.services import Services
+                from rosproto.node.services.table import Services
 
                 self._services_made = Services(self)
             return self._services_made
@@ -384,7 +385,7 @@ class Node:
         """The parameter server as a mapping: `node.params["/key"]`."""
         with self._lazy:
             if self._params_made is None:
-                from rosproto.node.parameters import Parameters
+                from rosproto.node.params.parameters import Parameters
 
                 self._params_made = Parameters(self)
             return self._params_made

@@ -16,9 +16,9 @@ from typing import Any
 from rosproto.codec import decode
 from rosproto.errors import CodecError
 from rosproto.logs import get_logger
-from rosproto.node.loggers import Loggers
 from rosproto.node.node import Node
-from rosproto.node.rosout_log import RosoutLog
+from rosproto.node.rosout.log_file import RosoutLog
+from rosproto.node.rosout.loggers import Loggers
 
 __all__ = ["RosoutAggregator"]
 

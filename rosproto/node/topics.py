@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import LocalProtocolError
 from rosproto.logs import get_logger
-from rosproto.node import datagram_link
-from rosproto.node.publication import Publication
-from rosproto.node.publisher import Publisher
-from rosproto.node.subscriber import Subscriber
-from rosproto.node.subscription import Subscription
-from rosproto.node.tcpros_server import refuse
-from rosproto.node.topic_types import TopicType
-from rosproto.node.turns import Turns
+from rosproto.node.graph.tcpros_server import refuse
+from rosproto.node.incoming.subscriber import Subscriber
+from rosproto.node.incoming.subscription import Subscription
+from rosproto.node.name_locks import Turns
+from rosproto.node.outgoing import datagram_link
+from rosproto.node.outgoing.publication import Publication
+from rosproto.node.outgoing.publisher import Publisher
+from rosproto.node.revisions.topic_types import TopicType
 
 if TYPE_CHECKING:
     from rosproto.node.call_site import CallSite

@@ -9,7 +9,7 @@ from typing import Any
 from rosproto.errors import Md5sumMismatch
 from rosproto.node import Event, EventKind, MasterClient, Node, closing
 from rosproto.node.options import host_names
-from rosproto.node.revisions import Revisions
+from rosproto.node.revisions.revisions import Revisions
 from rosproto.protocol.limits import Limits
 from rosproto.transport.address import parse_uri
 from rosproto.transport.host_names import HostNames

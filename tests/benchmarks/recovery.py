@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from rosproto.master import Master
-from rosproto.node import MasterClient, Node, endpoints
+from rosproto.node import MasterClient, Node
+from rosproto.node.graph import endpoints
 from tests.support import ros
 from tests.support.proxy import FaultProxy
 from tests.support.ros import free_port
@@ -248,9 +249,9 @@ def publisher_same_port() -> float:
         time.sleep(2.0)
         with Node("/a", master_uri=master.uri, port=port, rosout=False) as a:
             # The master's list does not change: only the subscriber's own tries find it.
-            from rosproto.node.publication import Publication
-            from rosproto.node.publisher import Publisher
-            from rosproto.node.topic_types import resolve_type
+            from rosproto.node.outgoing.publication import Publication
+            from rosproto.node.outgoing.publisher import Publisher
+            from rosproto.node.revisions.topic_types import resolve_type
 
             publication = Publication(a, "/t", resolve_type(STRING))
             publication.add_handle(Publisher(a, publication, latch=False, queue_size=1, on_connect=None))

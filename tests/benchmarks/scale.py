@@ -22,7 +22,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from rosproto.node.slave_client import NodeClient
+from rosproto.node.graph.slave_client import NodeClient
 from rosproto.protocol import subscriber_header
 from rosproto.protocol.header import encode_header
 from rosproto.transport import XmlRpcClient

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosproto.errors import RosError
-from rosproto.node.service_link import ServiceLink
-from rosproto.node.service_session import ServiceSession
+from rosproto.node.services.link import ServiceLink
+from rosproto.node.services.session import ServiceSession
 from rosproto.protocol.limits import Limits
 from rosproto.transport.deadline import Deadline
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rosproto.master import Master
-from rosproto.node.master_client import MasterClient
+from rosproto.node.graph.master_client import MasterClient
 from tests.support import ros
 
 TALKER = """

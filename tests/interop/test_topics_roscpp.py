@@ -9,8 +9,9 @@ from typing import Any
 
 import pytest
 
-from rosproto.node import Node, udpros_link
-from rosproto.node.slave_client import NodeClient
+from rosproto.node import Node
+from rosproto.node.graph.slave_client import NodeClient
+from rosproto.node.incoming import udpros_link
 from tests.interop.topic_samples import TYPES, exchange, sample, wire
 from tests.support import ros
 

@@ -16,8 +16,9 @@ from typing import Any
 import pytest
 
 from rosproto.master import Master
-from rosproto.node import EventKind, MasterClient, Node, endpoints
-from rosproto.node.frame_reader import FrameReader
+from rosproto.node import EventKind, MasterClient, Node
+from rosproto.node.graph import endpoints
+from rosproto.node.incoming.frame_reader import FrameReader
 from rosproto.transport import tcp
 from tests.support.load import crowd
 from tests.support.proxy import FaultProxy

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import rosproto
 from rosproto.errors import RosError
-from rosproto.node import service_probe
-from rosproto.node.topic_probe import probe_topic
+from rosproto.node.revisions.topic_probe import probe_topic
+from rosproto.node.services import probe as service_probe
 from rosproto.transport.deadline import Deadline
 from woosh_pure import interface
 from woosh_pure.doctor.finding import Finding, Level

@@ -11,8 +11,8 @@ from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.errors import RosError
-from rosproto.node import service_probe
-from rosproto.node.topic_probe import probe_topic
+from rosproto.node.revisions.topic_probe import probe_topic
+from rosproto.node.services import probe as service_probe
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import rosproto
-from rosproto.node.revisions import NoRevisions
+from rosproto.node.revisions.revisions import NoRevisions
 from woosh_pure import interface
 from woosh_pure.firmware.revisions import Firmware
 from woosh_pure.interface.table import Row

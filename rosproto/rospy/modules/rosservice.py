@@ -51,7 +51,7 @@ def get_service_node(service_name):
 def get_service_headers(service_name, service_uri=None):
     """The provider's connection header."""
     from rosproto.errors import RosError
-    from rosproto.node import service_probe
+    from rosproto.node.services import probe as service_probe
     from rosproto.rospy.host import Caller
     from rosproto.transport.deadline import Deadline
 

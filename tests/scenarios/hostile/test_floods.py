@@ -186,7 +186,8 @@ def test_connections_are_counted_with_their_links(victim: Victim) -> None:
 def test_latched_topics_forget_subscribers_that_are_gone_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """The latched message meets a dead connection before the link is among the others: it must not stay there."""
     from rosproto.master import Master
-    from rosproto.node import Node, publication
+    from rosproto.node import Node
+    from rosproto.node.outgoing import publication
 
     gone = threading.Event()
     real = publication.encode_header

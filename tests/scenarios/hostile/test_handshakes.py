@@ -239,7 +239,7 @@ def test_nodelay_is_set_on_every_socket_that_is_written(node: Node, monkeypatch:
 def _sessions(node: Node) -> list[object]:
     import gc
 
-    from rosproto.node.service_session import ServiceSession
+    from rosproto.node.services.session import ServiceSession
 
     return [s for s in gc.get_objects() if isinstance(s, ServiceSession) and s.callerid == "/other"]
 

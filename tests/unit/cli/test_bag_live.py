@@ -19,7 +19,7 @@ from rosproto.cli.bag_record import _Line, add_record_arguments, recorder_option
 from rosproto.cli.graph import CommandError
 from rosproto.cli.keys import Keyboard, WindowsKeys
 from rosproto.codec import message_class
-from rosproto.node.clock import NodeClock
+from rosproto.node.time.clock import NodeClock
 from rosproto.recording import RecorderStats
 from rosproto.time import Time
 

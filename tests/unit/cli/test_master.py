@@ -17,7 +17,7 @@ import pytest
 from rosproto.cli import main
 from rosproto.cli.commands import COMMANDS
 from rosproto.node import Node
-from rosproto.node.master_client import MasterClient
+from rosproto.node.graph.master_client import MasterClient
 
 ROOT = Path(__file__).resolve().parents[3]
 TIMEOUT = 30.0

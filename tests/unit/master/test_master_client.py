@@ -9,8 +9,8 @@ import pytest
 
 from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError
 from rosproto.master import Master
-from rosproto.node.master_client import MasterClient, SystemState
-from rosproto.node.slave_client import BusConnection, NodeClient
+from rosproto.node.graph.master_client import MasterClient, SystemState
+from rosproto.node.graph.slave_client import BusConnection, NodeClient
 from rosproto.transport import XmlRpcServer
 
 URI = "http://127.0.0.1:1/"

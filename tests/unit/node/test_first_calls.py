@@ -15,8 +15,8 @@ from rosproto import ActionServer
 from rosproto.master import Master
 from rosproto.node import Node
 from rosproto.node.call_site import PATIENCE, CallSite
-from rosproto.node.registrations import Registrations
-from rosproto.node.subscription import Subscription
+from rosproto.node.graph.registrations import Registrations
+from rosproto.node.incoming.subscription import Subscription
 from tests.support.victim import eventually
 
 ROOT = Path(__file__).parents[3]

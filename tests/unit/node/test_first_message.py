@@ -15,7 +15,7 @@ import pytest
 
 from rosproto.master import Master
 from rosproto.node import Node
-from rosproto.node.publication import Publication
+from rosproto.node.outgoing.publication import Publication
 from tests.support import attacks
 
 SUBSCRIBERS = 50

@@ -15,7 +15,7 @@ import pytest
 from rosproto.codec import classes, define, message_class
 from rosproto.master import Master
 from rosproto.node import Node
-from rosproto.node.revisions import Revisions
+from rosproto.node.revisions.revisions import Revisions
 from rosproto.protocol import Limits
 from rosproto.protocol.handshake import subscriber_header
 from rosproto.protocol.header import decode_header, encode_header

@@ -13,7 +13,7 @@ from rosproto.bag import BagWriter
 from rosproto.codec import reference
 from rosproto.errors import RosTimeout
 from rosproto.master import registry
-from rosproto.node.service_client import ServiceClient
+from rosproto.node.services.client import ServiceClient
 from rosproto.selftest import CHECKS, Check, CheckFailed, NotHere, State, beside, definitions, run
 from woosh_pure.selftest import CHECKS as ALL
 from woosh_pure.sim.site import Site, built_in_site

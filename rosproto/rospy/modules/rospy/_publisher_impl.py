@@ -30,7 +30,7 @@ class _PublisherImpl(_TopicImpl):
 
     def attach(self, node):
         """Publish."""
-        from rosproto.node.topic_types import resolve_type
+        from rosproto.node.revisions.topic_types import resolve_type
 
         # Below `Node.publisher`, which refuses the wildcard; rospy publishes AnyMsg.
         self.handle = node._topics.open_publisher(
@@ -100,7 +100,7 @@ class _PublisherImpl(_TopicImpl):
             listener.peer_unsubscribe(self.resolved_name, self.get_num_connections())
 
     def _publish_to(self, link, message):
-        from rosproto.node.frames import small_frame
+        from rosproto.node.outgoing.frames import small_frame
 
         if link is not None:
             self._stamp(message)

@@ -26,7 +26,7 @@ class _SubscriberImpl(_TopicImpl):
 
     def attach(self, node):
         """Subscribe."""
-        from rosproto.node.topic_types import resolve_type
+        from rosproto.node.revisions.topic_types import resolve_type
 
         anything = issubclass(self.data_class, AnyMsg)
         self._statistics = statistics.of_subscriber(self)

@@ -142,7 +142,7 @@ class ServiceProxy(_Service):
         caller = _caller_now()
         client = self._client
         if client is None or client._node is not caller:
-            from rosproto.node.service_client import ServiceClient
+            from rosproto.node.services.client import ServiceClient
 
             service = carried_service(self.service_class)
             client = self._client = ServiceClient(

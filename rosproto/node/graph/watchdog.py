@@ -1,0 +1,269 @@
+"""Watches the master and our own address, once a second, and puts things right again.
+
+* The master restarted (another process, or it does not know our name): everything is registered again. No
+  peer does this; rospy and roscpp are forgotten for ever (docs/wire.md, 59).
+* The master is away: asked again after 0.1 to 0.5 s, so that it is noticed within 2 s when it is back.
+* Our address towards the master changed (Wi-Fi, DHCP): the node listens on the new one and registers it.
+* Now and then the whole graph is compared: a registration that got lost for any other reason is made again,
+  and publishers that we were not told of are asked for. Behind a firewall that lets nobody in, which is where
+  most laptops are, the master's `publisherUpdate` never arrives.
+* Subscribers that got datagrams and are gone are forgotten.
+* A link that cannot reach its publisher has the master asked too: the publisher may be elsewhere by now.
+* The computer slept (a laptop's lid): every subscriber's link is made anew at once, and the graph compared.
+  What the links bring from before the sleep is late, and many are dead without knowing.
+* A `publisherUpdate` that did not come from the master's address is checked here by asking the master.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
+from rosproto.logs import get_logger
+from rosproto.node.events import Event, EventKind, without_frames
+from rosproto.node.graph.joining import rebind
+from rosproto.transport.address import same_uri
+from rosproto.transport.backoff import Backoff
+from rosproto.transport.os_errors import no_route
+from rosproto.transport.sleep import SleepDetector
+
+if TYPE_CHECKING:
+    from rosproto.node.graph.master_client import SystemState
+    from rosproto.node.graph.registrations import Registration
+    from rosproto.node.incoming.subscription import Subscription
+    from rosproto.node.node import Node
+    from rosproto.node.outgoing.datagram_link import DatagramLink
+
+__all__ = ["Watchdog"]
+
+_log = get_logger("rosproto.node")
+
+PERIOD = 1.0  # seconds between two looks at a master that answers
+CALL_TIMEOUT = 5.0
+# An answer that takes longer is asked for once more on a new connection: the old one may be from an address
+# that is no longer ours, or wait for the system to repeat what was lost.
+PATIENCE = 2.0
+FULL_CHECK_EVERY = 5  # looks
+MOST_TO_VERIFY = 1000  # topics; more are not ours
+
+
+class Watchdog:
+    """One thread per node.
+
+    Attributes:
+        period: Seconds between two looks at a master that answers.
+        full_check_every: Looks between two comparisons of the whole graph.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self.period = PERIOD
+        self.full_check_every = FULL_CHECK_EVERY
+        self._node = node
+        self._wake = threading.Condition()
+        self._to_verify: dict[str, Subscription] = {}
+        self._hurry = False
+        self._backoff = Backoff(first=0.1, factor=1.5, most=0.5, jitter=0.1)
+        self._identity: object = None
+        self._lost = False
+        self._looks = 0
+        self._sleep = SleepDetector()
+        self._thread = threading.Thread(target=self._run, name=f"rosproto:watchdog {node.name}", daemon=True)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def close(self, timeout: float) -> None:
+        """End the thread (`node._closing` is set)."""
+        with self._wake:
+            self._wake.notify_all()
+        if self._thread.ident is not None and threading.current_thread() is not self._thread:
+            self._thread.join(timeout)
+
+    @property
+    def master_lost(self) -> bool:
+        """True while the master does not answer."""
+        return self._lost
+
+    def verify(self, subscription: Subscription) -> None:
+        """Ask the master for the publishers of a topic, soon; many requests become one."""
+        with self._wake:
+            if len(self._to_verify) < MOST_TO_VERIFY:
+                self._to_verify[subscription.name] = subscription
+                self._hurry = True
+                self._wake.notify_all()
+
+    def hurry(self) -> None:
+        """Look now: something is known to have changed."""
+        with self._wake:
+            self._hurry = True
+            self._wake.notify_all()
+
+    def _run(self) -> None:
+        pause, took = self.period, 0.0
+        while not self._node._closing.is_set():
+            with self._wake:
+                # Not "until something is to be verified": that stays so while the master is away.
+                self._wake.wait_for(lambda: self._node._closing.is_set() or self._hurry, pause)
+                self._hurry = False
+            if self._node._closing.is_set():
+                return
+            try:
+                self._notice_sleep(pause + took)  # a master that is slow to answer is no sleep
+                begun = time.monotonic()
+                self._node._attach_rosout()
+                pause = self._look()
+                took = time.monotonic() - begun
+            except Exception:
+                _log.exception("! %s: the watchdog failed, and goes on", self._node.name)
+                pause = self.period
+
+    def _notice_sleep(self, meant: float) -> None:
+        seconds = self._sleep.slept(meant)
+        if seconds:
+            _log.info(
+                "= %s: this computer slept for %.0f s; all links are made anew", self._node.name, seconds
+            )
+            self._looks = self.full_check_every - 1
+            self._node._topics.woke_up()
+
+    def _look(self) -> float:
+        """One round; returns the seconds until the next."""
+        try:
+            moved = self._follow_address()
+            stands = self._check_registration() and not moved
+            if not stands and not self._node._registrations.register_all():
+                raise ConnectionLost("the master went away during registration", peer=self._node.master_uri)
+            self._verify_some()
+            if not self._node._registrations.register_pending():
+                return self._backoff.next()
+        except (ConnectionLost, RosTimeout) as error:
+            self._master_lost(error)
+            return self._backoff.next()
+        except RosError as error:
+            _log.warning("! master %s: %s", self._node.master_uri, error)
+            return self.period
+        self._master_answers(stands)
+        return self.period
+
+    def _check_registration(self) -> bool:
+        """False when the master has to be told everything again."""
+        node = self._node
+        before = node._registrations.confirmed()
+        pid, uri, run_id = self._ask()
+        identity = (pid, run_id)
+        known, self._identity = self._identity, identity
+        if self._lost or (known is not None and known != identity):
+            return False
+        if not self._still(before):
+            return True
+        if not isinstance(uri, str):
+            return False
+        if not same_uri(uri, node.uri):
+            # Another node has our name: it was told to, and we were told to shut down. Do not fight over it.
+            _log.debug("! %s is registered at %s, not at %s", node.name, uri, node.uri)
+            return True
+        self._looks += 1
+        return self._looks % self.full_check_every != 0 or self._graph_has_all()
+
+    def _ask(self) -> tuple[object, object, object]:
+        """The master's process id, our URI as it knows it, its run id; one request where multicall works."""
+        calls: list[tuple[str, tuple[object, ...]]] = [
+            ("getPid", ()),
+            ("lookupNode", (self._node.name,)),
+            ("getParam", ("/run_id",)),
+        ]
+        master = self._node._master
+        try:
+            answers = master.several(calls, timeout=PATIENCE)
+        except RosTimeout:
+            answers = master.several(calls, timeout=CALL_TIMEOUT - PATIENCE)
+        values = [None if isinstance(answer, MasterError) else answer for answer in answers]
+        return values[0], values[1], values[2]
+
+    def _graph_has_all(self) -> bool:
+        node = self._node
+        before = node._registrations.confirmed()
+        datagram_links = node._topics.datagram_links()
+        state = node._master.get_system_state(timeout=CALL_TIMEOUT)
+        tables = {"publisher": state.publishers, "subscriber": state.subscribers, "service": state.services}
+        self._note_unknown_publishers(state)
+        self._forget_unsubscribed(datagram_links, state)
+        return all(
+            node.name in tables[registration.kind].get(registration.name, ())
+            for registration in self._still(before)
+            if registration.kind in tables
+        )
+
+    def _still(self, before: list[Registration]) -> list[Registration]:
+        """Of these, what the master must know in an answer that was asked for after them: all but those taken
+        back meanwhile. What was being made then is not among them.
+        """
+        now = {id(registration) for registration in self._node._registrations.confirmed()}
+        return [registration for registration in before if id(registration) in now]
+
+    def _note_unknown_publishers(self, state: SystemState) -> None:
+        """Have topics verified whose publishers are others than those we know."""
+        for registration in self._node._registrations.of_kind("subscriber"):
+            subscription = self._node._topics.subscription(registration.name)
+            publishers = state.publishers.get(registration.name, ())
+            if subscription is not None and not subscription.knows(publishers):
+                self.verify(subscription)
+
+    @staticmethod
+    def _forget_unsubscribed(links: Sequence[DatagramLink], state: SystemState) -> None:
+        """Let go of those who got datagrams and do not subscribe any more: their end is seen nowhere else.
+
+        A restarted master knows nobody, and roscpp does not register again: who is unknown altogether stays.
+        """
+        known = {node for table in state for nodes in table.values() for node in nodes} if links else set()
+        for link in links:
+            if link.caller_id in known and link.caller_id not in state.subscribers.get(link.topic, ()):
+                link.close()
+
+    def _verify_some(self) -> None:
+        with self._wake:
+            to_verify, self._to_verify = self._to_verify, {}
+        for subscription in to_verify.values():
+            if self._node._topics.subscription(subscription.name) is subscription:
+                subscription.register(self._node._master)
+
+    def _follow_address(self) -> bool:
+        """Listen on our present address towards the master; True when it is another one than before.
+
+        Raises:
+            ConnectionLost: There is no way to the master, the cable is out.
+        """
+        node = self._node
+        old = node.uri
+        try:
+            if not rebind(node):
+                return False
+        except RosError as error:
+            if no_route(error.__cause__):
+                if not self._lost:
+                    node._master.reconnect()  # calls under way fail now, not when their time is over
+                raise
+            # The name server is silent, or the port taken: that says nothing about the master.
+            _log.debug("! %s: the present address is not known: %s", node.name, error)
+            return False
+        node._master.reconnect()
+        _log.warning("= %s: our address changed, %s is now %s", node.name, old, node.uri)
+        node._emit(Event(EventKind.ADDRESS_CHANGED, address=node.uri))
+        return True
+
+    def _master_lost(self, error: RosError) -> None:
+        if not self._lost:
+            self._lost = True
+            _log.warning("! the master %s is away, it is tried again: %s", self._node.master_uri, error)
+            known = without_frames(error)
+            self._node._emit(Event(EventKind.MASTER_LOST, address=self._node.master_uri, error=known))
+
+    def _master_answers(self, stood: bool) -> None:
+        self._backoff.reset()
+        if self._lost or not stood:
+            self._lost = False
+            _log.warning("= master %s: everything is registered again", self._node.master_uri)
+            self._node._emit(Event(EventKind.MASTER_BACK, address=self._node.master_uri))

@@ -1,0 +1,5 @@
+"""Topics that are received: from a publisher's connection to the program's callback."""
+
+from __future__ import annotations
+
+__all__: list[str] = []

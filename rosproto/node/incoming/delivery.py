@@ -1,0 +1,160 @@
+"""Delivers received messages: each is decoded once, and handed to every subscriber of the topic.
+
+A `Sink` is fixed for one set of subscribers; a subscription makes another with each that comes or leaves, so
+links need no lock to ask for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from rosproto.codec import AnyMsg, encode
+from rosproto.node.revisions.revisions import Unfit
+from rosproto.node.revisions.topic_types import TopicType
+
+if TYPE_CHECKING:
+    from rosproto.node.incoming.publisher_link import PublisherLink
+    from rosproto.node.incoming.subscriber import Subscriber
+    from rosproto.node.incoming.subscription import Subscription
+
+__all__ = ["RevisedSink", "Sink", "encoded", "raw_message"]
+
+
+class Sink:
+    """How received bytes are treated, fixed for one set of subscribers; links ask for it with every read.
+
+    Attributes:
+        decode: `(buffer, start, end) -> message`: the decoder, or `raw_message`.
+        owns: True when messages keep the buffer they are made from.
+        newest: No subscriber keeps more than this many messages received at once; None when all are used.
+        offer_one: Takes a single message, where all who want it is one callback; else None, and `deliver` is
+            for one message as well.
+    """
+
+    __slots__ = (
+        "_decode_later",
+        "_handles",
+        "_now",
+        "_raw_handles",
+        "decode",
+        "newest",
+        "offer_one",
+        "owns",
+        "subscription",
+    )
+
+    def __init__(self, subscription: Subscription, handles: Sequence[Subscriber], type_: TopicType) -> None:
+        self.subscription = subscription
+        self._now = subscription.node._wall_time
+        self._handles = tuple(handle for handle in handles if not handle.raw)
+        self._raw_handles = tuple(handle for handle in handles if handle.raw)
+        self._decode_later = type_.decode if self._handles and not type_.is_wildcard else raw_message
+        if self._raw_handles:
+            self.decode: Callable[[Any, int, int], Any] = raw_message
+            self.owns = True
+        else:
+            self.decode = self._decode_later
+            self.owns = type_.may_be_large or type_.is_wildcard
+        sizes = [handle.keeps for handle in handles]
+        self.newest = None if None in sizes else max((s for s in sizes if s is not None), default=1)
+        self.offer_one: Callable[[Any], None] | None = (
+            self._handles[0]._offer_one if len(handles) == 1 and self._handles else None
+        )
+
+    def deliver(self, batch: Sequence[Any], header: dict[str, str], link: PublisherLink) -> None:
+        """Hand messages to every subscriber; runs in the link's thread."""
+        stamp = self._now()
+        for message in batch:
+            message._connection_header = header
+        if header.get("latching") == "1":
+            self.subscription.remember(link, batch[-1])
+        if self._raw_handles:
+            for handle in self._raw_handles:
+                handle._offer(batch, stamp)
+            if not self._handles:
+                return
+            batch = self._decode_all(batch, header)
+            if not batch:  # all of another revision, and none fits
+                return
+        for handle in self._handles:
+            handle._offer(batch, stamp)
+
+    def deliver_to_newcomers(self, before: Sink, batch: Sequence[Any], header: dict[str, str]) -> None:
+        """Hand messages that were received for another sink to those subscribers whom that one lacks."""
+        stamp = self._now()
+        for handle in self._handles:
+            if handle not in before._handles:
+                decoded = [self._decoded(m, header) if isinstance(m, AnyMsg) else m for m in batch]
+                handle._offer(self._fitting(decoded), stamp)
+        for handle in self._raw_handles:
+            if handle not in before._raw_handles:
+                handle._offer([encoded(message, header) for message in batch], stamp)
+
+    def _fitting(self, batch: Sequence[Any]) -> Sequence[Any]:
+        return batch
+
+    def _decode_all(self, batch: Sequence[Any], header: dict[str, str]) -> Sequence[Any]:
+        return [self._decoded(message, header) for message in batch]
+
+    def _decoded(self, raw: AnyMsg, header: dict[str, str]) -> Any:
+        message = self._decode_later(raw._buff, 0, len(raw._buff))
+        message._connection_header = header
+        return message
+
+
+class RevisedSink(Sink):
+    """As `Sink`, for a publisher of another revision.
+
+    A message that cannot be carried over is dropped, told of and counted, and the link lives on.
+    """
+
+    __slots__ = ("_told",)
+
+    def __init__(self, subscription: Subscription, handles: Sequence[Subscriber], type_: TopicType) -> None:
+        super().__init__(subscription, handles, type_)
+        self._told = False
+        self.offer_one = None
+
+    def deliver(self, batch: Sequence[Any], header: dict[str, str], link: PublisherLink) -> None:
+        batch = self._fitting(batch)
+        if batch:
+            super().deliver(batch, header, link)
+
+    def _decode_all(self, batch: Sequence[Any], header: dict[str, str]) -> Sequence[Any]:
+        return self._fitting(super()._decode_all(batch, header))
+
+    def _fitting(self, batch: Sequence[Any]) -> Sequence[Any]:
+        unfit = [item.error for item in batch if type(item) is Unfit]
+        if not unfit:
+            return batch
+        self.subscription.unfit += len(unfit)
+        for error in unfit:
+            self.subscription.report(error)
+        if not self._told:
+            self._told = True
+            name = self.subscription.name
+            text = "! %s: messages are dropped that do not fit: %s"
+            self.subscription.node._said.warning(name, text, name, unfit[0])
+        return [item for item in batch if type(item) is not Unfit]
+
+
+def encoded(message: Any, header: dict[str, str]) -> AnyMsg:
+    """A received message as a raw subscriber gets it."""
+    if isinstance(message, AnyMsg):
+        return message
+    data = encode(message)
+    raw = raw_message(data, 0, len(data))
+    raw._connection_header = header
+    return raw
+
+
+def raw_message(buffer: Any, start: int, end: int) -> AnyMsg:
+    """An `AnyMsg` with the bytes of one message."""
+    message = AnyMsg()
+    message._buff = (
+        buffer
+        if start == 0 and end == len(buffer) and type(buffer) is bytes
+        else bytes(memoryview(buffer)[start:end])
+    )
+    return message

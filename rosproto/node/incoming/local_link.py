@@ -1,0 +1,236 @@
+"""Publisher and subscriber in one process: the encoded bytes change hands, no socket is between.
+
+The bytes, not the object: the publisher may go on changing its message, and a subscriber must not see that.
+The subscriber decodes from the very bytes the publisher encoded (immutable, shared with every other link),
+so arrays are read-only views of them and nothing is copied. Everything else is as over TCP: the md5sums
+must fit, each subscriber has its own queue, oldest dropped, and its own thread, so publish() waits for
+nobody.
+
+Nodes find each other by URI in a table of the open nodes of this process (kept alive by their threads in any
+case). It decides only *how* bytes travel between two nodes which the master has brought together, and
+`Node(intraprocess=False)` does without.
+"""
+
+from __future__ import annotations
+
+import itertools
+import threading
+from collections import deque
+from typing import TYPE_CHECKING
+
+from rosproto.errors import ConnectionLost, MasterError, RosTimeout
+from rosproto.node.incoming.link_state import LinkEvent
+from rosproto.node.incoming.publisher_link import PublisherLink
+from rosproto.node.outgoing.frames import LargeFrame
+from rosproto.protocol.handshake import check_publisher_header, check_subscriber_header, subscriber_header
+from rosproto.transport.address import parse_uri
+
+if TYPE_CHECKING:
+    from rosproto.node.incoming.subscription import Subscription
+    from rosproto.node.node import Node
+    from rosproto.node.outgoing.publication import Publication
+    from rosproto.node.stats import LinkStats
+
+__all__ = ["LocalLink", "find_node", "forget_node", "note_node"]
+
+_open_nodes: dict[tuple[str, int], Node] = {}
+
+MOST_AT_ONCE = 256
+IN_FLIGHT = 1 << 20  # bytes under way before the queue size counts, as a TCP connection's buffers hold them
+
+
+def note_node(node: Node) -> None:
+    """A node is open under its present URI."""
+    _open_nodes[parse_uri(node.uri)] = node
+
+
+def forget_node(uri: str, node: Node) -> None:
+    """It is not any more."""
+    key = parse_uri(uri)
+    if _open_nodes.get(key) is node:
+        _open_nodes.pop(key, None)
+
+
+def find_node(uri: str) -> Node | None:
+    """The open node of this process with that URI."""
+    try:
+        return _open_nodes.get(parse_uri(uri))
+    except ValueError:
+        return None
+
+
+class _Pipe:
+    """The publisher's side: an `OutgoingLink` whose other end is a thread of the subscriber."""
+
+    transport = "INTRAPROCESS"
+
+    def __init__(self, link: LocalLink, publication: Publication, queue_size: int, id: int) -> None:
+        self.caller_id = link.subscription.node.name
+        self.address = link.subscription.node.uri
+        self.id = id
+        self.queue_size = queue_size
+        self._publication = publication
+        self._condition = threading.Condition(threading.Lock())
+        self._frames: deque[bytes] = deque()
+        self._waiting = False
+        self._under_way = 0
+        self._bytes = 0
+        self._messages = 0
+        self._dropped = 0
+        self._closed = False
+        asked = link.subscription.present_type
+        self.wanted = None if asked.is_wildcard else asked.message_class  # what the messages become there
+
+    def start(self) -> None:
+        """The subscriber's thread runs already."""
+
+    def set_linger(self, linger: bool) -> None:
+        """Nothing outlives a program in itself."""
+
+    def send(self, frame: bytes) -> None:
+        with self._condition:
+            if self._closed:
+                return
+            self._frames.append(frame)
+            self._messages += 1
+            self._bytes += len(frame)
+            self._under_way += len(frame)
+            while len(self._frames) > self.queue_size and self._under_way > IN_FLIGHT:
+                self._under_way -= len(self._frames.popleft())
+                self._dropped += 1
+            if self._waiting:
+                self._condition.notify()
+
+    def send_soon(self, frame: bytes, now: float) -> bool:
+        self.send(frame)
+        return False
+
+    def send_large(self, frame: LargeFrame) -> None:
+        self.send(frame.owned())
+
+    def take(self) -> list[bytes]:
+        """Wait for frames; [] when the link is closed."""
+        with self._condition:
+            while not self._frames and not self._closed:
+                self._waiting = True
+                self._condition.wait(5.0)
+                self._waiting = False
+            frames = list(itertools.islice(self._frames, MOST_AT_ONCE))
+            for frame in frames:
+                self._frames.popleft()
+                self._under_way -= len(frame)
+            if not self._frames:
+                self._condition.notify_all()
+            return frames
+
+    def wait_empty(self, timeout: float) -> None:
+        with self._condition:
+            if not self._condition.wait_for(lambda: self._closed or not self._frames, timeout):
+                raise RosTimeout(
+                    f"{self._publication.name}: messages still wait for {self.caller_id}", seconds=timeout
+                )
+
+    def close(self, *, deliver: bool = True) -> None:
+        with self._condition:
+            self._closed = True
+            self._condition.notify_all()
+        self._publication.detach(self)
+
+    def stats(self) -> LinkStats:
+        from rosproto.node.stats import LinkStats
+
+        return LinkStats(
+            topic=self._publication.name,
+            direction="out",
+            peer=self.caller_id,
+            address=self.address,
+            transport=self.transport,
+            connected=not self._closed,
+            bytes=self._bytes,
+            messages=self._messages,
+            dropped=self._dropped,
+            queued=len(self._frames),
+            state="closed" if self._closed else "connected",
+        )
+
+
+class LocalLink(PublisherLink):
+    """The subscriber's side; see `PublisherLink`."""
+
+    transport = "INTRAPROCESS"
+
+    def __init__(self, subscription: Subscription, uri: str, id: int) -> None:
+        super().__init__(subscription, uri, id)
+        self._pipe: _Pipe | None = None
+        self._bytes = 0
+        self._messages = 0
+
+    def _open(self) -> None:
+        publication = self._find_publication()
+        self._step(LinkEvent.ADDRESS)
+        wanted = self.subscription.type
+        request = subscriber_header(
+            topic=self.topic, type_name=wanted.name, md5sum=wanted.md5sum, callerid=self._node.name
+        )
+        header = publication.header()
+        offered = publication.type
+        if wanted.is_wildcard or wanted.name != offered.name or wanted.md5sum == offered.md5sum:
+            check_subscriber_header(
+                request, topic=self.topic, type_name=offered.name, md5sum=offered.md5sum, peer=self._node.uri
+            )
+            reply = check_publisher_header(
+                header, topic=self.topic, type_name=wanted.name, md5sum=wanted.md5sum, peer=self.uri
+            )
+        else:  # two revisions of one type: take the publisher's, and carry the values over
+            reply = check_publisher_header(
+                header, topic=self.topic, type_name=offered.name, md5sum=offered.md5sum, peer=self.uri
+            )
+        self._revised = self.subscription.learn(reply, self.uri)
+        self.header = header
+        self.caller_id = reply.callerid
+        self._pipe = _Pipe(self, publication, publication.queue_size, self._node._next_link_id())
+        if not self.closed:
+            publication.attach(self._pipe, self.address)
+
+    def _find_publication(self) -> Publication:
+        node = find_node(self.uri)
+        if node is None:
+            raise ConnectionLost(
+                f"{self.topic}: the node {self.uri} of this process is closed", peer=self.uri
+            )
+        publication = node._topics.publication(self.topic)
+        if publication is None:
+            raise MasterError("requestTopic", -1, f"Not a publisher of [{self.topic}]", uri=self.uri)
+        return publication
+
+    def _receive(self) -> None:
+        pipe, subscription, header = self._pipe, self.subscription, self.header
+        assert pipe is not None
+        while True:
+            frames = pipe.take()
+            if not frames:
+                raise ConnectionLost(
+                    f"{self.topic}: the publisher {self.caller_id} was closed", peer=self.uri
+                )
+            revised = self._revised
+            sink = subscription.sink if revised is None else subscription.sink_for(revised)
+            self._messages += len(frames)
+            self._bytes += sum(map(len, frames))
+            if sink.newest is not None and len(frames) > sink.newest:
+                subscription.skipped += len(frames) - sink.newest
+                frames = frames[-sink.newest :]
+            sink.deliver([sink.decode(frame, 4, len(frame)) for frame in frames], header, self)
+
+    def _interrupt(self) -> None:
+        pipe = self._pipe
+        if pipe is not None:
+            pipe.close()
+
+    def _end_session(self) -> None:
+        pipe, self._pipe = self._pipe, None
+        if pipe is not None:
+            pipe.close()
+        super()._end_session()
+
+    def _counters(self) -> tuple[int, int]:
+        return self._bytes, self._messages

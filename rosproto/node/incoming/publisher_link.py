@@ -1,0 +1,286 @@
+"""One publisher, seen from a subscriber: keeps a connection to it for as long as the master names it.
+
+`PublisherLink` has the thread, the states (`link_state.py`) and the waits; how a session is opened and
+received is left to `TcprosLink` and to `LocalLink` (a publisher in this process).
+"""
+
+from __future__ import annotations
+
+import threading
+from time import monotonic
+from typing import TYPE_CHECKING
+
+from rosproto.errors import (
+    CodecError,
+    ConnectionLost,
+    DefinitionError,
+    MasterError,
+    Md5sumMismatch,
+    RosError,
+    RosTimeout,
+    TooLarge,
+)
+from rosproto.logs import get_logger
+from rosproto.node.events import Event, EventKind, without_frames
+from rosproto.node.incoming.link_state import LEAST, STEADY, LinkEvent, LinkState, Pauses, next_state
+from rosproto.protocol.handshake import HandshakeRefused
+from rosproto.transport.os_errors import program_ends, translate
+
+if TYPE_CHECKING:
+    from rosproto.node.incoming.subscription import Subscription
+    from rosproto.node.revisions.revisions import RevisedType
+    from rosproto.node.stats import LinkStats
+
+__all__ = ["PublisherLink"]
+
+_log = get_logger("rosproto.node")
+
+REFUSALS = (HandshakeRefused, Md5sumMismatch, DefinitionError, CodecError, TooLarge)
+"""Errors that trying again at once does not cure."""
+
+
+ASK_EVERY = 4
+"""Failed tries (1 s of quick ones) after which the master is asked whether the publisher is still there."""
+
+
+class PublisherLink:
+    """Thread and states of a link; `_open` and `_receive` are the session.
+
+    Attributes:
+        uri: XML-RPC URI of the publisher, as the master gave it.
+        id: Number of the connection in getBusInfo.
+        header: The publisher's connection header; empty while there is none.
+        caller_id: The publisher's node name, "" while it is not known.
+        address: "host:port" of the connection, or the URI while there is none.
+        named: False when the master does not name the publisher (any more): it is kept while it is connected.
+    """
+
+    transport = "TCPROS"
+
+    def __init__(self, subscription: Subscription, uri: str, id: int) -> None:
+        self.subscription = subscription
+        self.topic = subscription.name
+        self.uri = uri
+        self.id = id
+        self.header: dict[str, str] = {}
+        self.caller_id = ""
+        self.address = uri
+        self._node = subscription.node
+        self.named = True
+        self._state = LinkState.WAITING
+        self._condition = threading.Condition()
+        self._nudged = False
+        self._sessions = 0
+        self._attempts = 0
+        self._begun_at: float | None = None
+        self._told: type | None = None  # kind of the last failure that was logged
+        self._revised: RevisedType | None = None
+        self._last_error: Exception | None = None
+        self._past_bytes = 0
+        self._past_messages = 0
+        self._thread = threading.Thread(target=self._run, name=f"rosproto:{self.topic} < {uri}", daemon=True)
+
+    def start(self) -> None:
+        """Begin at once."""
+        self._thread.start()
+
+    @property
+    def state(self) -> LinkState:
+        return self._state
+
+    @property
+    def connected(self) -> bool:
+        """True while messages can arrive."""
+        return self._state is LinkState.RECEIVING
+
+    @property
+    def closed(self) -> bool:
+        """True when the publisher is given up."""
+        return self._state is LinkState.CLOSED
+
+    @property
+    def last_error(self) -> Exception | None:
+        """Why the last session or try ended; None after a success."""
+        return self._last_error
+
+    @property
+    def skipped(self) -> int:
+        """Messages of the present session that were not decoded, because nobody keeps as many."""
+        return 0
+
+    def nudge(self) -> None:
+        """The master named the publisher again: it may have been restarted, so do not wait any longer."""
+        with self._condition:
+            self._nudged = True
+            self._condition.notify_all()
+
+    def close(self) -> None:
+        """Give the publisher up; does not wait for the thread (`join` does)."""
+        with self._condition:
+            self._state = LinkState.CLOSED
+            self._condition.notify_all()
+        self._interrupt()
+
+    def interrupt(self) -> None:
+        """Break the present session off; the link begins a new one at once."""
+        self.nudge()
+        self._interrupt()
+
+    def join(self, timeout: float) -> None:
+        """Wait for the thread, unless this is it (a callback closes its own subscriber)."""
+        if threading.current_thread() is not self._thread and self._thread.ident is not None:
+            self._thread.join(timeout)
+
+    # -- the thread -----------------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        pauses = Pauses()
+        while self._step(LinkEvent.DUE) is LinkState.REQUESTING:
+            try:
+                self._open()
+                if self._step(LinkEvent.ACCEPTED) is LinkState.RECEIVING:
+                    self._begun_at = monotonic()
+                    self._begun()
+                    self._receive()
+            except (RosError, OSError) as error:
+                self._failed(error)
+            except Exception as error:
+                if program_ends(error):
+                    return
+                _log.exception("! %s: the link to %s failed unexpectedly", self.topic, self.uri)
+                self._failed(error)
+            finally:
+                self._end_session()
+            if not self.named:
+                self.close()
+            self._wait(
+                pauses.after(
+                    self._lasted,
+                    refused=self._state is LinkState.REFUSED,
+                    mismatch=isinstance(self._last_error, Md5sumMismatch),
+                )
+            )
+            self._begun_at = None
+        self.subscription.link_closed(self)
+
+    def _step(self, event: LinkEvent) -> LinkState:
+        with self._condition:
+            self._state = next_state(self._state, event)
+            return self._state
+
+    @property
+    def _lasted(self) -> float | None:
+        """Seconds since this session began; None when none did."""
+        return None if self._begun_at is None else monotonic() - self._begun_at
+
+    def _wait(self, seconds: float) -> None:
+        with self._condition:
+            # Anybody can make the master name a publisher again, any number of times.
+            least = min(seconds, LEAST)
+            self._condition.wait_for(lambda: self._state is LinkState.CLOSED, least)
+            seconds -= least
+            self._condition.wait_for(lambda: self._nudged or self._state is LinkState.CLOSED, seconds)
+            self._nudged = False
+
+    def _begun(self) -> None:
+        self._sessions += 1
+        self._attempts = 0
+        self._last_error = None
+        _log.debug("= %s: connected to %s at %s", self.topic, self.caller_id, self.address)
+        self.subscription.link_changed()
+        self._node._emit(
+            Event(EventKind.CONNECTED, self.topic, self.address, peer=self.caller_id, direction="in")
+        )
+
+    def _failed(self, error: Exception) -> None:
+        """Note why; tell once, not with every try."""
+        if isinstance(error, OSError) and not isinstance(error, RosError):
+            error = translate(error, f"{self.topic} from {self.address}", self.address)
+        error = without_frames(error)
+        was = self._state
+        refused = isinstance(error, REFUSALS)
+        if self._step(LinkEvent.REFUSED if refused else LinkEvent.FAILED) is LinkState.CLOSED:
+            return
+        self._attempts += 1
+        if self._attempts % ASK_EVERY == 0:
+            self._node._watchdog.verify(self.subscription)
+        if was is LinkState.RECEIVING:
+            kind = EventKind.DISCONNECTED
+        else:
+            kind = EventKind.REFUSED if refused else EventKind.FAILED
+        news = self._last_error is None or type(self._last_error) is not type(error)
+        self._last_error = error
+        if news:
+            self._log_failure(error, was)
+            self.subscription.report(error)
+            self._node._emit(
+                Event(kind, self.topic, self.address, error, peer=self.caller_id, direction="in")
+            )
+
+    def _log_failure(self, error: Exception, was: LinkState) -> None:
+        """Once for each kind, until a session has lasted."""
+        if (self._lasted or 0.0) >= STEADY:
+            self._told = None
+        if self._is_ordinary(error, was):
+            _log.debug("! %s: publisher %s: %s", self.topic, self.caller_id or self.uri, error)
+        elif self._told is not type(error):
+            self._told = type(error)
+            text = "! %s: publisher %s: %s"
+            self._node._said.warning(self.topic, text, self.topic, self.caller_id or self.uri, error)
+
+    @staticmethod
+    def _is_ordinary(error: Exception, was: LinkState) -> bool:
+        """A publisher that went away is no news for a log; the master tells soon."""
+        return isinstance(error, (ConnectionLost, MasterError, RosTimeout)) and not isinstance(
+            error, REFUSALS
+        )
+
+    def _end_session(self) -> None:
+        connected = bool(self.header)
+        self.header = {}
+        self.address = self.uri
+        revised, self._revised = self._revised, None
+        if revised is not None:
+            self.subscription.forget_revised(revised)
+        if connected:
+            self.subscription.link_changed()
+
+    # -- the session, for subclasses ------------------------------------------------------------------------
+
+    def _open(self) -> None:
+        """Ask, connect, exchange headers; set `header`, `caller_id`, `address`. Raises RosError, OSError."""
+        raise NotImplementedError
+
+    def _receive(self) -> None:
+        """Receive until something ends it; always ends by raising."""
+        raise NotImplementedError
+
+    def _interrupt(self) -> None:
+        """Wake the thread when it waits inside `_open` or `_receive`."""
+        raise NotImplementedError
+
+    def _counters(self) -> tuple[int, int]:
+        """(bytes, messages) of the present session."""
+        raise NotImplementedError
+
+    def stats(self) -> LinkStats:
+        """Counters over all sessions."""
+        from rosproto.node.stats import LinkStats
+
+        now_bytes, now_messages = self._counters()
+        return LinkStats(
+            topic=self.topic,
+            direction="in",
+            peer=self.caller_id,
+            address=self.address,
+            transport=self.transport,
+            connected=self.connected,
+            bytes=self._past_bytes + now_bytes,
+            messages=self._past_messages + now_messages,
+            reconnects=max(0, self._sessions - 1),
+            state=self._state.value,
+            last_error=str(self._last_error or ""),
+        )
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.topic} <- {self.caller_id or self.uri}, {self._state.value}>"

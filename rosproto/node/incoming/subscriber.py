@@ -1,0 +1,269 @@
+"""Subscriber: what a program holds to receive a topic."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
+from rosproto.logs import get_logger
+from rosproto.node.incoming.callbacks import CallbackRunner, InlineCaller
+from rosproto.node.incoming.inbox import Inbox
+from rosproto.numbers import as_float
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from rosproto.node.call_site import CallSite
+    from rosproto.node.incoming.subscription import Subscription
+    from rosproto.node.node import Node
+    from rosproto.node.revisions.topic_types import TopicType
+    from rosproto.node.stats import LinkStats
+
+__all__ = ["Subscriber"]
+
+_log = get_logger("rosproto.node")
+
+
+class Subscriber:
+    """Receives one topic; made by `Node.subscriber`. Close it, or use it in a `with` block.
+
+    Messages come by iteration, by `next`, as `latest`, or to `callback`. At most `queue_size` of them wait
+    for the program; the oldest is dropped and counted. So `queue_size=1` is the newest message.
+
+    The callback runs in a thread of the library, never two at once for one subscriber: a quick one in the
+    thread that received the message, a slow one (2 ms) in a thread of its own, so that it holds up nobody.
+    What it raises is logged. Subscribers of one topic in a node get the same message objects: do not change
+    them.
+
+    Attributes:
+        raw: Messages are `rosproto.AnyMsg` with the encoded bytes; nothing is decoded.
+        queue_size: As above.
+        type: The type asked for.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        subscription: Subscription,
+        type_: TopicType,
+        *,
+        callback: Callable[[Any], object] | None,
+        queue_size: int,
+        raw: bool,
+        on_error: Callable[[Exception], object] | None,
+        inline: bool = False,
+        site: CallSite | None = None,
+    ) -> None:
+        self._node = node
+        self._subscription = subscription
+        self.type = type_
+        self.raw = raw
+        self.queue_size = queue_size
+        self._inbox = Inbox(queue_size)
+        self._runner: CallbackRunner | InlineCaller | None = None
+        if callback:
+            kind = InlineCaller if inline else CallbackRunner
+            self._runner = kind(callback, self._inbox, subscription.name)
+        self._on_error = on_error
+        self._offer: Callable[[Sequence[Any], float], None] = self._inbox.put
+        self._offer_one: Callable[[Any], None] | None = None
+        self._site = site
+        self._first = threading.Lock()
+        self._early: list[tuple[Sequence[Any], float]] = []
+        if self._runner is not None:
+            self._offer = self._offer_first
+
+    def _offer_first(self, batch: Sequence[Any], stamp: float) -> None:
+        """The first messages for the callback: not before the program has what it asked for."""
+        site, runner = self._site, self._runner
+        assert runner is not None
+        if site is not None and site.is_here:  # a latched message, in the constructor itself
+            self._early.append((batch, stamp))
+            name = f"rosproto:first of {self.topic}"
+            threading.Thread(target=self._offer_first, args=((), 0.0), name=name, daemon=True).start()
+            return
+        with self._first:
+            if self._site is not None:
+                self._site.wait()
+                self._site = None
+            while self._early:
+                runner.offer(*self._early.pop(0))
+            if batch:
+                runner.offer(batch, stamp)
+            if self._offer_one is None:
+                self._offer, self._offer_one = runner.offer, runner.offer_one
+                self._subscription._renew_sink()
+
+    # -- messages -------------------------------------------------------------------------------------------
+
+    def next(self, timeout: float | None = 10.0) -> Any:
+        """Wait for the next message: the oldest that was received and not taken yet.
+
+        Args:
+            timeout: Seconds; None waits for ever.
+
+        Raises:
+            RosTimeout: None came; the text tells how things stand with each publisher.
+            ConnectionLost: The subscriber or the node was closed meanwhile.
+        """
+        return self.next_stamped(timeout)[0]
+
+    def next_stamped(self, timeout: float | None = 10.0) -> tuple[Any, float]:
+        """As `next`, with the time of receipt: seconds since 1970 by this computer's clock."""
+        if self._runner is not None:
+            raise LocalProtocolError(
+                f"{self.topic}: this subscriber has a callback, which gets every message"
+            )
+        timeout = as_float(timeout)
+        item = self._inbox.get(timeout)
+        if item is not None:
+            return item
+        if self._inbox.closed:
+            raise ConnectionLost(f"{self.topic}: this subscriber is closed")
+        raise RosTimeout(
+            f"{self.topic}: no message within {timeout:g} s; {self._subscription.why_silent()}"
+            f" (master {self._node.master_uri})",
+            what=f"a message on {self.topic}",
+            seconds=timeout,
+        )
+
+    def __iter__(self) -> Iterator[Any]:
+        """Every message from now on, until the subscriber or the node is closed."""
+        if self._runner is not None:
+            raise LocalProtocolError(
+                f"{self.topic}: this subscriber has a callback, which gets every message"
+            )
+        while True:
+            item = self._inbox.get(None)
+            if item is None:
+                return
+            yield item[0]
+
+    @property
+    def latest(self) -> Any:
+        """The newest message received, None before the first. Taking it leaves the queue as it is."""
+        return self._inbox.latest
+
+    # -- state ----------------------------------------------------------------------------------------------
+
+    @property
+    def topic(self) -> str:
+        """Resolved name."""
+        return self._subscription.name
+
+    @property
+    def type_name(self) -> str:
+        """ "package/Type"; "*" while a subscriber without a type has not met a publisher."""
+        return self._subscription.present_type.name
+
+    @property
+    def md5sum(self) -> str:
+        """md5sum of the type, or "*"."""
+        return self._subscription.present_type.md5sum
+
+    @property
+    def message_class(self) -> type:
+        """Class of the messages."""
+        return self._subscription.present_type.message_class
+
+    @property
+    def connections(self) -> int:
+        """Publishers connected now."""
+        return self._subscription.connections
+
+    @property
+    def publishers(self) -> list[str]:
+        """Caller ids of the publishers connected now."""
+        return [link.caller_id for link in list(self._subscription.links.values()) if link.connected]
+
+    @property
+    def latching(self) -> bool:
+        """True when a connected publisher latches: its last message comes right after connecting."""
+        return any(link.header.get("latching") == "1" for link in list(self._subscription.links.values()))
+
+    @property
+    def errors(self) -> list[Exception]:
+        """The last errors of this topic's links, the newest last: lost links, refused handshakes, messages of
+        another revision that did not fit."""
+        return list(self._subscription.errors)
+
+    @property
+    def unfit(self) -> int:
+        """Messages dropped because a publisher has another revision, and a value does not fit ours."""
+        return self._subscription.unfit
+
+    @property
+    def received(self) -> int:
+        """Messages received for this subscriber."""
+        return self._inbox.received
+
+    @property
+    def dropped(self) -> int:
+        """Messages given up because more than `queue_size` waited."""
+        return self._inbox.dropped + self._subscription.skipped_so_far
+
+    @property
+    def closed(self) -> bool:
+        """True after `close`, or when the node is closed."""
+        return self._inbox.closed
+
+    @property
+    def keeps(self) -> int | None:
+        """How many of the messages received at once are delivered; None for all (to a quick callback)."""
+        return None if self._runner is not None and self._runner.takes_all else self.queue_size
+
+    def wait_for_connection(self, timeout: float | None = 5.0, count: int = 1) -> None:
+        """Wait until a publisher is connected.
+
+        Raises:
+            RosTimeout: None was; the text tells how things stand with each publisher.
+        """
+        timeout = as_float(timeout)
+        if not self._subscription.wait_for(count, timeout):
+            raise RosTimeout(
+                f"{self.topic}: {self.connections} of {count} publishers connected after {timeout:g} s;"
+                f" {self._subscription.why_silent()} (master {self._node.master_uri})",
+                what=f"publishers of {self.topic}",
+                seconds=timeout,
+            )
+
+    def why_silent(self) -> str:
+        """How things stand with each publisher that the master names, in words: why no message may come."""
+        return self._subscription.why_silent()
+
+    def stats(self) -> Sequence[LinkStats]:
+        """Counters per publisher (shared by all subscribers of the topic in this node)."""
+        return self._subscription.stats()
+
+    def _report(self, error: Exception) -> None:
+        if self._on_error is not None:
+            try:
+                self._on_error(error)
+            except BaseException:  # as in callbacks.py
+                _log.exception("! %s: on_error raised", self.topic)
+
+    def _end(self) -> None:
+        self._inbox.close()
+
+    def close(self) -> None:
+        """Stop receiving: iteration ends, no callback begins any more. Twice, or in the callback, is fine."""
+        if not self._inbox.closed:
+            self._end()
+            self._node._topics.close_subscriber(self, self._subscription)
+
+    def __enter__(self) -> Subscriber:
+        return self
+
+    def __exit__(
+        self,
+        error_type: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        state = "closed" if self.closed else f"{self.connections} publishers"
+        return f"<Subscriber {self.topic} {self.type_name}, {state}>"

@@ -1,0 +1,381 @@
+"""One subscribed topic of a node: its publishers, and the way of a message to all who want it here.
+
+Several `Subscriber` objects of a node may share one topic; they share the links and the decoded messages,
+each closes for itself, and the last one to close takes the topic off the master.
+
+The newest list of publishers that the master gave is the truth: links to those that are not in it are
+closed, and a list may come early, late, twice or be empty (docs/wire.md, 27).
+
+Source: wiki.ros.org/ROS/Master_API (registerSubscriber), wiki.ros.org/ROS/Slave_API (publisherUpdate).
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING, Any
+
+from rosproto.codec import AnyMsg
+from rosproto.errors import LocalProtocolError, Md5sumMismatch
+from rosproto.node.incoming.delivery import RevisedSink, Sink, encoded
+from rosproto.node.incoming.links import make_link
+from rosproto.node.revisions.revisions import RevisedType, note_differences, revised_type
+from rosproto.node.revisions.topic_types import ANY, TopicType, learn_type
+from rosproto.transport.address import parse_uri
+from rosproto.transport.waiting import wait_for
+
+if TYPE_CHECKING:
+    from rosproto.node.graph.master_client import MasterClient
+    from rosproto.node.incoming.publisher_link import PublisherLink
+    from rosproto.node.incoming.subscriber import Subscriber
+    from rosproto.node.node import Node
+    from rosproto.node.stats import LinkStats
+    from rosproto.protocol.handshake import PublisherReply
+
+__all__ = ["Subscription"]
+
+MOST_ERRORS = 32
+
+
+class Subscription:
+    """A topic this node subscribes (`registrations.Registration`).
+
+    Attributes:
+        name: Resolved topic.
+        type: What is asked for: the subscribers' type; the wildcard until a publisher told its own.
+        links: One per publisher, by its URI in canonical form.
+        errors: The last errors of links and handshakes, the newest last.
+        skipped: Messages of past sessions not decoded because nobody keeps as many.
+        sink: What becomes of messages, for the present set of subscribers; another object for another set.
+        unfit: Messages of other revisions dropped because a value did not fit.
+    """
+
+    kind = "subscriber"
+    sink: Sink
+
+    def __init__(
+        self, node: Node, name: str, type_: TopicType, *, tcp_nodelay: bool, unreliable: bool = False
+    ) -> None:
+        self.node = node
+        self.name = name
+        self.type = type_
+        self.tcp_nodelay = tcp_nodelay
+        self.unreliable = unreliable
+        self.links: dict[str, PublisherLink] = {}
+        self.errors: deque[Exception] = deque(maxlen=MOST_ERRORS)
+        self.skipped = 0
+        self.unfit = 0
+        self._decode_type = type_
+        self._condition = threading.Condition()
+        self._handles: list[Subscriber] = []
+        self._latched: dict[PublisherLink, Any] = {}
+        self._generation = 0
+        self._closed = False
+        self._revised_sinks: dict[RevisedType, Sink] = {}
+
+    def __getattr__(self, name: str) -> Any:
+        """`sink`, made when a link first asks: its decoder takes 2 ms, and no constructor waits for that."""
+        if name != "sink":
+            raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
+        with self._condition:
+            if "sink" not in vars(self):
+                self.sink = Sink(self, self._handles, self._decode_type)
+            return vars(self)["sink"]
+
+    # -- master ---------------------------------------------------------------------------------------------
+
+    def register(self, master: MasterClient) -> None:
+        generation = self._generation
+        uris = master.register_subscriber(self.name, self.type.name, self.node.uri)
+        # An update that overtook the answer is the newer of the two.
+        if generation == self._generation:
+            self.update_publishers(uris, keep_connected=True)
+
+    def unregister(self, master: MasterClient) -> None:
+        master.unregister_subscriber(self.name, self.node.uri)
+
+    def update_publishers(self, uris: Sequence[str], *, keep_connected: bool = False) -> None:
+        """The master's present list: connect to the new ones, let go of those that left.
+
+        With `keep_connected` those that are connected stay as long as their connection does. So it is when we
+        register again: a restarted master knows nobody, and neither roscpp nor rospy registers again, but
+        their publishers go on sending.
+        """
+        wanted = {_canonical(uri): uri for uri in uris}
+        with self._condition:
+            self._generation += 1
+            if self._closed:
+                return
+            if len(wanted) > self.node.limits.publishers:
+                wanted = self._as_many_as_allowed(wanted)
+            kept = {
+                key: link
+                for key, link in self.links.items()
+                if key not in wanted and keep_connected and link.connected
+            }
+            for key, link in self.links.items():
+                link.named = key not in kept
+            gone = [link for key, link in self.links.items() if key not in wanted and key not in kept]
+            new = {key: uri for key, uri in wanted.items() if key not in self.links}
+            for link in self.links.values():
+                link.nudge()
+            for link in gone:
+                self._latched.pop(link, None)
+            links = {key: link for key, link in self.links.items() if key in wanted}
+            made = {key: make_link(self, uri) for key, uri in new.items()}
+            self.links = {**links, **kept, **made}
+            self._condition.notify_all()
+        for link in gone:
+            link.close()
+        for link in made.values():
+            link.start()
+
+    def _as_many_as_allowed(self, wanted: dict[str, str]) -> dict[str, str]:
+        """So many that threads stay bounded; those connected go first, a crowd of newcomers ousts nobody."""
+        most = self.node.limits.publishers
+        self.node._said.warning(
+            self.name,
+            "! %s: the master names %d publishers, only %d of them are connected to (Limits.publishers)",
+            self.name,
+            len(wanted),
+            most,
+        )
+        first = [key for key in wanted if key in self.links and self.links[key].connected]
+        rest = [key for key in wanted if key not in first]
+        return {key: wanted[key] for key in [*first, *rest][:most]}
+
+    # -- handles --------------------------------------------------------------------------------------------
+
+    def add_handle(self, handle: Subscriber) -> None:
+        """One more `Subscriber`; it gets the latched messages that the others have had already."""
+        with self._condition:
+            if not handle.type.is_wildcard and self._decode_type.is_wildcard:
+                self._adopt(handle.type)
+            self._handles.append(handle)
+            self._renew_sink()
+            latched = list(self._latched.values())
+        for message in latched:
+            handle._offer([self._as_wanted(message, handle.raw)], self.node._wall_time())
+
+    def _as_wanted(self, message: Any, raw: bool) -> Any:
+        """A remembered message for a subscriber that wants it raw, or decoded."""
+        if raw == isinstance(message, AnyMsg) or (not raw and self._decode_type.is_wildcard):
+            return message
+        if raw:
+            return encoded(message, message._connection_header)
+        wanted = self._decode_type.decode(message._buff, 0, len(message._buff))
+        wanted._connection_header = message._connection_header
+        return wanted
+
+    def remove_handle(self, handle: Subscriber) -> bool:
+        """True when that was the last one."""
+        with self._condition:
+            if handle in self._handles:
+                self._handles.remove(handle)
+            self._renew_sink()
+            return not self._handles
+
+    def _adopt(self, type_: TopicType) -> None:
+        """A definite type beside wildcards: from now on it is what is asked for."""
+        self.type = self._decode_type = type_
+
+    def _renew_sink(self) -> None:
+        with self._condition:
+            vars(self).pop("sink", None)
+            self._revised_sinks = {}
+
+    def sink_for(self, revised: RevisedType) -> Sink:
+        """As `sink`, for a publisher that sends another revision of the type."""
+        sink = self._revised_sinks.get(revised)
+        if sink is None:
+            with self._condition:
+                sink = self._revised_sinks[revised] = RevisedSink(self, self._handles, revised)
+        return sink
+
+    def forget_revised(self, revised: RevisedType) -> None:
+        """The session that needed it is over; the next one makes its own."""
+        with self._condition:
+            self._revised_sinks.pop(revised, None)
+
+    @property
+    def handles(self) -> list[Subscriber]:
+        return list(self._handles)
+
+    # -- called by links ------------------------------------------------------------------------------------
+
+    def learn(self, reply: PublisherReply, peer: str) -> RevisedType | None:
+        """A wildcard subscription takes over the first publisher's own type.
+
+        Returns:
+            How to decode this publisher's messages when it has another revision of the type; None when it
+            has ours.
+
+        Raises:
+            Md5sumMismatch: It has another type, or a revision that nobody here knows.
+            RemoteProtocolError: Its definition cannot be used.
+        """
+        with self._condition:
+            known = self._decode_type
+            if known.is_wildcard and all(handle.raw for handle in self._handles):
+                return None
+        if reply.md5sum == ANY and known.is_wildcard:
+            raise self._untold_type(reply, peer)
+        if not known.is_wildcard:
+            return None if known.md5sum == reply.md5sum else self._revise(reply, peer, known)
+        learned = learn_type(
+            reply.type_name, reply.md5sum, reply.message_definition, topic=self.name, peer=peer
+        )
+        with self._condition:
+            if self._decode_type.is_wildcard:
+                self._decode_type = learned
+                self._renew_sink()
+            known = self._decode_type
+        return None if known.md5sum == learned.md5sum else self._revise(reply, peer, known)
+
+    def _revise(self, reply: PublisherReply, peer: str, known: TopicType) -> RevisedType:
+        mismatch = self._mixed_types(reply, peer, known)
+        if reply.type_name != known.name:
+            raise mismatch
+        revised = revised_type(self.node.revisions, known, reply.md5sum, reply.message_definition, mismatch)
+        note_differences(self.node._said, self.name, reply.callerid or peer, revised.conversion)
+        return revised
+
+    def _untold_type(self, reply: PublisherReply, peer: str) -> Md5sumMismatch:
+        return Md5sumMismatch(
+            f"{self.name}: {peer} publishes AnyMsg and does not tell of which type; subscribe with AnyMsg"
+            " (raw=True) for the bytes",
+            name=self.name,
+            peer=peer,
+            type_name=ANY,
+            md5sum=ANY,
+            remote_type=reply.type_name,
+            remote_md5sum=reply.md5sum,
+        )
+
+    def _mixed_types(self, reply: PublisherReply, peer: str, known: TopicType) -> Md5sumMismatch:
+        return Md5sumMismatch(
+            f"{self.name}: {peer} offers {reply.type_name} with md5sum {reply.md5sum}, but this subscription"
+            f" decodes {known.name} with md5sum {known.md5sum}",
+            name=self.name,
+            peer=peer,
+            type_name=known.name,
+            md5sum=known.md5sum,
+            remote_type=reply.type_name,
+            remote_md5sum=reply.md5sum,
+            message_definition=reply.message_definition,
+        )
+
+    def remember(self, link: PublisherLink, message: Any) -> None:
+        """Keep a latched message for subscribers of this node that come later."""
+        if link in self.links.values():
+            self._latched[link] = message
+
+    def report(self, error: Exception) -> None:
+        """A link failed: note it and tell who asked to be told."""
+        self.errors.append(error)
+        for handle in self.handles:
+            handle._report(error)
+
+    def link_changed(self) -> None:
+        """A link was made or lost."""
+        with self._condition:
+            self._condition.notify_all()
+
+    def link_closed(self, link: PublisherLink) -> None:
+        """A link's thread ends."""
+        self._latched.pop(link, None)
+        if not link.named:  # nobody else will take it off the list
+            with self._condition:
+                self.links = {key: other for key, other in self.links.items() if other is not link}
+                self._condition.notify_all()
+
+    def reconnect(self) -> None:
+        """Our address changed: connections from the old one are dead, though nobody may ever say so."""
+        for link in list(self.links.values()):
+            link.interrupt()
+
+    # -- questions ------------------------------------------------------------------------------------------
+
+    @property
+    def present_type(self) -> TopicType:
+        """What is decoded: the wildcard until a publisher told its type."""
+        return self._decode_type
+
+    @property
+    def connections(self) -> int:
+        """Publishers whose messages can arrive now."""
+        return sum(link.connected for link in self.links.values())
+
+    def knows(self, publishers: Collection[str]) -> bool:
+        """Are our links those to these nodes, as far as one can tell: not all have said their names yet."""
+        names = {link.caller_id for link in list(self.links.values())}
+        expected = min(len(publishers), self.node.limits.publishers)
+        return len(self.links) == expected and names - {""} <= set(publishers)
+
+    def wait_for(self, count: int, timeout: float | None) -> bool:
+        """Wait until at least `count` publishers are connected; False when they were not in time."""
+        with self._condition:
+            wait_for(self._condition, lambda: self._closed or self.connections >= count, timeout)
+            return self.connections >= count
+
+    def why_silent(self) -> str:
+        """What is known about the publishers, for the text of a timeout."""
+        links = list(self.links.values())
+        if not links:
+            return "no publisher is registered at the master"
+        parts = []
+        for link in links:
+            said = f": {link.last_error}" if link.last_error is not None else ""
+            parts.append(f"{link.caller_id or link.uri} is {link.state.value}{said}")
+        if self.unfit:
+            parts.append(
+                f"{self.unfit} messages of another revision did not fit, the last error: {self.errors[-1]}"
+            )
+        return "; ".join(parts)
+
+    @property
+    def skipped_so_far(self) -> int:
+        """`skipped`, those of the present sessions included."""
+        return self.skipped + sum(link.skipped for link in list(self.links.values()))
+
+    def stats(self) -> list[LinkStats]:
+        """One entry per publisher the master names."""
+        return [link.stats() for link in list(self.links.values())]
+
+    # -- end ------------------------------------------------------------------------------------------------
+
+    def close(self, timeout: float = 1.0) -> None:
+        """End all links; their threads are waited for within the time."""
+        with self._condition:
+            self._closed = True
+            links = list(self.links.values())
+            self.links = {}
+            self._latched.clear()
+            self._condition.notify_all()
+        for link in links:
+            link.close()
+        for link in links:
+            link.join(timeout / max(1, len(links)) if len(links) > 10 else timeout)
+
+    def check_type(self, type_: TopicType) -> None:
+        """Refuse another type for a topic that is open already.
+
+        Raises:
+            LocalProtocolError: It is another one.
+        """
+        if not self._decode_type.fits(type_):
+            raise LocalProtocolError(
+                f"{self.name} is subscribed in this node as {self._decode_type.name} (md5sum"
+                f" {self._decode_type.md5sum}), not as {type_.name} (md5sum {type_.md5sum}); close that"
+                " subscriber first, or use raw=True"
+            )
+
+
+def _canonical(uri: str) -> str:
+    """Host and port decide (roscpp compares them, rospy the text; pitfall 28)."""
+    try:
+        host, port = parse_uri(uri)
+    except ValueError:
+        return uri
+    return f"{host}:{port}"

@@ -1,0 +1,199 @@
+"""A link to a publisher by datagrams (UDPROS), where the publisher can do that; by TCPROS where not.
+
+What comes is never late: after a gap in the network TCP delivers everything that had been sent, oldest first;
+here the next message is a present one, and what was lost is lost.
+
+Nobody says that a datagram connection is over. When nothing has come for a while, the publisher is asked
+whether it still has us among its connections: one that was restarted has not.
+
+Source: wiki.ros.org/ROS/UDPROS.
+"""
+
+from __future__ import annotations
+
+from time import monotonic
+from typing import TYPE_CHECKING
+
+from rosproto.errors import CodecError, ConnectionLost, MasterError, TooLarge
+from rosproto.node.graph.slave_client import NodeClient
+from rosproto.node.incoming.link_state import LinkEvent
+from rosproto.node.incoming.tcpros_link import TRY_SECONDS, TcprosLink
+from rosproto.node.revisions.topic_types import ANY
+from rosproto.protocol.handshake import check_publisher_header, subscriber_header
+from rosproto.protocol.udpros import DATAGRAM_BYTES, UDPROS, DatagramAnswer, DatagramRequest, Reassembly
+from rosproto.transport.address import format_address
+from rosproto.transport.deadline import Deadline
+from rosproto.transport.udp import open_receiver
+
+if TYPE_CHECKING:
+    import socket
+
+    from rosproto.node.incoming.subscription import Subscription
+    from rosproto.node.stats import LinkStats
+
+__all__ = ["UdprosLink"]
+
+QUIET_SECONDS = 3.0  # of silence, after which the publisher is asked
+LATE_SECONDS = 0.5
+MOST_BYTES = 1 << 16  # of a datagram, by UDP
+
+
+class UdprosLink(TcprosLink):
+    """See `PublisherLink`; a session is one of datagrams or of TCP, as the publisher chooses."""
+
+    def __init__(self, subscription: Subscription, uri: str, id: int) -> None:
+        super().__init__(subscription, uri, id)
+        self._datagrams: Reassembly | None = None
+        self._bytes = 0
+        self._messages = 0
+        self._past_lost = 0
+        self._broken_off = False
+
+    def _open(self) -> None:
+        deadline = Deadline(TRY_SECONDS)
+        self.transport, self._broken_off = UDPROS, False
+        self._sock = sock = open_receiver(self._node._tcpros.host)
+        answer = self._ask(sock.getsockname()[1], deadline)
+        if answer and answer[0] == UDPROS:
+            self._agreed(DatagramAnswer.parse(answer))
+            return
+        self.transport, self._sock = "TCPROS", None
+        sock.close()
+        self._connect(*self._tcp_address(answer), deadline)
+
+    def _ask(self, port: int, deadline: Deadline) -> list[object]:
+        """Ask for our definition; a publisher that refuses it, for its own."""
+        wanted = self.subscription.type
+        try:
+            return self._request(port, wanted.name, wanted.md5sum, deadline)
+        except MasterError:
+            if wanted.is_wildcard:
+                raise
+            return self._request(port, ANY, ANY, deadline)
+
+    def _request(self, port: int, type_name: str, md5sum: str, deadline: Deadline) -> list[object]:
+        header = subscriber_header(
+            topic=self.topic,
+            type_name=type_name,
+            md5sum=md5sum,
+            callerid=self._node.name,
+            message_definition="" if md5sum == ANY else self.subscription.type.definition,
+        )
+        offer = DatagramRequest(header, self._node._endpoints.host, port, DATAGRAM_BYTES)
+        return self._request_topic([offer.as_protocol(), ["TCPROS"]], deadline)
+
+    def _agreed(self, answer: DatagramAnswer) -> None:
+        """The publisher's header came with its answer."""
+        self._step(LinkEvent.ADDRESS)
+        self.address = format_address(answer.host, answer.port)
+        wanted = self.subscription.type
+        own = answer.header.get("md5sum") == wanted.md5sum
+        reply = check_publisher_header(
+            answer.header,
+            topic=self.topic,
+            type_name=wanted.name if own else ANY,
+            md5sum=wanted.md5sum if own else ANY,
+            peer=self.uri,
+        )
+        self._revised = self.subscription.learn(reply, self.uri)
+        self._datagrams = Reassembly(answer.connection, self._node.limits.message_bytes)
+        self.header = answer.header
+        self.caller_id = reply.callerid
+
+    # -- the session ----------------------------------------------------------------------------------------
+
+    def _receive(self) -> None:
+        if self._datagrams is None:
+            super()._receive()
+            return
+        sock = self._sock
+        assert sock is not None
+        sock.settimeout(QUIET_SECONDS)
+        told = False
+        while True:
+            try:
+                datagram = sock.recv(MOST_BYTES)
+            except TimeoutError:
+                self._ask_whether_connected(sock)
+                continue
+            if self._broken_off or self.closed:
+                raise ConnectionLost(
+                    f"{self.topic}: the link to {self.address} was ended here", peer=self.address
+                )
+            try:
+                self._take(datagram)
+            except (CodecError, TooLarge) as error:
+                # Anybody can send a datagram: it is dropped, the connection lives on.
+                if not told:
+                    told = True
+                    text = "! %s: a datagram from %s is dropped: %s"
+                    self._node._said.warning(self.topic, text, self.topic, self.caller_id, error)
+                    self.subscription.report(error)
+
+    def _take(self, datagram: bytes) -> None:
+        assert self._datagrams is not None
+        self._bytes += len(datagram)
+        body = self._datagrams.add(datagram)
+        if body is None:
+            return
+        self._messages += 1
+        sink = self.subscription.sink if self._revised is None else self.subscription.sink_for(self._revised)
+        sink.deliver([sink.decode(body, 0, len(body))], self.header, self)
+
+    def _ask_whether_connected(self, sock: socket.socket) -> None:
+        """Raises ConnectionLost when the publisher does not have us among its connections, or is gone.
+
+        What came while a slow answer was waited for is late, and passed over.
+        """
+        began = monotonic()
+        with NodeClient(
+            self.uri, self._node.name, limits=self._node.limits, hosts=self._node.hosts
+        ) as publisher:
+            connections = publisher.get_bus_info(timeout=QUIET_SECONDS)
+        if not any(
+            row.topic == self.topic and row.transport == UDPROS and row.destination == self._node.name
+            for row in connections
+        ):
+            raise ConnectionLost(
+                f"{self.topic}: {self.caller_id} at {self.uri} does not send here any more; restarted?",
+                peer=self.address,
+            )
+        if monotonic() - began > LATE_SECONDS:
+            sock.setblocking(False)
+            try:
+                while True:
+                    self._bytes += len(sock.recv(MOST_BYTES))
+            except BlockingIOError:
+                sock.settimeout(QUIET_SECONDS)
+
+    # -- end ------------------------------------------------------------------------------------------------
+
+    def _interrupt(self) -> None:
+        if self.transport != UDPROS:
+            super()._interrupt()
+            return
+        self._broken_off = True
+        sock = self._sock
+        if sock is not None:
+            try:
+                # Nothing else wakes a thread that waits for datagrams on every system.
+                sock.sendto(b"", sock.getsockname())
+            except OSError:
+                pass  # closed meanwhile
+
+    def _end_session(self) -> None:
+        datagrams, self._datagrams = self._datagrams, None
+        if datagrams is not None:
+            self._past_lost += datagrams.lost
+        super()._end_session()
+
+    def _counters(self) -> tuple[int, int]:
+        count, messages = super()._counters()
+        return count + self._bytes, messages + self._messages
+
+    def stats(self) -> LinkStats:
+        """Counters over all sessions; `dropped` are messages lost on the way."""
+        stats = super().stats()
+        datagrams = self._datagrams
+        stats.dropped = self._past_lost + (0 if datagrams is None else datagrams.lost)
+        return stats

@@ -1,0 +1,319 @@
+"""A subscriber that gets a topic in datagrams (UDPROS), seen from the publisher.
+
+Messages are sent in the publisher's own thread as long as the socket takes datagrams; then the monitor goes
+on, and the oldest message that waits is dropped, as over TCP. Nobody is told what arrived.
+
+A datagram connection has no end that could be seen. A subscriber is gone when its computer says that nobody
+takes the datagrams (ICMP), when it asks for the topic again, or when the master does not have it among the
+topic's subscribers any more (the watchdog looks).
+
+Source: wiki.ros.org/ROS/UDPROS.
+"""
+
+from __future__ import annotations
+
+import errno
+import socket
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
+from rosproto.logs import get_logger
+from rosproto.node.outgoing.frames import LargeFrame
+from rosproto.node.outgoing.link_monitor import LinkMonitor
+from rosproto.protocol.udpros import LAST_NUMBER, UDPROS, DatagramAnswer, DatagramRequest, datagrams
+from rosproto.transport.address import format_address
+from rosproto.transport.deadline import Deadline
+from rosproto.transport.udp import open_sender
+
+if TYPE_CHECKING:
+    from rosproto.node.outgoing.publication import Publication
+    from rosproto.node.stats import LinkStats
+
+__all__ = ["DatagramLink", "accept"]
+
+_log = get_logger("rosproto.node")
+
+ADDRESS_SECONDS = 2.0  # for looking up the subscriber's name, while it waits for our answer
+
+OnClosed = Callable[["DatagramLink", "ConnectionLost | None"], None]
+
+
+class DatagramLink:
+    """A subscriber that asked for datagrams (`publication.OutgoingLink`).
+
+    Args:
+        sock: Connected to the subscriber's port; the link owns it and makes it non-blocking.
+        caller_id: The subscriber's node name.
+        address: "host:port" of the subscriber.
+        topic: Resolved topic.
+        connection: Number in each datagram.
+        datagram_bytes: The longest datagram.
+        queue_size: Most messages that wait; the oldest is dropped.
+        monitor: The node's monitor.
+        on_closed: Called once, from any thread and without a lock, when the link has ended.
+
+    Attributes:
+        id: Number of the connection in getBusInfo, and in its datagrams.
+    """
+
+    transport = UDPROS
+
+    def __init__(
+        self,
+        sock: socket.socket,
+        *,
+        caller_id: str,
+        address: str,
+        topic: str,
+        connection: int,
+        datagram_bytes: int,
+        queue_size: int,
+        monitor: LinkMonitor,
+        on_closed: OnClosed,
+    ) -> None:
+        self.sock = sock
+        self.caller_id = caller_id
+        self.address = address
+        self.topic = topic
+        self.id = connection
+        self.queue_size = queue_size
+        self._datagram_bytes = datagram_bytes
+        self._monitor = monitor
+        self._on_closed = on_closed
+        self._lock = threading.RLock()  # a signal handler may publish, and interrupts what holds it
+        self._empty = threading.Condition(self._lock)
+        self._frames: deque[bytes] = deque()
+        self._under_way: Iterator[bytes] = iter(())
+        self._datagram: bytes | None = None
+        self._number = 0
+        self._sending = False  # under the lock: True is seen only by a signal handler
+        self._blocked = False
+        self._closed = False
+        self._bytes = 0
+        self._messages = 0
+        self._dropped = 0
+        self._error = ""
+        sock.setblocking(False)
+
+    def start(self) -> None:
+        """Let the monitor watch the socket: it is readable when nobody takes the datagrams."""
+        self._monitor.add(self)
+
+    def set_linger(self, linger: bool) -> None:
+        """Nothing is kept by the system, let alone repeated."""
+
+    # -- sending --------------------------------------------------------------------------------------------
+
+    def send(self, frame: bytes) -> None:
+        """Send a message now, or as soon as the socket takes it; never waits."""
+        with self._lock:
+            if self._closed:
+                return
+            self._frames.append(frame)
+            if len(self._frames) > self.queue_size:
+                self._frames.popleft()
+                self._dropped += 1
+            error = None if self._blocked or self._sending else self._drain()
+        if error is not None:
+            self._end(error)
+
+    def send_soon(self, frame: bytes, now: float) -> bool:
+        """As `send`: a datagram holds one message."""
+        self.send(frame)
+        return True
+
+    def send_large(self, frame: LargeFrame) -> None:
+        """As `send`."""
+        self.send(frame.owned())
+
+    def _drain(self) -> OSError | None:
+        """Send until nothing waits or the socket is full; the error that ends the link."""
+        self._sending = True
+        try:
+            while self._next_datagram():
+                assert self._datagram is not None
+                try:
+                    self._bytes += self.sock.send(self._datagram)
+                except BlockingIOError:
+                    self._block(True)
+                    return None
+                except OSError as error:
+                    if error.errno in (errno.ECONNREFUSED, errno.ECONNRESET):
+                        return error
+                    self._give_up(error)
+                self._datagram = None
+        finally:
+            self._sending = False
+        if self._blocked:
+            self._block(False)
+        self._empty.notify_all()
+        return None
+
+    def _next_datagram(self) -> bool:
+        """Have one in `_datagram`; False when nothing is left."""
+        while self._datagram is None:
+            self._datagram = next(self._under_way, None)
+            if self._datagram is None:
+                if not self._frames:
+                    return False
+                self._begin(self._frames.popleft())
+        return True
+
+    def _begin(self, frame: bytes) -> None:
+        self._number = self._number % LAST_NUMBER + 1
+        self._under_way = datagrams(frame, self.id, self._number, self._datagram_bytes)
+        try:
+            self._datagram = next(self._under_way)
+            self._messages += 1
+        except LocalProtocolError as error:
+            self._give_up(error)
+
+    def _give_up(self, error: Exception) -> None:
+        """The rest of a message: it is too long, or the network is away for the moment."""
+        self._under_way = iter(())
+        self._dropped += 1
+        if str(error) != self._error:
+            self._error = str(error)
+            _log.warning("! %s: not sent to %s: %s", self.topic, self.caller_id or self.address, error)
+
+    def _block(self, blocked: bool) -> None:
+        if blocked != self._blocked:
+            self._blocked = blocked
+            self._monitor.want_write(self, blocked)
+
+    # -- called by the monitor ------------------------------------------------------------------------------
+
+    def flush(self) -> None:
+        """There are no batches."""
+
+    def on_writable(self) -> None:
+        """The socket takes more."""
+        with self._lock:
+            error = None if self._closed else self._drain()
+        if error is not None:
+            self._end(error)
+
+    def on_readable(self) -> None:
+        """The subscriber's computer says that nobody is there. (Subscribers send nothing.)"""
+        try:
+            self.sock.recv(1)
+        except BlockingIOError:
+            pass
+        except OSError as error:
+            self._end(error)
+
+    # -- end ------------------------------------------------------------------------------------------------
+
+    def wait_empty(self, timeout: float) -> None:
+        """Wait until everything is handed to the operating system.
+
+        Raises:
+            RosTimeout: The network is too slow.
+        """
+        with self._lock:
+            if self._sending:  # in a signal handler that interrupted the sending here
+                return
+            if not self._empty.wait_for(lambda: self._closed or not self._waiting, timeout):
+                raise RosTimeout(
+                    f"{self.topic}: {len(self._frames)} messages wait for {self.caller_id} after"
+                    f" {timeout:g} s; the network is slow",
+                    what=f"subscriber {self.caller_id}",
+                    seconds=timeout,
+                )
+
+    @property
+    def _waiting(self) -> bool:
+        return bool(self._frames) or self._datagram is not None
+
+    def close(self, *, deliver: bool = True) -> None:
+        """End the link; what waits is dropped."""
+        self._end(None)
+
+    def _end(self, error: OSError | None) -> None:
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+            self._dropped += len(self._frames)
+            self._frames.clear()
+            self._empty.notify_all()
+        self._monitor.remove(self)
+        lost = None
+        if error is not None:
+            self._error = str(error)
+            lost = ConnectionLost(
+                f"{self.topic}: subscriber {self.caller_id} at {self.address} takes no datagrams any more:"
+                f" {error}",
+                peer=self.address,
+            )
+        self._on_closed(self, lost)
+
+    def stats(self) -> LinkStats:
+        """Counters so far; nobody knows what arrived."""
+        from rosproto.node.stats import LinkStats
+
+        with self._lock:
+            return LinkStats(
+                topic=self.topic,
+                direction="out",
+                peer=self.caller_id,
+                address=self.address,
+                transport=self.transport,
+                connected=not self._closed,
+                bytes=self._bytes,
+                messages=self._messages,
+                dropped=self._dropped,
+                queued=len(self._frames) + (self._datagram is not None),
+                state="closed" if self._closed else "blocked" if self._blocked else "connected",
+                last_error=self._error,
+            )
+
+    def __repr__(self) -> str:
+        return f"<DatagramLink {self.topic} -> {self.caller_id} {self.address}>"
+
+
+def accept(publication: Publication, request: DatagramRequest) -> list[object]:
+    """Answer a subscriber that asks for datagrams; from then on it gets messages.
+
+    One that asks again has forgotten the connection it had.
+
+    Returns:
+        What requestTopic answers.
+
+    Raises:
+        Md5sumMismatch, RemoteProtocolError: The header does not fit.
+        ConnectionLost, RosTimeout: There is no way to it, or it may not connect.
+    """
+    node, fields = publication.node, request.header
+    address = format_address(request.host, request.port)
+    output = publication.output_for(fields, address)
+    sock = open_sender(node.hosts.meant(request.host), request.port, Deadline(ADDRESS_SECONDS))
+    peer, own = sock.getpeername()[:2], sock.getsockname()
+    why = ""
+    if not node._tcpros.allows(peer[0]):
+        why = f"{peer[0]} may not connect (allow=)"
+    elif len(node._topics.datagram_links()) >= node.limits.connections:
+        why = f"there are {node.limits.connections} connections already (Limits.connections)"
+    if why:
+        sock.close()
+        raise ConnectionLost(f"{publication.name}: {why}", peer=address)
+    for link in publication.all_links:
+        if isinstance(link, DatagramLink) and link.caller_id == fields["callerid"]:
+            link.close()
+    link = DatagramLink(
+        sock,
+        caller_id=fields["callerid"],
+        address=format_address(*peer),
+        topic=publication.name,
+        connection=node._next_link_id(),
+        datagram_bytes=request.datagram_bytes,
+        queue_size=publication.queue_size,
+        monitor=node._monitor,
+        on_closed=publication.link_closed,
+    )
+    publication.attach(link, link.address, output)
+    header = publication.header(output)
+    return DatagramAnswer(node._endpoints.host, own[1], link.id, request.datagram_bytes, header).as_answer()

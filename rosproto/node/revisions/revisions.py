@@ -1,0 +1,322 @@
+"""Which definition a peer means by its md5sum, when it is not ours; and the way of values between the two.
+
+Robots of other firmware have other definitions. Where an md5sum differs, the definition behind it is looked
+for among the bundled revisions of the type, in the user's own folders (`msg_path`), and in the text that the
+peer sent. When one fits, values travel by field name (`rosproto.codec.conversion`); only otherwise does the
+user get an error. While the md5sums agree nothing here is ever called.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any
+
+from rosproto.codec import define, message_class, service_class
+from rosproto.errors import CodecError, DefinitionError, Md5sumMismatch
+from rosproto.kept import Kept
+from rosproto.logs import PeerLog, get_logger
+from rosproto.msg import bundled
+from rosproto.node.revisions.fetched import FetchedRevisions
+from rosproto.node.revisions.topic_types import TopicType
+from rosproto.protocol.handshake import is_md5sum
+from rosproto.records import NamedTuple
+
+if TYPE_CHECKING:
+    from rosproto.codec import Message
+    from rosproto.codec.conversion import Conversion
+    from rosproto.msg import DefinitionLibrary
+    from rosproto.node.node import Node
+
+__all__ = [
+    "NoRevisions",
+    "RevisedType",
+    "Revisions",
+    "ServiceRevision",
+    "Unfit",
+    "explained",
+    "note_differences",
+    "revised_service",
+    "revised_type",
+]
+
+_log = get_logger("rosproto.node")
+
+MOST_FOUND = 1000
+MOST_LEARNED = 64
+MOST_LEARNED_CHARACTERS = 2 << 20  # of their texts
+
+
+class Revisions:
+    """The definitions one node knows beside those in use.
+
+    Args:
+        paths: Folders of .msg, .srv and .action files in ROS layout; a definition there is another revision
+            of the bundled one, or a type of its own.
+
+    Attributes:
+        fetched: Asks other publishers for what is not known.
+    """
+
+    def __init__(self, paths: Iterable[str | os.PathLike[str]] = ()) -> None:
+        # Opened now: a folder that is not there is the caller's error, and not the first peer's.
+        self._folders = [bundled().fork([path]) for path in paths]
+        self.fetched = FetchedRevisions()
+        # Under md5sums, which come from peers. What a text they sent defines is kept by `define`, and only
+        # what others are to have too, by `learn`, here.
+        self._found: Kept[tuple[type, str], _Found] = Kept(MOST_FOUND)
+        self._learned: Kept[tuple[type, str], type[Message]] = Kept(MOST_LEARNED, MOST_LEARNED_CHARACTERS)
+
+    def library_for(self, name: str, kind: str = "msg") -> DefinitionLibrary | None:
+        """The library for a type given by name; None for the bundled one, which goes first."""
+        for library in [bundled(), *self._folders]:
+            if library.has(kind, name):
+                return None if library is bundled() else library
+        return None
+
+    def message(self, ours: type[Message], md5sum: str, definition: str = "") -> type[Message] | None:
+        """The class of `ours`' type that has this md5sum; None when nobody knows it.
+
+        Args:
+            ours: The class in use.
+            md5sum: What the peer has.
+            definition: Full text the peer sent; it counts only when its md5sum is the one announced.
+        """
+        if not is_md5sum(md5sum) or getattr(ours, "_binding", None) is None:
+            return None  # a class that genpy generated: nothing is known of its definition but the text
+        found: type[Message] | None = self._remembered(ours, md5sum, lambda: self._find(ours, md5sum))
+        return found or self._learned.get((ours, md5sum)) or self._defined(ours, md5sum, definition)
+
+    def learn(self, ours: type[Message], md5sum: str, definition: str) -> type[Message] | None:
+        """As `message`; a definition that counts is remembered for peers that do not send it themselves."""
+        found = self.message(ours, md5sum, definition)
+        if found is not None:
+            self._learned.put((ours, md5sum), found, len(definition))
+        return found
+
+    def service(self, ours: Any, md5sum: str) -> Any:
+        """The class of that service with this md5sum; None when nobody knows it. Services carry no text."""
+        if not is_md5sum(md5sum):
+            return None
+        return self._remembered(ours, md5sum, lambda: self._find_service(ours, md5sum))
+
+    def _remembered(self, ours: Any, md5sum: str, find: Callable[[], Any]) -> Any:
+        found = self._found.get((ours, md5sum))
+        if found is None:
+            found = _Found(find())
+            self._found.put((ours, md5sum), found)
+        return found.cls
+
+    def _find(self, ours: Any, md5sum: str) -> type[Message] | None:
+        binding = ours._binding
+        for library in self._libraries(ours._type, md5sum, "msg", binding.library):
+            return message_class(ours._type, library, flavour=binding.flavour)
+        return None
+
+    @staticmethod
+    def _defined(ours: Any, md5sum: str, definition: str) -> type[Message] | None:
+        if not definition:
+            return None
+        try:
+            learned = define(ours._type, definition, flavour=ours._binding.flavour)
+        except (DefinitionError, CodecError, ValueError) as error:
+            _log.debug("! %s: the definition a peer sent cannot be used: %s", ours._type, error)
+            return None
+        return learned if learned._md5sum == md5sum else None
+
+    def _find_service(self, ours: Any, md5sum: str) -> Any:
+        binding = getattr(ours._request_class, "_binding", None)
+        if binding is None:
+            return None
+        for library in self._libraries(ours._type, md5sum, "srv", binding.library):
+            return service_class(ours._type, library, flavour=binding.flavour)
+        return None
+
+    def _libraries(
+        self, name: str, md5sum: str, kind: str, own: DefinitionLibrary
+    ) -> Iterable[DefinitionLibrary]:
+        """Libraries in which the type has that md5sum."""
+        for library in (own, bundled(), *self._folders):
+            try:  # a damaged file in one folder must not keep the others from being used
+                if not library.has(kind, name):
+                    continue
+                if library.md5sum(name, kind=kind) == md5sum:
+                    yield library
+                yield from (r.library for r in library.revisions(name, kind=kind) if r.md5sum == md5sum)
+            except DefinitionError as error:
+                _log.debug("! %s: %s", name, error)
+
+
+class _Found(NamedTuple):
+    """What was looked for in the libraries; also that it is not there."""
+
+    cls: Any
+
+
+class NoRevisions(Revisions):
+    """For a node that takes its own definitions only and refuses all others, as rospy and roscpp do.
+
+    `node.revisions = NoRevisions()` before anything is published, subscribed or provided.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.fetched = _AskNobody()
+
+    def message(self, ours: type[Message], md5sum: str, definition: str = "") -> type[Message] | None:
+        """Nothing is known."""
+        return None
+
+    def service(self, ours: Any, md5sum: str) -> Any:
+        """Nothing is known."""
+        return None
+
+
+class _AskNobody(FetchedRevisions):
+    def fetch(self, node: Node, topic: str, ours: type[Message], md5sum: str) -> type[Message] | None:
+        return None
+
+
+class Unfit:
+    """In place of a message whose values do not fit our definition."""
+
+    __slots__ = ("_connection_header", "error")
+
+    def __init__(self, error: CodecError) -> None:
+        self.error = error
+
+
+class RevisedType(TopicType):
+    """A peer's revision of our type, decoded as ours.
+
+    Attributes:
+        theirs: The peer's definition, as a type.
+        conversion: From the peer's to ours.
+    """
+
+    __slots__ = ("conversion", "theirs")
+
+    def __init__(self, theirs: type[Message], ours: TopicType) -> None:
+        from rosproto.codec.conversion import Conversion
+
+        super().__init__(ours.message_class)
+        self.theirs = TopicType(theirs)
+        self.conversion = Conversion(theirs, ours.message_class)
+
+    @property
+    def decode(self) -> Callable[..., Any]:
+        """(buffer, start, end) -> message of our class, or `Unfit`."""
+        decode, convert = self.theirs.decode, self.conversion.convert
+
+        def decode_and_convert(buffer: Any, start: int, end: int) -> Any:
+            message = decode(buffer, start, end)  # an error here means that the stream is out of step
+            try:
+                return convert(message)
+            except CodecError as error:
+                return Unfit(error)
+
+        return decode_and_convert
+
+    @property
+    def may_be_large(self) -> bool:
+        return self.theirs.may_be_large
+
+
+class ServiceRevision:
+    """A peer's revision of our service.
+
+    Attributes:
+        md5sum: The peer's.
+        request_class, response_class: The peer's.
+    """
+
+    def __init__(self, ours: Any, theirs: Any) -> None:
+        from rosproto.codec.conversion import Conversion
+
+        self.md5sum: str = theirs._md5sum
+        self.request_class = theirs._request_class
+        self.response_class = theirs._response_class
+        self.request_to_theirs = Conversion(ours._request_class, theirs._request_class)
+        self.request_to_ours = Conversion(theirs._request_class, ours._request_class)
+        self.response_to_theirs = Conversion(ours._response_class, theirs._response_class)
+        self.response_to_ours = Conversion(theirs._response_class, ours._response_class)
+
+
+def note_differences(said: PeerLog, what: str, peer: str, conversion: Conversion) -> None:
+    """One record per link: what the other side lacks, and what it does not give."""
+    parts = []
+    if conversion.dropped:
+        parts.append(f"dropped, for want of a place: {', '.join(conversion.dropped)}")
+    if conversion.defaulted:
+        parts.append(f"given their default: {', '.join(conversion.defaulted)}")
+    said.warning(
+        what,
+        "= %s: %s has another revision of %s; %s",
+        what,
+        peer,
+        conversion.source._type,
+        "; ".join(parts) or "all fields have their counterpart",
+    )
+
+
+def explained(mismatch: Md5sumMismatch, ours: Any, definition: str = "", why: str = "") -> Md5sumMismatch:
+    """The mismatch with both definitions side by side, where the other side's is known."""
+    from rosproto.codec.comparison import side_by_side
+
+    table = why
+    if definition and not table:
+        try:
+            theirs = define(mismatch.remote_type or ours._type, definition)
+            table = side_by_side(ours._spec, theirs._spec)
+        except (DefinitionError, CodecError, ValueError, AttributeError):  # a class of genpy has no _spec
+            table = ""
+    return Md5sumMismatch(
+        f"{mismatch}\n{table}"
+        if table
+        else f"{mismatch}; nobody here knows that definition: try `woosh learn`",
+        name=mismatch.name,
+        peer=mismatch.peer,
+        type_name=mismatch.type_name,
+        md5sum=mismatch.md5sum,
+        remote_type=mismatch.remote_type,
+        remote_md5sum=mismatch.remote_md5sum,
+        message_definition=definition or mismatch.message_definition,
+    )
+
+
+def revised_type(
+    revisions: Revisions, ours: TopicType, md5sum: str, definition: str, mismatch: Md5sumMismatch
+) -> RevisedType:
+    """The peer's revision of a topic type.
+
+    Raises:
+        Md5sumMismatch: Nobody knows it, or values cannot be carried over; shows both where it can.
+    """
+    from rosproto.codec.conversion import ConversionError
+
+    theirs = revisions.message(ours.message_class, md5sum, definition)
+    if theirs is None:
+        raise explained(mismatch, ours.message_class, definition) from None
+    try:
+        return RevisedType(theirs, ours)
+    except ConversionError as error:
+        raise explained(mismatch, ours.message_class, definition, str(error)) from error
+
+
+def revised_service(
+    revisions: Revisions, ours: Any, md5sum: str, mismatch: Md5sumMismatch
+) -> ServiceRevision:
+    """The peer's revision of a service.
+
+    Raises:
+        Md5sumMismatch: As for `revised_type`.
+    """
+    from rosproto.codec.conversion import ConversionError
+
+    theirs = revisions.service(ours, md5sum)
+    if theirs is None:
+        raise explained(mismatch, ours) from None
+    try:
+        return ServiceRevision(ours, theirs)
+    except ConversionError as error:
+        raise explained(mismatch, ours, "", str(error)) from error

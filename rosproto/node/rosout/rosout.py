@@ -1,0 +1,122 @@
+"""/rosout: log records go out as messages, and messages of other nodes come in as log records.
+
+Out: `node.logger` (and any logger the program adds `Rosout.handler` to) is published as rosgraph_msgs/Log,
+latched, as rospy and roscpp do. In: `log_messages` subscribes /rosout and feeds a logger. The library's own
+records are not published: a record about /rosout on /rosout would go round for ever (pitfall 61).
+
+`logging` is not imported for this: the handler is put on `node.logger` when the program asks for that, when
+`logging` is there already, or within a second of its import (the watchdog looks).
+
+Source: wiki.ros.org/rosout; rospy impl/rosout.py.
+"""
+
+from __future__ import annotations
+
+import itertools
+import sys
+import threading
+from typing import TYPE_CHECKING, Any
+
+from rosproto.codec import message_class
+from rosproto.node.rosout.levels import python_level, ros_level
+
+if TYPE_CHECKING:
+    import logging
+
+    from rosproto.node.incoming.subscriber import Subscriber
+    from rosproto.node.node import Node
+
+__all__ = ["Rosout", "log_messages"]
+
+OWN = "rosproto"
+
+
+class Rosout:
+    """Publisher of /rosout for one node.
+
+    Args:
+        node: Whose.
+        with_topics: List the node's topics in every record.
+    """
+
+    def __init__(self, node: Node, *, with_topics: bool = True) -> None:
+        self._node = node
+        self._log_class = message_class("rosgraph_msgs/Log")
+        self._seq = itertools.count(1)
+        self._busy = threading.local()
+        self._with_topics = with_topics
+        self._publisher = node.publisher("/rosout", self._log_class, latch=True, queue_size=100)
+        self._handler: logging.Handler | None = None
+        self._attaching = threading.Lock()
+        node._closers.append(self._close)
+        self.attach_if_used()
+
+    @property
+    def handler(self) -> logging.Handler:
+        """Publishes what it handles; add it to any logger. The node's own has it from now on."""
+        with self._attaching:
+            if self._handler is None:
+                from rosproto.node.rosout.handler import RosoutHandler
+
+                self._handler = RosoutHandler(self)
+                if not self._node.closed:
+                    self._node._logger.addHandler(self._handler)
+            return self._handler
+
+    def attach_if_used(self) -> None:
+        """Have the node's logger publish, if the program has imported `logging`: nobody can log before."""
+        if self._handler is None and "logging" in sys.modules:
+            _ = self.handler
+
+    def publish(self, record: logging.LogRecord, text: str) -> None:
+        """Send one record; one that arises meanwhile in the same thread is not sent (no loops)."""
+        if getattr(self._busy, "now", False) or record.name.split(".")[0] == OWN or self._node.closed:
+            return
+        self._busy.now = True
+        try:
+            self._publisher.publish(self._message(record, text))
+        finally:
+            self._busy.now = False
+
+    def _message(self, record: logging.LogRecord, text: str) -> Any:
+        message: Any = self._log_class()
+        message.header.stamp = self._node.clock.now()
+        message.level = ros_level(record.levelno)
+        message.name = self._node.name
+        message.msg = text
+        message.file = record.filename
+        message.function = record.funcName or ""
+        message.line = record.lineno
+        if self._with_topics:
+            message.topics = [name for name, _ in self._node._topics.publications()]
+        return message
+
+    def _close(self) -> None:
+        with self._attaching:
+            if self._handler is not None:
+                self._node._logger.removeHandler(self._handler)
+
+
+def log_messages(node: Node, logger: logging.Logger, *, topic: str = "/rosout") -> Subscriber:
+    """Feed the /rosout messages of all *other* nodes into a logger; close the subscriber to stop.
+
+    Args:
+        node: Subscribes for it.
+        logger: Gets records with the sender's level; `record.ros_node` is its name. It must not have this
+            node's own /rosout handler, or every message would be sent again: records of other nodes carry a
+            mark and are left out there.
+        topic: "/rosout_agg" is the aggregate of a running rosout node.
+    """
+
+    def forward(message: Any) -> None:
+        if message.name == node.name:
+            return
+        level = python_level(message.level)
+        if logger.isEnabledFor(level):
+            record = logger.makeRecord(
+                OWN + ".rosout", level, message.file, message.line, message.msg, (), None, message.function
+            )
+            record.ros_node = message.name
+            logger.handle(record)
+
+    return node.subscriber(topic, "rosgraph_msgs/Log", forward, queue_size=100)

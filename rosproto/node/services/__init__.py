@@ -1,0 +1,5 @@
+"""Services, provided and called."""
+
+from __future__ import annotations
+
+__all__: list[str] = []

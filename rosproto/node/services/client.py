@@ -1,0 +1,398 @@
+"""The calling side of a service.
+
+One deadline covers a whole call: lookup, connect, handshake, request, response. The provider's address is
+remembered between calls, since the lookup is more than half the time of a one-shot call; when nobody listens
+there or somebody else answers, it is looked up again, which is safe because no request has been sent yet.
+A request that has been sent is never sent again: a service call is not idempotent, only the caller knows
+whether twice is all right.
+
+Source: wiki.ros.org/ROS/TCPROS, wiki.ros.org/Services; rospy impl/tcpros_service.py.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from rosproto.codec import decode, encode
+from rosproto.errors import (
+    ConnectionLost,
+    LocalProtocolError,
+    Md5sumMismatch,
+    RosError,
+    RosTimeout,
+    ServiceError,
+)
+from rosproto.logs import get_logger
+from rosproto.node.revisions.revisions import ServiceRevision, note_differences, revised_service
+from rosproto.node.services import probe as service_probe
+from rosproto.node.services.link import ServiceLink
+from rosproto.protocol.handshake import (
+    HandshakeRefused,
+    check_service_server_header,
+    service_client_header,
+)
+from rosproto.transport.address import format_address
+from rosproto.transport.deadline import Deadline
+
+if TYPE_CHECKING:
+    from rosproto.node.node import Node
+
+__all__ = ["Cancellation", "ServiceClient"]
+
+logger = get_logger("rosproto.node")
+
+LONGEST_GUESS = 3.0  # seconds for a handshake at a remembered address
+
+
+class _Refused(ServiceError):
+    """The provider refused the connection, so no request was sent; a ServiceError to the caller."""
+
+
+class Cancellation:
+    """A way to end one call from another thread, used by the asyncio face."""
+
+    __slots__ = ("_link", "_lock", "cancelled")
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._link: ServiceLink | None = None
+        self.cancelled = False
+
+    def cancel(self) -> None:
+        """End the call: if its request has not been sent, it will not be."""
+        with self._lock:
+            self.cancelled = True
+            if self._link is not None:
+                self._link.close()
+
+    @contextmanager
+    def covering(self, link: ServiceLink) -> Iterator[None]:
+        """The link that `cancel` closes meanwhile."""
+        with self._lock:
+            if self.cancelled:
+                raise ConnectionLost("the call was cancelled before its request was sent", peer=link.peer)
+            self._link = link
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._link = None
+
+
+class ServiceClient:
+    """Calls one service; any number of threads may call at the same time.
+
+    A one-shot client (`persistent=False`) makes a connection per call and follows a provider that moves.
+    A persistent one keeps its connection: a call takes a tenth of the time, calls of several threads take
+    turns, and a connection found dead before a request is sent is made anew.
+
+    Attributes:
+        name: Resolved service name.
+        type_name: "package/Type".
+        md5sum: Of our definition.
+        persistent: See above.
+        lossless: A request with values for which the provider's revision has no field is an error
+            (`ValuesLost`), and is not sent. False: such values are dropped. Set it as you like.
+    """
+
+    def __init__(self, node: Node, name: str, service_class: Any, *, persistent: bool = False) -> None:
+        self.name = name
+        self.type_name: str = service_class._type
+        self.md5sum: str = service_class._md5sum
+        self.persistent = persistent
+        self.lossless = False
+        self._node = node
+        self._class = service_class
+        self._request_class = service_class._request_class
+        self._response_class = service_class._response_class
+        self._header = service_client_header(
+            service=name,
+            md5sum=self.md5sum,
+            callerid=node.name,
+            type_name=self.type_name,
+            persistent=persistent,
+        )
+        self._revision: ServiceRevision | None = None
+        self._address: tuple[str, int] | None = None
+        self._lock = threading.Lock()
+        self._turn = threading.Lock()  # one call at a time on the persistent link
+        self._kept: ServiceLink | None = None
+        self._open: set[ServiceLink] = set()
+        self._stop = threading.Event()
+        self._calls = self._errors = self._lookups = self._connects = 0
+
+    def __repr__(self) -> str:
+        kind = "persistent" if self.persistent else "one-shot"
+        return (
+            f"<ServiceClient {self.name} {self.type_name} {kind}{' closed' if self._stop.is_set() else ''}>"
+        )
+
+    def __enter__(self) -> ServiceClient:
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        self.close()
+
+    def call(self, request: Any = None, timeout: float | None = 10.0, **fields: Any) -> Any:
+        """Call the service and wait for its response.
+
+        Args:
+            request: A request message; leave it out and give its fields instead: `call(data=True)`.
+            timeout: Seconds for everything together; None waits for ever.
+            **fields: Fields of the request. One whose name is an argument here needs a request message.
+
+        Returns:
+            The response message.
+
+        Raises:
+            ServiceError: Nobody provides the service, or the provider answered "no" (`text` has its words).
+            Md5sumMismatch: The provider has another definition of the type.
+            ConnectionLost: The provider cannot be reached, or ended before it answered.
+            RosTimeout: Not done in time. After a request was sent (the text says so) it may still be
+                carried out.
+            MasterError: The master cannot be asked.
+        """
+        return self._call(None, request, timeout, fields)
+
+    def call_cancellable(
+        self, cancellation: Cancellation, request: Any = None, timeout: float | None = 10.0, **fields: Any
+    ) -> Any:
+        """As `call`; `cancellation.cancel()` in another thread ends it at once with ConnectionLost."""
+        return self._call(cancellation, request, timeout, fields)
+
+    def _call(
+        self, cancellation: Cancellation | None, request: Any, timeout: float | None, fields: dict[str, Any]
+    ) -> Any:
+        deadline = Deadline(timeout)
+        request = self._request(request, fields)
+        body = encode(request)
+        self._calls += 1
+        try:
+            exchange = self._call_kept if self.persistent else self._call_once
+            link, answer = exchange(request, body, deadline, cancellation)
+        except RosError as error:
+            self._errors += 1
+            if isinstance(error, RosTimeout):
+                error.seconds = timeout
+            raise
+        if link.revision is None:
+            response = decode(self._response_class, answer)
+        else:
+            response = link.revision.response_to_ours(decode(link.revision.response_class, answer))
+        response._connection_header = link.header
+        return response
+
+    __call__ = call
+
+    def _request(self, request: Any, fields: dict[str, Any]) -> Any:
+        if request is None:
+            return self._request_class(**fields)
+        if fields:
+            raise TypeError(f"service {self.name}: give a request or its fields, not both")
+        if getattr(request, "_type", None) != self._request_class._type:
+            given = getattr(request, "_type", type(request).__name__)
+            raise TypeError(
+                f"service {self.name}: the request is a {given}, expected {self._request_class._type}"
+            )
+        return request
+
+    def _call_once(
+        self, request: Any, body: bytes, deadline: Deadline, cancellation: Cancellation | None
+    ) -> tuple[ServiceLink, bytes]:
+        link = self._connect(deadline)
+        try:
+            return link, self._exchange(link, request, body, deadline, cancellation)
+        finally:
+            self._drop(link)
+
+    def _call_kept(
+        self, request: Any, body: bytes, deadline: Deadline, cancellation: Cancellation | None
+    ) -> tuple[ServiceLink, bytes]:
+        if not self._turn.acquire(False):
+            self._wait_for_turn(deadline)
+        try:
+            link = self._kept
+            if link is None or not link.usable:
+                link = self._kept = self._replaced(link, deadline)
+            try:
+                return link, self._exchange(link, request, body, deadline, cancellation)
+            except ServiceError:
+                raise  # the provider said no; the link is in step
+            except BaseException:
+                self._kept = None
+                self._drop(link)
+                raise
+        finally:
+            self._turn.release()
+
+    def _replaced(self, dead: ServiceLink | None, deadline: Deadline) -> ServiceLink:
+        """A fresh link in place of one that was closed while idle."""
+        if dead is not None:
+            logger.debug("! service %s: %s closed the idle connection", self.name, dead.peer)
+            self._kept = None
+            self._drop(dead)
+        return self._connect(deadline)
+
+    def _exchange(
+        self,
+        link: ServiceLink,
+        request: Any,
+        body: bytes,
+        deadline: Deadline,
+        cancellation: Cancellation | None,
+    ) -> bytes:
+        if link.revision is not None:
+            if self.lossless:
+                link.revision.request_to_theirs.require_lossless(request)
+            body = encode(link.revision.request_to_theirs(request))
+        if cancellation is None:
+            return link.call(body, deadline)
+        with cancellation.covering(link):
+            return link.call(body, deadline)
+
+    def _wait_for_turn(self, deadline: Deadline) -> None:
+        remaining = deadline.remaining()
+        if not self._turn.acquire(timeout=-1 if remaining is None else remaining):
+            raise RosTimeout(
+                f"service {self.name}: other threads' calls held the persistent connection all the time; the"
+                " request was not sent. Use one client per thread where calls must not wait for each other",
+                what=f"turn on the connection of service {self.name}",
+            )
+
+    def _connect(self, deadline: Deadline) -> ServiceLink:
+        """A fresh link to the current provider; a remembered address is given up when it does not do."""
+        remembered = self._address
+        if remembered is None:
+            return self._open_link(self._look_up(deadline), deadline)
+        remaining = deadline.remaining()
+        # A computer that has gone answers nothing at all: that must leave time for the other address.
+        half = deadline.at_most(LONGEST_GUESS if remaining is None else min(LONGEST_GUESS, remaining / 2))
+        try:
+            return self._open_link(remembered, half)
+        except (ConnectionLost, RosTimeout, _Refused, Md5sumMismatch) as error:
+            if self._stop.is_set():
+                raise
+            logger.debug("= service %s: %s, looking it up again", self.name, error)
+            return self._open_link(self._look_up(deadline), deadline)
+
+    def _look_up(self, deadline: Deadline) -> tuple[str, int]:
+        self._lookups += 1
+        return service_probe.lookup(self._node, self.name, deadline)
+
+    def _open_link(self, address: tuple[str, int], deadline: Deadline) -> ServiceLink:
+        if self._stop.is_set():
+            raise LocalProtocolError(f"service {self.name}: this client is closed")
+        try:
+            try:
+                link = self._shake_hands(address, deadline, self._revision)
+            except Md5sumMismatch as mismatch:
+                link = self._shake_hands(address, deadline, self._revise(mismatch))
+        except BaseException:
+            if self._address == address:  # other threads' calls use it meanwhile
+                self._address = None
+            raise
+        self._revision = link.revision
+        self._address = address
+        return link
+
+    def _shake_hands(
+        self, address: tuple[str, int], deadline: Deadline, revision: ServiceRevision | None
+    ) -> ServiceLink:
+        self._connects += 1
+        header = self._header if revision is None else {**self._header, "md5sum": revision.md5sum}
+        try:
+            link = ServiceLink.open(
+                address,
+                header,
+                service=self.name,
+                limits=self._node.limits,
+                deadline=deadline,
+                hosts=self._node.hosts,
+            )
+        except HandshakeRefused as refusal:
+            raise self._explained(refusal, address, deadline, header["md5sum"]) from None
+        link.revision = revision
+        self._keep_track(link)
+        try:
+            self._check(link.header, link.peer, header["md5sum"])
+        except BaseException:
+            self._drop(link)
+            raise
+        return link
+
+    def _revise(self, mismatch: Md5sumMismatch) -> ServiceRevision | None:
+        """The provider's revision; None when it has ours after all (it was replaced by another one)."""
+        if mismatch.remote_md5sum == self.md5sum:
+            return None
+        if mismatch.remote_type not in ("", self.type_name) or len(mismatch.remote_md5sum) != 32:
+            raise mismatch
+        revision = revised_service(self._node.revisions, self._class, mismatch.remote_md5sum, mismatch)
+        note_differences(self._node._said, self.name, mismatch.peer, revision.request_to_theirs)
+        return revision
+
+    def _check(self, header: dict[str, str], peer: str, md5sum: str) -> None:
+        check_service_server_header(
+            header, service=self.name, type_name=self.type_name, md5sum=md5sum, peer=peer
+        )
+
+    def _explained(
+        self, refusal: HandshakeRefused, address: tuple[str, int], deadline: Deadline, md5sum: str
+    ) -> RosError:
+        """An error header is only text; a probe that takes any definition tells whether the two differ."""
+        try:
+            header = service_probe.probe(self._node, self.name, deadline, address=address)
+            self._check(header, format_address(*address), md5sum)
+        except Md5sumMismatch as mismatch:
+            return mismatch
+        except RosError:
+            pass  # the provider's own words are the better explanation
+        return _Refused(self.name, refusal.text)
+
+    def _keep_track(self, link: ServiceLink) -> None:
+        with self._lock:
+            if not self._stop.is_set():
+                self._open.add(link)
+                return
+        link.close()
+        raise ConnectionLost(f"service {self.name}: this client was closed", peer=link.peer)
+
+    def _drop(self, link: ServiceLink) -> None:
+        with self._lock:
+            self._open.discard(link)
+        link.close()
+
+    def wait(self, timeout: float | None = 10.0, *, stop: threading.Event | None = None) -> None:
+        """Wait until a provider answers a probe.
+
+        Args:
+            timeout: Seconds; None waits for ever.
+            stop: Ends the wait when set, in place of closing this client.
+
+        Raises:
+            RosTimeout: Nobody did in time; the text tells what was missing.
+            ConnectionLost: This client was closed, or `stop` set.
+        """
+        service_probe.wait(self._node, self.name, timeout, stop=stop or self._stop)
+
+    def stats(self) -> dict[str, int]:
+        """Counters since the start: calls, errors, lookups, connects; and connections open now."""
+        return {
+            "calls": self._calls,
+            "errors": self._errors,
+            "lookups": self._lookups,
+            "connects": self._connects,
+            "connections": len(self._open),
+        }
+
+    def close(self) -> None:
+        """Close all connections; calls in progress raise ConnectionLost at once. May be called again."""
+        with self._lock:
+            self._stop.set()
+            links = list(self._open)
+            self._open.clear()
+        for link in links:
+            link.close()
+        self._node._services.forget_client(self)

@@ -1,0 +1,199 @@
+"""One TCPROS connection of a service client: handshake, then requests and answers in turn.
+
+Source: wiki.ros.org/ROS/TCPROS; rospy impl/tcpros_service.py and roscpp service_server_link.cpp where it is
+silent. The caller's own thread sends and receives (a reader thread would cost one more wake-up per call), so
+one link serves one call at a time; `ServiceClient` sees to that.
+"""
+
+from __future__ import annotations
+
+import select
+import socket
+import sys
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout, ServiceError
+from rosproto.protocol.framing import FrameDecoder, frame
+from rosproto.protocol.handshake import HandshakeRefused
+from rosproto.protocol.limits import Limits
+from rosproto.transport.address import format_address
+from rosproto.transport.connecting import connect
+from rosproto.transport.deadline import Deadline
+from rosproto.transport.host_names import HostNames
+from rosproto.transport.socket_waits import limit_waits
+from rosproto.transport.tcp import interrupt, set_linger
+from rosproto.transport.tcpros_io import read_header, write_header
+
+if TYPE_CHECKING:
+    from rosproto.node.revisions.revisions import ServiceRevision
+
+__all__ = ["ServiceLink"]
+
+ROOM = 4 << 10  # bytes; what most answers fit into
+STEP = 256 << 10  # for a longer one: a thousand peers may announce it and send nothing
+
+
+class ServiceLink:
+    """A connection whose handshake is done.
+
+    Attributes:
+        header: The provider's connection header.
+        peer: "host:port".
+        calls: Answers received.
+        revision: The provider's revision of the service type; None when it has ours.
+    """
+
+    __slots__ = ("_answers", "_limit", "_poll", "_service", "_sock", "calls", "header", "peer", "revision")
+
+    def __init__(
+        self, sock: socket.socket, header: dict[str, str], *, service: str, peer: str, limits: Limits
+    ) -> None:
+        self._sock = sock
+        self._service = service
+        self._answers = FrameDecoder(limits.message_bytes, room=ROOM, step=STEP)
+        self._poll: Any = None  # a select.poll, which Windows has not
+        self._limit: float | None = 0.0  # seconds a send or receive may wait; None is for ever
+        self.header = header
+        self.peer = peer
+        self.calls = 0
+        self.revision: ServiceRevision | None = None
+
+    @classmethod
+    def open(
+        cls,
+        address: tuple[str, int],
+        fields: Mapping[str, str],
+        *,
+        service: str,
+        limits: Limits,
+        deadline: Deadline,
+        hosts: HostNames | None = None,
+    ) -> ServiceLink:
+        """Connect and exchange headers; `hosts` knows names that the system does not.
+
+        The request is not sent along with the header, although that would save a round trip: a rospy
+        provider loses what arrives together with the header (measured).
+
+        Raises:
+            HandshakeRefused: The provider answered with an error header.
+            ConnectionLost: Nobody listens there, or the provider closed the connection.
+            RosTimeout: The deadline passed.
+            RemoteProtocolError: The answer is no connection header.
+        """
+        peer = format_address(*address)
+        sock = connect(address[0], address[1], deadline, local=True, hosts=hosts)
+        try:
+            write_header(sock, fields, deadline)
+            header = read_header(sock, limits, deadline)
+            if "error" in header:
+                raise HandshakeRefused(service, peer, header["error"])
+        except BaseException:
+            sock.close()
+            raise
+        return cls(sock, header, service=service, peer=peer, limits=limits)
+
+    @property
+    def usable(self) -> bool:
+        """False when the provider has closed an idle link, or talks out of turn: do not send a request."""
+        return self._sock.fileno() >= 0 and not self._readable()
+
+    def _readable(self) -> bool:
+        if sys.platform == "win32" or not hasattr(select, "poll"):
+            return bool(select.select([self._sock], [], [], 0)[0])
+        if self._poll is None:
+            self._poll = select.poll()
+            self._poll.register(self._sock, select.POLLIN)
+        return bool(self._poll.poll(0))
+
+    def call(self, request: bytes, deadline: Deadline) -> bytes:
+        """Send one encoded request, return the encoded response.
+
+        After any error but ServiceError the link is out of step: close it.
+
+        Raises:
+            ServiceError: The provider answered "no"; its text. The link stays in step.
+            ConnectionLost: The link ended; the request may or may not have been carried out.
+            RosTimeout: No complete answer in time; the request may or may not have been carried out.
+            TooLarge: The response is longer than `Limits.message_bytes`.
+            RemoteProtocolError: More than one answer came.
+        """
+        try:
+            ok, body = self._exchange(request, deadline)
+        except BaseException:
+            # The caller takes it for failed: what a silent network has kept of it must not come later, when
+            # the system would go on repeating it for minutes.
+            set_linger(self._sock, False)
+            raise
+        self.calls += 1
+        if not ok:
+            raise ServiceError(self._service, body.decode("utf-8", "backslashreplace"))
+        return body
+
+    def _exchange(self, request: bytes, deadline: Deadline) -> tuple[bool, bytes]:
+        try:
+            self._limit_waits(deadline)
+            self._sock.sendall(frame(request))
+            return self._read_answer(deadline)
+        except (BlockingIOError, TimeoutError) as error:
+            if isinstance(error, RosTimeout):
+                raise
+            raise self._late(deadline) from error
+        except OSError as error:
+            if isinstance(error, ConnectionLost):
+                raise
+            raise self._lost(error) from error
+
+    def _read_answer(self, deadline: Deadline) -> tuple[bool, bytes]:
+        """The ok byte, and what follows it as one frame."""
+        answers, ok = self._answers, None
+        count = self._sock.recv_into(answers.space())
+        if (body := answers.whole(count, after=1)) is not None:
+            return answers.buffer[0] != 0, body
+        while True:
+            if not count:
+                raise self._lost(None)
+            answers.received(count)
+            ok = answers.take(1) if ok is None else ok
+            if ok is not None and (body := answers.next_frame()) is not None:
+                break
+            self._limit_waits(deadline)
+            count = self._sock.recv_into(answers.space())
+        if answers.buffered:
+            raise RemoteProtocolError(
+                f"service {self._service}: {self.peer} sent {answers.buffered} bytes more than one answer"
+            )
+        return ok != b"\0", body
+
+    def _limit_waits(self, deadline: Deadline) -> None:
+        """Calls with equal time-outs keep the limit that is set, which may be up to a millisecond late."""
+        remaining = deadline.remaining()
+        if remaining is None:
+            if self._limit is None:
+                return
+        elif remaining <= 0:
+            raise self._late(deadline)
+        elif self._limit is not None and 0 <= self._limit - remaining < 0.001:
+            return
+        limit_waits(self._sock, remaining)
+        self._limit = remaining
+
+    def _late(self, deadline: Deadline) -> RosTimeout:
+        return RosTimeout(
+            f"service {self._service}: {self.peer} gave no answer in time;"
+            " the request may yet be carried out",
+            what=f"answer of service {self._service}",
+        )
+
+    def _lost(self, cause: OSError | None) -> ConnectionLost:
+        why = f" ({cause})" if cause is not None and str(cause) else ""
+        return ConnectionLost(
+            f"service {self._service}: {self.peer} closed the connection before it answered{why}; the request"
+            " may or may not have been carried out",
+            peer=self.peer,
+        )
+
+    def close(self) -> None:
+        """End the connection; a call waiting in another thread gets ConnectionLost at once."""
+        interrupt(self._sock)
+        self._sock.close()

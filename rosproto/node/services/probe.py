@@ -1,0 +1,115 @@
+"""Find the provider of a service, ask whether it is alive, wait until it is.
+
+Source: wiki.ros.org/ROS/Master_API (lookupService), wiki.ros.org/ROS/TCPROS; the `probe` field is
+rospy's and roscpp's: the provider answers with its header and closes, no request follows.
+"""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING
+
+from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout, ServiceError
+from rosproto.node.services.link import ServiceLink
+from rosproto.protocol.handshake import HandshakeRefused, service_client_header
+from rosproto.transport.address import parse_uri
+from rosproto.transport.backoff import Backoff
+from rosproto.transport.deadline import Deadline
+
+if TYPE_CHECKING:
+    from rosproto.node.node import Node
+
+__all__ = ["lookup", "probe", "wait"]
+
+# A provider usually appears within a second of being waited for; afterwards twice a second does not hurt a
+# master that a whole fleet of clients may be asking.
+FIRST_PAUSE = 0.02
+LONGEST_PAUSE = 0.5
+LONGEST_PROBE = 5.0  # seconds: a provider that is silent may be replaced by another one meanwhile
+
+
+def lookup(node: Node, service: str, deadline: Deadline) -> tuple[str, int]:
+    """Address of the current provider, by the master's word.
+
+    Raises:
+        ServiceError: The master knows no provider.
+        MasterError: The master's answer is no usable address.
+    """
+    try:
+        uri = node.master.lookup_service(service, timeout=_step(deadline, f"lookup of service {service}"))
+    except MasterError as error:
+        raise ServiceError(
+            service,
+            f"no node provides it (master {node.master.uri}: {error.text}); start the provider, check the"
+            " name and its namespace, or wait for it with wait()",
+        ) from error
+    try:
+        return parse_uri(uri)
+    except ValueError as error:
+        raise MasterError("lookupService", 1, f"unusable service URI {uri!r}", uri=node.master.uri) from error
+
+
+def _step(deadline: Deadline, what: str) -> float | None:
+    deadline.check(what)
+    return deadline.remaining()
+
+
+def probe(
+    node: Node, service: str, deadline: Deadline, *, address: tuple[str, int] | None = None
+) -> dict[str, str]:
+    """The provider's connection header: `type`, `md5sum`, `callerid` and what else it sends.
+
+    Raises:
+        ServiceError: No provider, or the one named by the master does not provide it (any more).
+        ConnectionLost: The provider cannot be reached.
+        RosTimeout: The deadline passed.
+    """
+    fields = service_client_header(service=service, md5sum="*", callerid=node.name, probe=True)
+    address = address or lookup(node, service, deadline)
+    try:
+        link = ServiceLink.open(
+            address, fields, service=service, limits=node.limits, deadline=deadline, hosts=node.hosts
+        )
+    except HandshakeRefused as error:
+        raise ServiceError(service, error.text) from None
+    link.close()
+    return link.header
+
+
+def wait(node: Node, service: str, timeout: float | None, *, stop: threading.Event | None = None) -> None:
+    """Return as soon as a provider of `service` answers a probe.
+
+    Args:
+        node: The node that asks.
+        service: Resolved name.
+        timeout: Seconds; None waits for ever.
+        stop: Ends the wait early with ConnectionLost (the client or node was closed).
+
+    Raises:
+        RosTimeout: Nobody provided it in time; the text tells what was missing last.
+        ConnectionLost: `stop` was set.
+    """
+    deadline, pause, stop = (
+        Deadline(timeout),
+        Backoff(FIRST_PAUSE, most=LONGEST_PAUSE),
+        stop or threading.Event(),
+    )
+    reason: RosError | None = None
+    while True:
+        try:
+            probe(node, service, deadline.at_most(LONGEST_PROBE))
+            return
+        except RosError as error:
+            # The last attempt may have had no time left to find out anything.
+            if reason is None or not (deadline.expired and isinstance(error, RosTimeout)):
+                reason = error
+        remaining = deadline.remaining()
+        if remaining == 0:
+            raise RosTimeout(
+                f"service {service} did not appear within {timeout} s: {reason}",
+                what=f"service {service}",
+                seconds=timeout,
+            ) from reason
+        delay = pause.next()
+        if stop.wait(delay if remaining is None else min(delay, remaining)):
+            raise ConnectionLost(f"service {service}: closed while waiting for it", peer=node.master.uri)

@@ -1,0 +1,179 @@
+"""The services of one node: its providers by name, its clients, and who gets an incoming connection.
+
+Source: wiki.ros.org/ROS/TCPROS, wiki.ros.org/ROS/Master_API (registerService).
+"""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import LocalProtocolError, RosError
+from rosproto.logs import get_logger
+from rosproto.node.graph.tcpros_server import refuse
+from rosproto.node.services.client import ServiceClient
+from rosproto.node.services.server import ServiceServer
+from rosproto.node.services.type import ServiceTypeGiven, ask_type, resolve_service_type
+from rosproto.transport.address import format_address
+from rosproto.transport.deadline import Deadline
+
+if TYPE_CHECKING:
+    from rosproto.node.call_site import CallSite
+    from rosproto.node.graph.master_client import MasterClient
+    from rosproto.node.node import Node
+
+__all__ = ["ServiceRegistration", "Services"]
+
+CLOSE_SECONDS = 1.0  # for answers in progress when the node closes
+
+logger = get_logger("rosproto.node")
+
+
+class ServiceRegistration:
+    """What the master knows about one provider (`registrations.Registration`)."""
+
+    kind = "service"
+
+    def __init__(self, node: Node, name: str) -> None:
+        self._node = node
+        self.name = name
+        self._registered_as = ""
+
+    def register(self, master: MasterClient) -> None:
+        uri = self._node._rosrpc_uri
+        master.register_service(self.name, uri, self._node.uri)
+        self._registered_as = uri
+
+    def unregister(self, master: MasterClient) -> None:
+        # The master takes a service off only under the URI it has: another node may provide it by now.
+        master.unregister_service(self.name, self._registered_as or self._node._rosrpc_uri)
+
+
+class Services:
+    """Table of the service providers and clients of one node; safe from any thread."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._lock = threading.Lock()
+        self._servers: dict[str, tuple[ServiceServer, ServiceRegistration]] = {}
+        self._clients: set[ServiceClient] = set()
+        self._closed = False
+        node._tcpros.on_service = self.on_service
+        node._closers.append(self.close)
+
+    def client(self, name: str, type_: ServiceTypeGiven, *, persistent: bool = False) -> ServiceClient:
+        """A new client of the service with this resolved name.
+
+        Args:
+            name: Resolved name.
+            type_: Service class or "package/Type"; None asks the provider, which must be there then.
+            persistent: Keep the connection between calls.
+        """
+        service_class = (
+            ask_type(self._node, name)
+            if type_ is None
+            else resolve_service_type(type_, name, self._node.revisions)
+        )
+        client = ServiceClient(self._node, name, service_class, persistent=persistent)
+        with self._lock:
+            self._refuse_when_closed(name)
+            self._clients.add(client)
+        return client
+
+    def server(
+        self,
+        name: str,
+        type_: ServiceTypeGiven,
+        handler: Callable[[Any], Any],
+        site: CallSite | None = None,
+    ) -> ServiceServer:
+        """Provide a service: it accepts calls when this returns.
+
+        Raises:
+            LocalProtocolError: This node provides a service of that name already.
+            MasterError, ConnectionLost, RosTimeout: It could not be registered; it is not provided then.
+        """
+        if not callable(handler):
+            raise TypeError(f"service {name}: the handler is a {type(handler).__name__}, expected a callable")
+        server = ServiceServer(
+            self._node, name, resolve_service_type(type_, name, self._node.revisions), handler, site
+        )
+        registration = ServiceRegistration(self._node, name)
+        with self._lock:
+            self._refuse_when_closed(name)
+            if name in self._servers:
+                raise LocalProtocolError(
+                    f"service {name}: this node provides it already as {self._servers[name][0].type_name};"
+                    " close that server first"
+                )
+            self._servers[name] = (server, registration)
+        try:
+            self._node._registrations.add(registration)
+        except BaseException:
+            with self._lock:
+                self._servers.pop(name, None)
+            raise
+        return server
+
+    def _refuse_when_closed(self, name: str) -> None:
+        if self._closed:
+            raise LocalProtocolError(f"service {name}: node {self._node.name} is closed")
+
+    def on_service(self, sock: socket.socket, fields: Mapping[str, str], peer: tuple[str, int]) -> None:
+        """Serve one incoming connection; runs in its own thread and owns the socket until it returns."""
+        name = fields.get("service", "")
+        who = format_address(*peer[:2])
+        with self._lock:
+            entry = self._servers.get(name)
+        try:
+            if entry is None:
+                text = f"[{self._node.name}] is not a provider of [{name}]"
+                refuse(sock, text)
+                logger.debug("! %s %s: %s", fields.get("callerid", ""), who, text)
+            else:
+                entry[0].accept(sock, fields, who)
+        except RosError as error:
+            logger.warning("! refused %s %s: %s", fields.get("callerid", "a client"), who, error)
+        finally:
+            sock.close()
+
+    def forget_server(self, server: ServiceServer) -> None:
+        """Take a provider off the table and the master; called by its `close`."""
+        with self._lock:
+            entry = self._servers.get(server.name)
+            if entry is None or entry[0] is not server:
+                return
+            del self._servers[server.name]
+        self._node._registrations.remove(entry[1])
+
+    def forget_client(self, client: ServiceClient) -> None:
+        """Called by the client's `close`."""
+        with self._lock:
+            self._clients.discard(client)
+
+    def stats(self) -> dict[str, dict[str, dict[str, int]]]:
+        """Counters of every provider and client, by service name (clients of one service are added up)."""
+        with self._lock:
+            servers = {name: entry[0].stats() for name, entry in self._servers.items()}
+            clients: dict[str, dict[str, int]] = {}
+            for client in self._clients:
+                total = clients.setdefault(client.name, {})
+                for key, count in client.stats().items():
+                    total[key] = total.get(key, 0) + count
+        return {"servers": servers, "clients": clients}
+
+    def close(self) -> None:
+        """End all clients, then all providers, within a second; the node takes them off the master."""
+        with self._lock:
+            self._closed = True
+            clients, servers = list(self._clients), [entry[0] for entry in self._servers.values()]
+            self._servers.clear()
+        for client in clients:
+            client.close()
+        for server in servers:
+            server.finish()
+        deadline = Deadline(CLOSE_SECONDS)
+        for server in servers:
+            server.join(deadline)

@@ -1,0 +1,222 @@
+"""One connected subscriber: no frame stays behind in the batch, however threads meet. The monitor is played by hand."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from rosproto.node.outgoing import subscriber_link
+from rosproto.node.outgoing.frames import LargeFrame
+from rosproto.node.outgoing.subscriber_link import SubscriberLink
+from tests.support.marks import needs_rst
+
+
+class Monitor:
+    """Notes whom it is to flush; does it when told."""
+
+    def __init__(self) -> None:
+        self.due: list[SubscriberLink] = []
+
+    def add(self, link: SubscriberLink) -> None: ...
+
+    def want_write(self, link: SubscriberLink, wanted: bool) -> None: ...
+
+    def remove(self, link: SubscriberLink) -> None:
+        link.sock.close()
+
+    def flush_later(self, link: SubscriberLink) -> None:
+        self.due.append(link)
+
+    def tick(self) -> None:
+        for _ in range(len(self.due)):
+            self.due.pop(0).flush()
+
+
+class Interrupted(list[bytes]):
+    """A batch in which another thread gets its turn right after a frame was put in."""
+
+    meanwhile: Callable[[], object] | None = None
+
+    def append(self, frame: bytes) -> None:
+        super().append(frame)
+        if self.meanwhile is not None:
+            self.meanwhile()
+
+
+@pytest.fixture
+def monitor() -> Monitor:
+    return Monitor()
+
+
+@pytest.fixture
+def pair(monitor: Monitor) -> Iterator[tuple[SubscriberLink, socket.socket]]:
+    ours, theirs = socket.socketpair()
+    theirs.settimeout(0.2)
+    fake: Any = monitor
+    link = SubscriberLink(
+        ours,
+        {"callerid": "/s"},
+        address="there:1",
+        topic="/t",
+        queue_size=10,
+        monitor=fake,
+        on_closed=lambda *_: None,
+    )
+    yield link, theirs
+    link.close()
+    theirs.close()
+
+
+def received(sock: socket.socket, size: int) -> bytes:
+    data = b""
+    while len(data) < size:
+        data += sock.recv(size - len(data))
+    return data
+
+
+def test_frames_of_a_burst_go_out_together(
+    pair: tuple[SubscriberLink, socket.socket], monitor: Monitor
+) -> None:
+    """Three within the time of a batch: one promise of the monitor, one piece of data."""
+    link, theirs = pair
+    for number, frame in enumerate((b"one", b"two", b"six")):
+        assert not link.send_soon(frame, 1.0 + number * 1e-6)
+    assert len(monitor.due) == 1
+    monitor.tick()
+    assert theirs.recv(100) == b"onetwosix"
+    assert link.stats().messages == 3
+
+
+def test_a_batch_that_is_due_is_sent_by_the_publisher_itself(
+    pair: tuple[SubscriberLink, socket.socket], monitor: Monitor
+) -> None:
+    link, theirs = pair
+    link.send_soon(b"one", 1.0)
+    assert link.send_soon(b"two", 1.0 + 2 * subscriber_link.BATCH_SECONDS)
+    assert received(theirs, 6) == b"onetwo"
+
+
+@pytest.mark.parametrize("turns", [1, 2])
+def test_a_frame_that_the_monitor_took_early_leaves_no_other_behind(
+    pair: tuple[SubscriberLink, socket.socket], monitor: Monitor, turns: int
+) -> None:
+    """The monitor flushes between a frame's entering and its being counted. The next frame must go out too.
+
+    A subscriber that answers each message with the next one (both in one node) then waited for ever.
+    """
+    link, theirs = pair
+    link._batch = batch = Interrupted()
+    link.send_soon(b"one", 1.0)
+    batch.meanwhile = monitor.tick
+    link.send_soon(b"two", 1.00001)
+    assert received(theirs, 6) == b"onetwo"
+    batch.meanwhile = None
+    for _ in range(turns):
+        monitor.tick()
+    link.send_soon(b"six", 1.00002)
+    monitor.tick()
+    assert received(theirs, 3) == b"six"
+
+
+def test_sending_at_once_takes_what_waits_along_and_keeps_the_order(
+    pair: tuple[SubscriberLink, socket.socket], monitor: Monitor
+) -> None:
+    link, theirs = pair
+    link.send_soon(b"one", 1.0)
+    link.send(b"two")
+    link.send_soon(b"six", 1.00001)
+    monitor.tick()
+    assert received(theirs, 9) == b"onetwosix"
+    monitor.tick()
+    assert link.stats().queued == 0
+
+
+@pytest.mark.parametrize(
+    "end",
+    [pytest.param("killed", marks=needs_rst), pytest.param("address changed", marks=needs_rst), "orderly"],
+)
+def test_what_must_not_come_late_is_thrown_away(end: str, monitor: Monitor) -> None:
+    """A reset tells: it goes out when the system drops what it has. An orderly end delivers."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        theirs = socket.create_connection(server.getsockname())
+        ours = server.accept()[0]
+    fake: Any = monitor
+    link = SubscriberLink(
+        ours, {}, address="there:1", topic="/t", queue_size=10, monitor=fake, on_closed=lambda *_: None
+    )
+    if end != "address changed":
+        link.set_linger(False)
+    link.send(b"frame")
+    with theirs:
+        theirs.settimeout(20)
+        assert received(theirs, 5) == b"frame"
+        if end == "orderly":
+            link.close()
+            assert theirs.recv(1) == b""
+            return
+        if end == "killed":
+            ours.close()  # as the system does
+        else:
+            link.close(deliver=False)
+        with pytest.raises(ConnectionResetError):
+            theirs.recv(1)
+
+
+class Interrupting:
+    """A socket in whose send() a signal arrives: the handler runs before the code that called send() goes on."""
+
+    def __init__(self, sock: socket.socket, handler: Callable[[], object]) -> None:
+        self.sock, self.handler = sock, handler
+        self.most = 1 << 20
+
+    def send(self, data: bytes) -> int:
+        sent = self.sock.send(data[: self.most])
+        handler, self.handler = self.handler, lambda: None
+        handler()
+        return sent
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.sock, name)
+
+
+@pytest.mark.parametrize("most", [1 << 20, 3], ids=["whole", "in part"])
+@pytest.mark.parametrize("how", ["send", "send_soon", "send_large"])
+def test_a_signal_handler_may_publish_while_its_thread_is_sending(
+    pair: tuple[SubscriberLink, socket.socket], monitor: Monitor, how: str, most: int
+) -> None:
+    """It neither waits for its own thread nor gets between the halves of a message."""
+    link, theirs = pair
+
+    def handler() -> None:
+        if how == "send":
+            link.send(b"from the handler")
+        elif how == "send_soon":
+            link.send_soon(b"from the handler", 0.0)
+        else:
+            link.send_large(LargeFrame([b"from the handler"]))
+        link.wait_empty(0.1)
+
+    interrupting: Any = Interrupting(link.sock, handler)
+    interrupting.most = most
+    link.sock = interrupting
+    link.send(b"interrupted ")
+    interrupting.most = 1 << 20
+    link.on_writable()
+    monitor.tick()
+    expected = b"interrupted " + (b"\x10\0\0\0" if how == "send_large" else b"") + b"from the handler"
+    assert received(theirs, len(expected)) == expected
+
+
+def test_a_signal_handler_may_close_the_link_that_its_thread_is_sending_on(
+    pair: tuple[SubscriberLink, socket.socket],
+) -> None:
+    link, theirs = pair
+    interrupting: Any = Interrupting(link.sock, link.close)
+    link.sock = interrupting
+    link.send(b"interrupted")
+    assert received(theirs, 11) == b"interrupted"
+    assert theirs.recv(1) == b""
+    link.send(b"nobody")

@@ -1,0 +1,100 @@
+"""/rosout out and in."""
+
+from __future__ import annotations
+
+import logging
+import subprocess
+import sys
+import threading
+
+from rosproto.master import Master
+from rosproto.node import Node
+from rosproto.node.rosout.rosout import log_messages
+
+
+def test_the_nodes_logger_goes_to_rosout() -> None:
+    """With level, place and text; latched, so that a late listener gets the last one."""
+    with (
+        Master() as master,
+        Node("/talker", master_uri=master.uri) as node,
+        Node("/listener", master_uri=master.uri, rosout=False) as other,
+    ):
+        node.logger.error("it is %s", "broken")
+        heard = other.subscriber("/rosout", "rosgraph_msgs/Log").next(20)
+        assert (heard.name, heard.msg, heard.level) == ("/talker", "it is broken", 8)
+        assert heard.file == "test_node_rosout.py"
+        assert heard.line > 0
+        assert "/rosout" in heard.topics
+        assert heard.header.stamp.secs > 1_600_000_000
+    assert node.logger.handlers == []
+
+
+def test_rosout_goes_to_a_logger_without_a_loop() -> None:
+    """Other nodes' messages become records; our own do not come back, and none is sent again."""
+    records: list[logging.LogRecord] = []
+    came = threading.Event()
+
+    class Keep(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            records.append(record)
+            came.set()
+
+    with (
+        Master() as master,
+        Node("/talker", master_uri=master.uri) as talker,
+        Node("/both", master_uri=master.uri) as both,
+    ):
+        logger = both.logger  # the worst choice: it has the handler that publishes
+        logger.addHandler(Keep())
+        log_messages(both, logger).wait_for_connection()
+        talker.logger.warning("once")
+        assert came.wait(20)
+        assert [(r.getMessage(), r.levelno, r.ros_node) for r in records] == [  # type: ignore[attr-defined]
+            ("once", logging.WARNING, "/talker")
+        ]
+        assert both._rosout is not None
+        assert sum(link.messages for link in both._rosout._publisher.stats()) == 0
+        logger.handlers.clear()
+
+
+def test_a_logger_by_name_is_heard_though_logging_came_later_than_the_node() -> None:
+    """Nothing imports `logging` for a node; once the program does, its logger publishes within a second or so."""
+    code = (
+        "import sys, time, rosproto\n"
+        "with rosproto.Node('/quiet', master_uri=sys.argv[1]) as node:\n"
+        "    before = 'logging' in sys.modules\n"
+        "    import logging\n"
+        "    logger, end = logging.getLogger('ros.quiet'), time.monotonic() + 20\n"
+        "    while not logger.handlers and time.monotonic() < end: time.sleep(0.01)\n"
+        "    logger.error('at last')\n"
+        "    print(before, flush=True)\n"
+        "    sys.stdin.readline()\n"
+    )
+    with (
+        Master() as master,
+        Node("/listener", master_uri=master.uri, rosout=False) as listener,
+        subprocess.Popen(
+            [sys.executable, "-c", code, master.uri], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        ) as process,
+    ):
+        assert process.stdout is not None
+        assert process.stdout.readline() == "False\n"
+        heard = listener.wait_for_message("/rosout", "rosgraph_msgs/Log", timeout=20)
+        assert (heard.name, heard.msg) == ("/quiet", "at last")
+        process.communicate("\n", timeout=20)
+
+
+def test_set_logger_level_works_in_a_program_without_logging() -> None:
+    code = (
+        "import sys, rosproto\n"
+        "with rosproto.Node('/quiet', master_uri=sys.argv[1]) as node:\n"
+        "    before = 'logging' in sys.modules\n"
+        "    node.service_client('~set_logger_level', 'roscpp/SetLoggerLevel').call(logger='root', level='debug')\n"
+        "    loggers = node.service_client('~get_loggers', 'roscpp/GetLoggers').call().loggers\n"
+        "    print(before, [l.level for l in loggers if l.name == 'root'])\n"
+    )
+    with Master() as master:
+        done = subprocess.run(
+            [sys.executable, "-c", code, master.uri], capture_output=True, text=True, timeout=60, check=True
+        )
+        assert done.stdout == "False ['debug']\n"
