@@ -92,6 +92,15 @@ HOLDS = {
     "A name that cannot be resolved is taken for the master's host": [
         "unit/transport/test_host_names.py::test_an_unknown_name_is_taken_for_the_masters_host_and_told_once",
     ],
+    "never a request to end": [
+        "unit/cli/test_commands.py::test_kill_never_ends_a_node_that_is_only_guessed",
+    ],
+    "A subscriber takes datagrams only after `unreliable=True`": [
+        "unit/node/test_datagram_links.py::test_who_does_not_ask_for_datagrams_gets_none",
+    ],
+    "zero comes from a new node once more": [
+        "scenarios/test_holders.py::test_zero_is_sent_before_the_driving_node_is_shut_down",
+    ],
     "64 such names are remembered and warned of": [
         "unit/transport/test_host_names.py::test_what_peers_announce_is_bounded",
     ],

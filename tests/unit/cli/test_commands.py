@@ -7,6 +7,7 @@ import json
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from xmlrpc.client import ServerProxy
 
 import pytest
 
@@ -168,6 +169,20 @@ def test_kill_asks_a_node_to_end(capsys: pytest.CaptureFixture[str]) -> None:
         assert main(["node", "kill", "/victim", "--master", master.uri]) == 0
         assert "killed" in capsys.readouterr().out
         assert node.wait(20)
+
+
+def test_kill_never_ends_a_node_that_is_only_guessed(capsys: pytest.CaptureFixture[str]) -> None:
+    """A name nobody knows is taken for the master's host; another node may have that port there."""
+    with Master() as master, Node("/innocent", master_uri=master.uri, rosout=False) as innocent:
+        innocent.publisher("/u", "std_msgs/String")
+        uri = innocent.uri.replace("127.0.0.1", "robot-7.invalid")
+        assert uri != innocent.uri
+        with ServerProxy(master.uri) as server:
+            server.registerPublisher("/elsewhere", "/t", "std_msgs/String", uri)
+        assert main(["node", "kill", "/elsewhere", "--master", master.uri]) != 0
+        assert "robot-7.invalid" in capsys.readouterr().err
+        assert main(["node", "ping", "/innocent", "-c", "1", "--master", master.uri]) == 0
+        assert not innocent.closed
 
 
 def test_no_master_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:

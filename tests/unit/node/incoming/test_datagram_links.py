@@ -61,6 +61,15 @@ def test_messages_of_any_size_and_latched(nodes: tuple[Node, Node]) -> None:
     assert (row.destination, row.transport, row.connected) == (listener.name, "UDPROS", True)
 
 
+def test_who_does_not_ask_for_datagrams_gets_none(nodes: tuple[Node, Node]) -> None:
+    """From the same publisher that sends them to who asks."""
+    talker, listener = nodes
+    talker.publisher("/words", "std_msgs/String", latch=True).publish(data="latched")
+    subscriber = listener.subscriber("/words", "std_msgs/String")
+    assert subscriber.next(timeout=10).data == "latched"
+    assert only_link(listener).transport == "TCPROS"
+
+
 def test_a_type_may_be_learned_or_of_another_revision(nodes: tuple[Node, Node]) -> None:
     talker, listener = nodes
     page = next(r for r in bundled().revisions("woosh_msgs/Battery") if r.label == "page")
