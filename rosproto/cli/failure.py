@@ -119,12 +119,14 @@ def signals_unwind(*, until_exit: bool = False) -> Iterator[None]:
     """
     before: dict[int, Any] = {}
     handlers = {name: _once(raise_terminated) for name in ("SIGTERM", "SIGHUP", "SIGBREAK")}
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+    interrupt = signal.getsignal(signal.SIGINT)
+    # A shell ignores it in what a script starts with `&`: who sends it there means it, as to rospy.
+    if interrupt is signal.default_int_handler or (until_exit and interrupt is signal.SIG_IGN):
         handlers["SIGINT"] = _once(signal.default_int_handler)
     for name, handler in handlers.items():
         number = getattr(signal, name, None)
-        # What is ignored stays so: nohup means it.
-        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+        # What else is ignored stays so: nohup means it.
+        if number is not None and (name == "SIGINT" or signal.getsignal(number) is not signal.SIG_IGN):
             try:
                 before[number] = signal.signal(number, handler)
             except ValueError:

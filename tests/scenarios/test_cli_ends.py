@@ -181,6 +181,23 @@ def test_nohup_is_respected(graph: SimpleNamespace) -> None:
 
 
 @pytest.mark.parametrize(
+    ("line", "begun", "code"),
+    [
+        ("topic echo /words -n 400 --filter 'm.data != 1'", "-s out", 130),
+        ("topic hz /words", "-s out", 130),
+        ("bag record -O b.bag --duration 40 /words", "-s out", 0),
+    ],
+)
+def test_an_interrupt_ends_what_a_script_has_in_the_background(
+    line: str, begun: str, code: int, graph: SimpleNamespace, tmp_path: Path
+) -> None:
+    """A shell has SIGINT ignored in what it starts with `&`; rostopic obeys it all the same, and so does this."""
+    run = f"cd {tmp_path}; rosproto {line} --master {graph.uri} > out 2>&1 &"
+    wait = f"for i in {{1..300}}; do [ {begun} ] && break; sleep 0.05; done"
+    assert shell(f"{run} {wait}; kill -INT $!; wait $!; echo code $?").stdout == f"code {code}\n"
+
+
+@pytest.mark.parametrize(
     "line",
     ["rosproto msg list", "rosproto topic echo /words --master {uri}", "woosh led --list", "woosh faults --find e",
      "rosproto graph --all --master {uri}", "rosproto --help", "woosh --help"],
