@@ -240,7 +240,7 @@ def test_ctrl_c_is_clean_in_what_runs_long(sim, words):
     assert "interrupted" in err
 
 
-TESTED_ELSEWHERE = {"demo", "sim", "drive", "completion", "learn", "record"}
+TESTED_ELSEWHERE = {"demo", "sim", "drive", "completion", "learn", "record", "selftest"}
 
 
 def test_no_verb_is_left_out():
