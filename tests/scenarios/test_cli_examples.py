@@ -57,6 +57,8 @@ WAYS: dict[str, Way] = {
     "woosh scan --png scan.png": Way(shows="ahead", writes=("scan.png",)),
     "woosh camera": Way(writes=("camera-*.png",)),
     "woosh camera --depth --png depth.png": Way(writes=("depth.png",)),
+    "woosh ready --wait 120": Way(shows="ready", during="task"),
+    "woosh faults": Way(shows="not known: no code was heard", code=5),
     "woosh goto A1": Way(shows="arrived after"),
     "woosh map save hall": Way(writes=("hall.yaml", "hall.pgm", "hall.png")),
     "woosh plan 3 1 0 --png way.png": Way(writes=("way.png",)),

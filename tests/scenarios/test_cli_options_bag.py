@@ -92,6 +92,7 @@ TABLE = [
     Case("echo {d}/a.bag /u --csv --filter m.data>2", has(",3.0")),
     Case("echo {d}/a.bag '/*' --json --all --noarr --nostr", lambda r, p: len(r.out.splitlines()) == 8),
     Case("echo {d}/a.bag /u/data --plot --clear --offset", has("/u/data")),
+    Case("echo {d}/a.bag /u/data /u/data --plot --seconds 5", has("/u/data")),
     Case("echo {d}/a.bag /u -w 6 --timeout 1 --bag {d}/b.bag", has("data: 3.0000")),
     Case("filter {d}/a.bag {d}/o.bag 'm.data == \"a 1\"' --topics /t --lz4", wrote("o.bag", "/t")),
     Case("filter {d}/a.bag {d}/o.bag --exclude /u --start 0 --duration 5 --bz2 --print topic", wrote("o.bag", "/t")),
