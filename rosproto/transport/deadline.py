@@ -30,8 +30,10 @@ class Deadline:
         return "Deadline(None)" if left is None else f"Deadline({self.seconds} s, {left:.3f} s left)"
 
     def remaining(self) -> float | None:
-        """Seconds left, not below 0; None when there is no limit."""
-        return None if self._at is None else max(0.0, self._at - self._clock.monotonic())
+        """Seconds left, neither below 0 nor, by rounding, above `seconds`; None when there is no limit."""
+        if self._at is None or self.seconds is None:
+            return None
+        return max(0.0, min(self.seconds, self._at - self._clock.monotonic()))
 
     @property
     def expired(self) -> bool:
