@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from rosproto import quaternion
 from rosproto.numbers import as_float
 
 __all__ = [
@@ -33,12 +34,12 @@ def normalize_angle(angle: float) -> float:
 
 def quaternion_from_yaw(yaw: float) -> tuple[float, float, float, float]:
     """(x, y, z, w) of a rotation by `yaw` rad about z."""
-    return (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
+    return quaternion.from_yaw(yaw)
 
 
 def yaw_from_quaternion(x: float, y: float, z: float, w: float) -> float:
     """Yaw in rad of a quaternion (ZYX order, as tf does); an all-zero quaternion counts as no rotation."""
-    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)) if (x or y or z or w) else 0.0
+    return quaternion.yaw_of((x, y, z, w))
 
 
 def _as_floats(value: object, *names: str) -> None:
