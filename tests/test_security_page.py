@@ -86,8 +86,8 @@ HOLDS = {
         "unit/transport/test_local_socket.py::test_who_may_not_connect_may_not_here_either",
     ],
     "with `allow=` only to the addresses in it": [
-        "unit/node/test_datagram_links.py::test_a_request_that_makes_no_sense_or_may_not_be_made",
-        "unit/node/test_datagram_links.py::test_datagrams_of_strangers_change_nothing",
+        "unit/node/incoming/test_datagram_links.py::test_a_request_that_makes_no_sense_or_may_not_be_made",
+        "unit/node/incoming/test_datagram_links.py::test_datagrams_of_strangers_change_nothing",
     ],
     "A name that cannot be resolved is taken for the master's host": [
         "unit/transport/test_host_names.py::test_an_unknown_name_is_taken_for_the_masters_host_and_told_once",
@@ -96,16 +96,16 @@ HOLDS = {
         "unit/transport/test_host_names.py::test_what_peers_announce_is_bounded",
     ],
     "are checked with the master instead of believed": [
-        "unit/node/test_node_slave.py::test_publisher_updates_count_from_the_master_only",
-        "unit/node/test_node_slave.py::test_a_forged_publisher_update_is_put_right_by_the_master",
+        "unit/node/graph/test_node_slave.py::test_publisher_updates_count_from_the_master_only",
+        "unit/node/graph/test_node_slave.py::test_a_forged_publisher_update_is_put_right_by_the_master",
         "scenarios/hostile/test_slave_calls.py::test_publisher_updates_from_strangers",
         "scenarios/hostile/test_slave_calls.py::test_parameter_updates_from_strangers",
     ],
     "is obeyed only when the master no longer knows our URI": [
-        "unit/node/test_node_slave.py::test_a_shutdown_in_the_masters_name_is_checked",
+        "unit/node/graph/test_node_slave.py::test_a_shutdown_in_the_masters_name_is_checked",
     ],
     "`allow_shutdown=False` refuses `rosnode kill` too": [
-        "unit/node/test_node_slave.py::test_a_shutdown_by_a_person_is_obeyed_unless_it_is_not_allowed",
+        "unit/node/graph/test_node_slave.py::test_a_shutdown_by_a_person_is_obeyed_unless_it_is_not_allowed",
         "scenarios/hostile/test_slave_calls.py::test_shutdown_is_refused_where_it_is_not_allowed",
     ],
     "sends zero and cancels its goals before it closes": [
@@ -131,7 +131,7 @@ HOLDS = {
         "scenarios/hostile/test_hostile_texts.py::test_no_command_lets_a_peer_write_to_the_terminal",
         "scenarios/hostile/test_hostile_chassis.py::test_what_a_chassis_says_when_it_refuses",
         "unit/cli/test_hostile_names.py::test_connections_of_a_bag",
-        "unit/node/test_rosout_log.py::test_no_text_forges_a_record",
+        "unit/node/rosout/test_rosout_log.py::test_no_text_forges_a_record",
     ],
     "given up for each new one, then the longest idle one": [
         "unit/transport/test_tcp_server.py::test_pending_handshakes_bounds_the_unready_and_drops_the_oldest",
