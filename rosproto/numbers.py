@@ -24,7 +24,7 @@ def as_float(value: SupportsFloat | None) -> float | None:
     """A number as a float; None stays None, where that means "for ever".
 
     Raises:
-        TypeError: It is no number; a text is none.
+        TypeError: It is not a number; a text does not count as one.
     """
     if value is None or type(value) is float:
         return value

@@ -74,7 +74,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             not given and cannot be resolved is taken for the master's host; the log tells.
 
     Raises:
-        ValueError: No address, or it cannot be read; `timeout` is no time; `resolve` is none.
+        ValueError: No address, or one that cannot be read; `timeout` or `resolve` makes no sense.
         DefinitionError: A folder of `msg_path` is not there or holds no definition.
     """
 

@@ -29,7 +29,7 @@ def check_message(topic: str, message: object) -> None:
     """Refuse what is no message.
 
     Raises:
-        TypeError: It is none.
+        TypeError: It is not one.
     """
     if not isinstance(message, Message):
         raise TypeError(

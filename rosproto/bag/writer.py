@@ -161,8 +161,8 @@ class BagWriter:
         Raises:
             BagError: The file cannot be written; it stays readable up to its last whole chunk.
             CodecError: A value does not fit its field; nothing was added.
-            ValueError: The time is out of range, or no time; the topic or the header is none.
-            TypeError: `message` is none.
+            ValueError: The time, the topic or the header is not one, or the time is out of range.
+            TypeError: `message` is not a message.
         """
         if t is None:
             t = time.time()

@@ -56,7 +56,7 @@ def add_span_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--exclude", nargs="+", metavar="TOPIC", default=[], help="not these")
     parser.add_argument("-s", "--start", type=finite, default=None, metavar="SEC", help="leave out the first")
     parser.add_argument(
-        "-u", "--duration", type=finite, default=None, metavar="SEC", help="only so many seconds from there"
+        "-u", "--duration", type=finite, default=None, metavar="SEC", help="seconds to take from there"
     )
 
 

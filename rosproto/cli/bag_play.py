@@ -29,7 +29,9 @@ def add_play_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("bags", nargs="*", metavar="BAG", help="and remappings: /old:=/new")
     parser.add_argument("-r", "--rate", type=finite, default=1.0, metavar="FACTOR", help="times as fast")
     parser.add_argument("-s", "--start", type=finite, default=0.0, metavar="SEC", help="leave out the first")
-    parser.add_argument("-u", "--duration", type=finite, metavar="SEC", help="only so many seconds")
+    parser.add_argument(
+        "-u", "--duration", type=finite, metavar="SEC", help="stop after this many seconds of the bag"
+    )
     parser.add_argument("-l", "--loop", action="store_true", help="begin again at the end")
     parser.add_argument("-k", "--keep-alive", action="store_true", help="stay after the end (latched topics)")
     parser.add_argument("--clock", action="store_true", help="publish /clock with the time of the bag")

@@ -211,7 +211,7 @@ def _cast(kind: str, value: Any, name: str) -> Any:
     """A value as the parameter's type.
 
     Raises:
-        CommandError: It is none.
+        CommandError: It is not one.
     """
     try:
         if kind == "bool":

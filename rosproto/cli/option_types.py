@@ -51,7 +51,7 @@ def to_float(text: str) -> float:
     """A number as commands take it: `-1.5`, `.5`, `2e-3`; no other writing.
 
     Raises:
-        ValueError: It is none.
+        ValueError: It is not one.
     """
     if _DECIMAL.fullmatch(text) is None:
         raise ValueError(f"{text!r} is not a number, such as -1.5")
@@ -62,7 +62,7 @@ def to_int(text: str) -> int:
     """A whole number as commands take it.
 
     Raises:
-        ValueError: It is none.
+        ValueError: It is not one.
     """
     if _WHOLE.fullmatch(text) is None:
         raise ValueError(f"{text!r} is not a whole number")

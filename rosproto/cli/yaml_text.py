@@ -104,7 +104,7 @@ def value_of(word: str) -> Any:
     """A value on the command line: scalars and flow collections always, any YAML where PyYAML is.
 
     Raises:
-        ValueError, CommandError: It is none; says where.
+        ValueError, CommandError: It is not one; the text says where.
     """
     if "\n" in word.strip():
         return load_text(word, "the value")

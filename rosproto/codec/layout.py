@@ -265,7 +265,7 @@ def check_field_name(name: str, message: str) -> None:
     """Refuse what is not an identifier; the name becomes part of generated source.
 
     Raises:
-        DefinitionError: It is none.
+        DefinitionError: It is not one.
     """
     if not _IDENTIFIER.fullmatch(name) or len(name) > 1024:
         raise DefinitionError(

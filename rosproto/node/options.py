@@ -17,7 +17,7 @@ def node_name(name: str, namespace: str, anonymous: bool) -> str:
     """The global name; a "/" in a relative one would hide its namespace (roscpp refuses it too).
 
     Raises:
-        ValueError: It is none.
+        ValueError: It is not one.
     """
     resolved = names.resolve(
         name, names.join(namespace if namespace.startswith("/") else f"/{namespace}", "x")

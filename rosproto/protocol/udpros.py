@@ -66,7 +66,7 @@ class DatagramRequest(NamedTuple):
         """An entry of requestTopic's `protocols`, from the wire.
 
         Raises:
-            RemoteProtocolError: It is none.
+            RemoteProtocolError: It is not one.
         """
         match protocol:
             case [_, bytes(header), str(host), int(port), int(size)] if _is_port(port) and host:
@@ -102,7 +102,7 @@ class DatagramAnswer(NamedTuple):
         """requestTopic's value, from the wire.
 
         Raises:
-            RemoteProtocolError: It is none.
+            RemoteProtocolError: It is not one.
         """
         match answer:
             case [_, str(host), int(port), int(connection), int(size), bytes(header)]:

@@ -38,7 +38,7 @@ def parse_uri(uri: str, default_port: int = 80) -> tuple[str, int]:
     `default_port`: 80, as rosgraph's parse_http_host_and_port has it, not 11311.
 
     Raises:
-        ValueError: No host, or a port that is none.
+        ValueError: There is no host, or the port is not a port.
     """
     host, port = _split_authority(_authority(uri or DEFAULT_MASTER_URI), uri)
     if not host or any(character.isspace() or character in "@[]" for character in host):

@@ -46,7 +46,10 @@ def connect(
         RosTimeout: The deadline passed.
     """
     if not 0 < port <= 65535:
-        raise ConnectionLost(f"connect to {host!r}: port {port} is none", peer=format_address(host, port))
+        raise ConnectionLost(
+            f"connect to {host!r}: {port} is not a port; expected 1 to 65535",
+            peer=format_address(host, port),
+        )
     addresses = resolve(host, deadline) if hosts is None else hosts.resolve(host, deadline)
     if local:
         for address in addresses:

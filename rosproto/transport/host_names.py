@@ -44,7 +44,7 @@ class HostNames:
         quiet: Do not warn of those: who asks tells of them.
 
     Raises:
-        ValueError: A name or an address is none.
+        ValueError: A name or an address is not one.
     """
 
     def __init__(
@@ -163,7 +163,7 @@ def parse_host_names(texts: Iterable[str]) -> dict[str, str]:
     """Name -> address of "NAME=IP" texts; one text may hold several, with commas or blanks between them.
 
     Raises:
-        ValueError: One is none; the text says how it is written.
+        ValueError: One cannot be read; the text says how it is written.
     """
     found = {}
     for text in texts:

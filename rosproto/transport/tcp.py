@@ -70,7 +70,9 @@ def listen(host: str, port: int = 0, backlog: int = 1024) -> socket.socket:
     except (OSError, OverflowError) as error:
         sock.close()
         if isinstance(error, OverflowError):
-            raise ConnectionLost(f"listen on {peer}: port {port} is none", peer=peer) from error
+            raise ConnectionLost(
+                f"listen on {peer}: {port} is not a port; expected 0 to 65535", peer=peer
+            ) from error
         raise translate(error, f"listen on {peer}", peer) from error
     return sock
 

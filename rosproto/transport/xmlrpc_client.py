@@ -38,7 +38,7 @@ class XmlRpcClient:
         hosts: Knows names that the system does not.
 
     Raises:
-        ValueError: The URI is none.
+        ValueError: The URI is not one.
     """
 
     def __init__(

@@ -246,7 +246,7 @@ def note_differences(said: PeerLog, what: str, peer: str, conversion: Conversion
     """One record per link: what the other side lacks, and what it does not give."""
     parts = []
     if conversion.dropped:
-        parts.append(f"dropped, for want of a place: {', '.join(conversion.dropped)}")
+        parts.append(f"dropped (no such field there): {', '.join(conversion.dropped)}")
     if conversion.defaulted:
         parts.append(f"given their default: {', '.join(conversion.defaulted)}")
     said.warning(

@@ -19,7 +19,7 @@ HELP = "show turning rates, accelerations and orientation"
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
     add_wait(parser)
-    parser.add_argument("-n", "--count", type=count, default=1, metavar="N", help="so many readings (1)")
+    parser.add_argument("-n", "--count", type=count, default=1, metavar="N", help="number of readings (1)")
 
 
 def run(args: Namespace, out: Output) -> int:

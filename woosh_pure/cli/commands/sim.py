@@ -93,7 +93,9 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar="S=FAULT",
         help=f"let something happen after S seconds (10=estop), also repeated; one of {', '.join(FAULTS)}",
     )
-    parser.add_argument("--for", dest="seconds", type=seconds, metavar="S", help="end after so many seconds")
+    parser.add_argument(
+        "--for", dest="seconds", type=seconds, metavar="S", help="end after this many seconds"
+    )
 
 
 def run(args: Namespace, out: Output) -> int:

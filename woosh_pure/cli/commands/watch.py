@@ -26,7 +26,9 @@ HELP = "watch pose, map, scan, battery, task, faults and rates live"
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
-    parser.add_argument("--for", dest="seconds", type=seconds, metavar="S", help="end after so many seconds")
+    parser.add_argument(
+        "--for", dest="seconds", type=seconds, metavar="S", help="end after this many seconds"
+    )
     parser.add_argument("--rate", type=number, metavar="HZ", help="pictures per second (5), lines (1)")
     parser.add_argument("--ascii", action="store_true", help="only ASCII characters, for old terminals")
     parser.add_argument("--lines", action="store_true", help="a line each time instead of the whole screen")

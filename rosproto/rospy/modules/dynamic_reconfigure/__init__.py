@@ -12,7 +12,7 @@ class DynamicReconfigureParameterException(DynamicReconfigureException):
 
 
 class DynamicReconfigureCallbackException(DynamicReconfigureException):
-    """A callback is none."""
+    """A callback cannot be called."""
 
 
 def find_reconfigure_services():

@@ -15,7 +15,7 @@ def parse_http_host_and_port(url):
     """Host and port of a URL.
 
     Raises:
-        ValueError: It is none.
+        ValueError: It is not one.
     """
     from urllib.parse import urlparse
 

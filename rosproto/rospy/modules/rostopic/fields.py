@@ -51,7 +51,7 @@ def _index(text):
     """What stands between brackets, as Python has it.
 
     Raises:
-        ValueError: It is none.
+        ValueError: It is not one.
     """
     if not text:
         raise ValueError("empty array index")
