@@ -1,8 +1,9 @@
 """tf2_sensor_msgs: transforming point clouds."""
 
+from PyKDL import Vector
 from sensor_msgs.msg import PointCloud2
 from sensor_msgs.point_cloud2 import create_cloud, read_points
-from tf2_geometry_msgs import _rows, _times
+from tf2_geometry_msgs import _frame
 from tf2_ros import ConvertRegistration, TransformRegistration
 
 
@@ -16,11 +17,11 @@ from_msg_msg = to_msg_msg
 
 def do_transform_cloud(cloud, transform):
     """A PointCloud2 in the transform's frame: its first three fields are x, y, z."""
-    rows, t = _rows(transform.transform.rotation), transform.transform.translation
+    frame = _frame(transform.transform.rotation, transform.transform.translation)
     points = []
     for point in read_points(cloud):
-        x, y, z = _times(rows, point[:3])
-        points.append((x + t.x, y + t.y, z + t.z, *point[3:]))
+        moved = frame * Vector(*map(float, point[:3]))
+        points.append((moved[0], moved[1], moved[2], *point[3:]))
     return create_cloud(transform.header, cloud.fields, points)
 
 
