@@ -44,6 +44,7 @@ LAYERS = [
 """From the ground up. `rosproto` alone is its public face: only woosh_pure may import that."""
 
 PURE = [
+    "rosproto.msg",
     "rosproto.text",
     "rosproto.errors",
     "rosproto.values",
@@ -157,3 +158,63 @@ def test_the_watch_itself_sees_a_wrong_import(tmp_path: Path) -> None:
     assert found[0].startswith("rosproto.node")
     assert LAYERS.index("rosproto.node") > LAYERS.index("rosproto.msg")
     assert layer_of(found[1]) == "rosproto.node"
+
+
+NODE = {name: path for name, path in MODULES if name.startswith("rosproto.node")}
+ABOVE_THE_NODE = {"rosproto.node", "rosproto.node.rosout_aggregator"}
+"""The package's face, and a program over a Node."""
+GROUND_ROOMS = {"graph", "revisions", "time"}
+"""Rooms of rosproto.node that know none of the others."""
+
+
+def node_imports(module: str) -> set[str]:
+    """What a file of rosproto.node imports of rosproto.node, for types only or not."""
+    found = set()
+    for node in ast.walk(ast.parse(NODE[module].read_text("utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
+            found |= {name if name in NODE else node.module for name in names}
+        elif isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+    return (found & set(NODE)) - {module}
+
+
+NODE_IMPORTS = {module: node_imports(module) for module in NODE}
+
+
+def room(module: str) -> str:
+    """ "graph" of rosproto.node.graph.watchdog; the module itself for what stands in no room."""
+    parts = module.split(".")
+    return parts[2] if len(parts) > 3 else module
+
+
+def reachable(start: str) -> set[str]:
+    """What a file of rosproto.node imports, and what that imports, and so on."""
+    found: set[str] = set()
+    todo = [start]
+    while todo:
+        new = NODE_IMPORTS[todo.pop()] - found
+        found |= new
+        todo += new
+    return found
+
+
+@pytest.mark.parametrize("module", sorted(NODE))
+def test_no_cycle_of_imports_leaves_a_room_of_the_node(module: str) -> None:
+    """Imports for types count, too: two files of different rooms never need each other."""
+    cycle = {other for other in reachable(module) if module in reachable(other)}
+    assert {room(other) for other in cycle} <= {room(module)}, sorted(cycle)
+
+
+@pytest.mark.parametrize("module", sorted(NODE))
+def test_nothing_below_the_node_names_it(module: str) -> None:
+    """Parts are handed what they need (`context.py`), not the node."""
+    if module not in ABOVE_THE_NODE:
+        assert "rosproto.node.node" not in NODE_IMPORTS[module]
+
+
+@pytest.mark.parametrize("module", sorted(name for name in NODE if room(name) in GROUND_ROOMS))
+def test_the_ground_rooms_of_the_node_know_no_other(module: str) -> None:
+    """The graph, definitions and time are what topics, services and parameters stand on."""
+    above = {name for name in NODE_IMPORTS[module] if name != room(name)} - {module}
+    assert {room(name) for name in above} <= GROUND_ROOMS

@@ -119,7 +119,7 @@ class ActionClient:
         # A goal of a killed program would be followed by nobody when it arrives late; a cancel harms nobody.
         self._goal = publish("goal", type_.action_goal, linger=False)
         self._cancel_out = publish("cancel", type_.goal_id)
-        node._closers.append(self.close)
+        node.add_closer(self.close)
 
     def __enter__(self) -> ActionClient:
         return self
@@ -239,8 +239,7 @@ class ActionClient:
         for part in reversed(self._parts):
             part.close()
         self._dispatcher.close()
-        if self.close in self._node._closers:
-            self._node._closers.remove(self.close)
+        self._node.remove_closer(self.close)
 
     # -- what arrives ------------------------------------------------------------------------
 

@@ -133,7 +133,7 @@ class ActionServer:
         self._feedback_out = publish("feedback", type_.action_feedback)
         subscribe("cancel", type_.goal_id, self._on_cancel)
         subscribe("goal", type_.action_goal, self._on_goal)
-        node._closers.append(self.close)
+        node.add_closer(self.close)
         self._ticker = threading.Thread(
             target=self._tick, name=f"rosproto:action status {self.name}", daemon=True
         )
@@ -177,8 +177,7 @@ class ActionServer:
             self._ticker.join(_CLOSE_SECONDS)
         for part in reversed(self._parts):
             part.close()
-        if self.close in self._node._closers:
-            self._node._closers.remove(self.close)
+        self._node.remove_closer(self.close)
 
     # -- what arrives ------------------------------------------------------------------------
 

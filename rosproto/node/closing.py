@@ -19,14 +19,21 @@ from typing import TYPE_CHECKING
 from rosproto.logs import get_logger
 from rosproto.node import forking
 from rosproto.node.graph.master_client import MasterClient
-from rosproto.node.incoming import local_link as intraprocess
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.forking import on_fork
 
 if TYPE_CHECKING:
-    from rosproto.node.node import Node
+    from rosproto.node.context import Context
 
-__all__ = ["CLOSE_SECONDS", "close", "close_at_exit", "give_up", "shut_down_later"]
+__all__ = [
+    "CLOSE_SECONDS",
+    "close",
+    "close_at_exit",
+    "close_servers",
+    "give_up",
+    "leave_master",
+    "shut_down_later",
+]
 
 _log = get_logger("rosproto.node")
 
@@ -34,18 +41,20 @@ CLOSE_SECONDS = 1.0  # for each step of closing that waits for somebody else
 EXIT_SECONDS = 2.0
 BEFORE_CLOSE_SECONDS = 10.0  # more, where there are `Node.before_close` callbacks
 
-_open_nodes: dict[Node, int] = {}
-"""Nodes to close at the end of the program, with the process that opened them.
+Close = Callable[[], None]
+
+_open_nodes: dict[Context, tuple[int, Close]] = {}
+"""Nodes to close at the end of the program, with the process that opened them, and how they are closed.
 
 Not weak references: the threads of an open node keep it alive in any case.
 """
 _registered = False
 
 
-def close_at_exit(node: Node) -> None:
+def close_at_exit(context: Context, close: Close) -> None:
     """Have a node closed at the end of this process, should it still be open."""
     global _registered
-    _open_nodes[node] = os.getpid()
+    _open_nodes[context] = (os.getpid(), close)
     if not _registered:
         _registered = True
         atexit.register(_at_exit)
@@ -54,23 +63,24 @@ def close_at_exit(node: Node) -> None:
 
 def _in_child() -> None:
     """This process is a fork of another: its nodes are the other's."""
-    nodes = dict(_open_nodes)
+    nodes = {context: process for context, (process, _) in _open_nodes.items()}
     _open_nodes.clear()
     forking.leave_to_parent(nodes)
 
 
 def _at_exit() -> None:
     """Close what is open, in another thread: a master that hangs must not hold the program up."""
-    mine = [node for node, pid in list(_open_nodes.items()) if pid == os.getpid()]
+    mine = {context: close for context, (pid, close) in list(_open_nodes.items()) if pid == os.getpid()}
     if not mine:
         return
+    closes = list(mine.values())
     try:
-        thread = threading.Thread(target=_close_all, args=(mine,), name="rosproto:exit", daemon=True)
+        thread = threading.Thread(target=_close_all, args=(closes,), name="rosproto:exit", daemon=True)
         thread.start()
     except RuntimeError:  # no new threads any more
-        _close_all(mine)
+        _close_all(closes)
     else:
-        farewell = any(node._before_close for node in mine)
+        farewell = any(context.before_close for context in mine)
         end = time.monotonic() + EXIT_SECONDS + (BEFORE_CLOSE_SECONDS if farewell else 0.0)
         while thread.is_alive() and (left := end - time.monotonic()) > 0.0:
             try:
@@ -79,52 +89,58 @@ def _at_exit() -> None:
                 continue  # a second Ctrl-C would leave the node registered; it takes seconds at most
 
 
-def _close_all(nodes: list[Node]) -> None:
-    for node in reversed(nodes):  # the newest first, as with nested `with` blocks
-        _guard(node.close)
+def _close_all(closes: list[Close]) -> None:
+    for close in reversed(closes):  # the newest first, as with nested `with` blocks
+        _guard(close)
 
 
-def close(node: Node, reason: str) -> None:
-    """Close a node; a second caller waits for the first."""
-    with node._close_lock:
-        by, first = node._closer, node._closer is None and not node._closing.is_set()
+def close(context: Context, reason: str, *steps: Close) -> None:
+    """Close a node; a second caller waits for the first.
+
+    Args:
+        context: Of the node.
+        reason: "" by the program, else who asked for it, and why.
+        *steps: What ends the parts that live as long as the node, called one after the other at the end.
+    """
+    with context.close_lock:
+        by, first = context.closer, context.closer is None and not context.closing.is_set()
         if first:
-            node._closer = threading.get_ident()
-            node._close_reason = reason
+            context.closer = threading.get_ident()
+            context.close_reason = reason
     if not first:
         if by != threading.get_ident():  # not from one of the callbacks below
-            node._closed.wait(5 * CLOSE_SECONDS + (BEFORE_CLOSE_SECONDS if node._before_close else 0.0))
+            context.ended.wait(5 * CLOSE_SECONDS + (BEFORE_CLOSE_SECONDS if context.before_close else 0.0))
         return
     try:
-        for callback in node._before_close:
+        for callback in context.before_close:
             _guard(callback, reason)
-        node._closing.set()
-        for callback in node._shutdown_callbacks:
+        context.closing.set()
+        for callback in context.shutdown_callbacks:
             _guard(callback, reason)
-        for closer in reversed(node._closers):
-            _guard(closer)
-        _guard(_leave_master, node)
-        _guard(node._topics.close)
-        _guard(_close_servers, node)
+        for step in [*reversed(context.closers), *steps]:
+            _guard(step)
     finally:
-        _open_nodes.pop(node, None)
-        node._closing.set()
-        node._closed.set()
+        _open_nodes.pop(context, None)
+        context.closing.set()
+        context.ended.set()
 
 
-def give_up(node: Node) -> None:
+def give_up(context: Context) -> None:
     """The node could not even listen: nothing is registered, no other thread runs."""
-    node._master.close()
-    node._monitor.close()
-    node._closing.set()
-    node._closed.set()
+    context.master.close()
+    context.monitor.close()
+    context.closing.set()
+    context.ended.set()
 
 
-def shut_down_later(node: Node, reason: str) -> None:
-    """Obey a shutdown call: answer it first, then close."""
-    _log.warning("= %s: %s", node.name, reason)
+def shut_down_later(
+    name: str, close: Callable[[str], None], instead: Callable[[str], object] | None, reason: str
+) -> None:
+    """Obey a shutdown call: answer it first, then close, or leave that to the program (`instead`)."""
+    if instead is None:
+        _log.warning("= %s: %s", name, reason)
     threading.Thread(
-        target=node._close, args=(reason,), name=f"rosproto:shutdown {node.name}", daemon=True
+        target=instead or close, args=(reason,), name=f"rosproto:shutdown {name}", daemon=True
     ).start()
 
 
@@ -136,18 +152,16 @@ def _guard(step: Callable[..., object], *arguments: object) -> None:
         _log.exception("! closing: %r failed", step)
 
 
-def _leave_master(node: Node) -> None:
-    if node._intraprocess:
-        intraprocess.forget_node(node.uri, node)
-    if not node._watchdog.master_lost:
-        # Its own client: a call that hangs in `_master` must not use up the time.
-        with MasterClient(node.master_uri, node.name, timeout=CLOSE_SECONDS) as master:
-            node._registrations.unregister_all(Deadline(CLOSE_SECONDS), master)
-    node._watchdog.close(CLOSE_SECONDS)
+def leave_master(context: Context) -> None:
+    """Take everything off the master, if it answers."""
+    if not context.master_lost:
+        # Its own client: a call that hangs in `context.master` must not use up the time.
+        with MasterClient(context.master_uri, context.name, timeout=CLOSE_SECONDS) as master:
+            context.registrations.unregister_all(Deadline(CLOSE_SECONDS), master)
 
 
-def _close_servers(node: Node) -> None:
-    node._endpoints.close(CLOSE_SECONDS)
-    node._monitor.close(CLOSE_SECONDS)
-    node._master.close()
-    node._watchdog.close(CLOSE_SECONDS)
+def close_servers(context: Context) -> None:
+    """Listen no more, watch nobody any more, ask the master nothing any more."""
+    context.endpoints.close(CLOSE_SECONDS)
+    context.monitor.close(CLOSE_SECONDS)
+    context.master.close()

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import enum
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from types import MappingProxyType
 
 from rosproto.logs import get_logger
 from rosproto.records import NamedTuple
@@ -35,6 +36,9 @@ class EventKind(enum.Enum):
     """This computer has another address towards the master; the node listens there now."""
 
 
+NO_HEADER: Mapping[str, str] = MappingProxyType({})
+
+
 class Event(NamedTuple):
     """One event.
 
@@ -45,6 +49,7 @@ class Event(NamedTuple):
         error: What went wrong, None when nothing did.
         peer: The other node's name, "" when it is not known.
         direction: "in" from a publisher, "out" to a subscriber, "" otherwise.
+        header: The connection header of a subscriber that was refused; empty otherwise.
     """
 
     kind: EventKind
@@ -53,6 +58,7 @@ class Event(NamedTuple):
     error: Exception | None = None
     peer: str = ""
     direction: str = ""
+    header: Mapping[str, str] = NO_HEADER
 
 
 class Events:

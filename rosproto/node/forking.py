@@ -11,62 +11,36 @@ import threading
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from rosproto.node.incoming import local_link as intraprocess
+from rosproto.node.incoming import local_nodes
 
 if TYPE_CHECKING:
-    from rosproto.node.node import Node
+    from rosproto.node.context import Context
 
 __all__ = ["leave_to_parent"]
 
 
-def leave_to_parent(nodes: Mapping[Node, int]) -> None:
+def leave_to_parent(nodes: Mapping[Context, int]) -> None:
     """Runs in the child; takes no lock, as other threads may have held them when the process was copied.
 
     Args:
         nodes: Open nodes, with the process that opened them.
     """
-    intraprocess._open_nodes.clear()  # a URI there means a node that speaks, and these are mute
-    for node, process in nodes.items():
-        node._close_reason = (
+    local_nodes.forget_all()
+    for context, process in nodes.items():
+        context.close_reason = (
             f"it was opened by another process, {process}, and this one is a fork of it: open nodes in the"
             " process that uses them"
         )
-        node._closing = node._closed = _over()
-        node._before_close = []
-        _leave_master(node)
-        _leave_topics(node)
-        _leave_services(node)
+        context.closing = context.ended = _over()
+        context.before_close = []
+        context.master.abandon()
+        context.clock.closing = context.closing
+        for callback in context.fork_callbacks:
+            callback()
 
 
 def _over() -> threading.Event:
+    """An event that is set, in place of one whose lock may be held for ever."""
     event = threading.Event()
     event.set()
     return event
-
-
-def _leave_master(node: Node) -> None:
-    client = node._master._client
-    client._lock, client._closed = threading.Lock(), True
-    client._idle, client._busy = [], set()
-
-
-def _leave_topics(node: Node) -> None:
-    for publication in node._topics._publications.values():
-        for publisher in publication.handles:
-            publisher._closed = True
-    for subscription in node._topics._subscriptions.values():
-        for subscriber in subscription.handles:
-            inbox = subscriber._inbox
-            inbox.lock = threading.Lock()
-            inbox.condition = threading.Condition(inbox.lock)
-            inbox.close()
-
-
-def _leave_services(node: Node) -> None:
-    services = node._services_made
-    if services is None:
-        return
-    services._closed, services._servers = True, {}
-    for client in services._clients:
-        client._stop, client._kept, client._open = _over(), None, set()
-        client._lock, client._turn = threading.Lock(), threading.Lock()

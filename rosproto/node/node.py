@@ -1,57 +1,39 @@
 """Node: one participant of a ROS 1 graph, and the face of this package.
 
-How the parts hang together (the seam for services, parameters and whatever comes later):
-
-* `master` (`_master`): the typed client of the master (`MasterClient`), this node's name as caller id.
-* `_registrations`: the table of what the master knows about us. A part that is registered gives it an
-  object with `kind`, `name`, `register(master)`, `unregister(master)`; the watchdog registers all of it
-  again when the master restarted or our address changed.
-* `_slave`: the slave API. `_slave.on_parameter_update(key, value, trusted) -> bool` is the parameter
-  cache's hook: True when subscribed; `trusted` False means the call did not come from the master's address,
-  so ask the master for the value instead of believing it.
-* `_tcpros`: the TCPROS server. It reads the connection header of every incoming connection and gives one
-  with `topic` to the publications, one with `service` to `_tcpros.on_service(sock, fields, peer)`, which runs
-  in the connection's own thread and owns the socket until it returns. `_rosrpc_uri` is what services
-  register.
-* `_closers`: called by `close()`, newest first, before the servers go; each is bounded and idempotent.
-* `_closing`: set when `close()` begins; every long wait of a part watches it.
-* `clock`: the node's time, wall or simulated.
+How the parts hang together: `Context` is what all of them know (`context.py`). Above it stand the rooms
+`graph`, `revisions`, `time`, then `incoming`, `outgoing`, `services`, `params`, `rosout`, and the table of
+topics. A part is given the context, or what it uses of it, and what it has to call upwards is handed in here,
+as a callable; nothing below this file names `Node`.
 """
 
 from __future__ import annotations
 
-import itertools
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rosproto import names
 from rosproto.codec import AnyMsg
 from rosproto.errors import LocalProtocolError
-from rosproto.logs import PeerLog
 from rosproto.node import closing, options
 from rosproto.node.call_site import CallSite
-from rosproto.node.events import Event, Events
-from rosproto.node.graph.joining import join
+from rosproto.node.context import Context
+from rosproto.node.events import Event
+from rosproto.node.graph.endpoints import open_endpoints
+from rosproto.node.graph.joining import Listen, join
 from rosproto.node.graph.master_client import MasterClient
-from rosproto.node.graph.naming import Naming
-from rosproto.node.graph.registrations import Registrations
 from rosproto.node.graph.slave_api import SlaveApi
 from rosproto.node.graph.watchdog import Watchdog
-from rosproto.node.incoming import local_link as intraprocess
+from rosproto.node.incoming import local_nodes
 from rosproto.node.incoming.subscriber import Subscriber
-from rosproto.node.outgoing.link_monitor import LinkMonitor
 from rosproto.node.outgoing.publisher import Publisher
 from rosproto.node.revisions.revisions import Revisions
-from rosproto.node.revisions.topic_types import TypeGiven, resolve_type
-from rosproto.node.time.clock import NodeClock
+from rosproto.node.revisions.topic_types import ANY, TypeGiven, resolve_type
 from rosproto.node.topics import TopicTable
 from rosproto.protocol.limits import Limits
-from rosproto.transport.address import is_loopback, parse_uri
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.host_names import HostNames
 from rosproto.transport.os_errors import system_errors
 from rosproto.transport.waiting import wait_event
 
@@ -60,7 +42,6 @@ if TYPE_CHECKING:
     import os
     from types import TracebackType
 
-    from rosproto.node.graph.tcpros_server import TcprosServer
     from rosproto.node.params.parameters import Parameters
     from rosproto.node.rosout.rosout import Rosout
     from rosproto.node.services.client import ServiceClient
@@ -69,9 +50,6 @@ if TYPE_CHECKING:
     from rosproto.node.stats import NodeStats
 
 __all__ = ["Node"]
-
-MASTER_CALL_SECONDS = 10.0
-FAREWELL_SECONDS = 2.0  # what is not taken back by then is taken back by the watchdog
 
 
 class Node:
@@ -106,6 +84,10 @@ class Node:
         resolve: Host name -> address, for names that this computer does not know: a robot often announces its
             nodes by its own. A name that is not given and cannot be resolved is taken for the master's host;
             the log tells.
+        follow_clock: Subscribe /clock where `/use_sim_time` says so. False leaves the clock to the program.
+        close_at_exit: Close the node when the program ends and has not done so.
+        on_shutdown_request: Called with the reason, in a thread of its own, when the master or a tool ends
+            this node; it is to close it. None: that is done at once.
 
     Raises:
         ConnectionLost, RosTimeout: No master answers; the text says where, and what to check.
@@ -133,6 +115,9 @@ class Node:
         msg_path: Iterable[str | os.PathLike[str]] = (),
         on_event: Callable[[Event], object] | None = None,
         resolve: Mapping[str, str] | None = None,
+        follow_clock: bool = True,
+        close_at_exit: bool = True,
+        on_shutdown_request: Callable[[str], object] | None = None,
     ) -> None:
         if use_environment:
             master_uri, host, namespace = options.from_environment(master_uri, host, namespace)
@@ -140,70 +125,63 @@ class Node:
             raise ValueError(
                 'which master? Give master_uri="http://host:11311", or use_environment and ROS_MASTER_URI'
             )
-        self.name = options.node_name(name, namespace, anonymous)
-        self.limits = limits or Limits()
-        self.revisions = Revisions(options.message_path(msg_path, use_environment=use_environment))
-        self._naming = Naming(self.name, remappings or {})
-        self._host_given = host
-        self._intraprocess = intraprocess
-        self._said = PeerLog("rosproto.node")  # what peers do, told within bounds
-        self._events = Events(self.name, on_event)
-        self._emit = self._events.emit
-        self._closing = threading.Event()
-        self._closed = threading.Event()
-        self._close_lock = threading.Lock()
-        self._close_reason = ""
-        self._closer: int | None = None  # the thread that closes
-        self._before_close: list[Callable[[str], object]] = []
-        self._closers: list[Callable[[], None]] = []
-        self._shutdown_callbacks: list[Callable[[str], object]] = []
-        self._link_ids = itertools.count(1)
+        given = {**(options.host_names() if use_environment else {}), **(resolve or {})}
+        self._context = context = Context(
+            options.node_name(name, namespace, anonymous),
+            master_uri=master_uri,
+            host=host,
+            limits=limits or Limits(),
+            revisions=Revisions(options.message_path(msg_path, use_environment=use_environment)),
+            remappings=remappings or {},
+            hosts=given,
+            intraprocess=intraprocess,
+            on_event=on_event,
+        )
+        self.name = context.name
+        self.limits = context.limits
+        self.hosts = context.hosts
+        self.clock = context.clock
+        self.master_uri = context.master_uri
         self._lazy = threading.RLock()
         self._services_made: Services | None = None
         self._params_made: Parameters | None = None
-        given = {**(options.host_names() if use_environment else {}), **(resolve or {})}
-        self.hosts = HostNames(given, master=parse_uri(master_uri)[0])
-        self._master = MasterClient(
-            master_uri, self.name, timeout=MASTER_CALL_SECONDS, limits=self.limits, hosts=self.hosts
+        self._rosout: Rosout | None = None
+        self._follow_clock = follow_clock
+        self._listen: Listen = partial(
+            open_endpoints,
+            master=context.master_address,
+            port=port,
+            tcpros_port=tcpros_port,
+            limits=context.limits,
+            allow=None if allow is None else frozenset(allow),
+            name=self.name,
+            dispatch=self._dispatch,
+            on_topic=self._accept,
         )
-        self.master_uri = self._master.uri
-        at, at_port = parse_uri(self._master.uri)
-        self._master_address = (self.hosts.meant(at), at_port)
-        self._master_hosts: frozenset[str] = frozenset()
-        self._endpoint_options = {
-            "port": port,
-            "tcpros_port": tcpros_port,
-            "limits": self.limits,
-            "allow": None if allow is None else frozenset(allow),
-            "name": self.name,
-            "dispatch": self._dispatch,
-            "on_topic": self._accept,
-        }
-        self._monitor = LinkMonitor(self.name)
-        self._registrations = Registrations(
-            self._master, self._master.within(FAREWELL_SECONDS), lambda: self._watchdog.master_lost
+        self._topics = TopicTable(context)
+        self._watchdog = Watchdog(
+            context, self._topics, listen=self._listen, moved=self._moved, each_look=self._attach_rosout
         )
-        self._topics = TopicTable(self)
-        self._watchdog = Watchdog(self)
+        context.check_again = self._watchdog.verify
+        context.fork_callbacks.append(self._topics.abandon)
         self._slave = SlaveApi(
             name=self.name,
-            master=self._master,
+            master=context.master,
             topics=self._topics,
             own_uri=lambda: self.uri,
-            tcpros_address=lambda: (self._endpoints.host, self._endpoints.tcpros.port),
-            is_master_address=self._is_master_address,
-            shut_down=self._shut_down_later,
+            tcpros_address=lambda: (context.endpoints.host, context.endpoints.tcpros.port),
+            is_master_address=context.is_master_address,
+            shut_down=partial(closing.shut_down_later, self.name, self._close, on_shutdown_request),
             allow_shutdown=allow_shutdown,
         )
-        self.clock = NodeClock()
-        self._rosout: Rosout | None = None
         try:
             with system_errors(f"open the node {self.name}", self.master_uri):
-                self._endpoints, self._facts = join(self, Deadline(timeout))
+                context.endpoints, self._facts = join(context, self._listen, Deadline(timeout))
         except BaseException:
-            closing.give_up(self)
+            closing.give_up(context)
             raise
-        closing.close_at_exit(self)
+        if close_at_exit:
+            closing.close_at_exit(context, self.close)
         try:
             with system_errors(f"open the node {self.name}", self.master_uri):
                 self._start(rosout)
@@ -212,15 +190,19 @@ class Node:
             raise
 
     def _start(self, rosout: bool) -> None:
-        if self._intraprocess:
-            intraprocess.note_node(self)
-        self.clock.attach(self, self._facts.simulated)
+        context = self._context
+        if context.intraprocess:
+            local_nodes.note_node(self.uri, self._topics.publication)
+        context.closers.append(self.clock.close)
+        followed = self._follow_clock and self._facts.simulated
+        self.clock.attach(context.closing, self.subscriber if followed else None)
         if rosout:
             from rosproto.node.rosout.loggers import Loggers
             from rosproto.node.rosout.rosout import Rosout
 
-            self._rosout = Rosout(self, with_topics=self._facts.rosout_topics)
-            Loggers(self)
+            topics = self._topics.publications if self._facts.rosout_topics else None
+            self._rosout = Rosout(context, self.publisher, topics)
+            Loggers(self.service_server)
         self._watchdog.start()
 
     # -- topics ---------------------------------------------------------------------------------------------
@@ -236,13 +218,14 @@ class Node:
         on_disconnect: Callable[[str], object] | None = None,
         header: Callable[[], Mapping[str, str]] | None = None,
         linger: bool = True,
+        site: CallSite | None = None,
     ) -> Publisher:
         """Publish a topic; registered at the master when this returns.
 
         Args:
             topic: Global, relative or "~private" name.
-            type: A message class or "package/Type"; `AnyMsg` for a relay that does not know what it sends
-                (only subscribers of any type get it, as with rospy).
+            type: A message class or "package/Type"; `AnyMsg` (or another class of md5sum "*") for a relay
+                that does not know what it sends (only subscribers of any type get it, as with rospy).
             latch: A subscriber that comes later gets the last message.
             queue_size: Most messages that wait for one slow subscriber; the oldest is dropped.
             on_connect: Called with the caller id of each new subscriber, in a thread of the library.
@@ -252,6 +235,7 @@ class Node:
             linger: When the program is killed, the system goes on delivering what it sent, for minutes when
                 the network is away. False has that thrown away: for commands that do harm when they come
                 late. After an orderly end (`close`) it is delivered in both cases.
+            site: Where the program made it, for a layer in between; None: where this is called.
 
         Raises:
             LocalProtocolError: No definite type, another type than before, or the node is closed.
@@ -262,7 +246,7 @@ class Node:
         options.callback_or_none(on_disconnect, f"on_disconnect of {topic}")
         options.callback_or_none(header, f"header of {topic}")
         type_ = resolve_type(type, self.revisions)
-        if type_.is_wildcard and type is not AnyMsg:
+        if type is None or type == ANY:
             raise LocalProtocolError(
                 f"{topic}: a publisher needs a definite type; give the class or name of what it publishes"
             )
@@ -275,7 +259,7 @@ class Node:
             on_disconnect=on_disconnect,
             header=header,
             linger=linger,
-            site=CallSite(sys._getframe(1)) if on_connect is not None else None,
+            site=site or (CallSite(sys._getframe(1)) if on_connect is not None else None),
         )
 
     def subscriber(
@@ -290,6 +274,7 @@ class Node:
         unreliable: bool = False,
         on_error: Callable[[Exception], object] | None = None,
         inline: bool = False,
+        site: CallSite | None = None,
     ) -> Subscriber:
         """Subscribe a topic; registered at the master when this returns.
 
@@ -311,6 +296,7 @@ class Node:
             inline: Call `callback` in the thread that received the message even when it is slow; the
                 connection is not read meanwhile (what rospy does). Callbacks for two publishers may then
                 run at the same time.
+            site: As for `publisher`.
 
         Raises:
             LocalProtocolError: Another type than before, or the node is closed.
@@ -329,7 +315,7 @@ class Node:
             unreliable=unreliable,
             on_error=on_error,
             inline=inline,
-            site=CallSite(sys._getframe(1)) if callback is not None else None,
+            site=site or (CallSite(sys._getframe(1)) if callback is not None else None),
         )
 
     def wait_for_message(self, topic: str, type: TypeGiven = None, *, timeout: float | None = 10.0) -> Any:
@@ -369,7 +355,7 @@ class Node:
         """
         from rosproto.node.services import probe as service_probe
 
-        service_probe.wait(self, self.resolve_name(service), timeout, stop=self._closing)
+        service_probe.wait(self._context, self.resolve_name(service), timeout, stop=self._context.closing)
 
     @property
     def _services(self) -> Services:
@@ -377,7 +363,8 @@ class Node:
             if self._services_made is None:
                 from rosproto.node.services.table import Services
 
-                self._services_made = Services(self)
+                self._services_made = Services(self._context)
+                self._context.fork_callbacks.append(self._services_made.abandon)
             return self._services_made
 
     @property
@@ -387,7 +374,8 @@ class Node:
             if self._params_made is None:
                 from rosproto.node.params.parameters import Parameters
 
-                self._params_made = Parameters(self)
+                self._params_made = Parameters(self._context)
+                self._slave.on_parameter_update = self._params_made.on_update
             return self._params_made
 
     # -- facts ----------------------------------------------------------------------------------------------
@@ -395,12 +383,22 @@ class Node:
     @property
     def uri(self) -> str:
         """XML-RPC URI of this node's slave API."""
-        return self._endpoints.uri
+        return self._context.uri
+
+    @property
+    def tcpros_address(self) -> tuple[str, int]:
+        """Host and port where subscribers and clients of services connect."""
+        return self._context.endpoints.host, self._context.endpoints.tcpros.port
+
+    @property
+    def rosrpc_uri(self) -> str:
+        """URI under which services of this node are registered."""
+        return self._context.endpoints.rosrpc_uri
 
     @property
     def master(self) -> MasterClient:
         """The master, asked in this node's name."""
-        return self._master
+        return self._context.master
 
     @property
     def namespace(self) -> str:
@@ -410,25 +408,28 @@ class Node:
     @property
     def closed(self) -> bool:
         """True from the beginning of `close`."""
-        return self._closing.is_set()
+        return self._context.closed
 
     @property
     def close_reason(self) -> str:
         """Why the node was closed: "" by the program, else by whom (`rosnode kill`)."""
-        return self._close_reason
+        return self._context.close_reason
 
     @property
     def logger(self) -> logging.Logger:
         """A logger whose records also go to /rosout (with `rosout=True`)."""
         if self._rosout is not None:
             _ = self._rosout.handler  # the logger has it now
-        return self._logger
+        return self._context.logger
 
     @property
-    def _logger(self) -> logging.Logger:
-        import logging
+    def revisions(self) -> Revisions:
+        """Definitions, and their revisions; may be replaced before anything is opened (`NoRevisions`)."""
+        return self._context.revisions
 
-        return logging.getLogger("ros" + self.name.replace("/", "."))
+    @revisions.setter
+    def revisions(self, revisions: Revisions) -> None:
+        self._context.revisions = revisions
 
     def resolve_name(self, name: str) -> str:
         """The global name that `name` means here, remappings applied.
@@ -438,7 +439,7 @@ class Node:
         Raises:
             ValueError: No master takes it: it is empty, or has a space, `:` or control characters.
         """
-        return self._naming.resolve(name)
+        return self._context.resolve_name(name)
 
     def stats(self) -> NodeStats:
         """Bytes, messages, drops and reconnects of every link, services, and the state of the master link."""
@@ -449,21 +450,21 @@ class Node:
             name=self.name,
             uri=self.uri,
             master_uri=self.master_uri,
-            master_lost=self._watchdog.master_lost,
+            master_lost=self._context.master_lost,
             links=tuple(self._topics.link_stats()),
             services=services,
         )
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait until the node is closed (by `rosnode kill`, or another thread); True when it is."""
-        return wait_event(self._closed, timeout)
+        return wait_event(self._context.ended, timeout)
 
     def on_shutdown(self, callback: Callable[[str], object]) -> None:
         """Have `callback(reason)` called when the node begins to close; "" when the program closes it.
 
         Nothing can be sent any more then: see `before_close`.
         """
-        self._shutdown_callbacks.append(callback)
+        self._context.shutdown_callbacks.append(callback)
 
     def before_close(self, callback: Callable[[str], object]) -> None:
         """Have `callback(reason)` called before the node closes, while everything of it still works.
@@ -475,7 +476,33 @@ class Node:
         They must end by themselves within some seconds: the node waits for them, the end of the program ten
         seconds at most. In one of them `close` does nothing. A process that is killed calls nobody.
         """
-        self._before_close.append(callback)
+        self._context.before_close.append(callback)
+
+    def add_closer(self, close: Callable[[], None]) -> None:
+        """Have `close()` called while the node closes, before its links go: for what is built on the node.
+
+        It has to end in bounded time, and may be called although it was called before. The newest is called
+        first. See `before_close` for what must still be said to others.
+        """
+        self._context.closers.append(close)
+
+    def remove_closer(self, close: Callable[[], None]) -> None:
+        """Do not call it any more; nothing when it is not there."""
+        if close in self._context.closers:
+            self._context.closers.remove(close)
+
+    def watch_master(self, *, period: float, full_check_every: int) -> None:
+        """Look after the master less often, or more.
+
+        Args:
+            period: Seconds between two looks at a master that answers; 1 at first.
+            full_check_every: Looks between two comparisons of the whole graph; 5 at first.
+        """
+        self._watchdog.period, self._watchdog.full_check_every = period, full_check_every
+
+    def look_at_master(self) -> None:
+        """Look now whether the master still knows us: something is known to have changed."""
+        self._watchdog.hurry()
 
     def __repr__(self) -> str:
         state = "closed" if self.closed else self.uri
@@ -491,10 +518,21 @@ class Node:
         self._close("")
 
     def _close(self, reason: str) -> None:
-        closing.close(self, reason)
+        context, watchdog = self._context, self._watchdog
+        closing.close(
+            context,
+            reason,
+            self._forget_local,
+            partial(closing.leave_master, context),
+            partial(watchdog.close, closing.CLOSE_SECONDS),
+            self._topics.close,
+            partial(closing.close_servers, context),
+            partial(watchdog.close, closing.CLOSE_SECONDS),
+        )
 
-    def _shut_down_later(self, reason: str) -> None:
-        closing.shut_down_later(self, reason)
+    def _forget_local(self) -> None:
+        if self._context.intraprocess:
+            local_nodes.forget_node(self.uri, self._topics.publication)
 
     def __enter__(self) -> Node:
         return self
@@ -509,13 +547,10 @@ class Node:
 
     # -- for the parts --------------------------------------------------------------------------------------
 
-    @property
-    def _tcpros(self) -> TcprosServer:
-        return self._endpoints.tcpros
-
-    @property
-    def _rosrpc_uri(self) -> str:
-        return self._endpoints.rosrpc_uri
+    def _moved(self, old_uri: str) -> None:
+        if self._context.intraprocess:
+            local_nodes.forget_node(old_uri, self._topics.publication)
+            local_nodes.note_node(self.uri, self._topics.publication)
 
     def _dispatch(self, method: str, params: list[object], peer: str) -> object:
         return self._slave.dispatch(method, params, peer)
@@ -524,22 +559,10 @@ class Node:
         self._topics.accept(sock, fields, peer)
 
     def _check_open(self) -> None:
-        if self._closing.is_set():
-            why = f" ({self._close_reason})" if self._close_reason else ""
+        if self.closed:
+            why = f" ({self.close_reason})" if self.close_reason else ""
             raise LocalProtocolError(f"node {self.name} is closed{why}; open another one")
-
-    def _is_master_address(self, host: str) -> bool:
-        """Did this call come from the master's computer? Or, when the master is here, from our address."""
-        hosts = self._master_hosts
-        here = self._endpoints.host in hosts or any(is_loopback(address) for address in hosts)
-        return host in hosts or (here and host == self._endpoints.host)
 
     def _attach_rosout(self) -> None:
         if self._rosout is not None:
             self._rosout.attach_if_used()
-
-    def _next_link_id(self) -> int:
-        return next(self._link_ids)
-
-    def _wall_time(self) -> float:
-        return time.time()

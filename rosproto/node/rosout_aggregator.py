@@ -57,7 +57,7 @@ class RosoutAggregator:
         self._log: RosoutLog | None = None
         try:
             self._log = None if log_file is None else RosoutLog(log_file)
-            Loggers(self.node)
+            Loggers(self.node.service_server)
             self._out = self.node.publisher("/rosout_agg", LOG, queue_size=QUEUE)
             self.node.subscriber("/rosout", LOG, self._pass_on, raw=True, queue_size=QUEUE)
         except BaseException:

@@ -22,7 +22,7 @@ from rosproto.node.revisions.topic_types import TopicType
 
 if TYPE_CHECKING:
     from rosproto.node.call_site import CallSite
-    from rosproto.node.node import Node
+    from rosproto.node.context import Context
     from rosproto.node.stats import LinkStats
     from rosproto.protocol.udpros import DatagramRequest
     from rosproto.transport.deadline import Deadline
@@ -40,8 +40,8 @@ class TopicTable:
     must be answered while we wait for its answer.
     """
 
-    def __init__(self, node: Node) -> None:
-        self._node = node
+    def __init__(self, context: Context) -> None:
+        self._context = context
         self._publications: dict[str, Publication] = {}
         self._subscriptions: dict[str, Subscription] = {}
         self._publishing, self._subscribing = Turns(), Turns()
@@ -66,7 +66,7 @@ class TopicTable:
             publication = self._publications.get(name)
             new = publication is None
             if publication is None:
-                publication = Publication(self._node, name, type_)
+                publication = Publication(self._context, name, type_)
             elif publication.type.md5sum != type_.md5sum:
                 raise LocalProtocolError(
                     f"{name} is published by this node as {publication.type.name} (md5sum"
@@ -74,7 +74,8 @@ class TopicTable:
                     " publisher first"
                 )
             publisher = Publisher(
-                self._node,
+                self._context,
+                self.close_publisher,
                 publication,
                 latch=latch,
                 queue_size=queue_size,
@@ -88,10 +89,10 @@ class TopicTable:
             self._publications[name] = publication
             if new:
                 try:
-                    self._node._registrations.add(publication)
+                    self._context.registrations.add(publication)
                 except BaseException:
                     del self._publications[name]
-                    publisher._closed = True
+                    publisher.end()
                     publication.close()
                     raise
             return publisher
@@ -103,7 +104,7 @@ class TopicTable:
                 return
             if self._publications.get(publication.name) is publication:
                 del self._publications[publication.name]
-            self._node._registrations.remove(publication)
+            self._context.registrations.remove(publication)
         publication.close()
 
     def open_subscriber(
@@ -127,12 +128,13 @@ class TopicTable:
             new = subscription is None
             if subscription is None:
                 subscription = Subscription(
-                    self._node, name, type_, tcp_nodelay=tcp_nodelay, unreliable=unreliable
+                    self._context, name, type_, tcp_nodelay=tcp_nodelay, unreliable=unreliable
                 )
             else:
                 subscription.check_type(type_)
             subscriber = Subscriber(
-                self._node,
+                self._context,
+                self.close_subscriber,
                 subscription,
                 type_,
                 callback=callback,
@@ -146,12 +148,12 @@ class TopicTable:
             self._subscriptions[name] = subscription
             if new:
                 try:
-                    self._node._registrations.add(
+                    self._context.registrations.add(
                         subscription, None if deadline is None else deadline.remaining()
                     )
                 except BaseException:
                     del self._subscriptions[name]
-                    subscriber._end()
+                    subscriber.end()
                     subscription.close()
                     raise
             return subscriber
@@ -163,7 +165,7 @@ class TopicTable:
                 return
             if self._subscriptions.get(subscription.name) is subscription:
                 del self._subscriptions[subscription.name]
-            self._node._registrations.remove(subscription)
+            self._context.registrations.remove(subscription)
         subscription.close()
 
     def close(self) -> None:
@@ -172,14 +174,23 @@ class TopicTable:
         self._publications, self._subscriptions = {}, {}
         for publication in publications:
             for publisher in publication.handles:
-                publisher._closed = True
+                publisher.end()
             publication.close()
         for subscription in subscriptions:
             for subscriber in subscription.handles:
-                subscriber._end()
+                subscriber.end()
             subscription.close(0.0)
         for subscription in subscriptions:
             subscription.close(0.5)
+
+    def abandon(self) -> None:
+        """In a fork of this process: what the program holds is closed, without taking a lock."""
+        for publication in self._publications.values():
+            for publisher in publication.handles:
+                publisher.end()
+        for subscription in self._subscriptions.values():
+            for subscriber in subscription.handles:
+                subscriber.abandon()
 
     # -- lookups --------------------------------------------------------------------------------------------
 
@@ -195,7 +206,7 @@ class TopicTable:
         """A subscriber connects; its header names the topic."""
         publication = self._publications.get(fields["topic"])
         if publication is None:
-            text = f"{self._node.name} does not publish {fields['topic'][:200]}"
+            text = f"{self._context.name} does not publish {fields['topic'][:200]}"
             _log.debug("! %s:%s: %s", *peer[:2], text)
             refuse(sock, text)
         else:
@@ -246,7 +257,11 @@ class TopicTable:
 
     def request_datagrams(self, topic: str, request: DatagramRequest) -> list[object]:
         publication = self._publications.get(topic)
-        return [] if publication is None else datagram_link.accept(publication, request)
+        return (
+            []
+            if publication is None
+            else datagram_link.accept(publication, request, links=len(self.datagram_links()))
+        )
 
     def update_publishers(self, topic: str, uris: list[str]) -> None:
         subscription = self._subscriptions.get(topic)
@@ -256,7 +271,7 @@ class TopicTable:
     def verify_publishers(self, topic: str) -> None:
         subscription = self._subscriptions.get(topic)
         if subscription is not None:
-            self._node._watchdog.verify(subscription)
+            self._context.check_again(subscription)
 
     def bus_info(self) -> list[list[Any]]:
         """[connectionId, destinationId, direction, transport, topic, connected, text] for each link."""

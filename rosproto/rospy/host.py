@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Mapping
 from typing import Any
 
 from rosproto.errors import Md5sumMismatch
-from rosproto.node import Event, EventKind, MasterClient, Node, closing
+from rosproto.logs import PeerLog
+from rosproto.node import Event, EventKind, MasterClient, Node
 from rosproto.node.options import host_names
 from rosproto.node.revisions.revisions import Revisions
 from rosproto.protocol.limits import Limits
@@ -34,30 +34,22 @@ class ProgramNode(Node):
         on_refused: Callable[[str], object],
         **options: Any,
     ) -> None:
-        self._on_shutdown_request = on_shutdown_request
         self.on_refused = on_refused
-        self._asking = threading.local()
-        super().__init__(name, rosout=False, intraprocess=False, on_event=self._note, **options)
-        # rospy ends it, after the program's own hooks, which still publish: not before them at exit.
-        closing._open_nodes.pop(self, None)
-
-    def _accept(self, sock: Any, fields: dict[str, str], peer: tuple[str, int]) -> None:
-        self._asking.fields = fields  # for what is noted meanwhile, in this thread
-        super()._accept(sock, fields, peer)
+        super().__init__(
+            name,
+            rosout=False,
+            intraprocess=False,
+            follow_clock=False,
+            # rospy ends it, after the program's own hooks, which still publish: not before them at exit.
+            close_at_exit=False,
+            on_shutdown_request=on_shutdown_request,
+            on_event=self._note,
+            **options,
+        )
 
     def _note(self, event: Event) -> None:
-        if event.kind is EventKind.REFUSED and isinstance(event.error, Md5sumMismatch):
-            fields = getattr(self._asking, "fields", None)
-            if fields and fields.get("topic") == event.name:
-                self.on_refused(refusal(fields, event.error))
-
-    def _start(self, rosout: bool) -> None:
-        self._watchdog.start()
-
-    def _shut_down_later(self, reason: str) -> None:
-        threading.Thread(
-            target=self._on_shutdown_request, args=(reason,), name="rosproto:shutdown request", daemon=True
-        ).start()
+        if event.kind is EventKind.REFUSED and isinstance(event.error, Md5sumMismatch) and event.header:
+            self.on_refused(refusal(event.header, event.error))
 
 
 def refusal(fields: Mapping[str, str], error: Md5sumMismatch) -> str:
@@ -85,7 +77,4 @@ class Caller:
         self.hosts = HostNames(host_names(), master=parse_uri(master_uri)[0])
         self.master = MasterClient(master_uri, name, timeout=60.0, hosts=self.hosts)
         self.revisions = Revisions()
-        self._services = self
-
-    def forget_client(self, client: object) -> None:
-        """Nobody keeps a list."""
+        self.said = PeerLog("rosproto.rospy")

@@ -72,7 +72,7 @@ def behind_proxy() -> Iterator[tuple[Any, Any, FaultProxy]]:
         Master() as master,
         Node("/a", master_uri=master.uri) as a,
         Node("/b", master_uri=master.uri, intraprocess=False) as b,
-        FaultProxy("127.0.0.1", a._tcpros.port) as proxy,
+        FaultProxy("127.0.0.1", a._context.endpoints.tcpros.port) as proxy,
     ):
         handler, arity, refusal = a._slave.methods["requestTopic"]
         a._slave.methods["requestTopic"] = (
@@ -244,7 +244,7 @@ def publisher_same_port() -> float:
         subscriber = b.subscriber("/t", STRING)
         a = Node("/a", master_uri=master.uri, port=port)
         a.publisher("/t", STRING).wait_for_connection()
-        a._registrations._table.clear()  # it does not unregister, as a killed process does not
+        a._context.registrations._table.clear()  # it does not unregister, as a killed process does not
         a.close()
         time.sleep(2.0)
         with Node("/a", master_uri=master.uri, port=port, rosout=False) as a:

@@ -51,7 +51,7 @@ def pair() -> Iterator[tuple[Node, Node, FaultProxy]]:
         Master() as master,
         Node("/talker", master_uri=master.uri, rosout=False) as a,
         Node("/hearer", master_uri=master.uri, rosout=False, intraprocess=False) as b,
-        FaultProxy("127.0.0.1", a._tcpros.port) as proxy,
+        FaultProxy("127.0.0.1", a._context.endpoints.tcpros.port) as proxy,
     ):
         behind(proxy, a)
         yield a, b, proxy
@@ -170,7 +170,7 @@ def test_a_peer_that_vanished_is_noticed_by_keep_alive(monkeypatch: pytest.Monke
         publication = a._topics.publication("/t")
         assert publication is not None
         link: Any = publication.links[0]
-        a._monitor._drop = lambda link: None  # type: ignore[method-assign]
+        a._context.monitor._drop = lambda link: None  # type: ignore[method-assign]
         _vanish(link.sock)
         publication.detach(link)
         eventually(lambda: subscriber.stats()[0].reconnects == 1 and subscriber.connections == 1, 10)
@@ -304,7 +304,10 @@ def test_the_address_changes_under_way_many_times(monkeypatch: pytest.MonkeyPatc
         roams.service_server("/s", "std_srvs/Empty", lambda request: {})
         client = stays.service_client("/s", "std_srvs/Empty", persistent=True)
         for number in (2, 3, 4):
-            old = ("127.0.0.1" if number == 2 else f"127.0.0.{number - 1}", roams._endpoints.slave.port)
+            old = (
+                "127.0.0.1" if number == 2 else f"127.0.0.{number - 1}",
+                roams._context.endpoints.slave.port,
+            )
             address[0] = f"127.0.0.{number}"
             eventually(lambda: roams.uri.startswith(f"http://{address[0]}:"))
             eventually(lambda: stays.master.lookup_node("/roams") == roams.uri)

@@ -96,6 +96,12 @@ class _Slave:
     on_parameter_update: Any = None
 
 
+class _Endpoints:
+    def __init__(self, tcpros: TcprosServer) -> None:
+        self.tcpros = tcpros
+        self.rosrpc_uri = f"rosrpc://127.0.0.1:{tcpros.port}"
+
+
 class SmallNode:
     """Has what `Services` and `Parameters` use of a node; several may share one `MemoryMaster`."""
 
@@ -110,19 +116,17 @@ class SmallNode:
         self.limits = limits or Limits()
         self.hosts = HostNames()
         self.revisions = Revisions()
-        self._said = PeerLog("rosproto.node")
-        self._closers: list[Any] = []
+        self.said = PeerLog("rosproto.node")
+        self.closers: list[Any] = []
+        self._context = self
         self._slave = _Slave()
-        self._registrations = Registrations(self.master)  # type: ignore[arg-type]
-        self._tcpros = TcprosServer(
-            "127.0.0.1", limits=self.limits, on_topic=lambda sock, fields, peer: sock.close()
+        self.registrations = Registrations(self.master)  # type: ignore[arg-type]
+        self.endpoints = _Endpoints(
+            TcprosServer("127.0.0.1", limits=self.limits, on_topic=lambda sock, fields, peer: sock.close())
         )
         self._services = Services(self)  # type: ignore[arg-type]
         self.params = Parameters(self)  # type: ignore[arg-type]
-
-    @property
-    def _rosrpc_uri(self) -> str:
-        return f"rosrpc://127.0.0.1:{self._tcpros.port}"
+        self._slave.on_parameter_update = self.params.on_update
 
     def resolve_name(self, name: str) -> str:
         return resolve(name, self.name)
@@ -140,6 +144,6 @@ class SmallNode:
         self.close()
 
     def close(self) -> None:
-        for closer in reversed(self._closers):
+        for closer in reversed(self.closers):
             closer()
-        self._tcpros.close(2.0)
+        self.endpoints.tcpros.close(2.0)

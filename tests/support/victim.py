@@ -154,8 +154,8 @@ def live() -> None:
                     "master_uri": master.uri,
                     "node_uri": node.uri,
                     "master": master.port,
-                    "node": node._endpoints.slave.port,
-                    "tcpros": node._tcpros.port,
+                    "node": node._context.endpoints.slave.port,
+                    "tcpros": node._context.endpoints.tcpros.port,
                 }
             ),
             flush=True,
@@ -169,8 +169,8 @@ def live() -> None:
                     "names": names,
                     "watched": watched[-5:],
                     "closed": node.closed,
-                    "tcpros": node._tcpros._server.connections,
-                    "slave": node._endpoints.slave._server.connections,
+                    "tcpros": node._context.endpoints.tcpros._server.connections,
+                    "slave": node._context.endpoints.slave._server.connections,
                     "master": master.stats()["connections"],
                     "links": {
                         uri: link.state.value for uri, link in node._topics.subscription("/in").links.items()

@@ -89,7 +89,7 @@ class Graph:
             if self._own_master:
                 # Nothing is lost between it and us, and its restart is told (`look_at_master`). Forty nodes
                 # that asked for it every second were most of what an idle robot cost.
-                node._watchdog.period, node._watchdog.full_check_every = _PERIOD, _SELDOM
+                node.watch_master(period=_PERIOD, full_check_every=_SELDOM)
             node.revisions = NoRevisions()
             self.nodes[name] = node
         return self.nodes[name]
@@ -202,7 +202,7 @@ class Graph:
     def look_at_master(self) -> None:
         """It is another one now: have every node register again."""
         for node in self.nodes.values():
-            node._watchdog.hurry()
+            node.look_at_master()
 
     def close(self) -> None:
         """Close all nodes."""

@@ -62,6 +62,10 @@ class ApiClient:
         """Close the connections; running calls end with ConnectionLost."""
         self._client.close()
 
+    def abandon(self) -> None:
+        """In a fork of this process: closed, without touching the parent's connections."""
+        self._client.abandon()
+
     def reconnect(self) -> None:
         """Make new connections from now on, because this computer's address changed."""
         self._client.reconnect()

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.node.graph import replies
-from rosproto.node.graph.endpoints import Endpoints, listening_address, open_endpoints
-from rosproto.node.incoming import local_link as intraprocess
+from rosproto.node.graph.endpoints import Endpoints, listening_address
 from rosproto.records import NamedTuple
 from rosproto.transport.address import resolve
 
 if TYPE_CHECKING:
+    from rosproto.node.context import Context
     from rosproto.node.graph.master_client import MasterClient
-    from rosproto.node.node import Node
     from rosproto.transport.deadline import Deadline
 
-__all__ = ["GraphFacts", "ask_facts", "join", "rebind"]
+__all__ = ["GraphFacts", "Listen", "ask_facts", "join", "rebind"]
 
 REBIND_SECONDS = 1.0  # for looking up names, and for ending what used the old address
+
+
+Listen = Callable[[str, str], Endpoints]
+"""Opens the servers of the node: the host to announce, the address to listen on."""
 
 
 class GraphFacts(NamedTuple):
@@ -57,48 +61,47 @@ def ask_facts(master: MasterClient, timeout: float | None) -> GraphFacts:
     )
 
 
-def join(node: Node, deadline: Deadline) -> tuple[Endpoints, GraphFacts]:
+def join(context: Context, listen: Listen, deadline: Deadline) -> tuple[Endpoints, GraphFacts]:
     """Find the master, then listen: a node that cannot register need not open a port.
 
     Raises:
         ConnectionLost, RosTimeout: The node cannot join; the text names it and the master.
     """
     try:
-        facts = ask_facts(node._master, deadline.remaining())
-        node._master_hosts = frozenset(resolve(node._master_address[0], deadline))
+        facts = ask_facts(context.master, deadline.remaining())
+        context.master_hosts = frozenset(resolve(context.master_address[0], deadline))
         announced, bind = listening_address(
-            node._host_given, node._master_address, deadline.remaining() or 0.1
+            context.host_given, context.master_address, deadline.remaining() or 0.1
         )
-        return open_endpoints(announced, bind, node._master_address, **node._endpoint_options), facts
+        return listen(announced, bind), facts
     except RosError as error:
-        raise _cannot_join(node, error) from error
+        raise _cannot_join(context, error) from error
 
 
-def _cannot_join(node: Node, error: RosError) -> RosError:
-    text = f"node {node.name} cannot join the master {node.master_uri}: {error}"
+def _cannot_join(context: Context, error: RosError) -> RosError:
+    text = f"node {context.name} cannot join the master {context.master_uri}: {error}"
     if isinstance(error, RosTimeout):
-        return RosTimeout(text, what=f"the master {node.master_uri}", seconds=error.seconds)
-    return ConnectionLost(text, peer=node.master_uri)
+        return RosTimeout(text, what=f"the master {context.master_uri}", seconds=error.seconds)
+    return ConnectionLost(text, peer=context.master_uri)
 
 
-def rebind(node: Node) -> bool:
+def rebind(context: Context, listen: Listen, moved: Callable[[str], None]) -> bool:
     """Listen on our present address towards the master, when it is another one now; True when it is.
+
+    `moved` is called with the URI that holds no more, before what used it ends.
 
     Raises:
         RosError: There is no way to the master at present, or nothing can be listened on.
     """
-    if node._host_given is not None:
+    if context.host_given is not None:
         return False
-    announced, bind = listening_address(None, node._master_address, REBIND_SECONDS)
-    old = node._endpoints
+    announced, bind = listening_address(None, context.master_address, REBIND_SECONDS)
+    old = context.endpoints
     if announced == old.host:
         return False
-    new = open_endpoints(announced, bind, node._master_address, **node._endpoint_options)
+    new = listen(announced, bind)
     new.tcpros.on_service = old.tcpros.on_service
-    node._endpoints = new
-    if node._intraprocess:
-        intraprocess.forget_node(old.uri, node)
-        intraprocess.note_node(node)
+    context.endpoints = new
+    moved(old.uri)
     old.close(REBIND_SECONDS)
-    node._topics.links_changed_address()
     return True

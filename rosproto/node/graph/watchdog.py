@@ -18,24 +18,22 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Collection, Sequence
+from typing import TYPE_CHECKING, Protocol
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.node.events import Event, EventKind, without_frames
-from rosproto.node.graph.joining import rebind
+from rosproto.node.graph.joining import Listen, rebind
 from rosproto.transport.address import same_uri
 from rosproto.transport.backoff import Backoff
 from rosproto.transport.os_errors import no_route
 from rosproto.transport.sleep import SleepDetector
 
 if TYPE_CHECKING:
-    from rosproto.node.graph.master_client import SystemState
+    from rosproto.node.context import Context
+    from rosproto.node.graph.master_client import MasterClient, SystemState
     from rosproto.node.graph.registrations import Registration
-    from rosproto.node.incoming.subscription import Subscription
-    from rosproto.node.node import Node
-    from rosproto.node.outgoing.datagram_link import DatagramLink
 
 __all__ = ["Watchdog"]
 
@@ -50,33 +48,86 @@ FULL_CHECK_EVERY = 5  # looks
 MOST_TO_VERIFY = 1000  # topics; more are not ours
 
 
+class FollowedTopic(Protocol):
+    """A subscribed topic, as far as its publishers are looked after here."""
+
+    @property
+    def name(self) -> str: ...
+
+    def knows(self, publishers: Collection[str]) -> bool: ...
+
+    def register(self, master: MasterClient) -> None: ...
+
+
+class DatagramPeer(Protocol):
+    """Somebody who gets datagrams, and whose end nobody tells."""
+
+    @property
+    def caller_id(self) -> str: ...
+
+    @property
+    def topic(self) -> str: ...
+
+    def close(self) -> None: ...
+
+
+class WatchedTopics(Protocol):
+    """The topics of the node, as far as they are looked after here."""
+
+    def subscription(self, name: str) -> FollowedTopic | None: ...
+
+    def datagram_links(self) -> Sequence[DatagramPeer]: ...
+
+    def links_changed_address(self) -> None: ...
+
+    def woke_up(self) -> None: ...
+
+
 class Watchdog:
     """One thread per node.
+
+    Args:
+        context: Of the node.
+        topics: Its topics.
+        listen: Opens its servers (`joining.Listen`).
+        moved: Told the old URI when they have been opened on another address.
+        each_look: Called at each look, first.
 
     Attributes:
         period: Seconds between two looks at a master that answers.
         full_check_every: Looks between two comparisons of the whole graph.
     """
 
-    def __init__(self, node: Node) -> None:
+    def __init__(
+        self,
+        context: Context,
+        topics: WatchedTopics,
+        *,
+        listen: Listen,
+        moved: Callable[[str], None],
+        each_look: Callable[[], None],
+    ) -> None:
         self.period = PERIOD
         self.full_check_every = FULL_CHECK_EVERY
-        self._node = node
+        self._context = context
+        self._topics = topics
+        self._listen, self._moved, self._each_look = listen, moved, each_look
         self._wake = threading.Condition()
-        self._to_verify: dict[str, Subscription] = {}
+        self._to_verify: dict[str, FollowedTopic] = {}
         self._hurry = False
         self._backoff = Backoff(first=0.1, factor=1.5, most=0.5, jitter=0.1)
         self._identity: object = None
-        self._lost = False
         self._looks = 0
         self._sleep = SleepDetector()
-        self._thread = threading.Thread(target=self._run, name=f"rosproto:watchdog {node.name}", daemon=True)
+        self._thread = threading.Thread(
+            target=self._run, name=f"rosproto:watchdog {context.name}", daemon=True
+        )
 
     def start(self) -> None:
         self._thread.start()
 
     def close(self, timeout: float) -> None:
-        """End the thread (`node._closing` is set)."""
+        """End the thread (`context.closing` is set)."""
         with self._wake:
             self._wake.notify_all()
         if self._thread.ident is not None and threading.current_thread() is not self._thread:
@@ -85,9 +136,9 @@ class Watchdog:
     @property
     def master_lost(self) -> bool:
         """True while the master does not answer."""
-        return self._lost
+        return self._context.master_lost
 
-    def verify(self, subscription: Subscription) -> None:
+    def verify(self, subscription: FollowedTopic) -> None:
         """Ask the master for the publishers of a topic, soon; many requests become one."""
         with self._wake:
             if len(self._to_verify) < MOST_TO_VERIFY:
@@ -103,67 +154,69 @@ class Watchdog:
 
     def _run(self) -> None:
         pause, took = self.period, 0.0
-        while not self._node._closing.is_set():
+        while not self._context.closing.is_set():
             with self._wake:
                 # Not "until something is to be verified": that stays so while the master is away.
-                self._wake.wait_for(lambda: self._node._closing.is_set() or self._hurry, pause)
+                self._wake.wait_for(lambda: self._context.closing.is_set() or self._hurry, pause)
                 self._hurry = False
-            if self._node._closing.is_set():
+            if self._context.closing.is_set():
                 return
             try:
                 self._notice_sleep(pause + took)  # a master that is slow to answer is no sleep
                 begun = time.monotonic()
-                self._node._attach_rosout()
+                self._each_look()
                 pause = self._look()
                 took = time.monotonic() - begun
             except Exception:
-                _log.exception("! %s: the watchdog failed, and goes on", self._node.name)
+                _log.exception("! %s: the watchdog failed, and goes on", self._context.name)
                 pause = self.period
 
     def _notice_sleep(self, meant: float) -> None:
         seconds = self._sleep.slept(meant)
         if seconds:
             _log.info(
-                "= %s: this computer slept for %.0f s; all links are made anew", self._node.name, seconds
+                "= %s: this computer slept for %.0f s; all links are made anew", self._context.name, seconds
             )
             self._looks = self.full_check_every - 1
-            self._node._topics.woke_up()
+            self._topics.woke_up()
 
     def _look(self) -> float:
         """One round; returns the seconds until the next."""
         try:
             moved = self._follow_address()
             stands = self._check_registration() and not moved
-            if not stands and not self._node._registrations.register_all():
-                raise ConnectionLost("the master went away during registration", peer=self._node.master_uri)
+            if not stands and not self._context.registrations.register_all():
+                raise ConnectionLost(
+                    "the master went away during registration", peer=self._context.master_uri
+                )
             self._verify_some()
-            if not self._node._registrations.register_pending():
+            if not self._context.registrations.register_pending():
                 return self._backoff.next()
         except (ConnectionLost, RosTimeout) as error:
             self._master_lost(error)
             return self._backoff.next()
         except RosError as error:
-            _log.warning("! master %s: %s", self._node.master_uri, error)
+            _log.warning("! master %s: %s", self._context.master_uri, error)
             return self.period
         self._master_answers(stands)
         return self.period
 
     def _check_registration(self) -> bool:
         """False when the master has to be told everything again."""
-        node = self._node
-        before = node._registrations.confirmed()
+        context = self._context
+        before = context.registrations.confirmed()
         pid, uri, run_id = self._ask()
         identity = (pid, run_id)
         known, self._identity = self._identity, identity
-        if self._lost or (known is not None and known != identity):
+        if self._context.master_lost or (known is not None and known != identity):
             return False
         if not self._still(before):
             return True
         if not isinstance(uri, str):
             return False
-        if not same_uri(uri, node.uri):
+        if not same_uri(uri, context.uri):
             # Another node has our name: it was told to, and we were told to shut down. Do not fight over it.
-            _log.debug("! %s is registered at %s, not at %s", node.name, uri, node.uri)
+            _log.debug("! %s is registered at %s, not at %s", context.name, uri, context.uri)
             return True
         self._looks += 1
         return self._looks % self.full_check_every != 0 or self._graph_has_all()
@@ -172,10 +225,10 @@ class Watchdog:
         """The master's process id, our URI as it knows it, its run id; one request where multicall works."""
         calls: list[tuple[str, tuple[object, ...]]] = [
             ("getPid", ()),
-            ("lookupNode", (self._node.name,)),
+            ("lookupNode", (self._context.name,)),
             ("getParam", ("/run_id",)),
         ]
-        master = self._node._master
+        master = self._context.master
         try:
             answers = master.several(calls, timeout=PATIENCE)
         except RosTimeout:
@@ -184,15 +237,15 @@ class Watchdog:
         return values[0], values[1], values[2]
 
     def _graph_has_all(self) -> bool:
-        node = self._node
-        before = node._registrations.confirmed()
-        datagram_links = node._topics.datagram_links()
-        state = node._master.get_system_state(timeout=CALL_TIMEOUT)
+        context = self._context
+        before = context.registrations.confirmed()
+        datagram_links = self._topics.datagram_links()
+        state = context.master.get_system_state(timeout=CALL_TIMEOUT)
         tables = {"publisher": state.publishers, "subscriber": state.subscribers, "service": state.services}
         self._note_unknown_publishers(state)
         self._forget_unsubscribed(datagram_links, state)
         return all(
-            node.name in tables[registration.kind].get(registration.name, ())
+            context.name in tables[registration.kind].get(registration.name, ())
             for registration in self._still(before)
             if registration.kind in tables
         )
@@ -201,19 +254,19 @@ class Watchdog:
         """Of these, what the master must know in an answer that was asked for after them: all but those taken
         back meanwhile. What was being made then is not among them.
         """
-        now = {id(registration) for registration in self._node._registrations.confirmed()}
+        now = {id(registration) for registration in self._context.registrations.confirmed()}
         return [registration for registration in before if id(registration) in now]
 
     def _note_unknown_publishers(self, state: SystemState) -> None:
         """Have topics verified whose publishers are others than those we know."""
-        for registration in self._node._registrations.of_kind("subscriber"):
-            subscription = self._node._topics.subscription(registration.name)
+        for registration in self._context.registrations.of_kind("subscriber"):
+            subscription = self._topics.subscription(registration.name)
             publishers = state.publishers.get(registration.name, ())
             if subscription is not None and not subscription.knows(publishers):
                 self.verify(subscription)
 
     @staticmethod
-    def _forget_unsubscribed(links: Sequence[DatagramLink], state: SystemState) -> None:
+    def _forget_unsubscribed(links: Sequence[DatagramPeer], state: SystemState) -> None:
         """Let go of those who got datagrams and do not subscribe any more: their end is seen nowhere else.
 
         A restarted master knows nobody, and roscpp does not register again: who is unknown altogether stays.
@@ -227,8 +280,8 @@ class Watchdog:
         with self._wake:
             to_verify, self._to_verify = self._to_verify, {}
         for subscription in to_verify.values():
-            if self._node._topics.subscription(subscription.name) is subscription:
-                subscription.register(self._node._master)
+            if self._topics.subscription(subscription.name) is subscription:
+                subscription.register(self._context.master)
 
     def _follow_address(self) -> bool:
         """Listen on our present address towards the master; True when it is another one than before.
@@ -236,34 +289,35 @@ class Watchdog:
         Raises:
             ConnectionLost: There is no way to the master, the cable is out.
         """
-        node = self._node
-        old = node.uri
+        context = self._context
+        old = context.uri
         try:
-            if not rebind(node):
+            if not rebind(context, self._listen, self._moved):
                 return False
         except RosError as error:
             if no_route(error.__cause__):
-                if not self._lost:
-                    node._master.reconnect()  # calls under way fail now, not when their time is over
+                if not self._context.master_lost:
+                    context.master.reconnect()  # calls under way fail now, not when their time is over
                 raise
             # The name server is silent, or the port taken: that says nothing about the master.
-            _log.debug("! %s: the present address is not known: %s", node.name, error)
+            _log.debug("! %s: the present address is not known: %s", context.name, error)
             return False
-        node._master.reconnect()
-        _log.warning("= %s: our address changed, %s is now %s", node.name, old, node.uri)
-        node._emit(Event(EventKind.ADDRESS_CHANGED, address=node.uri))
+        self._topics.links_changed_address()
+        context.master.reconnect()
+        _log.warning("= %s: our address changed, %s is now %s", context.name, old, context.uri)
+        context.emit(Event(EventKind.ADDRESS_CHANGED, address=context.uri))
         return True
 
     def _master_lost(self, error: RosError) -> None:
-        if not self._lost:
-            self._lost = True
-            _log.warning("! the master %s is away, it is tried again: %s", self._node.master_uri, error)
+        if not self._context.master_lost:
+            self._context.master_lost = True
+            _log.warning("! the master %s is away, it is tried again: %s", self._context.master_uri, error)
             known = without_frames(error)
-            self._node._emit(Event(EventKind.MASTER_LOST, address=self._node.master_uri, error=known))
+            self._context.emit(Event(EventKind.MASTER_LOST, address=self._context.master_uri, error=known))
 
     def _master_answers(self, stood: bool) -> None:
         self._backoff.reset()
-        if self._lost or not stood:
-            self._lost = False
-            _log.warning("= master %s: everything is registered again", self._node.master_uri)
-            self._node._emit(Event(EventKind.MASTER_BACK, address=self._node.master_uri))
+        if self._context.master_lost or not stood:
+            self._context.master_lost = False
+            _log.warning("= master %s: everything is registered again", self._context.master_uri)
+            self._context.emit(Event(EventKind.MASTER_BACK, address=self._context.master_uri))

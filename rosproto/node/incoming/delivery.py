@@ -46,7 +46,7 @@ class Sink:
 
     def __init__(self, subscription: Subscription, handles: Sequence[Subscriber], type_: TopicType) -> None:
         self.subscription = subscription
-        self._now = subscription.node._wall_time
+        self._now = subscription.context.wall_time
         self._handles = tuple(handle for handle in handles if not handle.raw)
         self._raw_handles = tuple(handle for handle in handles if handle.raw)
         self._decode_later = type_.decode if self._handles and not type_.is_wildcard else raw_message
@@ -135,7 +135,7 @@ class RevisedSink(Sink):
             self._told = True
             name = self.subscription.name
             text = "! %s: messages are dropped that do not fit: %s"
-            self.subscription.node._said.warning(name, text, name, unfit[0])
+            self.subscription.context.said.warning(name, text, name, unfit[0])
         return [item for item in batch if type(item) is not Unfit]
 
 

@@ -39,6 +39,12 @@ class Inbox:
         self._waiters = 0
         self.closed = False
 
+    def abandon(self) -> None:
+        """In a fork of this process: closed, whoever held the lock in the parent."""
+        self.lock = threading.Lock()
+        self.condition = threading.Condition(self.lock)
+        self.close()
+
     def put(self, batch: Sequence[Any], stamp: float) -> None:
         """Add messages, the newest last."""
         with self.lock:

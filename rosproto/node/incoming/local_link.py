@@ -5,10 +5,6 @@ The subscriber decodes from the very bytes the publisher encoded (immutable, sha
 so arrays are read-only views of them and nothing is copied. Everything else is as over TCP: the md5sums
 must fit, each subscriber has its own queue, oldest dropped, and its own thread, so publish() waits for
 nobody.
-
-Nodes find each other by URI in a table of the open nodes of this process (kept alive by their threads in any
-case). It decides only *how* bytes travel between two nodes which the master has brought together, and
-`Node(intraprocess=False)` does without.
 """
 
 from __future__ import annotations
@@ -20,43 +16,20 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, MasterError, RosTimeout
 from rosproto.node.incoming.link_state import LinkEvent
+from rosproto.node.incoming.local_nodes import find_node
 from rosproto.node.incoming.publisher_link import PublisherLink
 from rosproto.node.outgoing.frames import LargeFrame
 from rosproto.protocol.handshake import check_publisher_header, check_subscriber_header, subscriber_header
-from rosproto.transport.address import parse_uri
 
 if TYPE_CHECKING:
     from rosproto.node.incoming.subscription import Subscription
-    from rosproto.node.node import Node
     from rosproto.node.outgoing.publication import Publication
     from rosproto.node.stats import LinkStats
 
-__all__ = ["LocalLink", "find_node", "forget_node", "note_node"]
-
-_open_nodes: dict[tuple[str, int], Node] = {}
+__all__ = ["LocalLink"]
 
 MOST_AT_ONCE = 256
 IN_FLIGHT = 1 << 20  # bytes under way before the queue size counts, as a TCP connection's buffers hold them
-
-
-def note_node(node: Node) -> None:
-    """A node is open under its present URI."""
-    _open_nodes[parse_uri(node.uri)] = node
-
-
-def forget_node(uri: str, node: Node) -> None:
-    """It is not any more."""
-    key = parse_uri(uri)
-    if _open_nodes.get(key) is node:
-        _open_nodes.pop(key, None)
-
-
-def find_node(uri: str) -> Node | None:
-    """The open node of this process with that URI."""
-    try:
-        return _open_nodes.get(parse_uri(uri))
-    except ValueError:
-        return None
 
 
 class _Pipe:
@@ -65,8 +38,8 @@ class _Pipe:
     transport = "INTRAPROCESS"
 
     def __init__(self, link: LocalLink, publication: Publication, queue_size: int, id: int) -> None:
-        self.caller_id = link.subscription.node.name
-        self.address = link.subscription.node.uri
+        self.caller_id = link.subscription.context.name
+        self.address = link.subscription.context.uri
         self.id = id
         self.queue_size = queue_size
         self._publication = publication
@@ -170,13 +143,17 @@ class LocalLink(PublisherLink):
         self._step(LinkEvent.ADDRESS)
         wanted = self.subscription.type
         request = subscriber_header(
-            topic=self.topic, type_name=wanted.name, md5sum=wanted.md5sum, callerid=self._node.name
+            topic=self.topic, type_name=wanted.name, md5sum=wanted.md5sum, callerid=self._context.name
         )
         header = publication.header()
         offered = publication.type
         if wanted.is_wildcard or wanted.name != offered.name or wanted.md5sum == offered.md5sum:
             check_subscriber_header(
-                request, topic=self.topic, type_name=offered.name, md5sum=offered.md5sum, peer=self._node.uri
+                request,
+                topic=self.topic,
+                type_name=offered.name,
+                md5sum=offered.md5sum,
+                peer=self._context.uri,
             )
             reply = check_publisher_header(
                 header, topic=self.topic, type_name=wanted.name, md5sum=wanted.md5sum, peer=self.uri
@@ -188,17 +165,17 @@ class LocalLink(PublisherLink):
         self._revised = self.subscription.learn(reply, self.uri)
         self.header = header
         self.caller_id = reply.callerid
-        self._pipe = _Pipe(self, publication, publication.queue_size, self._node._next_link_id())
+        self._pipe = _Pipe(self, publication, publication.queue_size, self._context.next_link_id())
         if not self.closed:
             publication.attach(self._pipe, self.address)
 
     def _find_publication(self) -> Publication:
-        node = find_node(self.uri)
-        if node is None:
+        find = find_node(self.uri)
+        if find is None:
             raise ConnectionLost(
                 f"{self.topic}: the node {self.uri} of this process is closed", peer=self.uri
             )
-        publication = node._topics.publication(self.topic)
+        publication = find(self.topic)
         if publication is None:
             raise MasterError("requestTopic", -1, f"Not a publisher of [{self.topic}]", uri=self.uri)
         return publication

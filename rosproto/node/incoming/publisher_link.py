@@ -65,7 +65,7 @@ class PublisherLink:
         self.header: dict[str, str] = {}
         self.caller_id = ""
         self.address = uri
-        self._node = subscription.node
+        self._context = subscription.context
         self.named = True
         self._state = LinkState.WAITING
         self._condition = threading.Condition()
@@ -188,7 +188,7 @@ class PublisherLink:
         self._last_error = None
         _log.debug("= %s: connected to %s at %s", self.topic, self.caller_id, self.address)
         self.subscription.link_changed()
-        self._node._emit(
+        self._context.emit(
             Event(EventKind.CONNECTED, self.topic, self.address, peer=self.caller_id, direction="in")
         )
 
@@ -203,7 +203,7 @@ class PublisherLink:
             return
         self._attempts += 1
         if self._attempts % ASK_EVERY == 0:
-            self._node._watchdog.verify(self.subscription)
+            self._context.check_again(self.subscription)
         if was is LinkState.RECEIVING:
             kind = EventKind.DISCONNECTED
         else:
@@ -213,7 +213,7 @@ class PublisherLink:
         if news:
             self._log_failure(error, was)
             self.subscription.report(error)
-            self._node._emit(
+            self._context.emit(
                 Event(kind, self.topic, self.address, error, peer=self.caller_id, direction="in")
             )
 
@@ -226,7 +226,7 @@ class PublisherLink:
         elif self._told is not type(error):
             self._told = type(error)
             text = "! %s: publisher %s: %s"
-            self._node._said.warning(self.topic, text, self.topic, self.caller_id or self.uri, error)
+            self._context.said.warning(self.topic, text, self.topic, self.caller_id or self.uri, error)
 
     @staticmethod
     def _is_ordinary(error: Exception, was: LinkState) -> bool:

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from rosproto.node.call_site import CallSite
+    from rosproto.node.context import Context
     from rosproto.node.incoming.subscription import Subscription
-    from rosproto.node.node import Node
     from rosproto.node.revisions.topic_types import TopicType
     from rosproto.node.stats import LinkStats
 
@@ -39,13 +39,13 @@ class Subscriber:
 
     Attributes:
         raw: Messages are `rosproto.AnyMsg` with the encoded bytes; nothing is decoded.
-        queue_size: As above.
         type: The type asked for.
     """
 
     def __init__(
         self,
-        node: Node,
+        context: Context,
+        on_close: Callable[[Subscriber, Subscription], None],
         subscription: Subscription,
         type_: TopicType,
         *,
@@ -56,11 +56,11 @@ class Subscriber:
         inline: bool = False,
         site: CallSite | None = None,
     ) -> None:
-        self._node = node
+        self._context = context
         self._subscription = subscription
+        self._on_close = on_close
         self.type = type_
         self.raw = raw
-        self.queue_size = queue_size
         self._inbox = Inbox(queue_size)
         self._runner: CallbackRunner | InlineCaller | None = None
         if callback:
@@ -94,7 +94,7 @@ class Subscriber:
                 runner.offer(batch, stamp)
             if self._offer_one is None:
                 self._offer, self._offer_one = runner.offer, runner.offer_one
-                self._subscription._renew_sink()
+                self._subscription.renew_sink()
 
     # -- messages -------------------------------------------------------------------------------------------
 
@@ -124,7 +124,7 @@ class Subscriber:
             raise ConnectionLost(f"{self.topic}: this subscriber is closed")
         raise RosTimeout(
             f"{self.topic}: no message within {timeout:g} s; {self._subscription.why_silent()}"
-            f" (master {self._node.master_uri})",
+            f" (master {self._context.master_uri})",
             what=f"a message on {self.topic}",
             seconds=timeout,
         )
@@ -172,6 +172,31 @@ class Subscriber:
     def connections(self) -> int:
         """Publishers connected now."""
         return self._subscription.connections
+
+    @property
+    def queue_size(self) -> int:
+        """Most messages that wait for the program; may be changed."""
+        return self._inbox.size
+
+    @queue_size.setter
+    def queue_size(self, size: int) -> None:
+        self._inbox.size = size
+        self._subscription.renew_sink()
+
+    @property
+    def tcp_nodelay(self) -> bool:
+        """What publishers connected from now on are asked for; see `Node.subscriber`."""
+        return self._subscription.tcp_nodelay
+
+    @tcp_nodelay.setter
+    def tcp_nodelay(self, ask: bool) -> None:
+        self._subscription.tcp_nodelay = ask
+
+    @property
+    def publisher_uris(self) -> dict[str, str]:
+        """XML-RPC URI of each publisher connected now, with its node's name."""
+        links = list(self._subscription.links.values())
+        return {link.uri: link.caller_id for link in links if link.connected}
 
     @property
     def publishers(self) -> list[str]:
@@ -224,7 +249,7 @@ class Subscriber:
         if not self._subscription.wait_for(count, timeout):
             raise RosTimeout(
                 f"{self.topic}: {self.connections} of {count} publishers connected after {timeout:g} s;"
-                f" {self._subscription.why_silent()} (master {self._node.master_uri})",
+                f" {self._subscription.why_silent()} (master {self._context.master_uri})",
                 what=f"publishers of {self.topic}",
                 seconds=timeout,
             )
@@ -244,14 +269,19 @@ class Subscriber:
             except BaseException:  # as in callbacks.py
                 _log.exception("! %s: on_error raised", self.topic)
 
-    def _end(self) -> None:
+    def end(self) -> None:
+        """As `close`, for a node that closes: the topic is off the master already."""
         self._inbox.close()
+
+    def abandon(self) -> None:
+        """In a fork of this process: closed, whoever held its lock in the parent."""
+        self._inbox.abandon()
 
     def close(self) -> None:
         """Stop receiving: iteration ends, no callback begins any more. Twice, or in the callback, is fine."""
         if not self._inbox.closed:
-            self._end()
-            self._node._topics.close_subscriber(self, self._subscription)
+            self.end()
+            self._on_close(self, self._subscription)
 
     def __enter__(self) -> Subscriber:
         return self

@@ -26,10 +26,10 @@ from rosproto.transport.address import parse_uri
 from rosproto.transport.waiting import wait_for
 
 if TYPE_CHECKING:
+    from rosproto.node.context import Context
     from rosproto.node.graph.master_client import MasterClient
     from rosproto.node.incoming.publisher_link import PublisherLink
     from rosproto.node.incoming.subscriber import Subscriber
-    from rosproto.node.node import Node
     from rosproto.node.stats import LinkStats
     from rosproto.protocol.handshake import PublisherReply
 
@@ -55,9 +55,9 @@ class Subscription:
     sink: Sink
 
     def __init__(
-        self, node: Node, name: str, type_: TopicType, *, tcp_nodelay: bool, unreliable: bool = False
+        self, context: Context, name: str, type_: TopicType, *, tcp_nodelay: bool, unreliable: bool = False
     ) -> None:
-        self.node = node
+        self.context = context
         self.name = name
         self.type = type_
         self.tcp_nodelay = tcp_nodelay
@@ -87,13 +87,13 @@ class Subscription:
 
     def register(self, master: MasterClient) -> None:
         generation = self._generation
-        uris = master.register_subscriber(self.name, self.type.name, self.node.uri)
+        uris = master.register_subscriber(self.name, self.type.name, self.context.uri)
         # An update that overtook the answer is the newer of the two.
         if generation == self._generation:
             self.update_publishers(uris, keep_connected=True)
 
     def unregister(self, master: MasterClient) -> None:
-        master.unregister_subscriber(self.name, self.node.uri)
+        master.unregister_subscriber(self.name, self.context.uri)
 
     def update_publishers(self, uris: Sequence[str], *, keep_connected: bool = False) -> None:
         """The master's present list: connect to the new ones, let go of those that left.
@@ -107,7 +107,7 @@ class Subscription:
             self._generation += 1
             if self._closed:
                 return
-            if len(wanted) > self.node.limits.publishers:
+            if len(wanted) > self.context.limits.publishers:
                 wanted = self._as_many_as_allowed(wanted)
             kept = {
                 key: link
@@ -133,8 +133,8 @@ class Subscription:
 
     def _as_many_as_allowed(self, wanted: dict[str, str]) -> dict[str, str]:
         """So many that threads stay bounded; those connected go first, a crowd of newcomers ousts nobody."""
-        most = self.node.limits.publishers
-        self.node._said.warning(
+        most = self.context.limits.publishers
+        self.context.said.warning(
             self.name,
             "! %s: the master names %d publishers, only %d of them are connected to (Limits.publishers)",
             self.name,
@@ -153,10 +153,10 @@ class Subscription:
             if not handle.type.is_wildcard and self._decode_type.is_wildcard:
                 self._adopt(handle.type)
             self._handles.append(handle)
-            self._renew_sink()
+            self.renew_sink()
             latched = list(self._latched.values())
         for message in latched:
-            handle._offer([self._as_wanted(message, handle.raw)], self.node._wall_time())
+            handle._offer([self._as_wanted(message, handle.raw)], self.context.wall_time())
 
     def _as_wanted(self, message: Any, raw: bool) -> Any:
         """A remembered message for a subscriber that wants it raw, or decoded."""
@@ -173,14 +173,15 @@ class Subscription:
         with self._condition:
             if handle in self._handles:
                 self._handles.remove(handle)
-            self._renew_sink()
+            self.renew_sink()
             return not self._handles
 
     def _adopt(self, type_: TopicType) -> None:
         """A definite type beside wildcards: from now on it is what is asked for."""
         self.type = self._decode_type = type_
 
-    def _renew_sink(self) -> None:
+    def renew_sink(self) -> None:
+        """The subscribers, or what they keep, are others now."""
         with self._condition:
             vars(self).pop("sink", None)
             self._revised_sinks = {}
@@ -229,7 +230,7 @@ class Subscription:
         with self._condition:
             if self._decode_type.is_wildcard:
                 self._decode_type = learned
-                self._renew_sink()
+                self.renew_sink()
             known = self._decode_type
         return None if known.md5sum == learned.md5sum else self._revise(reply, peer, known)
 
@@ -237,8 +238,10 @@ class Subscription:
         mismatch = self._mixed_types(reply, peer, known)
         if reply.type_name != known.name:
             raise mismatch
-        revised = revised_type(self.node.revisions, known, reply.md5sum, reply.message_definition, mismatch)
-        note_differences(self.node._said, self.name, reply.callerid or peer, revised.conversion)
+        revised = revised_type(
+            self.context.revisions, known, reply.md5sum, reply.message_definition, mismatch
+        )
+        note_differences(self.context.said, self.name, reply.callerid or peer, revised.conversion)
         return revised
 
     def _untold_type(self, reply: PublisherReply, peer: str) -> Md5sumMismatch:
@@ -310,7 +313,7 @@ class Subscription:
     def knows(self, publishers: Collection[str]) -> bool:
         """Are our links those to these nodes, as far as one can tell: not all have said their names yet."""
         names = {link.caller_id for link in list(self.links.values())}
-        expected = min(len(publishers), self.node.limits.publishers)
+        expected = min(len(publishers), self.context.limits.publishers)
         return len(self.links) == expected and names - {""} <= set(publishers)
 
     def wait_for(self, count: int, timeout: float | None) -> bool:

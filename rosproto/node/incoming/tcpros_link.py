@@ -50,21 +50,21 @@ class TcprosLink(PublisherLink):
     def _connect(self, host: str, port: int, deadline: Deadline) -> None:
         self._step(LinkEvent.ADDRESS)
         self.address = format_address(host, port)
-        sock = connect(host, port, deadline, local=True, hosts=self._node.hosts)
+        sock = connect(host, port, deadline, local=True, hosts=self._context.hosts)
         self._sock = sock
         # The publisher answered the connect, so it lives: give a busy one time to answer the header.
-        deadline = Deadline(self._node.limits.handshake_seconds)
+        deadline = Deadline(self._context.limits.handshake_seconds)
         sock, reply = self._agree(sock, (host, port), deadline)
         expect_data(sock)
         self._revised = self.subscription.learn(reply, self.uri)
         self.caller_id = reply.callerid
-        self._reader = FrameReader(sock, self._node.limits.message_bytes, peer=self.address)
+        self._reader = FrameReader(sock, self._context.limits.message_bytes, peer=self.address)
 
     def _request_topic(self, protocols: list[list[object]], deadline: Deadline) -> list[object]:
         from rosproto.node.graph.slave_client import NodeClient
 
         with NodeClient(
-            self.uri, self._node.name, limits=self._node.limits, hosts=self._node.hosts
+            self.uri, self._context.name, limits=self._context.limits, hosts=self._context.hosts
         ) as publisher:
             return publisher.request_topic(self.topic, protocols, timeout=deadline.remaining())
 
@@ -97,7 +97,7 @@ class TcprosLink(PublisherLink):
             if wanted.is_wildcard:
                 raise
             sock.close()
-            sock = connect(*address, deadline, local=True, hosts=self._node.hosts)
+            sock = connect(*address, deadline, local=True, hosts=self._context.hosts)
             self._sock = sock
             reply = self._exchange_headers(sock, ANY, ANY, deadline)
             if reply.md5sum == wanted.md5sum:
@@ -113,13 +113,13 @@ class TcprosLink(PublisherLink):
                 topic=self.topic,
                 type_name=type_name,
                 md5sum=md5sum,
-                callerid=self._node.name,
+                callerid=self._context.name,
                 message_definition="" if md5sum == ANY else self.subscription.type.definition,
                 tcp_nodelay=self.subscription.tcp_nodelay,
             ),
             deadline,
         )
-        header = read_header(sock, self._node.limits, deadline)
+        header = read_header(sock, self._context.limits, deadline)
         reply = check_publisher_header(
             header, topic=self.topic, type_name=type_name, md5sum=md5sum, peer=self.uri
         )

@@ -52,7 +52,7 @@ class UdprosLink(TcprosLink):
     def _open(self) -> None:
         deadline = Deadline(TRY_SECONDS)
         self.transport, self._broken_off = UDPROS, False
-        self._sock = sock = open_receiver(self._node._tcpros.host)
+        self._sock = sock = open_receiver(self._context.endpoints.tcpros.host)
         answer = self._ask(sock.getsockname()[1], deadline)
         if answer and answer[0] == UDPROS:
             self._agreed(DatagramAnswer.parse(answer))
@@ -76,10 +76,10 @@ class UdprosLink(TcprosLink):
             topic=self.topic,
             type_name=type_name,
             md5sum=md5sum,
-            callerid=self._node.name,
+            callerid=self._context.name,
             message_definition="" if md5sum == ANY else self.subscription.type.definition,
         )
-        offer = DatagramRequest(header, self._node._endpoints.host, port, DATAGRAM_BYTES)
+        offer = DatagramRequest(header, self._context.endpoints.host, port, DATAGRAM_BYTES)
         return self._request_topic([offer.as_protocol(), ["TCPROS"]], deadline)
 
     def _agreed(self, answer: DatagramAnswer) -> None:
@@ -96,7 +96,7 @@ class UdprosLink(TcprosLink):
             peer=self.uri,
         )
         self._revised = self.subscription.learn(reply, self.uri)
-        self._datagrams = Reassembly(answer.connection, self._node.limits.message_bytes)
+        self._datagrams = Reassembly(answer.connection, self._context.limits.message_bytes)
         self.header = answer.header
         self.caller_id = reply.callerid
 
@@ -127,7 +127,7 @@ class UdprosLink(TcprosLink):
                 if not told:
                     told = True
                     text = "! %s: a datagram from %s is dropped: %s"
-                    self._node._said.warning(self.topic, text, self.topic, self.caller_id, error)
+                    self._context.said.warning(self.topic, text, self.topic, self.caller_id, error)
                     self.subscription.report(error)
 
     def _take(self, datagram: bytes) -> None:
@@ -147,11 +147,11 @@ class UdprosLink(TcprosLink):
         """
         began = monotonic()
         with NodeClient(
-            self.uri, self._node.name, limits=self._node.limits, hosts=self._node.hosts
+            self.uri, self._context.name, limits=self._context.limits, hosts=self._context.hosts
         ) as publisher:
             connections = publisher.get_bus_info(timeout=QUIET_SECONDS)
         if not any(
-            row.topic == self.topic and row.transport == UDPROS and row.destination == self._node.name
+            row.topic == self.topic and row.transport == UDPROS and row.destination == self._context.name
             for row in connections
         ):
             raise ConnectionLost(

@@ -275,7 +275,7 @@ class DatagramLink:
         return f"<DatagramLink {self.topic} -> {self.caller_id} {self.address}>"
 
 
-def accept(publication: Publication, request: DatagramRequest) -> list[object]:
+def accept(publication: Publication, request: DatagramRequest, *, links: int) -> list[object]:
     """Answer a subscriber that asks for datagrams; from then on it gets messages.
 
     One that asks again has forgotten the connection it had.
@@ -287,16 +287,16 @@ def accept(publication: Publication, request: DatagramRequest) -> list[object]:
         Md5sumMismatch, RemoteProtocolError: The header does not fit.
         ConnectionLost, RosTimeout: There is no way to it, or it may not connect.
     """
-    node, fields = publication.node, request.header
+    context, fields = publication.context, request.header
     address = format_address(request.host, request.port)
     output = publication.output_for(fields, address)
-    sock = open_sender(node.hosts.meant(request.host), request.port, Deadline(ADDRESS_SECONDS))
+    sock = open_sender(context.hosts.meant(request.host), request.port, Deadline(ADDRESS_SECONDS))
     peer, own = sock.getpeername()[:2], sock.getsockname()
     why = ""
-    if not node._tcpros.allows(peer[0]):
+    if not context.endpoints.tcpros.allows(peer[0]):
         why = f"{peer[0]} may not connect (allow=)"
-    elif len(node._topics.datagram_links()) >= node.limits.connections:
-        why = f"there are {node.limits.connections} connections already (Limits.connections)"
+    elif links >= context.limits.connections:
+        why = f"there are {context.limits.connections} connections already (Limits.connections)"
     if why:
         sock.close()
         raise ConnectionLost(f"{publication.name}: {why}", peer=address)
@@ -308,12 +308,12 @@ def accept(publication: Publication, request: DatagramRequest) -> list[object]:
         caller_id=fields["callerid"],
         address=format_address(*peer),
         topic=publication.name,
-        connection=node._next_link_id(),
+        connection=context.next_link_id(),
         datagram_bytes=request.datagram_bytes,
         queue_size=publication.queue_size,
-        monitor=node._monitor,
+        monitor=context.monitor,
         on_closed=publication.link_closed,
     )
     publication.attach(link, link.address, output)
     header = publication.header(output)
-    return DatagramAnswer(node._endpoints.host, own[1], link.id, request.datagram_bytes, header).as_answer()
+    return DatagramAnswer(context.endpoints.host, own[1], link.id, request.datagram_bytes, header).as_answer()

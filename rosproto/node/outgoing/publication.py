@@ -35,8 +35,8 @@ from rosproto.transport.waiting import wait_for
 
 if TYPE_CHECKING:
     from rosproto.codec import Message
+    from rosproto.node.context import Context
     from rosproto.node.graph.master_client import MasterClient
-    from rosproto.node.node import Node
     from rosproto.node.outgoing.publisher import Publisher
     from rosproto.node.stats import LinkStats
 
@@ -89,8 +89,8 @@ class Publication:
 
     kind = "publisher"
 
-    def __init__(self, node: Node, name: str, type_: TopicType) -> None:
-        self.node = node
+    def __init__(self, context: Context, name: str, type_: TopicType) -> None:
+        self.context = context
         self.name = name
         self.type = type_
         self.links: tuple[OutgoingLink, ...] = ()
@@ -112,10 +112,10 @@ class Publication:
     # -- master ---------------------------------------------------------------------------------------------
 
     def register(self, master: MasterClient) -> None:
-        master.register_publisher(self.name, self.type.name, self.node.uri)
+        master.register_publisher(self.name, self.type.name, self.context.uri)
 
     def unregister(self, master: MasterClient) -> None:
-        master.unregister_publisher(self.name, self.node.uri)
+        master.unregister_publisher(self.name, self.context.uri)
 
     # -- handles --------------------------------------------------------------------------------------------
 
@@ -180,7 +180,7 @@ class Publication:
             output = self.output_for(fields, address)
             greeting = encode_header(self.header(output))
         except RosError as error:
-            self._refused(sock, address, error)
+            self._refused(sock, fields, address, error)
             return
         # The header goes out when the link is among the others: one that has read it believes that it is
         # connected, and a message published then must not pass it by.
@@ -190,9 +190,9 @@ class Publication:
             address=address,
             topic=self.name,
             queue_size=self.queue_size,
-            monitor=self.node._monitor,
+            monitor=self.context.monitor,
             on_closed=self.link_closed,
-            id=self.node._next_link_id(),
+            id=self.context.next_link_id(),
             greeting=greeting,
         )
         if not self.linger:
@@ -216,15 +216,15 @@ class Publication:
             if self.type.is_wildcard or mismatch.remote_type not in ("", self.type.name):
                 raise
             known = self._revised.get(fields["md5sum"])
-            if known is None and len(self._revised) >= self.node.limits.revisions:
-                raise TooLarge("revisions", len(self._revised) + 1, self.node.limits.revisions) from None
+            if known is None and len(self._revised) >= self.context.limits.revisions:
+                raise TooLarge("revisions", len(self._revised) + 1, self.context.limits.revisions) from None
             return known or self._revise(fields, mismatch)
 
     def _revise(self, fields: dict[str, str], mismatch: Md5sumMismatch) -> RevisedOutput:
         definition = fields.get("message_definition", "")
-        ours, revisions = self.type.message_class, self.node.revisions
+        ours, revisions = self.type.message_class, self.context.revisions
         theirs = revisions.message(ours, fields["md5sum"], definition) or revisions.fetched.fetch(
-            self.node, self.name, ours, fields["md5sum"]
+            self.context, revisions.learn, self.name, ours, fields["md5sum"]
         )
         if theirs is None:
             raise explained(mismatch, self.type.message_class, definition) from None
@@ -233,18 +233,18 @@ class Publication:
         except ConversionError as error:
             raise explained(mismatch, self.type.message_class, definition, str(error)) from error
         note_differences(
-            self.node._said, self.name, fields.get("callerid", "a subscriber"), output.conversion
+            self.context.said, self.name, fields.get("callerid", "a subscriber"), output.conversion
         )
         return output
 
-    def _refused(self, sock: socket.socket, address: str, error: RosError) -> None:
+    def _refused(self, sock: socket.socket, fields: dict[str, str], address: str, error: RosError) -> None:
         if isinstance(error, (ConnectionLost, TimeoutError)):
             _log.debug("! %s: %s went away during the handshake: %s", self.name, address, error)
             sock.close()
             return
-        self.node._said.warning(self.name, "! %s: subscriber refused: %s", self.name, error)
+        self.context.said.warning(self.name, "! %s: subscriber refused: %s", self.name, error)
         refuse(sock, str(error))
-        self.node._emit(Event(EventKind.REFUSED, self.name, address, without_frames(error)))
+        self.context.emit(Event(EventKind.REFUSED, self.name, address, without_frames(error), header=fields))
 
     def header(self, output: RevisedOutput | None = None) -> dict[str, str]:
         """What we answer a subscriber."""
@@ -253,7 +253,7 @@ class Publication:
             topic=self.name,
             type_name=type_.name,
             md5sum=type_.md5sum,
-            callerid=self.node.name,
+            callerid=self.context.name,
             message_definition=type_.definition,
             latching=self.latching,
         )
@@ -285,7 +285,9 @@ class Publication:
             return
         link.start()
         _log.debug("= %s: %s at %s subscribes", self.name, link.caller_id, address)
-        self.node._emit(Event(EventKind.CONNECTED, self.name, address, peer=link.caller_id, direction="out"))
+        self.context.emit(
+            Event(EventKind.CONNECTED, self.name, address, peer=link.caller_id, direction="out")
+        )
         for callback in callbacks:
             self._call(callback, link.caller_id)
 
@@ -293,7 +295,7 @@ class Publication:
         """Asked again: several handshakes may have been let through at once."""
         if output is None or output.type.md5sum in self._revised:
             return True
-        return len(self._revised) < self.node.limits.revisions
+        return len(self._revised) < self.context.limits.revisions
 
     def _present(self, output: RevisedOutput) -> RevisedOutput:
         """The one output of that revision, from now until its last link goes (`detach`)."""
@@ -306,7 +308,7 @@ class Publication:
                 frame = output.convert_frame(frame)
             except CodecError as error:  # published before anybody wanted it so: this one goes without it
                 text = "! %s: %s does not get the latched message: %s"
-                self.node._said.warning(self.name, text, self.name, link.caller_id, error)
+                self.context.said.warning(self.name, text, self.name, link.caller_id, error)
                 return
         _send(link, frame)
 
@@ -320,9 +322,9 @@ class Publication:
         """A link has ended; `error` says why, None when we ended it."""
         self.detach(link)
         if error is not None:
-            self.node._said.info(self.name, "= %s", error)
+            self.context.said.info(self.name, "= %s", error)
             kind = EventKind.DISCONNECTED
-            self.node._emit(Event(kind, self.name, error.peer, error, peer=link.caller_id, direction="out"))
+            self.context.emit(Event(kind, self.name, error.peer, error, peer=link.caller_id, direction="out"))
 
     def detach(self, link: OutgoingLink) -> None:
         """Forget a subscriber that is gone; who asked to be told is told, but not of our own end."""
@@ -438,6 +440,13 @@ class Publication:
                 f"{self.name} is published as {self.type.name} (md5sum {self.type.md5sum}), not as {given}"
                 + (f" (md5sum {md5sum})" if md5sum else "; give a message, its fields, or encoded bytes")
             )
+
+    def send_to(self, caller_id: str, data: bytes) -> bool:
+        """Send one encoded message to the newest subscriber of that name; False when it is not there."""
+        link = next((link for link in reversed(self.links) if link.caller_id == caller_id), None)
+        if link is not None:
+            link.send(small_frame(data))
+        return link is not None
 
     def flush(self, timeout: float) -> None:
         """Wait until every subscriber's outbox is empty."""

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from rosproto.codec import Message
     from rosproto.node.call_site import CallSite
-    from rosproto.node.node import Node
+    from rosproto.node.context import Context
     from rosproto.node.outgoing.publication import Publication
     from rosproto.node.stats import LinkStats
 
@@ -35,7 +35,8 @@ class Publisher:
 
     def __init__(
         self,
-        node: Node,
+        context: Context,
+        on_close: Callable[[Publisher, Publication], None],
         publication: Publication,
         *,
         latch: bool,
@@ -46,8 +47,9 @@ class Publisher:
         linger: bool = True,
         site: CallSite | None = None,
     ) -> None:
-        self._node = node
+        self._context = context
         self._publication = publication
+        self._on_close = on_close
         self.latch = latch
         self.queue_size = queue_size
         self.on_connect = on_connect
@@ -134,6 +136,18 @@ class Publisher:
                 raise
             raise translate(error, f"publish {self.topic}", "") from error
 
+    def publish_to(self, caller_id: str, data: bytes) -> bool:
+        """Send a message to one subscriber only: the newest connection of that node.
+
+        Args:
+            caller_id: Name of the subscriber's node, as `on_connect` tells it.
+            data: The encoded message.
+
+        Returns:
+            False when no such subscriber is connected.
+        """
+        return self._publication.send_to(caller_id, data)
+
     def _message_of(self, message: Any, fields: dict[str, Any]) -> Message:
         if message is not None:
             raise TypeError("publish() takes a message or fields, not both")
@@ -156,8 +170,8 @@ class Publisher:
             raise LocalProtocolError(f"{self.topic}: this publisher was closed while waiting for subscribers")
         raise RosTimeout(
             f"{self.topic}: {self.connections} of {count} subscribers connected after {timeout:g} s"
-            f"{self._node._events.last_refusal(self.topic)}; check that somebody subscribes to exactly this"
-            f" topic at the master {self._node.master_uri} and can reach {self._node.uri}",
+            f"{self._context.events.last_refusal(self.topic)}; check that somebody subscribes to exactly this"
+            f" topic at the master {self._context.master_uri} and can reach {self._context.uri}",
             what=f"subscribers of {self.topic}",
             seconds=timeout,
         )
@@ -174,11 +188,15 @@ class Publisher:
         """Counters per connected subscriber (shared by all publishers of the topic in this node)."""
         return self._publication.stats()
 
+    def end(self) -> None:
+        """As `close`, for a node that closes: the topic is off the master already."""
+        self._closed = True
+
     def close(self) -> None:
         """Stop publishing; the last publisher of the topic takes it off the master. May be called twice."""
         if not self._closed:
             self._closed = True
-            self._node._topics.close_publisher(self, self._publication)
+            self._on_close(self, self._publication)
 
     def __enter__(self) -> Publisher:
         return self

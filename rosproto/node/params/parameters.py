@@ -17,8 +17,8 @@ from rosproto.node.options import callback_or_none
 from rosproto.node.params.cache import ABSENT, Change, ParameterCache, canonical_key
 
 if TYPE_CHECKING:
+    from rosproto.node.context import Context
     from rosproto.node.graph.master_client import MasterClient
-    from rosproto.node.node import Node
 
 __all__ = ["ParameterSubscription", "Parameters", "UnknownParameter"]
 
@@ -39,7 +39,9 @@ class UnknownParameter(MasterError, KeyError):
         self.key = key
 
     def __str__(self) -> str:
-        return f"parameter {self.key} is not set on the master {self.uri}; node.params.names() lists what is"
+        return (
+            f"parameter {self.key} is not set on the master {self.uri}; context.params.names() lists what is"
+        )
 
 
 class ParameterSubscription:
@@ -86,14 +88,14 @@ class ParameterRegistration:
 
     def register(self, master: MasterClient) -> None:
         self._params._cache.begin(self.name)
-        value = master.subscribe_param(self.name, self._params._node.uri)
+        value = master.subscribe_param(self.name, self._params._context.uri)
         changes = self._params._cache.start(self.name, value)
         if self._again:  # the first value is no change
             self._params._tell(changes)
         self._again = True
 
     def unregister(self, master: MasterClient) -> None:
-        master.unsubscribe_param(self.name, self._params._node.uri)
+        master.unsubscribe_param(self.name, self._params._context.uri)
 
 
 class Parameters:
@@ -110,18 +112,17 @@ class Parameters:
     All methods raise MasterError, ConnectionLost or RosTimeout when the master refuses, is away, or is slow.
     """
 
-    def __init__(self, node: Node) -> None:
-        self._node = node
+    def __init__(self, context: Context) -> None:
+        self._context = context
         self._cache = ParameterCache()
         self._lock = threading.Lock()
         self._subscribing = threading.Lock()
         self._subscriptions: dict[str, tuple[ParameterRegistration, list[ParameterSubscription]]] = {}
         self._untold: deque[list[Change]] = deque()
         self._telling = threading.Lock()
-        node._slave.on_parameter_update = self._on_update
 
     def __repr__(self) -> str:
-        return f"<Parameters of {self._node.name} at {self._node.master_uri}>"
+        return f"<Parameters of {self._context.name} at {self._context.master_uri}>"
 
     def __getitem__(self, key: str) -> Any:
         """Value of a parameter; a namespace gives a dict.
@@ -131,11 +132,11 @@ class Parameters:
         """
         resolved = self._resolve(key)
         try:
-            return self._node.master.get_param(resolved)
+            return self._context.master.get_param(resolved)
         except MasterError as error:
             if error.code != -1:
                 raise
-            raise UnknownParameter(resolved, uri=self._node.master_uri) from None
+            raise UnknownParameter(resolved, uri=self._context.master_uri) from None
 
     @overload
     def get(self, key: str) -> Any | None: ...
@@ -160,7 +161,7 @@ class Parameters:
         resolved, plain = self._resolve(key), plain_value(value, key)
         if resolved == "/" and not isinstance(plain, dict):
             raise ValueError(f"the root namespace takes a dict, not a {type(value).__name__}")
-        self._node.master.set_param(resolved, plain)
+        self._context.master.set_param(resolved, plain)
         # The master does not tell the node that did it (rosmaster paramserver.py).
         self._tell(self._cache.apply(resolved, plain))
 
@@ -175,11 +176,11 @@ class Parameters:
         """
         resolved = self._resolve(key)
         try:
-            self._node.master.delete_param(resolved)
+            self._context.master.delete_param(resolved)
         except MasterError as error:
             if error.code != -1:
                 raise
-            raise UnknownParameter(resolved, method="deleteParam", uri=self._node.master_uri) from None
+            raise UnknownParameter(resolved, method="deleteParam", uri=self._context.master_uri) from None
         self._tell(self._cache.apply(resolved, ABSENT))
 
     def __contains__(self, key: object) -> bool:
@@ -187,7 +188,7 @@ class Parameters:
 
     def has(self, key: str) -> bool:
         """True when the parameter, or a namespace of that name, is set."""
-        return bool(self._node.master.has_param(self._resolve(key)))
+        return bool(self._context.master.has_param(self._resolve(key)))
 
     def search(self, key: str) -> str | None:
         """The nearest parameter of that name: in the node's own namespace, then upwards to the root.
@@ -201,7 +202,7 @@ class Parameters:
         if key.startswith("~"):
             raise ValueError(f"{key!r}: a private name has one place only, there is nothing to search")
         try:
-            found = self._node.master.search_param(key)
+            found = self._context.master.search_param(key)
         except MasterError as error:
             if error.code != -1:
                 raise
@@ -210,7 +211,7 @@ class Parameters:
 
     def names(self) -> list[str]:
         """All keys of the parameter server, sorted."""
-        return sorted(map(str, self._node.master.get_param_names()))
+        return sorted(map(str, self._context.master.get_param_names()))
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.names())
@@ -249,7 +250,7 @@ class Parameters:
                 registration = ParameterRegistration(self, resolved)
                 self._subscriptions[resolved] = (registration, [subscription])
             try:
-                self._node._registrations.add(registration)
+                self._context.registrations.add(registration)
             except BaseException:
                 with self._lock:
                     self._subscriptions.pop(resolved, None)
@@ -267,7 +268,7 @@ class Parameters:
                 return
             del self._subscriptions[subscription.key]
         self._cache.forget(subscription.key)
-        self._node._registrations.remove(registration)
+        self._context.registrations.remove(registration)
 
     def cached(self, key: str, default: Any = None) -> Any:
         """Value of a parameter without asking the master twice: the first call subscribes it."""
@@ -282,9 +283,9 @@ class Parameters:
     def _resolve(self, key: str) -> str:
         if key.startswith("/") and not key.strip("/"):
             return "/"
-        return canonical_key(self._node.resolve_name(key))
+        return canonical_key(self._context.resolve_name(key))
 
-    def _on_update(self, key: str, value: Any, trusted: bool = True) -> bool:
+    def on_update(self, key: str, value: Any, trusted: bool = True) -> bool:
         """The slave API's paramUpdate: True when the key is subscribed.
 
         An update that did not come from the master's address is only a hint to ask the master.
@@ -294,7 +295,7 @@ class Parameters:
             return False
         if not trusted:
             try:
-                value = self._node.master.get_param(key)
+                value = self._context.master.get_param(key)
             except MasterError:
                 value = ABSENT
             except RosError as error:

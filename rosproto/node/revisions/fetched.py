@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
@@ -17,9 +18,9 @@ from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
     from rosproto.codec import Message
-    from rosproto.node.node import Node
+    from rosproto.node.graph.caller import Caller
 
-__all__ = ["FetchedRevisions"]
+__all__ = ["FetchedRevisions", "Learn"]
 
 _log = get_logger("rosproto.node")
 
@@ -29,6 +30,10 @@ AGAIN_AFTER = 10.0  # seconds; a stranger who connects again and again must not 
 MOST_REMEMBERED = 200
 
 
+Learn = Callable[["type[Message]", str, str], "type[Message] | None"]
+"""`Revisions.learn`: the class of a type by md5sum and full definition; None when they do not agree."""
+
+
 class FetchedRevisions:
     """What was asked of other publishers, for one node; safe from any thread."""
 
@@ -36,8 +41,12 @@ class FetchedRevisions:
         self._lock = threading.Lock()
         self._asked: dict[tuple[str, str], float] = {}
 
-    def fetch(self, node: Node, topic: str, ours: type[Message], md5sum: str) -> type[Message] | None:
+    def fetch(
+        self, caller: Caller, learn: Learn, topic: str, ours: type[Message], md5sum: str
+    ) -> type[Message] | None:
         """The class of `ours`' type with that md5sum, by another publisher's word; None when nobody has it.
+
+        `learn` makes a class of a definition that was found (`Revisions.learn`).
 
         Waits at most `FETCH_SECONDS`; a question without an answer is not repeated for `AGAIN_AFTER` seconds.
         """
@@ -47,18 +56,20 @@ class FetchedRevisions:
 
         deadline = Deadline(FETCH_SECONDS)
         try:
-            publishers = node.master.get_system_state(timeout=deadline.remaining()).publishers.get(topic, [])
+            publishers = caller.master.get_system_state(timeout=deadline.remaining()).publishers.get(
+                topic, []
+            )
         except (RosError, OSError) as error:
             _log.debug("! %s: nobody can be asked for a definition: %s", topic, error)
             return None
-        for publisher in [name for name in publishers if name != node.name][:MOST_ASKED]:
+        for publisher in [name for name in publishers if name != caller.name][:MOST_ASKED]:
             try:
-                reply = probe_topic(node, topic, publisher, deadline)
+                reply = probe_topic(caller, topic, publisher, deadline)
             except (RosError, OSError) as error:
                 _log.debug("! %s: %s does not tell its definition: %s", topic, publisher, error)
                 continue
             if reply.md5sum == md5sum and reply.type_name == ours._type:
-                found = node.revisions.learn(ours, md5sum, reply.message_definition)
+                found = learn(ours, md5sum, reply.message_definition)
                 if found is not None:
                     _log.info("= %s: the definition %s was learned from %s", topic, md5sum, publisher)
                     return found

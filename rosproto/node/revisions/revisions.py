@@ -17,7 +17,7 @@ from rosproto.errors import CodecError, DefinitionError, Md5sumMismatch
 from rosproto.kept import Kept
 from rosproto.logs import PeerLog, get_logger
 from rosproto.msg import bundled
-from rosproto.node.revisions.fetched import FetchedRevisions
+from rosproto.node.revisions.fetched import FetchedRevisions, Learn
 from rosproto.node.revisions.topic_types import TopicType
 from rosproto.protocol.handshake import is_md5sum
 from rosproto.records import NamedTuple
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from rosproto.codec import Message
     from rosproto.codec.conversion import Conversion
     from rosproto.msg import DefinitionLibrary
-    from rosproto.node.node import Node
+    from rosproto.node.graph.caller import Caller
 
 __all__ = [
     "NoRevisions",
@@ -173,7 +173,9 @@ class NoRevisions(Revisions):
 
 
 class _AskNobody(FetchedRevisions):
-    def fetch(self, node: Node, topic: str, ours: type[Message], md5sum: str) -> type[Message] | None:
+    def fetch(
+        self, caller: Caller, learn: Learn, topic: str, ours: type[Message], md5sum: str
+    ) -> type[Message] | None:
         return None
 
 

@@ -19,16 +19,16 @@ from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcpros_io import read_header, write_header
 
 if TYPE_CHECKING:
-    from rosproto.node.node import Node
+    from rosproto.node.graph.caller import Caller
 
 __all__ = ["probe_topic"]
 
 
-def probe_topic(node: Node, topic: str, publisher: str, deadline: Deadline) -> PublisherReply:
+def probe_topic(caller: Caller, topic: str, publisher: str, deadline: Deadline) -> PublisherReply:
     """What one publisher says about a topic.
 
     Args:
-        node: In whose name to ask.
+        caller: In whose name to ask.
         topic: Resolved name.
         publisher: Name of the publishing node.
         deadline: For all steps together.
@@ -38,18 +38,18 @@ def probe_topic(node: Node, topic: str, publisher: str, deadline: Deadline) -> P
         ConnectionLost, RosTimeout: It cannot be reached.
         RemoteProtocolError: Its answer is no header of a publisher.
     """
-    uri = node.master.lookup_node(publisher, timeout=deadline.remaining())
-    with NodeClient(uri, node.name, limits=node.limits, hosts=node.hosts) as peer:
+    uri = caller.master.lookup_node(publisher, timeout=deadline.remaining())
+    with NodeClient(uri, caller.name, limits=caller.limits, hosts=caller.hosts) as peer:
         answer = peer.request_topic(topic, timeout=deadline.remaining())
     if len(answer) < 3 or answer[0] != "TCPROS" or not isinstance(answer[2], int):
         raise ConnectionLost(
             f"{topic}: {publisher} offers no TCPROS connection (answered {str(answer)[:100]})", peer=uri
         )
-    sock = connect(str(answer[1]), answer[2], deadline, hosts=node.hosts)
+    sock = connect(str(answer[1]), answer[2], deadline, hosts=caller.hosts)
     try:
-        wanted = subscriber_header(topic=topic, type_name=ANY, md5sum=ANY, callerid=node.name)
+        wanted = subscriber_header(topic=topic, type_name=ANY, md5sum=ANY, callerid=caller.name)
         write_header(sock, wanted, deadline)
-        header = read_header(sock, node.limits, deadline)
+        header = read_header(sock, caller.limits, deadline)
     finally:
         sock.close()
     return check_publisher_header(header, topic=topic, type_name=ANY, md5sum=ANY, peer=publisher)

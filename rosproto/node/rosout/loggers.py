@@ -9,6 +9,7 @@ Source: roscpp/GetLoggers.srv, roscpp/SetLoggerLevel.srv; rospy client.py `_get_
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import message_class
@@ -18,7 +19,7 @@ from rosproto.node.rosout.levels import LEVELS, level_name
 if TYPE_CHECKING:
     import logging
 
-    from rosproto.node.node import Node
+    from rosproto.node.services.server import ServiceServer
 
 __all__ = ["Loggers", "logger_names", "set_level"]
 
@@ -58,13 +59,17 @@ def set_level(name: str, level: str) -> None:
 
 
 class Loggers:
-    """Provides both services for one node until the node closes."""
+    """Provides both services for one node until the node closes.
 
-    def __init__(self, node: Node) -> None:
+    Args:
+        provide: `Node.service_server`.
+    """
+
+    def __init__(self, provide: Callable[[str, str, Callable[[Any], Any]], ServiceServer]) -> None:
         self._entry: Any = message_class("roscpp/Logger")
         self._servers = [
-            node.service_server("~get_loggers", "roscpp/GetLoggers", self._get),
-            node.service_server("~set_logger_level", "roscpp/SetLoggerLevel", self._set),
+            provide("~get_loggers", "roscpp/GetLoggers", self._get),
+            provide("~set_logger_level", "roscpp/SetLoggerLevel", self._set),
         ]
 
     def _get(self, request: Any) -> dict[str, Any]:

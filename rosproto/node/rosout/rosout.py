@@ -15,7 +15,8 @@ from __future__ import annotations
 import itertools
 import sys
 import threading
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Protocol
 
 from rosproto.codec import message_class
 from rosproto.node.rosout.levels import python_level, ros_level
@@ -23,32 +24,50 @@ from rosproto.node.rosout.levels import python_level, ros_level
 if TYPE_CHECKING:
     import logging
 
+    from rosproto.node.context import Context
     from rosproto.node.incoming.subscriber import Subscriber
-    from rosproto.node.node import Node
+    from rosproto.node.outgoing.publisher import Publisher
 
 __all__ = ["Rosout", "log_messages"]
 
 OWN = "rosproto"
 
 
+class Subscribes(Protocol):
+    """A `Node`, as far as it is needed here."""
+
+    @property
+    def name(self) -> str: ...
+
+    def subscriber(
+        self, topic: str, type: str, callback: Callable[[Any], object], *, queue_size: int
+    ) -> Subscriber: ...
+
+
 class Rosout:
     """Publisher of /rosout for one node.
 
     Args:
-        node: Whose.
-        with_topics: List the node's topics in every record.
+        context: Of the node.
+        publish: `Node.publisher`.
+        topics: Lists the node's topics, for every record; None leaves them out.
     """
 
-    def __init__(self, node: Node, *, with_topics: bool = True) -> None:
-        self._node = node
+    def __init__(
+        self,
+        context: Context,
+        publish: Callable[..., Publisher],
+        topics: Callable[[], list[list[str]]] | None = None,
+    ) -> None:
+        self._context = context
         self._log_class = message_class("rosgraph_msgs/Log")
         self._seq = itertools.count(1)
         self._busy = threading.local()
-        self._with_topics = with_topics
-        self._publisher = node.publisher("/rosout", self._log_class, latch=True, queue_size=100)
+        self._topics = topics
+        self._publisher = publish("/rosout", self._log_class, latch=True, queue_size=100)
         self._handler: logging.Handler | None = None
         self._attaching = threading.Lock()
-        node._closers.append(self._close)
+        context.closers.append(self._close)
         self.attach_if_used()
 
     @property
@@ -59,8 +78,8 @@ class Rosout:
                 from rosproto.node.rosout.handler import RosoutHandler
 
                 self._handler = RosoutHandler(self)
-                if not self._node.closed:
-                    self._node._logger.addHandler(self._handler)
+                if not self._context.closed:
+                    self._context.logger.addHandler(self._handler)
             return self._handler
 
     def attach_if_used(self) -> None:
@@ -70,7 +89,7 @@ class Rosout:
 
     def publish(self, record: logging.LogRecord, text: str) -> None:
         """Send one record; one that arises meanwhile in the same thread is not sent (no loops)."""
-        if getattr(self._busy, "now", False) or record.name.split(".")[0] == OWN or self._node.closed:
+        if getattr(self._busy, "now", False) or record.name.split(".")[0] == OWN or self._context.closed:
             return
         self._busy.now = True
         try:
@@ -80,24 +99,24 @@ class Rosout:
 
     def _message(self, record: logging.LogRecord, text: str) -> Any:
         message: Any = self._log_class()
-        message.header.stamp = self._node.clock.now()
+        message.header.stamp = self._context.clock.now()
         message.level = ros_level(record.levelno)
-        message.name = self._node.name
+        message.name = self._context.name
         message.msg = text
         message.file = record.filename
         message.function = record.funcName or ""
         message.line = record.lineno
-        if self._with_topics:
-            message.topics = [name for name, _ in self._node._topics.publications()]
+        if self._topics is not None:
+            message.topics = [name for name, _ in self._topics()]
         return message
 
     def _close(self) -> None:
         with self._attaching:
             if self._handler is not None:
-                self._node._logger.removeHandler(self._handler)
+                self._context.logger.removeHandler(self._handler)
 
 
-def log_messages(node: Node, logger: logging.Logger, *, topic: str = "/rosout") -> Subscriber:
+def log_messages(node: Subscribes, logger: logging.Logger, *, topic: str = "/rosout") -> Subscriber:
     """Feed the /rosout messages of all *other* nodes into a logger; close the subscriber to stop.
 
     Args:

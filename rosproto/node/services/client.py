@@ -12,7 +12,7 @@ Source: wiki.ros.org/ROS/TCPROS, wiki.ros.org/Services; rospy impl/tcpros_servic
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -38,7 +38,7 @@ from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
-    from rosproto.node.node import Node
+    from rosproto.node.context import Context
 
 __all__ = ["Cancellation", "ServiceClient"]
 
@@ -98,23 +98,32 @@ class ServiceClient:
             (`ValuesLost`), and is not sent. False: such values are dropped. Set it as you like.
     """
 
-    def __init__(self, node: Node, name: str, service_class: Any, *, persistent: bool = False) -> None:
+    def __init__(
+        self,
+        context: Context,
+        name: str,
+        service_class: Any,
+        *,
+        persistent: bool = False,
+        on_close: Callable[[ServiceClient], None],
+    ) -> None:
         self.name = name
         self.type_name: str = service_class._type
         self.md5sum: str = service_class._md5sum
         self.persistent = persistent
         self.lossless = False
-        self._node = node
+        self._context = context
         self._class = service_class
         self._request_class = service_class._request_class
         self._response_class = service_class._response_class
         self._header = service_client_header(
             service=name,
             md5sum=self.md5sum,
-            callerid=node.name,
+            callerid=context.name,
             type_name=self.type_name,
             persistent=persistent,
         )
+        self._on_close = on_close
         self._revision: ServiceRevision | None = None
         self._address: tuple[str, int] | None = None
         self._lock = threading.Lock()
@@ -280,7 +289,7 @@ class ServiceClient:
 
     def _look_up(self, deadline: Deadline) -> tuple[str, int]:
         self._lookups += 1
-        return service_probe.lookup(self._node, self.name, deadline)
+        return service_probe.lookup(self._context, self.name, deadline)
 
     def _open_link(self, address: tuple[str, int], deadline: Deadline) -> ServiceLink:
         if self._stop.is_set():
@@ -308,9 +317,9 @@ class ServiceClient:
                 address,
                 header,
                 service=self.name,
-                limits=self._node.limits,
+                limits=self._context.limits,
                 deadline=deadline,
-                hosts=self._node.hosts,
+                hosts=self._context.hosts,
             )
         except HandshakeRefused as refusal:
             raise self._explained(refusal, address, deadline, header["md5sum"]) from None
@@ -329,8 +338,8 @@ class ServiceClient:
             return None
         if mismatch.remote_type not in ("", self.type_name) or len(mismatch.remote_md5sum) != 32:
             raise mismatch
-        revision = revised_service(self._node.revisions, self._class, mismatch.remote_md5sum, mismatch)
-        note_differences(self._node._said, self.name, mismatch.peer, revision.request_to_theirs)
+        revision = revised_service(self._context.revisions, self._class, mismatch.remote_md5sum, mismatch)
+        note_differences(self._context.said, self.name, mismatch.peer, revision.request_to_theirs)
         return revision
 
     def _check(self, header: dict[str, str], peer: str, md5sum: str) -> None:
@@ -343,7 +352,7 @@ class ServiceClient:
     ) -> RosError:
         """An error header is only text; a probe that takes any definition tells whether the two differ."""
         try:
-            header = service_probe.probe(self._node, self.name, deadline, address=address)
+            header = service_probe.probe(self._context, self.name, deadline, address=address)
             self._check(header, format_address(*address), md5sum)
         except Md5sumMismatch as mismatch:
             return mismatch
@@ -375,7 +384,7 @@ class ServiceClient:
             RosTimeout: Nobody did in time; the text tells what was missing.
             ConnectionLost: This client was closed, or `stop` set.
         """
-        service_probe.wait(self._node, self.name, timeout, stop=stop or self._stop)
+        service_probe.wait(self._context, self.name, timeout, stop=stop or self._stop)
 
     def stats(self) -> dict[str, int]:
         """Counters since the start: calls, errors, lookups, connects; and connections open now."""
@@ -387,6 +396,16 @@ class ServiceClient:
             "connections": len(self._open),
         }
 
+    def add_headers(self, fields: Mapping[str, str]) -> None:
+        """Say these fields, too, in the connection header, from the next connection on."""
+        self._header.update(fields)
+
+    def abandon(self) -> None:
+        """In a fork of this process: closed, without touching what other threads held in the parent."""
+        self._stop, self._kept, self._open = threading.Event(), None, set()
+        self._stop.set()
+        self._lock, self._turn = threading.Lock(), threading.Lock()
+
     def close(self) -> None:
         """Close all connections; calls in progress raise ConnectionLost at once. May be called again."""
         with self._lock:
@@ -395,4 +414,4 @@ class ServiceClient:
             self._open.clear()
         for link in links:
             link.close()
-        self._node._services.forget_client(self)
+        self._on_close(self)

@@ -17,7 +17,7 @@ from rosproto.transport.backoff import Backoff
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
-    from rosproto.node.node import Node
+    from rosproto.node.graph.caller import Caller
 
 __all__ = ["lookup", "probe", "wait"]
 
@@ -28,7 +28,7 @@ LONGEST_PAUSE = 0.5
 LONGEST_PROBE = 5.0  # seconds: a provider that is silent may be replaced by another one meanwhile
 
 
-def lookup(node: Node, service: str, deadline: Deadline) -> tuple[str, int]:
+def lookup(caller: Caller, service: str, deadline: Deadline) -> tuple[str, int]:
     """Address of the current provider, by the master's word.
 
     Raises:
@@ -36,17 +36,19 @@ def lookup(node: Node, service: str, deadline: Deadline) -> tuple[str, int]:
         MasterError: The master's answer is no usable address.
     """
     try:
-        uri = node.master.lookup_service(service, timeout=_step(deadline, f"lookup of service {service}"))
+        uri = caller.master.lookup_service(service, timeout=_step(deadline, f"lookup of service {service}"))
     except MasterError as error:
         raise ServiceError(
             service,
-            f"no node provides it (master {node.master.uri}: {error.text}); start the provider, check the"
+            f"no node provides it (master {caller.master.uri}: {error.text}); start the provider, check the"
             " name and its namespace, or wait for it with wait()",
         ) from error
     try:
         return parse_uri(uri)
     except ValueError as error:
-        raise MasterError("lookupService", 1, f"unusable service URI {uri!r}", uri=node.master.uri) from error
+        raise MasterError(
+            "lookupService", 1, f"unusable service URI {uri!r}", uri=caller.master.uri
+        ) from error
 
 
 def _step(deadline: Deadline, what: str) -> float | None:
@@ -55,7 +57,7 @@ def _step(deadline: Deadline, what: str) -> float | None:
 
 
 def probe(
-    node: Node, service: str, deadline: Deadline, *, address: tuple[str, int] | None = None
+    caller: Caller, service: str, deadline: Deadline, *, address: tuple[str, int] | None = None
 ) -> dict[str, str]:
     """The provider's connection header: `type`, `md5sum`, `callerid` and what else it sends.
 
@@ -64,11 +66,11 @@ def probe(
         ConnectionLost: The provider cannot be reached.
         RosTimeout: The deadline passed.
     """
-    fields = service_client_header(service=service, md5sum="*", callerid=node.name, probe=True)
-    address = address or lookup(node, service, deadline)
+    fields = service_client_header(service=service, md5sum="*", callerid=caller.name, probe=True)
+    address = address or lookup(caller, service, deadline)
     try:
         link = ServiceLink.open(
-            address, fields, service=service, limits=node.limits, deadline=deadline, hosts=node.hosts
+            address, fields, service=service, limits=caller.limits, deadline=deadline, hosts=caller.hosts
         )
     except HandshakeRefused as error:
         raise ServiceError(service, error.text) from None
@@ -76,11 +78,11 @@ def probe(
     return link.header
 
 
-def wait(node: Node, service: str, timeout: float | None, *, stop: threading.Event | None = None) -> None:
+def wait(caller: Caller, service: str, timeout: float | None, *, stop: threading.Event | None = None) -> None:
     """Return as soon as a provider of `service` answers a probe.
 
     Args:
-        node: The node that asks.
+        caller: Who asks.
         service: Resolved name.
         timeout: Seconds; None waits for ever.
         stop: Ends the wait early with ConnectionLost (the client or node was closed).
@@ -97,7 +99,7 @@ def wait(node: Node, service: str, timeout: float | None, *, stop: threading.Eve
     reason: RosError | None = None
     while True:
         try:
-            probe(node, service, deadline.at_most(LONGEST_PROBE))
+            probe(caller, service, deadline.at_most(LONGEST_PROBE))
             return
         except RosError as error:
             # The last attempt may have had no time left to find out anything.
@@ -112,4 +114,4 @@ def wait(node: Node, service: str, timeout: float | None, *, stop: threading.Eve
             ) from reason
         delay = pause.next()
         if stop.wait(delay if remaining is None else min(delay, remaining)):
-            raise ConnectionLost(f"service {service}: closed while waiting for it", peer=node.master.uri)
+            raise ConnectionLost(f"service {service}: closed while waiting for it", peer=caller.master.uri)

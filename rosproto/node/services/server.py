@@ -23,7 +23,7 @@ from rosproto.transport.tcpros_io import write_header
 
 if TYPE_CHECKING:
     from rosproto.node.call_site import CallSite
-    from rosproto.node.node import Node
+    from rosproto.node.context import Context
 
 __all__ = ["ServiceServer"]
 
@@ -44,23 +44,28 @@ class ServiceServer:
         name: Resolved service name.
         type_name: "package/Type".
         md5sum: Of our definition.
+        on_refused: Called with the connection header of a client that does not fit, and why; None at first.
     """
 
     def __init__(
         self,
-        node: Node,
+        context: Context,
         name: str,
         service_class: Any,
         handler: Callable[[Any], Any],
         site: CallSite | None = None,
+        *,
+        on_close: Callable[[ServiceServer], None],
     ) -> None:
         self.name = name
         self.type_name: str = service_class._type
         self.md5sum: str = service_class._md5sum
-        self._node = node
+        self._context = context
         self._class = service_class
         self._handler = handler
         self._site = site
+        self.on_refused: Callable[[Mapping[str, str], RemoteProtocolError], object] | None = None
+        self._on_close = on_close
         self._request_class = service_class._request_class
         self._response_class = service_class._response_class
         self._lock = threading.Lock()
@@ -90,9 +95,11 @@ class ServiceServer:
             asked, revision = self._understand(header, peer)
         except RemoteProtocolError as error:
             refuse(sock, str(error))
+            if self.on_refused is not None:
+                self.on_refused(header, error)
             raise
         try:
-            write_header(sock, self._header(revision), Deadline(self._node.limits.handshake_seconds))
+            write_header(sock, self._header(revision), Deadline(self._context.limits.handshake_seconds))
         except (ConnectionLost, RosTimeout):
             sock.close()  # rospy's wait_for_service closes without reading the answer
             return
@@ -112,12 +119,12 @@ class ServiceServer:
         except Md5sumMismatch as mismatch:
             if mismatch.remote_type not in ("", self.type_name):
                 raise
-            revision = revised_service(self._node.revisions, self._class, header["md5sum"], mismatch)
+            revision = revised_service(self._context.revisions, self._class, header["md5sum"], mismatch)
         asked = check_service_client_header(
             header, service=self.name, type_name=self.type_name, md5sum=revision.md5sum, peer=peer
         )
         if not asked.probe:
-            note_differences(self._node._said, self.name, asked.callerid or peer, revision.request_to_ours)
+            note_differences(self._context.said, self.name, asked.callerid or peer, revision.request_to_ours)
         return asked, revision
 
     def _header(self, revision: ServiceRevision | None = None) -> dict[str, str]:
@@ -125,7 +132,7 @@ class ServiceServer:
             service=self.name,
             type_name=self.type_name,
             md5sum=self.md5sum if revision is None else revision.md5sum,
-            callerid=self._node.name,
+            callerid=self._context.name,
             request_type=self._request_class._type,
             response_type=self._response_class._type,
         )
@@ -144,8 +151,8 @@ class ServiceServer:
             peer=peer,
             callerid=header.get("callerid", ""),
             persistent=persistent,
-            limits=self._node.limits,
-            said=self._node._said,
+            limits=self._context.limits,
+            said=self._context.said,
         )
         with self._lock:
             if self._closed:
@@ -184,10 +191,10 @@ class ServiceServer:
         """A refusal in plain words is no defect; anything else gets its traceback."""
         caller = header.get("callerid", "")
         if isinstance(error, ServiceError):
-            self._node._said.info(self.name, "service %s told %s: %s", self.name, caller, error.text)
+            self._context.said.info(self.name, "service %s told %s: %s", self.name, caller, error.text)
         else:
             text = "service %s: the call of %s failed"
-            self._node._said.error(self.name, text, self.name, caller, exc_info=error)
+            self._context.said.error(self.name, text, self.name, caller, exc_info=error)
 
     def stats(self) -> dict[str, int]:
         """Counters since the start: calls, errors, accepted connections; and connections open now."""
@@ -217,7 +224,7 @@ class ServiceServer:
 
     def leave(self) -> None:
         """As `close`, without waiting: requests being served are answered, however long that takes."""
-        self._node._services.forget_server(self)
+        self._on_close(self)
         self.finish()
 
     def join(self, deadline: Deadline) -> None:

@@ -21,8 +21,8 @@ from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
     from rosproto.node.call_site import CallSite
+    from rosproto.node.context import Context
     from rosproto.node.graph.master_client import MasterClient
-    from rosproto.node.node import Node
 
 __all__ = ["ServiceRegistration", "Services"]
 
@@ -36,32 +36,32 @@ class ServiceRegistration:
 
     kind = "service"
 
-    def __init__(self, node: Node, name: str) -> None:
-        self._node = node
+    def __init__(self, context: Context, name: str) -> None:
+        self._context = context
         self.name = name
         self._registered_as = ""
 
     def register(self, master: MasterClient) -> None:
-        uri = self._node._rosrpc_uri
-        master.register_service(self.name, uri, self._node.uri)
+        uri = self._context.endpoints.rosrpc_uri
+        master.register_service(self.name, uri, self._context.uri)
         self._registered_as = uri
 
     def unregister(self, master: MasterClient) -> None:
         # The master takes a service off only under the URI it has: another node may provide it by now.
-        master.unregister_service(self.name, self._registered_as or self._node._rosrpc_uri)
+        master.unregister_service(self.name, self._registered_as or self._context.endpoints.rosrpc_uri)
 
 
 class Services:
     """Table of the service providers and clients of one node; safe from any thread."""
 
-    def __init__(self, node: Node) -> None:
-        self._node = node
+    def __init__(self, context: Context) -> None:
+        self._context = context
         self._lock = threading.Lock()
         self._servers: dict[str, tuple[ServiceServer, ServiceRegistration]] = {}
         self._clients: set[ServiceClient] = set()
         self._closed = False
-        node._tcpros.on_service = self.on_service
-        node._closers.append(self.close)
+        context.endpoints.tcpros.on_service = self.on_service
+        context.closers.append(self.close)
 
     def client(self, name: str, type_: ServiceTypeGiven, *, persistent: bool = False) -> ServiceClient:
         """A new client of the service with this resolved name.
@@ -72,11 +72,13 @@ class Services:
             persistent: Keep the connection between calls.
         """
         service_class = (
-            ask_type(self._node, name)
+            ask_type(self._context, self._context.revisions, name)
             if type_ is None
-            else resolve_service_type(type_, name, self._node.revisions)
+            else resolve_service_type(type_, name, self._context.revisions)
         )
-        client = ServiceClient(self._node, name, service_class, persistent=persistent)
+        client = ServiceClient(
+            self._context, name, service_class, persistent=persistent, on_close=self.forget_client
+        )
         with self._lock:
             self._refuse_when_closed(name)
             self._clients.add(client)
@@ -98,9 +100,14 @@ class Services:
         if not callable(handler):
             raise TypeError(f"service {name}: the handler is a {type(handler).__name__}, expected a callable")
         server = ServiceServer(
-            self._node, name, resolve_service_type(type_, name, self._node.revisions), handler, site
+            self._context,
+            name,
+            resolve_service_type(type_, name, self._context.revisions),
+            handler,
+            site,
+            on_close=self.forget_server,
         )
-        registration = ServiceRegistration(self._node, name)
+        registration = ServiceRegistration(self._context, name)
         with self._lock:
             self._refuse_when_closed(name)
             if name in self._servers:
@@ -110,7 +117,7 @@ class Services:
                 )
             self._servers[name] = (server, registration)
         try:
-            self._node._registrations.add(registration)
+            self._context.registrations.add(registration)
         except BaseException:
             with self._lock:
                 self._servers.pop(name, None)
@@ -119,7 +126,7 @@ class Services:
 
     def _refuse_when_closed(self, name: str) -> None:
         if self._closed:
-            raise LocalProtocolError(f"service {name}: node {self._node.name} is closed")
+            raise LocalProtocolError(f"service {name}: node {self._context.name} is closed")
 
     def on_service(self, sock: socket.socket, fields: Mapping[str, str], peer: tuple[str, int]) -> None:
         """Serve one incoming connection; runs in its own thread and owns the socket until it returns."""
@@ -129,7 +136,7 @@ class Services:
             entry = self._servers.get(name)
         try:
             if entry is None:
-                text = f"[{self._node.name}] is not a provider of [{name}]"
+                text = f"[{self._context.name}] is not a provider of [{name}]"
                 refuse(sock, text)
                 logger.debug("! %s %s: %s", fields.get("callerid", ""), who, text)
             else:
@@ -146,7 +153,7 @@ class Services:
             if entry is None or entry[0] is not server:
                 return
             del self._servers[server.name]
-        self._node._registrations.remove(entry[1])
+        self._context.registrations.remove(entry[1])
 
     def forget_client(self, client: ServiceClient) -> None:
         """Called by the client's `close`."""
@@ -163,6 +170,12 @@ class Services:
                 for key, count in client.stats().items():
                     total[key] = total.get(key, 0) + count
         return {"servers": servers, "clients": clients}
+
+    def abandon(self) -> None:
+        """In a fork of this process: closed, without taking a lock."""
+        self._closed, self._servers = True, {}
+        for client in self._clients:
+            client.abandon()
 
     def close(self) -> None:
         """End all clients, then all providers, within a second; the node takes them off the master."""

@@ -10,7 +10,7 @@ from rosproto.node.services import probe as service_probe
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
-    from rosproto.node.node import Node
+    from rosproto.node.graph.caller import Caller
     from rosproto.node.revisions.revisions import Revisions
 
 __all__ = ["ServiceTypeGiven", "ask_type", "resolve_service_type"]
@@ -37,14 +37,14 @@ def resolve_service_type(type_: Any, service: str, revisions: Revisions | None =
     )
 
 
-def ask_type(node: Node, service: str) -> Any:
+def ask_type(caller: Caller, revisions: Revisions, service: str) -> Any:
     """The class of what the present provider says it provides.
 
     Raises:
         ServiceError, ConnectionLost, RosTimeout: It cannot be asked.
         DefinitionError: We have no definition of its type.
     """
-    name = service_probe.probe(node, service, Deadline(PROBE_SECONDS)).get("type", "")
+    name = service_probe.probe(caller, service, Deadline(PROBE_SECONDS)).get("type", "")
     if not name or name == "*":
         raise ServiceError(service, "its provider does not tell the type; give it")
-    return service_class(name, node.revisions.library_for(name, "srv"))
+    return service_class(name, revisions.library_for(name, "srv"))

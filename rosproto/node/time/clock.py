@@ -23,8 +23,6 @@ from rosproto.transport.waiting import wait_event
 if TYPE_CHECKING:
     from types import TracebackType
 
-    from rosproto.node.node import Node
-
 __all__ = ["NodeClock", "Rate", "Timer", "TimerEvent"]
 
 _log = get_logger("rosproto.node")
@@ -38,6 +36,7 @@ class NodeClock:
 
     Attributes:
         simulated: True when time comes from /clock.
+        closing: Set when the node begins to close; None before `attach`.
     """
 
     def __init__(self) -> None:
@@ -45,17 +44,31 @@ class NodeClock:
         self._condition = threading.Condition()
         self._now = 0  # simulated, nanoseconds
         self._jumps = 0
-        self._node: Node | None = None
+        self.closing: threading.Event | None = None
         self._timers: set[Timer] = set()
         self._on_jump: list[Callable[[], object]] = []
 
-    def attach(self, node: Node, simulated: bool) -> None:
-        """Belong to a node; follow /clock when time is simulated (`/use_sim_time`)."""
-        self._node = node
-        node._closers.append(self._close)
-        self.simulated = simulated
-        if simulated:
-            node.subscriber("/clock", "rosgraph_msgs/Clock", self._on_clock, queue_size=1)
+    def attach(self, closing: threading.Event, subscribe: Callable[..., object] | None = None) -> None:
+        """Belong to a node.
+
+        Args:
+            closing: Set when the node begins to close; `close` is to be called then.
+            subscribe: `Node.subscriber`, to follow /clock; None when time is not simulated.
+        """
+        self.closing = closing
+        self.simulated = subscribe is not None
+        if subscribe is not None:
+            subscribe("/clock", "rosgraph_msgs/Clock", self._on_clock, queue_size=1)
+
+    @property
+    def running(self) -> bool:
+        """True while the node is open."""
+        return self.closing is not None and not self.closing.is_set()
+
+    @property
+    def over(self) -> bool:
+        """True from the beginning of the node's closing."""
+        return self.closing is not None and self.closing.is_set()
 
     # -- time -----------------------------------------------------------------------------------------------
 
@@ -112,14 +125,14 @@ class NodeClock:
             return self._now >= end and self._jumps == jumps
 
     def _sleep_real(self, seconds: float, stop: threading.Event | None) -> bool:
-        closing = stop or (self._node._closing if self._node is not None else threading.Event())
+        closing = stop or self.closing or threading.Event()
         return not wait_event(closing, max(0.0, seconds))
 
     def _wait(self, done: Callable[[], bool], timeout: float | None) -> bool:
         """Wait for simulated time; ends when the node is closed. The lock is held."""
         end = None if timeout is None else time.monotonic() + as_float(timeout)
         while not done():
-            if self._node is None or self._node._closing.is_set():
+            if not self.running:
                 return False
             left = LONGEST_WAIT if end is None else min(LONGEST_WAIT, end - time.monotonic())
             if left <= 0:
@@ -146,7 +159,8 @@ class NodeClock:
         timer._thread.start()
         return timer
 
-    def _close(self) -> None:
+    def close(self) -> None:
+        """End all timers, wake all sleepers; the node closes."""
         with self._condition:
             self._condition.notify_all()
         timers = list(self._timers)
@@ -181,8 +195,7 @@ class Rate:
             now = self._clock.now_nsec()
         # Late by more than a round: begin anew, do not hurry through what was missed (rospy Rate.sleep).
         self._last = due if now - due < self._period else now
-        node = self._clock._node
-        return node is not None and not node.closed
+        return self._clock.running
 
 
 class TimerEvent(NamedTuple):
@@ -224,7 +237,7 @@ class Timer:
         last: tuple[Time, Time, float] | None = None
         while not self._stop.is_set():
             whole = clock.sleep_until_nsec(due, self._stop)
-            if self._stop.is_set() or (clock._node is not None and clock._node.closed):
+            if self._stop.is_set() or clock.over:
                 break
             now = clock.now_nsec()
             if not whole and now < due:  # time jumped back: a period from here

@@ -34,7 +34,7 @@ def node() -> Iterator[Node]:
 
 
 def tcpros(node: Node, data: bytes = b"") -> socket.socket:
-    return attacks.connect(("127.0.0.1", node._tcpros.port), data)
+    return attacks.connect(("127.0.0.1", node._context.endpoints.tcpros.port), data)
 
 
 @pytest.mark.parametrize("length", [0, 1, 3, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF, (1 << 20) + 1])
@@ -137,7 +137,7 @@ def test_probes_are_no_error(node: Node, caplog: pytest.LogCaptureFixture) -> No
     ):
         for end in (socket.socket.close, attacks.reset):
             end(tcpros(node, data))
-    eventually(lambda: node._tcpros._server.connections == 0)
+    eventually(lambda: node._context.endpoints.tcpros._server.connections == 0)
     loud = [record.getMessage() for record in caplog.records if record.levelno > logging.INFO]
     assert not loud
 

@@ -279,7 +279,7 @@ def test_the_own_uri_and_a_restart_on_the_same_one(master: Master, hearer: Node)
         port = int(first.uri.rstrip("/").rpartition(":")[2])
         again = hearer.subscriber("/again", STRING)
         assert again.next(60).data == "first"
-        first._master.close()  # it dies without a word to the master
+        first._context.master.close()  # it dies without a word to the master
         first.ended.set()
         first._server.close()
         first._slave.close()
@@ -290,4 +290,4 @@ def test_the_own_uri_and_a_restart_on_the_same_one(master: Master, hearer: Node)
             began = time.monotonic()
             assert again.next(60).data == "second"
             assert time.monotonic() - began < 2 * crowd()
-        first._master = type(first._master)(master.uri, "/back")
+        first._context.master = type(first._context.master)(master.uri, "/back")

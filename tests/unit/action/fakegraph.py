@@ -80,7 +80,14 @@ class FakeNode:
         self.graph, self.name = graph, name
         self.clock = NodeTime()
         self.closed = False
-        self._closers: list[Any] = []
+        self.closers: list[Any] = []
+
+    def add_closer(self, close: Any) -> None:
+        self.closers.append(close)
+
+    def remove_closer(self, close: Any) -> None:
+        if close in self.closers:
+            self.closers.remove(close)
 
     def resolve_name(self, name: str) -> str:
         return name if name.startswith("/") else "/" + name

@@ -314,7 +314,7 @@ def test_a_closed_client_refuses_and_closing_twice_is_fine(graph, client):
     for call in (lambda: client.send_goal(Goal()), client.cancel_all, client.wait_for_server):
         with pytest.raises(LocalProtocolError, match="closed"):
             call()
-    assert client._node._closers == []
+    assert client._node.closers == []
     assert graph.subscribers == []
 
 

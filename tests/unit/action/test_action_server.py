@@ -356,7 +356,7 @@ def test_closing_asks_handlers_to_stop_and_is_idempotent(make):
     bench.server.close()
     bench.server.close()
     assert bench.results == [("a", G.PREEMPTED, "stopped")]
-    assert bench.node._closers == []
+    assert bench.node.closers == []
     bench.send("b")
     assert len(bench.results) == 1
 

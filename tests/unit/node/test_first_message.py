@@ -29,7 +29,7 @@ def node(master: Master) -> Iterator[Node]:
 
 def subscriber(node: Node) -> socket.socket:
     """A connection that has sent its header and read nothing."""
-    address = (node._endpoints.host, node._tcpros.port)
+    address = node.tcpros_address
     return attacks.connect(address, attacks.subscriber_header("/numbers"))
 
 

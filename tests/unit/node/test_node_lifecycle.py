@@ -285,8 +285,8 @@ def test_cycles_leave_no_threads_and_no_sockets() -> None:
 def test_it_listens_on_one_address_only() -> None:
     """The one that routes to the master."""
     with Master() as master, Node("/n", master_uri=master.uri) as node:
-        assert node._endpoints.host == local_address_towards("127.0.0.1", 80)
-        port = node._tcpros.port
+        assert node._context.endpoints.host == local_address_towards("127.0.0.1", 80)
+        port = node._context.endpoints.tcpros.port
         try:
             outside = local_address_towards("192.0.2.1", 80)
         except ConnectionLost:

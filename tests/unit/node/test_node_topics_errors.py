@@ -34,7 +34,7 @@ def test_an_http_request_to_the_topics_port_is_no_warning(
     nodes: tuple[Node, Node], caplog: pytest.LogCaptureFixture
 ) -> None:
     """A master calls a node that died, at a port that is ours by now: told that nobody is there, and no more."""
-    port = nodes[0]._tcpros.port
+    port = nodes[0]._context.endpoints.tcpros.port
     with caplog.at_level(logging.INFO), socket.create_connection(("127.0.0.1", port), 5) as sock:
         sock.sendall(b"POST /RPC2 HTTP/1.1\r\nHost: h\r\nContent-length: 0\r\n\r\n")
         assert sock.recv(100).startswith(b"HTTP/1.1 404 Not Found\r\n")
@@ -87,7 +87,7 @@ class RawSubscriber:
     """A subscriber of sockets alone: connects, answers the handshake, and reads when told."""
 
     def __init__(self, node: Node, topic: str, md5sum: str = "*", type_name: str = "*") -> None:
-        port = node._tcpros.port
+        port = node._context.endpoints.tcpros.port
         self.sock = socket.create_connection(("127.0.0.1", port), 20)
         self.sock.sendall(
             encode_header({"callerid": "/raw", "topic": topic, "md5sum": md5sum, "type": type_name})
@@ -139,8 +139,8 @@ def test_a_silent_connection_delays_no_other(master: Master) -> None:
     with Node("/p", master_uri=master.uri, rosout=False, limits=limits) as node:
         node.publisher("/quick", String, latch=True).publish(data="x")
         with (
-            socket.create_connection(("127.0.0.1", node._tcpros.port)),
-            socket.create_connection(("127.0.0.1", node._tcpros.port)) as half,
+            socket.create_connection(("127.0.0.1", node._context.endpoints.tcpros.port)),
+            socket.create_connection(("127.0.0.1", node._context.endpoints.tcpros.port)) as half,
         ):
             half.sendall(b"\x10\0\0")
             RawSubscriber(node, "/quick").sock.close()
@@ -154,7 +154,7 @@ def test_garbage_costs_its_own_connection_only(master: Master, garbage: bytes) -
     """A length of 4 GiB, of 0, another protocol, nothing: closed, and the node goes on."""
     with Node("/p", master_uri=master.uri, rosout=False) as node:
         node.publisher("/alive", String, latch=True).publish(data="x")
-        with socket.create_connection(("127.0.0.1", node._tcpros.port), 5) as sock:
+        with socket.create_connection(("127.0.0.1", node._context.endpoints.tcpros.port), 5) as sock:
             sock.sendall(garbage)
             try:
                 sock.shutdown(socket.SHUT_WR)
@@ -176,7 +176,7 @@ def test_an_unknown_topic_and_a_wrong_md5sum_get_an_error_header(master: Master)
         header = RawSubscriber(node, "/there", "0" * 32, "std_msgs/Other").header
         assert list(header) == ["error"]
         assert "0" * 32 in header["error"]
-        eventually(lambda: node._events.last_refusal("/there"))  # noted after the peer was told
+        eventually(lambda: node._context.events.last_refusal("/there"))  # noted after the peer was told
         with pytest.raises(RosTimeout, match="refused"):
             publisher.wait_for_connection(0.01)
 
@@ -213,7 +213,7 @@ def test_a_broken_link_is_made_again_with_a_fresh_request(master: Master, how: s
     with (
         Node("/p", master_uri=master.uri, rosout=False) as a,
         Node("/q", master_uri=master.uri, rosout=False, intraprocess=False) as b,
-        FaultProxy("127.0.0.1", a._tcpros.port) as proxy,
+        FaultProxy("127.0.0.1", a._context.endpoints.tcpros.port) as proxy,
     ):
         requests: list[str] = []
         answer = a._slave.methods["requestTopic"][0]

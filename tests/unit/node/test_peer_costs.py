@@ -43,7 +43,7 @@ def shake_hands(
     node: Node, text: str, md5sum: str, topic: str = "/t"
 ) -> tuple[socket.socket, dict[str, str]]:
     """Subscribe with a definition of one's own: the connection, and the answer."""
-    sock = socket.create_connection((node._endpoints.host, node._tcpros.port), 20)
+    sock = socket.create_connection((node._context.endpoints.host, node._context.endpoints.tcpros.port), 20)
     fields = subscriber_header(
         topic=topic, type_name="std_msgs/String", md5sum=md5sum, callerid="/stranger", message_definition=text
     )
@@ -206,7 +206,7 @@ def test_a_publisher_of_another_type_is_asked_once(node: Node, caplog: pytest.Lo
 def test_the_name_of_a_subscriber_is_cut(node: Node) -> None:
     """It is kept for as long as the connection lasts, and there may be thousands."""
     publisher = node.publisher("/t", String)
-    sock = socket.create_connection((node._endpoints.host, node._tcpros.port), 20)
+    sock = socket.create_connection((node._context.endpoints.host, node._context.endpoints.tcpros.port), 20)
     fields = subscriber_header(
         topic="/t", type_name="std_msgs/String", md5sum=String._md5sum, callerid="/" + "n" * 500_000
     )

@@ -30,12 +30,9 @@ class _PublisherImpl(_TopicImpl):
 
     def attach(self, node):
         """Publish."""
-        from rosproto.node.revisions.topic_types import resolve_type
-
-        # Below `Node.publisher`, which refuses the wildcard; rospy publishes AnyMsg.
-        self.handle = node._topics.open_publisher(
+        self.handle = node.publisher(
             self.resolved_name,
-            resolve_type(self._class),
+            self._class,
             latch=self.is_latch,
             queue_size=self.queue_size or UNBOUNDED,
             on_connect=self._connected,
@@ -89,22 +86,18 @@ class _PublisherImpl(_TopicImpl):
         self.publock.release()
 
     def _connected(self, caller_id):
-        link = next((one for one in self.handle._publication.links[::-1] if one.caller_id == caller_id), None)
         for listener in list(self.subscriber_listeners):
             listener.peer_subscribe(
-                self.resolved_name, self.publish, lambda message: self._publish_to(link, message)
+                self.resolved_name, self.publish, lambda message: self._publish_to(caller_id, message)
             )
 
     def _left(self, caller_id):
         for listener in list(self.subscriber_listeners):
             listener.peer_unsubscribe(self.resolved_name, self.get_num_connections())
 
-    def _publish_to(self, link, message):
-        from rosproto.node.outgoing.frames import small_frame
-
-        if link is not None:
-            self._stamp(message)
-            link.send(small_frame(self._bytes(message)))
+    def _publish_to(self, caller_id, message):
+        self._stamp(message)
+        self.handle.publish_to(caller_id, self._bytes(message))
 
     def publish(self, message):
         """Send to all."""

@@ -26,15 +26,12 @@ class _SubscriberImpl(_TopicImpl):
 
     def attach(self, node):
         """Subscribe."""
-        from rosproto.node.revisions.topic_types import resolve_type
-
         anything = issubclass(self.data_class, AnyMsg)
         self._statistics = statistics.of_subscriber(self)
-        # Below `Node.subscriber`, which would take this place for the program's.
-        self.handle = node._topics.open_subscriber(
+        self.handle = node.subscriber(
             self.resolved_name,
-            resolve_type(None if anything else carried(self.data_class)),
-            callback=self._receive_raw if anything else self._receive,
+            None if anything else carried(self.data_class),
+            self._receive_raw if anything else self._receive,
             queue_size=self.queue_size or UNBOUNDED,
             raw=anything,
             tcp_nodelay=self.tcp_nodelay,
@@ -53,8 +50,7 @@ class _SubscriberImpl(_TopicImpl):
         """The publishers connected now."""
         if self.handle is None or self.closed:
             return []
-        links = list(self.handle._subscription.links.values())
-        return [_Connection(link.uri, link.caller_id) for link in links if link.connected]
+        return [_Connection(uri, caller_id) for uri, caller_id in self.handle.publisher_uris.items()]
 
     def set_queue_size(self, queue_size):
         """Of what one read brings, the last so many messages are called with; None for all."""
@@ -66,8 +62,7 @@ class _SubscriberImpl(_TopicImpl):
             raise ROSException("queue size must be an integer")
         self.queue_size = queue_size
         if self.handle is not None:
-            self.handle.queue_size = self.handle._inbox.size = queue_size or UNBOUNDED
-            self.handle._subscription._renew_sink()
+            self.handle.queue_size = queue_size or UNBOUNDED
 
     def set_buff_size(self, buff_size):
         """Checked, not needed: messages of any size are received whole."""
@@ -81,7 +76,7 @@ class _SubscriberImpl(_TopicImpl):
         """Ask publishers connected from now on to send at once."""
         self.tcp_nodelay = tcp_nodelay
         if self.handle is not None:
-            self.handle._subscription.tcp_nodelay = tcp_nodelay
+            self.handle.tcp_nodelay = tcp_nodelay
 
     def add_callback(self, cb, cb_args):
         """One more; it gets the latched messages that came before it."""

@@ -237,8 +237,8 @@ def test_rosnode_kill_closes_the_node(pair: tuple[Node, Node]) -> None:
 def test_a_forged_publisher_update_is_put_right_by_the_master(pair: tuple[Node, Node]) -> None:
     """A list from elsewhere changes nothing but that the master is asked."""
     a, b = pair
-    b._master_hosts = frozenset({"10.1.2.3"})
-    b._is_master_address = lambda host: False  # type: ignore[method-assign]
+    b._context.master_hosts = frozenset({"10.1.2.3"})
+    b._context.is_master_address = lambda host: False  # type: ignore[method-assign]
     b._slave._is_master_address = lambda host: False
     publisher = a.publisher("/t", "std_msgs/String")
     subscriber = b.subscriber("/t", "std_msgs/String")

@@ -10,7 +10,7 @@ import pytest
 from rosproto.errors import RosTimeout
 from rosproto.master import Master
 from rosproto.node import Node
-from rosproto.node import node as node_module
+from rosproto.node import context as context_module
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.transport.address import parse_uri
 from tests.support.proxy import FaultProxy
@@ -25,7 +25,7 @@ def proxy(master: Master) -> Iterator[FaultProxy]:
 
 @pytest.fixture
 def node(proxy: FaultProxy, monkeypatch: pytest.MonkeyPatch) -> Iterator[Node]:
-    monkeypatch.setattr(node_module, "FAREWELL_SECONDS", 0.1)
+    monkeypatch.setattr(context_module, "FAREWELL_SECONDS", 0.1)
     with Node("/n", master_uri=f"http://127.0.0.1:{proxy.port}", rosout=False) as node:
         yield node
 

@@ -37,7 +37,7 @@ def test_a_topic_that_is_opened_while_the_graph_is_on_its_way_is_not_missing(nod
     node.publisher("/first", "std_msgs/String")
     answered_before(
         monkeypatch,
-        node._master,
+        node._context.master,
         "get_system_state",
         lambda: node.publisher("/second", "std_msgs/String"),
     )
@@ -46,8 +46,10 @@ def test_a_topic_that_is_opened_while_the_graph_is_on_its_way_is_not_missing(nod
 
 def test_a_topic_that_is_closed_meanwhile_is_not_missing(node, monkeypatch) -> None:
     first = node.publisher("/first", "std_msgs/String")
-    first_state = node._master.get_system_state
-    monkeypatch.setattr(node._master, "get_system_state", lambda **o: (first.close(), first_state(**o))[1])
+    first_state = node._context.master.get_system_state
+    monkeypatch.setattr(
+        node._context.master, "get_system_state", lambda **o: (first.close(), first_state(**o))[1]
+    )
     assert node._watchdog._graph_has_all()
 
 

@@ -191,10 +191,10 @@ def test_after_a_restart_of_the_master_a_changed_value_is_told_once(node):
     node.master.params["/a"] = 1
     seen = []
     subscription = node.params.subscribe("/a", lambda key, value: seen.append(value))
-    node._registrations.register_all()
+    node._context.registrations.register_all()
     assert seen == []
     node.master.params["/a"] = 2
-    node._registrations.register_all()
+    node._context.registrations.register_all()
     assert (seen, subscription.value) == ([2], 2)
 
 

@@ -26,4 +26,4 @@ def get_tcpros_server_address():
     """(host, port) where subscribers and clients of services connect; None before there is a node."""
     from . import init
 
-    return None if init.node is None else (init.node._endpoints.host, init.node._endpoints.tcpros.port)
+    return None if init.node is None else init.node.tcpros_address

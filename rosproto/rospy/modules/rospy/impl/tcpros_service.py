@@ -32,6 +32,10 @@ _lock = threading.RLock()
 _caller = None
 
 
+def _nobody_keeps_it(client):
+    """Before there is a node, nobody has a list of clients."""
+
+
 def attach(node):
     """There is a node: provide the services that were made before."""
     global _node
@@ -89,6 +93,7 @@ class ServiceProxy(_Service):
         self.persistent = persistent
         self._headers = headers or {}
         self._client = None
+        self._client_of = None
 
     def wait_for_service(self, timeout=None):
         """Wait until the service is provided."""
@@ -141,17 +146,18 @@ class ServiceProxy(_Service):
     def _opened(self):
         caller = _caller_now()
         client = self._client
-        if client is None or client._node is not caller:
-            from rosproto.node.services.client import ServiceClient
-
+        if client is None or self._client_of is not caller:
             service = carried_service(self.service_class)
-            client = self._client = ServiceClient(
-                caller, self.resolved_name, service, persistent=self.persistent
-            )
-            client._header.update((str(key), str(value)) for key, value in self._headers.items())
             if caller is _node:
-                with caller._services._lock:
-                    caller._services._clients.add(client)
+                client = caller.service_client(self.resolved_name, service, persistent=self.persistent)
+            else:
+                from rosproto.node.services.client import ServiceClient
+
+                client = ServiceClient(
+                    caller, self.resolved_name, service, persistent=self.persistent, on_close=_nobody_keeps_it
+                )
+            client.add_headers({str(key): str(value) for key, value in self._headers.items()})
+            self._client, self._client_of = client, caller
         return client
 
     def _sent(self, request):
@@ -244,17 +250,13 @@ class Service(_Service):
         self._server = node.service_server(
             self.resolved_name, carried_service(self.service_class), self._answer
         )
-        self.uri = node._rosrpc_uri
-        accept = self._server.accept
+        self.uri = node.rosrpc_uri
+        self._server.on_refused = lambda fields, error: self._refused(node, fields, error)
 
-        def told(sock, fields, peer):
-            try:
-                accept(sock, fields, peer)
-            except Md5sumMismatch as error:
-                node.on_refused(refusal(fields, error))
-                raise
-
-        self._server.accept = told
+    @staticmethod
+    def _refused(node, fields, error):
+        if isinstance(error, Md5sumMismatch):
+            node.on_refused(refusal(fields, error))
 
     def error_handler(self, e, exc_type, exc_value, tb):
         """Called when the handler raised."""
