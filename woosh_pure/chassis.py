@@ -148,7 +148,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             )
 
     def __repr__(self) -> str:
-        goals = ", ".join(goal.goal for goal in self._core.running.goals) or "nothing"
+        goals = ", ".join(goal.description for goal in self._core.running.goals) or "nothing"
         return f"<Chassis {self.master_uri}, {self._core.connection.state}: {goals} under way>"
 
     @property
