@@ -12,8 +12,7 @@ from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.msg.user_folder import learned_paths
 from rosproto.numbers import as_float
-from rosproto.transport import Deadline
-from rosproto.transport.host_names import HostNames
+from rosproto.transport import Deadline, HostNames
 from woosh_pure import interface
 from woosh_pure.connection.address import master_uri_of
 from woosh_pure.connection.timeouts import require_timeout
@@ -148,7 +147,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             )
 
     def __repr__(self) -> str:
-        goals = ", ".join(goal.goal for goal in self._core.running.goals) or "nothing"
+        goals = ", ".join(goal.description for goal in self._core.running.goals) or "nothing"
         return f"<Chassis {self.master_uri}, {self._core.connection.state}: {goals} under way>"
 
     @property

@@ -28,7 +28,7 @@ def test_a_second_motion_is_refused_and_the_first_goes_on(sim, real_time, chassi
     handle = FIRST[first](chassis)
     with pytest.raises(MotionRefused, match=r"nothing was sent.* is under way.*replace=True") as caught:
         SECOND[second](chassis)
-    assert handle.goal in str(caught.value)
+    assert handle.description in str(caught.value)
     assert not handle.done
     assert chassis._core.running.goals == [handle]
 
@@ -42,7 +42,7 @@ def test_one_that_is_meant_replaces_it(sim, real_time, chassis, until, first, se
     with pytest.raises(GoalFailed, match="this program ended it: replaced by") as caught:
         handle.wait(20.0)
     assert caught.value.outcome.kind is OutcomeKind.REPLACED
-    assert after.goal in caught.value.outcome.by_us
+    assert after.description in caught.value.outcome.by_us
     if second == "rotate":
         real_time()
         assert after.wait(60.0)

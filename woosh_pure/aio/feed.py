@@ -10,7 +10,7 @@ from rosproto.aio.mailbox import Mailbox
 from rosproto.aio.pool import notify
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
-from rosproto.transport.deadline import Deadline
+from rosproto.transport import Deadline
 from woosh_pure.aio.calls import Calls
 from woosh_pure.connection.timeouts import require_timeout
 from woosh_pure.feed.feed import FIRST_USE, Reading

@@ -48,9 +48,9 @@ class GoalHandle(Generic[P]):
         return f"<aio {repr(self.handle)[1:]}"
 
     @property
-    def goal(self) -> str:
+    def description(self) -> str:
         """What was asked, in words."""
-        return self.handle.goal
+        return self.handle.description
 
     @property
     def default_timeout(self) -> float | None:
@@ -138,7 +138,7 @@ class GoalHandle(Generic[P]):
 
         def look() -> None:
             if loop.is_closed():
-                raise _LoopClosed(f"{self.goal}: the event loop was closed while it was waited for")
+                raise _LoopClosed(f"{self.description}: the event loop was closed while it was waited for")
 
         def wait() -> Outcome:
             try:
@@ -171,7 +171,7 @@ class GoalHandle(Generic[P]):
         try:
             self.handle.cancel(5.0)
         except RosError as error:
-            logger.warning("! %s: its task was cancelled, and it may go on: %s", self.goal, error)
+            logger.warning("! %s: its task was cancelled, and it may go on: %s", self.description, error)
 
 
 class TaskHandle(GoalHandle[RobotStatus]):

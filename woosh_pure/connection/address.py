@@ -18,7 +18,7 @@ def master_uri_of(address: str | None) -> str:
         ValueError: None was given and $ROS_MASTER_URI is not set, or the text is no address.
     """
     uri = _as_uri(address)
-    from rosproto.transport.address import parse_uri  # with the first Chassis, not with this package
+    from rosproto.transport import parse_uri  # with the first Chassis, not with this package
 
     parse_uri(uri)
     return uri

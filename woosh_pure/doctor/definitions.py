@@ -13,7 +13,7 @@ import rosproto
 from rosproto.errors import RosError
 from rosproto.node.revisions.topic_probe import probe_topic
 from rosproto.node.services import probe as service_probe
-from rosproto.transport.deadline import Deadline
+from rosproto.transport import Deadline
 from woosh_pure import interface
 from woosh_pure.doctor.finding import Finding, Level
 from woosh_pure.firmware.revisions import revision_label

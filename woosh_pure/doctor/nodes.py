@@ -11,16 +11,14 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
-from rosproto.transport.address import parse_uri
-from rosproto.transport.connecting import connect
-from rosproto.transport.deadline import Deadline
+from rosproto.transport import Deadline, connect, parse_uri
 from rosproto.transport.host_names import hosts_advice
 from woosh_pure import interface
 from woosh_pure.doctor.finding import Finding, Level
 
 if TYPE_CHECKING:
     import rosproto
-    from rosproto.transport.host_names import HostNames
+    from rosproto.transport import HostNames
 
 __all__ = ["chassis_nodes", "check_nodes", "name_list"]
 

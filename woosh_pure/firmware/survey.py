@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from rosproto.errors import RosError
 from rosproto.node.revisions.topic_probe import probe_topic
 from rosproto.node.services import probe as service_probe
-from rosproto.transport.deadline import Deadline
+from rosproto.transport import Deadline
 
 if TYPE_CHECKING:
     import rosproto

@@ -99,7 +99,7 @@ class ActionHandle(GoalHandle[Any]):
 
     def _send_to(self, client: rosproto.ActionClient, message: Any) -> None:
         if self._cancelled_by_us:
-            raise MotionRefused(f"{self.goal}: it was stopped before it was sent; nothing was sent")
+            raise MotionRefused(f"{self.description}: it was stopped before it was sent; nothing was sent")
         self._goal = client.send_goal(message, feedback=self._on_feedback, transition=self._on_transition)
         if self._cancelled_by_us:  # meanwhile, by a thread that could not see this goal yet
             self._goal.cancel()
@@ -304,7 +304,7 @@ class StepHandle(ActionHandle):
         Raises:
             MotionRefused: It has ended, maybe while the pause was on its way; or the chassis did not confirm.
         """
-        ended = f"{self.goal}: it has ended and cannot be paused"
+        ended = f"{self.description}: it has ended and cannot be paused"
         if self.done:
             raise MotionRefused(ended)
         self._paused = True
@@ -322,7 +322,9 @@ class StepHandle(ActionHandle):
                 self.done
             ):  # the end was told before the answer to the pause: by the same server, in this order
                 raise MotionRefused(ended) from error
-            raise MotionRefused(f"{self.goal}: the chassis did not confirm the pause: {error}") from error
+            raise MotionRefused(
+                f"{self.description}: the chassis did not confirm the pause: {error}"
+            ) from error
 
     def _refine(self, result: Any) -> None:
         """Where it was paused, when the chassis says so: nearer to the truth than the last report.
@@ -337,7 +339,7 @@ class StepHandle(ActionHandle):
     def resume(self) -> None:
         """Go on after `pause` with the steps that remain (interface: a combination must be sent again)."""
         if not self._paused:
-            raise MotionRefused(f"{self.goal}: it is not paused")
+            raise MotionRefused(f"{self.description}: it is not paused")
         self._core.running.require_alone(self)
         with self._condition:
             self._done_before = self._overall()

@@ -54,13 +54,13 @@ class GoalHandle(Generic[P]):
     """A goal under way. Made by the verbs of `Chassis`.
 
     Attributes:
-        goal: What was asked, in words.
+        description: What was asked, in words.
         default_timeout: What `wait()` uses, s; None waits for ever.
     """
 
-    def __init__(self, core: Core, goal: str, default_timeout: float | None) -> None:
+    def __init__(self, core: Core, description: str, default_timeout: float | None) -> None:
         self._core = core
-        self.goal = goal
+        self.description = description
         self.default_timeout = require_timeout(default_timeout)
         self._condition = threading.Condition()
         self._outcome: Outcome | None = None
@@ -96,7 +96,8 @@ class GoalHandle(Generic[P]):
 
     def __repr__(self) -> str:
         outcome = self._outcome  # which is False unless it is an arrival
-        return f"<{type(self).__name__} {self.goal}: {'running' if outcome is None else outcome.kind.value}>"
+        state = "running" if outcome is None else outcome.kind.value
+        return f"<{type(self).__name__} {self.description}: {state}>"
 
     # -- for subclasses --------------------------------------------------------------------------------------
 
@@ -157,7 +158,7 @@ class GoalHandle(Generic[P]):
         try:
             self._cancel(3.0, "its wait was interrupted")
         except RosError as error:
-            logger.warning("! %s: interrupted, and not cancelled: %s", self.goal, error)
+            logger.warning("! %s: interrupted, and not cancelled: %s", self.description, error)
 
     def _abandon(self) -> None:
         """Cancel a goal that nobody waits for any more (asyncio), without waiting for its end."""
@@ -194,7 +195,7 @@ class GoalHandle(Generic[P]):
                     True,
                 )
             ours = self._why if self._cancelled_by_us and kind in _BY_US else ""
-            self._outcome = outcome = Outcome(kind, self.goal, text, code, stopped, seconds, ours)
+            self._outcome = outcome = Outcome(kind, self.description, text, code, stopped, seconds, ours)
             self._condition.notify_all()
         self._core.knowledge.note_outcome(outcome, drives=self.drives, told=bool(self.task_id))
         if not self._may_go_on:  # otherwise `stop` and `close` must still cancel it
@@ -217,7 +218,7 @@ class GoalHandle(Generic[P]):
         try:
             callback(progress)
         except Exception:
-            logger.exception("%s: a progress callback failed", self.goal)
+            logger.exception("%s: a progress callback failed", self.description)
 
     def _in_own_callback(self) -> bool:
         """Whether this thread must return before more about this goal can be heard."""
@@ -297,7 +298,7 @@ class GoalHandle(Generic[P]):
         seconds = self.default_timeout if isinstance(timeout, _Default) else require_timeout(timeout)
         if not self.done and self._in_own_callback():
             raise LocalProtocolError(
-                f"{self.goal}: waiting for it in a callback of its own news would wait for itself; "
+                f"{self.description}: waiting for it in a callback of its own news would wait for itself; "
                 "wait in another thread"
             )
         keeper, letting_go = self._core.running.keeper, self._letting_go(waited_for=True)
@@ -388,7 +389,7 @@ class GoalHandle(Generic[P]):
             if self._in_own_callback():
                 seconds = time.monotonic() - self._started
                 return Outcome(
-                    OutcomeKind.CANCELLED, self.goal, "asked for, not confirmed yet", seconds=seconds
+                    OutcomeKind.CANCELLED, self.description, "asked for, not confirmed yet", seconds=seconds
                 )
             if not self._wait_until_done(timeout):
                 self._finish(
@@ -401,7 +402,9 @@ class GoalHandle(Generic[P]):
         elif self._may_go_on:
             self._request_cancel(timeout)
             if not self._cancel_confirmed(timeout):
-                raise ConnectionLost(f"{self.goal}: cancelled, but the chassis cannot be heard; it may go on")
+                raise ConnectionLost(
+                    f"{self.description}: cancelled, but the chassis cannot be heard; it may go on"
+                )
             self._may_go_on = False
             if self._outcome is not None and self._outcome.text == NOT_CONFIRMED:
                 self._outcome = replace(self._outcome, text="", stopped=self._core.feeds.wait_standing(2.0))

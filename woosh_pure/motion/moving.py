@@ -10,9 +10,11 @@ from woosh_pure.enums import Direction, ExecutionMode, StepMode, TaskType
 from woosh_pure.geometry import Pose2D
 from woosh_pure.motion.action_goal import NavigationHandle, StepHandle, start_navigation, start_steps
 from woosh_pure.motion.steps import Step
-from woosh_pure.motion.task import TaskHandle, TaskOrder, start_task
+from woosh_pure.motion.task import TaskHandle, TaskOptions, TaskOrder, start_task
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
     from woosh_pure.core import Core
 
 __all__ = ["Moving"]
@@ -81,105 +83,88 @@ class Moving:
             ConnectionLost, RosTimeout, ServiceError: The chassis did not answer; what it may have begun was
                 cancelled again if possible.
         """
-        way = [pose.require_sensible() for pose in poses]
-        order = TaskOrder(TaskType(task_type), mark, way, Direction(direction), type_number, custom)
-        return start_task(self._core, order, timeout=timeout, check=check, replace=replace)
+        return self._begin_task(
+            task_type,
+            mark,
+            direction,
+            poses=poses,
+            type_number=type_number,
+            custom=custom,
+            timeout=timeout,
+            check=check,
+            replace=replace,
+        )
 
     def park(
         self,
         mark: str,
-        *,
-        poses: Sequence[Pose2D] = (),
-        type_number: int = 0,
-        custom: int = 0,
-        timeout: float | None = 300.0,
-        check: bool = True,
-        replace: bool = False,
+        **options: Unpack[TaskOptions],
     ) -> TaskHandle:
         """Drive to a parking mark (`/exec_task`, task type park). Returns at once.
 
         Args:
             mark: Its name, as on the chassis's own map.
-            poses, type_number, custom, timeout, check, replace: As for `task`: units, frames.
+            options: `poses`, `type_number`, `custom`, `timeout`, `check` and `replace`: as for `task`, with
+                its units and frames.
 
         Raises:
             MotionRefused, StaleState, ValueError, ConnectionLost, RosTimeout, ServiceError: As `task`.
         """
-        return self.task(
-            TaskType.PARK,
-            mark,
-            poses=poses,
-            type_number=type_number,
-            custom=custom,
-            timeout=timeout,
-            check=check,
-            replace=replace,
-        )
+        return self._begin_task(TaskType.PARK, mark, Direction.UNDEFINED, **options)
 
     def charge(
         self,
         mark: str,
-        *,
-        poses: Sequence[Pose2D] = (),
-        type_number: int = 0,
-        custom: int = 0,
-        timeout: float | None = 300.0,
-        check: bool = True,
-        replace: bool = False,
+        **options: Unpack[TaskOptions],
     ) -> TaskHandle:
         """Drive to a charger and charge (`/exec_task`, task type charge). Returns at once.
 
         Args:
             mark: Its name, as on the chassis's own map.
-            poses, type_number, custom, timeout, check, replace: As for `task`: units, frames.
+            options: `poses`, `type_number`, `custom`, `timeout`, `check` and `replace`: as for `task`, with
+                its units and frames.
 
         Raises:
             MotionRefused, StaleState, ValueError, ConnectionLost, RosTimeout, ServiceError: As `task`.
         """
-        return self.task(
-            TaskType.CHARGE,
-            mark,
-            poses=poses,
-            type_number=type_number,
-            custom=custom,
-            timeout=timeout,
-            check=check,
-            replace=replace,
-        )
+        return self._begin_task(TaskType.CHARGE, mark, Direction.UNDEFINED, **options)
 
     def carry(
         self,
         mark: str,
         direction: Direction,
-        *,
-        poses: Sequence[Pose2D] = (),
-        type_number: int = 0,
-        custom: int = 0,
-        timeout: float | None = 300.0,
-        check: bool = True,
-        replace: bool = False,
+        **options: Unpack[TaskOptions],
     ) -> TaskHandle:
         """Drive to a mark and load or unload there (`/exec_task`, task type carry). Returns at once.
 
         Args:
             mark: Its name, as on the chassis's own map.
             direction: Load or unload.
-            poses, type_number, custom, timeout, check, replace: As for `task`: units, frames.
+            options: `poses`, `type_number`, `custom`, `timeout`, `check` and `replace`: as for `task`, with
+                its units and frames.
 
         Raises:
             MotionRefused, StaleState, ValueError, ConnectionLost, RosTimeout, ServiceError: As `task`.
         """
-        return self.task(
-            TaskType.CARRY,
-            mark,
-            direction=direction,
-            poses=poses,
-            type_number=type_number,
-            custom=custom,
-            timeout=timeout,
-            check=check,
-            replace=replace,
-        )
+        return self._begin_task(TaskType.CARRY, mark, direction, **options)
+
+    def _begin_task(
+        self,
+        task_type: TaskType,
+        mark: str,
+        direction: Direction,
+        /,
+        *,
+        poses: Sequence[Pose2D] = (),
+        type_number: int = 0,
+        custom: int = 0,
+        timeout: float | None = 300.0,
+        check: bool = True,
+        replace: bool = False,
+    ) -> TaskHandle:
+        way = [pose.require_sensible() for pose in poses]
+        order = TaskOrder(TaskType(task_type), mark, way, Direction(direction), type_number, custom)
+        return start_task(self._core, order, timeout=timeout, check=check, replace=replace)
 
     # -- navigation ------------------------------------------------------------------------------------------
 

@@ -7,7 +7,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.logs import get_logger
@@ -24,7 +24,7 @@ from woosh_pure.values.state import RobotStatus
 if TYPE_CHECKING:
     from woosh_pure.core import Core
 
-__all__ = ["TaskHandle", "TaskOrder", "start_task"]
+__all__ = ["TaskHandle", "TaskOptions", "TaskOrder", "start_task"]
 
 logger = get_logger("woosh_pure.task")
 _REPLY_SECONDS = 10.0
@@ -84,7 +84,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
         reply = self._core.clients.exec_task(command, self.task_id, timeout=timeout)
         if not reply.success:
             raise MotionRefused(
-                f"{self.goal}: {command} refused: {reply.message or 'no reason given'}",
+                f"{self.description}: {command} refused: {reply.message or 'no reason given'}",
                 readiness=self._core.knowledge.readiness(),
             )
 
@@ -136,7 +136,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
         try:
             self._core.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=_REPLY_SECONDS)
         except RosError as error:
-            logger.warning("! %s: not cancelled after the fault, it may go on: %s", self.goal, error)
+            logger.warning("! %s: not cancelled after the fault, it may go on: %s", self.description, error)
 
     def _check(self) -> None:
         lost = self._core.feeds.lost("status") or self._restarted()
@@ -151,6 +151,17 @@ class TaskHandle(GoalHandle[RobotStatus]):
         if not now or not self._sources or now & self._sources:
             return ""
         return f"{feed.topic} comes from another process now: the chassis was restarted, and its task is gone"
+
+
+class TaskOptions(TypedDict, total=False):
+    """What parking, charging and carrying take besides the mark; the meanings are those of `Chassis.task`."""
+
+    poses: Sequence[Pose2D]
+    type_number: int
+    custom: int
+    timeout: float | None
+    check: bool
+    replace: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,7 +249,7 @@ def start_task(
 def _send(core: Core, handle: TaskHandle, order: TaskOrder) -> None:
     def execute() -> Any:
         if handle._cancelled_by_us:
-            raise MotionRefused(f"{handle.goal}: it was stopped before it was sent; nothing was sent")
+            raise MotionRefused(f"{handle.description}: it was stopped before it was sent; nothing was sent")
         command, task_id = TaskCommand.EXECUTE, handle.task_id
         reply = core.clients.exec_task(command, task_id, timeout=_REPLY_SECONDS, **order.fields())
         if handle._cancelled_by_us:  # the cancel did not wait long enough for this reply: repeat it
@@ -265,10 +276,10 @@ def _send(core: Core, handle: TaskHandle, order: TaskOrder) -> None:
     handle._reply(reply.success, reply.message, int(reply.statusCode))
     if not reply.success:
         state = RobotState(reply.statusCode)
-        told = f"the last motion was refused ({handle.goal}: {reply.message or 'no reason given'})"
+        told = f"the last motion was refused ({handle.description}: {reply.message or 'no reason given'})"
         core.knowledge.refusals.note(told, time.monotonic(), state)
         raise MotionRefused(
-            f"{handle.goal}: refused by the chassis: {reply.message or 'no reason given'} "
+            f"{handle.description}: refused by the chassis: {reply.message or 'no reason given'} "
             f"(robot state: {state})",
             readiness=core.knowledge.readiness(),
         )

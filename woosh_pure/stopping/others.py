@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
 from rosproto.node import NodeClient
-from rosproto.transport import Deadline
-from rosproto.transport.host_names import HostNames
+from rosproto.transport import Deadline, HostNames
 from woosh_pure.enums import TaskCommand, TaskState
 from woosh_pure.interface.table import actions
 from woosh_pure.velocity.other_drivers import OtherDriver, other_drivers

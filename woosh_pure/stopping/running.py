@@ -136,7 +136,7 @@ class Running:
         Raises:
             MotionRefused: Something does.
         """
-        self.require_free_base(goal.goal)
+        self.require_free_base(goal.description)
         self._make_way(goal, self._others(goal), check=True, replace=False)
 
     def add_goal(
@@ -159,13 +159,13 @@ class Running:
             self._make_way(goal, self._others(goal), check=check, replace=replace)
         ended = [other for other in self.goals if other.done]  # which may look at the network
         with self._lock:
-            self._require_no_stop(goal.goal, since)
+            self._require_no_stop(goal.description, since)
             if check and goal.drives:
-                self.require_free_base(goal.goal)
+                self.require_free_base(goal.description)
                 late = [o for o in self._goals if o.holds_the_base and o not in ended and not o._replaced_by]
                 self._make_way(goal, late, check=True, replace=False)
             if (begun := current()) is not None:
-                begun.add(goal, goal.goal, lambda: goal.cancel(5.0))
+                begun.add(goal, goal.description, lambda: goal.cancel(5.0))
             self._will_move()
             self._goals.append(goal)
 
@@ -177,12 +177,13 @@ class Running:
     ) -> None:
         """Refuse a goal beside others of ours, or end those: two that move the base are no control."""
         if others and check and not replace:
+            names = ", ".join(each.description for each in others)
             raise MotionRefused(
-                f"{goal.goal} refused, nothing was sent: {', '.join(o.goal for o in others)} is under way "
+                f"{goal.description} refused, nothing was sent: {names} is under way "
                 "and would be lost; wait for it or cancel it, or replace it with replace=True"
             )
         for other in others:
-            other._replaced_by = goal.goal
+            other._replaced_by = goal.description
             # Its own server passes smoothly from one goal to the next; what another does is not documented.
             if replace and not (other.server and other.server == goal.server):
                 self._end_replaced(other)
@@ -193,13 +194,13 @@ class Running:
         except RosError as error:
             other._replaced_by = ""
             raise MotionRefused(
-                f"{other.goal} could not be ended, so that nothing else was sent: {error}"
+                f"{other.description} could not be ended, so that nothing else was sent: {error}"
             ) from error
 
     def forget_replacing(self, goal: GoalHandle[Any]) -> None:
         """A goal was not sent after all: what it was to replace goes on."""
         for other in self.goals:
-            if other._replaced_by == goal.goal:
+            if other._replaced_by == goal.description:
                 other._replaced_by = ""
 
     def note_abandoned(self, goal: GoalHandle[Any]) -> None:
@@ -244,7 +245,7 @@ class Running:
         under_way = [goal for goal in self.goals if not goal.done]  # `done` may look at the network
         with self._lock:
             self._require_no_stop("velocity", since)
-            driving = [goal.goal for goal in self._goals if goal in under_way and goal.drives]
+            driving = [goal.description for goal in self._goals if goal in under_way and goal.drives]
             if check and driving:
                 raise MotionRefused(
                     f"velocity refused: {', '.join(driving)} is under way and would be disturbed; wait for "

@@ -199,15 +199,15 @@ def cancel_goals(running: Running, report: StopReport, timeout: float, why: str)
     for job, goal in jobs:
         job.join()
         if not job.over:
-            report.problems.append(f"cancelling {goal.goal} (no answer yet)")
+            report.problems.append(f"cancelling {goal.description} (no answer yet)")
 
 
 def _cancel(goal: GoalHandle[object], report: StopReport, timeout: float, why: str) -> None:
     try:
         outcome = goal._cancel(timeout, why)
         if outcome.kind is OutcomeKind.CANCELLED and outcome.text == NOT_CONFIRMED and not outcome.stopped:
-            report.problems.append(f"cancelling {goal.goal} ({NOT_CONFIRMED})")
+            report.problems.append(f"cancelling {goal.description} ({NOT_CONFIRMED})")
         else:
-            report.cancelled.append(f"{goal.goal} ({outcome.kind.value})")
+            report.cancelled.append(f"{goal.description} ({outcome.kind.value})")
     except RosError as error:
-        report.problems.append(f"cancelling {goal.goal} ({error})")
+        report.problems.append(f"cancelling {goal.description} ({error})")

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError, RosError
 from rosproto.logs import get_logger
 from rosproto.node import NodeClient
-from rosproto.transport.address import parse_uri
+from rosproto.transport import parse_uri
 from woosh_pure.interface.table import ROBOT_NODES
 from woosh_pure.velocity import boottime
 from woosh_pure.velocity.other_drivers import is_refused

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.node import NodeClient
-from rosproto.transport.address import parse_uri
+from rosproto.transport import parse_uri
 from woosh_pure.interface.table import ROBOT_NODES, topics
 
 if TYPE_CHECKING:

@@ -45,7 +45,7 @@ def _save(address: str, args: Namespace, out: Output) -> int:
 
 def _require_master(uri: str, args: Namespace, out: Output) -> None:
     from rosproto import MasterClient
-    from rosproto.transport.host_names import HostNames
+    from rosproto.transport import HostNames
     from woosh_pure.cli.connection import names
 
     try:

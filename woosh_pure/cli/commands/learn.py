@@ -102,7 +102,7 @@ def _keep(
     judgements: list[Judgement], folder: Path, uri: str, out: Output, skipped: list[str], *, dry: bool
 ) -> list[Path]:
     """Write what is new; what no file can be named after goes to `skipped`."""
-    from rosproto.transport.address import parse_uri
+    from rosproto.transport import parse_uri
     from woosh_pure.firmware.learned_sets import make_sets, why_not_kept, write_set
 
     new = []
