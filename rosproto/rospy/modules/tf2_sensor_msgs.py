@@ -1,9 +1,8 @@
 """tf2_sensor_msgs: transforming point clouds."""
 
-from PyKDL import Vector
 from sensor_msgs.msg import PointCloud2
 from sensor_msgs.point_cloud2 import create_cloud, read_points
-from tf2_geometry_msgs import _frame
+from tf2_geometry_msgs import transform_to_kdl
 from tf2_ros import ConvertRegistration, TransformRegistration
 
 
@@ -17,11 +16,12 @@ from_msg_msg = to_msg_msg
 
 def do_transform_cloud(cloud, transform):
     """A PointCloud2 in the transform's frame: its first three fields are x, y, z."""
-    frame = _frame(transform.transform.rotation, transform.transform.translation)
+    frame = transform_to_kdl(transform)
+    rows = [[frame[row, column] for column in range(4)] for row in range(3)]
     points = []
     for point in read_points(cloud):
-        moved = frame * Vector(*map(float, point[:3]))
-        points.append((moved[0], moved[1], moved[2], *point[3:]))
+        x, y, z = point[:3]
+        points.append((*[a * x + b * y + c * z + t for a, b, c, t in rows], *point[3:]))
     return create_cloud(transform.header, cloud.fields, points)
 
 

@@ -58,6 +58,26 @@ def test_headers_reach_the_other_side(tmp_path: Path) -> None:
     assert message._connection_header["pi"] == "3.14"
 
 
+def test_point_clouds_in_another_frame(tmp_path: Path) -> None:
+    """tf2_sensor_msgs: x, y, z move, the other fields stay; a quarter turn and a step."""
+    code = """
+        import sensor_msgs.point_cloud2 as pc2
+        from geometry_msgs.msg import TransformStamped
+        from sensor_msgs.msg import PointField
+        from std_msgs.msg import Header
+        from tf2_sensor_msgs import do_transform_cloud
+        fields = [PointField(name, 4 * i, PointField.FLOAT32, 1) for i, name in enumerate("xyzi")]
+        cloud = pc2.create_cloud(Header(frame_id="laser"), fields, [(1, 2, 3, 9), (0, 0, 0, 8)])
+        moved = TransformStamped()
+        moved.header.frame_id = "map"
+        moved.transform.translation.x = 10
+        moved.transform.rotation.z = moved.transform.rotation.w = 0.5 ** 0.5
+        moved = do_transform_cloud(cloud, moved)
+        print(moved.header.frame_id, [[round(v, 6) for v in point] for point in pc2.read_points(moved)])
+    """
+    assert output(code, tmp_path) == "map [[8.0, 1.0, 3.0, 9.0], [10.0, 0.0, 0.0, 8.0]]\n"
+
+
 def test_point_clouds(tmp_path: Path) -> None:
     """sensor_msgs.point_cloud2 (values as Debian's gave them)."""
     code = """
