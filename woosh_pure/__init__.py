@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from woosh_pure.errors import ChassisError, FirmwareLimit, GoalFailed, MotionRefused, StaleState
     from woosh_pure.geometry import Footprint, Pose2D, Velocity
     from woosh_pure.outcome import Outcome, OutcomeKind
+    from woosh_pure.readiness import Readiness, Ready
     from woosh_pure.sim import SimulatedChassis
 
 __all__ = [
@@ -27,6 +28,8 @@ __all__ = [
     "Outcome",
     "OutcomeKind",
     "Pose2D",
+    "Readiness",
+    "Ready",
     "SimulatedChassis",
     "StaleState",
     "Velocity",
@@ -42,6 +45,8 @@ _HOME = {
     "Outcome": "outcome",
     "OutcomeKind": "outcome",
     "Pose2D": "geometry",
+    "Readiness": "readiness",
+    "Ready": "readiness",
     "SimulatedChassis": "sim",
     "StaleState": "errors",
     "Velocity": "geometry",

@@ -354,7 +354,7 @@ def test_a_goal_of_ones_own_that_drives_the_robot_is_one_like_the_others(sim, ch
         pass
     handle.cancel()
     sim.press_emergency_stop()
-    until(lambda: not chassis.readiness())
+    until(lambda: chassis.readiness().answer is Ready.NO)
     with pytest.raises(MotionRefused, match="emergency stop"):
         chassis.action("/woosh_auto_dock", goal("AutoDock2"))
 
