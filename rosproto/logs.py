@@ -17,7 +17,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from rosproto.kept import Kept
+from rosproto.bounded_cache import BoundedCache
 from rosproto.text import printable
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ class PeerLog:
         self._log = get_logger(name)
         self._monotonic = monotonic
         self._lock = threading.Lock()
-        self._shares: Kept[tuple[str, str], _Share] = Kept(256)
+        self._shares: BoundedCache[tuple[str, str], _Share] = BoundedCache(256)
         self._all = _Share(MOST_IN_ALL)
 
     def info(self, about: str, message: str, *args: object) -> None:

@@ -184,7 +184,7 @@ def parse_arguments(argv: Iterable[str]) -> Arguments:
 
 
 def _parameter(argument: str, value: str) -> object:
-    from rosproto.values import parse_value
+    from rosproto.typed_values import parse_value
 
     try:
         return parse_value(value) if value else ""

@@ -119,8 +119,8 @@ def _woosh() -> Iterator[str]:
 
 def _rosproto() -> Iterator[str]:
     from rosproto.cli.commands import COMMANDS
+    from rosproto.cli.connection import add_graph_options
     from rosproto.cli.entry import EXIT_CODES, _add_general, _parser
-    from rosproto.cli.graph import add_graph_options
 
     yield _ROSPROTO
     rows = [(_link("rosproto", name), command.help) for name, command in COMMANDS.items()]

@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rosproto.kept import Kept
+from rosproto.bounded_cache import BoundedCache
 from rosproto.protocol.goal_client import GoalStatus
 
 __all__ = ["Arrivals"]
@@ -36,7 +36,9 @@ class Arrivals:
     """What a client knows about servers that are heard and goals that are not."""
 
     def __init__(self) -> None:
-        self._runs: Kept[str, tuple[float, float]] = Kept(MOST_SERVERS)  # heard since, heard last
+        self._runs: BoundedCache[str, tuple[float, float]] = BoundedCache(
+            MOST_SERVERS
+        )  # heard since, heard last
         self._given_up: dict[str, tuple[float, float]] = {}  # goal id: forgotten at, cancelled again from
 
     def heard(self, server: str, now: float) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from struct import Struct
 from typing import TYPE_CHECKING, NamedTuple
 
+from rosproto.bag.bag_file import Source
 from rosproto.bag.compression import decompress, decompress_prefix
 from rosproto.bag.limits import Budget
 from rosproto.bag.records import (
@@ -22,7 +23,6 @@ from rosproto.bag.records import (
     op_of,
 )
 from rosproto.bag.rows import Rows, rows_at, rows_slowly, walk
-from rosproto.bag.source import Source
 from rosproto.errors import BagError
 
 if TYPE_CHECKING:

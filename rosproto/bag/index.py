@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from struct import Struct
 from typing import TYPE_CHECKING
 
+from rosproto.bag.bag_file import Source
 from rosproto.bag.chunk import ChunkData, RecordHead, read_chunk, read_head
 from rosproto.bag.compression import COMPRESSIONS
 from rosproto.bag.limits import MOST_CONNECTIONS
@@ -39,7 +40,6 @@ from rosproto.bag.records import (
     op_of,
 )
 from rosproto.bag.rows import Rows
-from rosproto.bag.source import Source
 from rosproto.errors import BagError
 
 if TYPE_CHECKING:

@@ -14,8 +14,8 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rosproto.bag.ahead import Following
 from rosproto.bag.chunk import ChunkData
+from rosproto.bag.read_ahead import Following
 from rosproto.bag.records import ChunkInfo
 from rosproto.bag.rows import Rows
 from rosproto.errors import BagError

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import BinaryIO
 
 from rosproto.bag.compression import keep_freed_memory
-from rosproto.bag.crew import Crew, helper_count
+from rosproto.bag.helpers import Helpers, helper_count
 from rosproto.bag.records import ChunkHeader, ChunkInfo
 from rosproto.errors import BagError
 
@@ -152,7 +152,7 @@ class ChunkOutput:
         self._moved = threading.Condition()
         keep_freed_memory()
         # A program that ends without closing its bag still finishes these few chunks: not daemons.
-        self._crew = Crew("bag writer", 0 if compression == "none" else helper_count(), daemon=False)
+        self._helpers = Helpers("bag writer", 0 if compression == "none" else helper_count(), daemon=False)
 
     @property
     def size(self) -> int:
@@ -181,8 +181,8 @@ class ChunkOutput:
         chunk.ahead = size
         with self._moved:
             self._bytes += size
-        self._crew.add(lambda: self._pack(chunk))
-        while self._order and (self._bytes > AHEAD_BYTES or self._crew.idle):
+        self._helpers.add(lambda: self._pack(chunk))
+        while self._order and (self._bytes > AHEAD_BYTES or self._helpers.idle):
             self._advance()
 
     def drain(self) -> None:
@@ -193,7 +193,7 @@ class ChunkOutput:
     def _advance(self) -> None:
         """Do some of the work, or wait until another chunk has reached the file."""
         head = self._head()
-        if head is None or self._crew.help():
+        if head is None or self._helpers.help():
             return
         # A helper has it in hand: work that has begun ends, with an error if need be, so this wait does, too.
         with self._moved:

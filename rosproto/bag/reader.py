@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from types import MappingProxyType, TracebackType
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
-from rosproto.bag.ahead import Following, ReadAhead
+from rosproto.bag.bag_file import Source
 from rosproto.bag.chunk import ChunkData, chunk_header, read_chunk, read_index_times
 from rosproto.bag.index import open_index
 from rosproto.bag.limits import BagLimits
 from rosproto.bag.merge import Batch, merge
+from rosproto.bag.read_ahead import Following, ReadAhead
 from rosproto.bag.records import NS, ChunkInfo, Connection, total_counts
 from rosproto.bag.rows import MESSAGE_HEAD, Rows
-from rosproto.bag.source import Source
 from rosproto.bag.stamps import Stamp, to_ns
 from rosproto.errors import BagError
 from rosproto.time import Time

@@ -8,11 +8,11 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import BinaryIO, Literal
 
+from rosproto.bag.bag_file import Source
 from rosproto.bag.compression import COMPRESSIONS
 from rosproto.bag.index import BagIndex, open_index
 from rosproto.bag.reader import BagReader, RawMessage
 from rosproto.bag.records import ChunkInfo, FileHeader, encode_contents
-from rosproto.bag.source import Source
 from rosproto.bag.writer import BagWriter
 from rosproto.errors import BagError
 from rosproto.time import Time

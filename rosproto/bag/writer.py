@@ -19,8 +19,8 @@ from struct import Struct, error
 from types import TracebackType
 from typing import Any, BinaryIO, Literal
 
+from rosproto.bag.bag_file import Source
 from rosproto.bag.compression import compressor
-from rosproto.bag.given import as_raw, check_header, check_message, data_of, identity, own_text
 from rosproto.bag.index import BagIndex, open_index
 from rosproto.bag.output import LARGE, ChunkOutput, Output
 from rosproto.bag.reader import RawMessage
@@ -35,8 +35,8 @@ from rosproto.bag.records import (
     encode_index,
 )
 from rosproto.bag.rows import MESSAGE_HEAD
-from rosproto.bag.source import Source
 from rosproto.bag.stamps import out_of_range, seconds_and_rest
+from rosproto.bag.writer_input import as_raw, check_header, check_message, data_of, identity, own_text
 from rosproto.codec import Message, encode_parts, encoder
 from rosproto.errors import BagError
 from rosproto.time import Time

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import importlib
 
-from .graph import Verb, verbs
+from .connection import Verb, verbs
 
 __all__ = ["add_arguments", "run"]
 

@@ -10,8 +10,8 @@ from rosproto.errors import BagError, CodecError
 from rosproto.text import printable
 
 from .bag_progress import Progress
+from .connection import print_json
 from .counts import counted
-from .graph import print_json
 
 if TYPE_CHECKING:
     from rosproto.bag import BagReader

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, Literal
 from rosproto.bag.summary import human_bytes
 
 from .bag_progress import Progress
+from .connection import CommandError
 from .counts import counted
 from .expression import Expression
-from .graph import CommandError
 from .option_types import finite
 
 if TYPE_CHECKING:

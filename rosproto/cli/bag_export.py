@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from .bag_edit import add_span_arguments, span, wanted_topics
 from .bag_progress import Progress
+from .connection import CommandError
 from .counts import counted
 from .export_names import file_names
 from .field_path import parse_field_path
-from .graph import CommandError
 
 if TYPE_CHECKING:
     from rosproto.bag import BagReader

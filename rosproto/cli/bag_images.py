@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from .connection import CommandError
 from .counts import counted
-from .graph import CommandError
 
 __all__ = ["IMAGES", "pixels_of", "png_of"]
 

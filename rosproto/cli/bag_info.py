@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.text import printable
 
-from .graph import CommandError, print_json
+from .connection import CommandError, print_json
 from .sparkline import sparkline
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 from .bag_signals import interrupt_on_signals
 from .bag_words import collect_words
+from .connection import CommandError, add_graph_options, open_node
 from .counts import counted
-from .graph import CommandError, add_graph_options, open_node
 from .keys import Keyboard
 from .option_types import finite, whole
 from .streams import own

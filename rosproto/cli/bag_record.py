@@ -12,8 +12,8 @@ from rosproto.bag.summary import human_bytes
 
 from .bag_signals import interrupt_on_signals
 from .bag_words import collect_words
+from .connection import CommandError, add_graph_options, open_node
 from .counts import counted
-from .graph import CommandError, add_graph_options, open_node
 from .option_types import finite, whole
 from .streams import own
 

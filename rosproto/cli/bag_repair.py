@@ -9,8 +9,8 @@ import shutil
 from rosproto.text import printable
 
 from .bag_progress import Progress
+from .connection import CommandError
 from .counts import counted
-from .graph import CommandError
 
 __all__ = ["add_fix_arguments", "add_reindex_arguments", "fix", "reindex"]
 

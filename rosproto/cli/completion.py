@@ -284,7 +284,7 @@ def _names_of(words: Sequence[str]) -> dict[str, Names]:
 
 
 def _uri(words: Sequence[str]) -> str:
-    from .graph import master_uri
+    from .connection import master_uri
 
     given = [word for option, word in itertools.pairwise(words) if option == "--master"]
     return master_uri(argparse.Namespace(master=given[-1] if given else None))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from .graph import CommandError, Verb, library_for, print_json, unknown, verbs
+from .connection import CommandError, Verb, library_for, print_json, unknown, verbs
 from .parser import near
 
 if TYPE_CHECKING:

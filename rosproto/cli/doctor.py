@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.text import printable
 
+from .connection import CALLER_ID, add_graph_options, host_names, master_client, master_uri, print_json
 from .counts import counted
-from .graph import CALLER_ID, add_graph_options, host_names, master_client, master_uri, print_json
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient, SystemState

@@ -14,7 +14,7 @@ from typing import Any
 from rosproto.errors import RosTimeout
 from rosproto.text import printable
 
-from .graph import CommandError, absolute, master_client, open_node, print_json, unknown, verbs
+from .connection import CommandError, absolute, master_client, open_node, print_json, unknown, verbs
 from .option_types import folder_exists, positive
 from .yaml_text import load_text, to_text, value_of
 

@@ -18,11 +18,11 @@ from rosproto.errors import RosTimeout
 from rosproto.text import printable
 from rosproto.time import Time
 
+from .connection import CommandError, absolute, below, master_client, open_node, print_json, warn
 from .console import clear, enable_escapes, is_terminal, shows_unicode, size
 from .counts import counted
 from .expression import Expression
 from .field_path import parse_field_path, split_topic
-from .graph import CommandError, absolute, below, master_client, open_node, print_json, warn
 from .message_csv import header, row
 from .message_view import View
 from .parser import near

@@ -7,7 +7,7 @@ from html import escape
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .graph_command import Edge
+    from .graph import Edge
 
 __all__ = ["svg"]
 

@@ -11,8 +11,18 @@ from typing import Any
 from rosproto.errors import RosTimeout, ServiceError
 from rosproto.text import printable
 
+from .connection import (
+    CommandError,
+    absolute,
+    below,
+    master_client,
+    open_node,
+    print_json,
+    unknown,
+    verbs,
+    warn,
+)
 from .console import enable_escapes
-from .graph import CommandError, absolute, below, master_client, open_node, print_json, unknown, verbs, warn
 from .option_types import count, positive
 
 __all__ = ["add_arguments", "run"]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.text import printable
 
-from .graph import (
+from .connection import (
     CommandError,
     absolute,
     below,

@@ -11,7 +11,7 @@ from typing import Any
 from rosproto.errors import MasterError
 from rosproto.text import printable
 
-from .graph import CommandError, absolute, below, master_client, print_json, unknown, verbs, warn_if_none
+from .connection import CommandError, absolute, below, master_client, print_json, unknown, verbs, warn_if_none
 from .json_text import json_text
 from .yaml_text import load_text, to_text, value_of
 

@@ -15,8 +15,8 @@ from rosproto.codec.dicts import from_dict
 from rosproto.errors import RosTimeout
 from rosproto.time import Time
 
+from .connection import CommandError, absolute, library_for, master_client, open_node, print_json, warn
 from .console import is_terminal
-from .graph import CommandError, absolute, library_for, master_client, open_node, print_json, warn
 from .yaml_text import load_documents, value_of
 
 __all__ = ["run"]

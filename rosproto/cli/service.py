@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import DefinitionError, MasterError, RosTimeout
 from rosproto.text import printable
 
-from .console import is_terminal
-from .graph import (
+from .connection import (
     CALLER_ID,
     TIMEOUT,
     CommandError,
@@ -26,6 +25,7 @@ from .graph import (
     warn,
     warn_if_none,
 )
+from .console import is_terminal
 from .option_types import positive
 from .parser import near
 from .yaml_text import load_documents, to_flow, value_of

@@ -56,7 +56,7 @@ def template_of(words: Sequence[str], given: Mapping[str, Sequence[str]]) -> lis
     """
     from rosproto.codec import message_class, service_class
 
-    from .graph import absolute, add_graph_options, library_for
+    from .connection import absolute, add_graph_options, library_for
     from .service import _type_of
 
     parser = argparse.ArgumentParser(add_help=False)

@@ -10,7 +10,7 @@ from typing import Any
 from rosproto.errors import RosError, RosTimeout
 from rosproto.text import printable
 
-from .graph import CommandError, open_node, print_json, verbs, warn
+from .connection import CommandError, open_node, print_json, verbs, warn
 from .option_types import count, folder_exists, positive, seconds
 
 __all__ = ["add_arguments", "run"]

@@ -13,7 +13,7 @@ from typing import Any
 
 from rosproto.text import printable
 
-from .graph import CommandError, open_node, print_json
+from .connection import CommandError, open_node, print_json
 from .pictures import form_of, write_picture
 
 __all__ = ["draw"]
@@ -93,7 +93,7 @@ def text_of(frames: Frames, now: float) -> str:
 
 def dot_of(frames: Frames, now: float) -> str:
     """For Graphviz, with the labels of view_frames."""
-    from .graph_command import _quoted as quoted
+    from .graph import _quoted as quoted
 
     lines = ["digraph G {"]
     for child, facts in sorted(frames.items()):

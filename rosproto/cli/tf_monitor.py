@@ -10,7 +10,7 @@ from typing import Any
 
 from rosproto.text import printable
 
-from .graph import CommandError, open_node, print_json, warn
+from .connection import CommandError, open_node, print_json, warn
 from .parser import near
 
 __all__ = ["Arrivals", "monitor"]

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from rosproto.errors import MasterError
 
 from . import topic_echo, topic_list, topic_pub, topic_rates
+from .connection import CommandError, absolute, master_client, print_json, unknown, verbs, warn
 from .field_path import split_topic
-from .graph import CommandError, absolute, master_client, print_json, unknown, verbs, warn
 from .parser import near
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from rosproto.errors import MasterError
 from rosproto.text import printable
 
-from .graph import below, master_client, print_json, warn_if_none
+from .connection import below, master_client, print_json, warn_if_none
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient, SystemState

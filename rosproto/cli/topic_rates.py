@@ -8,8 +8,8 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from .connection import CommandError, absolute, below, master_client, open_node, print_json, warn
 from .expression import Expression
-from .graph import CommandError, absolute, below, master_client, open_node, print_json, warn
 from .option_types import count
 from .parser import near
 from .rates import Bandwidth, Window, bandwidth_text, delay_text, hz_text, table

@@ -1,6 +1,6 @@
 """Values as YAML text and back. Writing block YAML of plain values needs no library; reading any YAML does.
 
-Flow collections, scalars and JSON are read by `rosproto.values`; block YAML with PyYAML (extra `cli`).
+Flow collections, scalars and JSON are read by `rosproto.typed_values`; block YAML with PyYAML (extra `cli`).
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from rosproto.values import parse_value
+from rosproto.typed_values import parse_value
 
-from .graph import CommandError
+from .connection import CommandError
 
 __all__ = ["load_documents", "load_text", "to_flow", "to_text", "value_of"]
 

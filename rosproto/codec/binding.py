@@ -11,7 +11,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from rosproto.codec import values
+from rosproto.codec import plain_values as values
 from rosproto.codec.layout import Layout, resolve
 from rosproto.errors import CodecError
 

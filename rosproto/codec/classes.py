@@ -5,12 +5,12 @@ from __future__ import annotations
 from threading import RLock
 from typing import TYPE_CHECKING, Any
 
+from rosproto.bounded_cache import BoundedCache
 from rosproto.codec.binding import Binding
 from rosproto.codec.flavour import Flavour, flavour_named
 from rosproto.codec.layout import attribute_name, check_field_name
 from rosproto.codec.message import DynamicMessage, Message, MessageMeta, ServiceType
 from rosproto.errors import DefinitionError
-from rosproto.kept import Kept
 from rosproto.msg import bundled, library_from_full_text
 from rosproto.msg.spec import MessageSpec
 
@@ -23,7 +23,9 @@ _lock = RLock()
 _DEFINED_KEPT = 256
 _DEFINED_CHARACTERS = 2 << 20  # of all their texts; a class takes thirty times its text
 _defined_since = 0  # characters, since the collector was run for them
-_defined: Kept[tuple[str, str, Flavour], type[DynamicMessage]] = Kept(_DEFINED_KEPT, _DEFINED_CHARACTERS)
+_defined: BoundedCache[tuple[str, str, Flavour], type[DynamicMessage]] = BoundedCache(
+    _DEFINED_KEPT, _DEFINED_CHARACTERS
+)
 
 
 def message_class(

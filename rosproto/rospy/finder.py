@@ -4,7 +4,7 @@ Two kinds of names are served:
 
 * packages in `modules/` (rospy, actionlib, tf ...), loaded from there under their ROS name;
 * message packages that `definitions.library()` has definitions of: `<package>`, `<package>.msg`,
-  `<package>.srv` and `<package>.msg._Type`, modules without files (see `doors`).
+  `<package>.srv` and `<package>.msg._Type`, modules without files (see `message_modules`).
 
 A message package that the user has with generated code (a catkin workspace, a folder beside the program) is
 left to Python's own import, and so runs on our genpy. What does not count: message packages that came with a
@@ -61,7 +61,7 @@ class RosFinder:
         if not rest:
             if package in self._modules:
                 return _stand_in(package)
-            return self._door_spec(fullname) if self._is_ours(package) else None
+            return self._message_spec(fullname) if self._is_ours(package) else None
         kind, _, base = rest.partition(".")
         of_rospy = package in self._modules
         if (
@@ -69,16 +69,16 @@ class RosFinder:
             and "." not in base
             and (package in self._packages if of_rospy else self._is_ours(package))
         ):
-            return self._door_spec(fullname)
+            return self._message_spec(fullname)
         return _stand_in(fullname, *([] if of_rospy else [INSIDE]))
 
     @staticmethod
-    def _door_spec(name: str) -> importlib.machinery.ModuleSpec:
-        from rosproto.rospy.doors import DoorLoader
+    def _message_spec(name: str) -> importlib.machinery.ModuleSpec:
+        from rosproto.rospy.message_modules import MessageModuleLoader
 
         return importlib.machinery.ModuleSpec(
             name,
-            DoorLoader(),  # type: ignore[arg-type]
+            MessageModuleLoader(),  # type: ignore[arg-type]
             origin="rosproto",
             is_package=name.count(".") < 2,
         )

@@ -14,7 +14,7 @@ import pytest
 
 from rosproto.codec import decode, encode, message_class
 from rosproto.codec.layout import RANGES_BY_CODE, FieldLayout, Layout
-from rosproto.codec.values import from_plain, to_plain
+from rosproto.codec.plain_values import from_plain, to_plain
 from rosproto.msg import bundled
 from tests.interop.genpy_build import write_definitions
 

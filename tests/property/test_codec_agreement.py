@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from rosproto.codec import at_once_source, decode, decoder, encode, encode_parts, message_class
 from rosproto.codec.decode_source import decode_function
 from rosproto.codec.encode_source import encode_function
+from rosproto.codec.plain_values import from_plain, to_plain
 from rosproto.codec.reference import decode_layout, encode_layout
-from rosproto.codec.values import from_plain, to_plain
 from rosproto.errors import CodecError
 from tests.property.codec_strategies import cases, plain_values
 

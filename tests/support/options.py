@@ -20,8 +20,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rosproto.cli.commands import COMMANDS as ROSPROTO
+from rosproto.cli.connection import add_graph_options
 from rosproto.cli.entry import _add_general, _parser
-from rosproto.cli.graph import add_graph_options
 from rosproto.cli.parser import sub_parsers
 from woosh_pure.cli.entry import _common, parser_for
 from woosh_pure.cli.registry import COMMANDS as WOOSH

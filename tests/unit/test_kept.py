@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from rosproto.kept import Kept
+from rosproto.bounded_cache import BoundedCache
 
 
 def test_the_entry_used_longest_ago_makes_room() -> None:
-    kept: Kept[str, int] = Kept(2)
+    kept: BoundedCache[str, int] = BoundedCache(2)
     kept.put("a", 1)
     kept.put("b", 2)
     assert kept.get("a") == 1
@@ -19,7 +19,7 @@ def test_the_entry_used_longest_ago_makes_room() -> None:
 
 def test_weights_count_together() -> None:
     """Replacing one takes its weight along; one that is too heavy alone ousts nobody."""
-    kept: Kept[str, int] = Kept(10, weight=100)
+    kept: BoundedCache[str, int] = BoundedCache(10, weight=100)
     kept.put("a", 1, 60)
     kept.put("a", 1, 40)
     kept.put("b", 2, 60)
@@ -31,7 +31,7 @@ def test_weights_count_together() -> None:
 
 
 def test_forgetting() -> None:
-    kept: Kept[str, int] = Kept(10, weight=10)
+    kept: BoundedCache[str, int] = BoundedCache(10, weight=10)
     kept.put("a", 1, 10)
     assert kept.pop("a") == 1
     assert kept.pop("a") is None

@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from rosproto.values import parse_value
+from rosproto.typed_values import parse_value
 
 
 @pytest.mark.parametrize(

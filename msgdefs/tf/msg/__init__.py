@@ -1,5 +1,5 @@
 """Messages of tf as classes, made on first use."""
 
-from msgdefs._door import door
+from msgdefs._lazy import lazy_module
 
-__getattr__, __dir__ = door(__name__)
+__getattr__, __dir__ = lazy_module(__name__)

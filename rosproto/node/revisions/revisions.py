@@ -12,9 +12,9 @@ import os
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
+from rosproto.bounded_cache import BoundedCache
 from rosproto.codec import define, message_class, service_class
 from rosproto.errors import CodecError, DefinitionError, Md5sumMismatch
-from rosproto.kept import Kept
 from rosproto.logs import PeerLog, get_logger
 from rosproto.msg import bundled
 from rosproto.node.revisions.fetched import FetchedRevisions, Learn
@@ -64,8 +64,10 @@ class Revisions:
         self.fetched = FetchedRevisions()
         # Under md5sums, which come from peers. What a text they sent defines is kept by `define`, and only
         # what others are to have too, by `learn`, here.
-        self._found: Kept[tuple[type, str], _Found] = Kept(MOST_FOUND)
-        self._learned: Kept[tuple[type, str], type[Message]] = Kept(MOST_LEARNED, MOST_LEARNED_CHARACTERS)
+        self._found: BoundedCache[tuple[type, str], _Found] = BoundedCache(MOST_FOUND)
+        self._learned: BoundedCache[tuple[type, str], type[Message]] = BoundedCache(
+            MOST_LEARNED, MOST_LEARNED_CHARACTERS
+        )
 
     def library_for(self, name: str, kind: str = "msg") -> DefinitionLibrary | None:
         """The library for a type given by name; None for the bundled one, which goes first."""

@@ -81,7 +81,7 @@ def _load(text):
     try:
         import yaml
     except ImportError:
-        from rosproto.values import parse_value
+        from rosproto.typed_values import parse_value
 
         return parse_value(text)
     return yaml.load(text, _loader(yaml))

@@ -14,7 +14,8 @@ import time
 import numpy as np
 import pytest
 
-from rosproto.bag import BagReader, BagWriter, ahead, output
+from rosproto.bag import BagReader, BagWriter, output
+from rosproto.bag import read_ahead as ahead
 from rosproto.codec import message_class
 from rosproto.errors import BagError
 from rosproto.time import Time

@@ -16,7 +16,7 @@ from rosproto.bag import BagReader, BagWriter
 from rosproto.cli import main
 from rosproto.cli.bag_play import _Console, _split_remappings
 from rosproto.cli.bag_record import _Line, add_record_arguments, recorder_options, seconds_of
-from rosproto.cli.graph import CommandError
+from rosproto.cli.connection import CommandError
 from rosproto.cli.keys import Keyboard, WindowsKeys
 from rosproto.codec import message_class
 from rosproto.node.time.clock import NodeClock

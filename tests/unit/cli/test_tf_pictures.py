@@ -14,7 +14,7 @@ import pytest
 
 from rosproto import Master, Node
 from rosproto.cli import main
-from rosproto.cli.graph import CommandError
+from rosproto.cli.connection import CommandError
 from rosproto.cli.tf_frames import dot_of, svg_of, text_of
 from rosproto.cli.tf_monitor import Arrivals, report
 from rosproto.codec import message_class

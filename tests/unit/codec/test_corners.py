@@ -235,7 +235,7 @@ def test_only_the_last_definitions_are_kept() -> None:
     first = define("a/Kept0", "int8 x")
     assert define("a/Kept0", "int8 x") is first
     for index in range(1, 258):
-        define(f"a/Kept{index}", "int8 x")
+        define(f"a/BoundedCache{index}", "int8 x")
     assert define("a/Kept257", "int8 x") is define("a/Kept257", "int8 x")
     assert define("a/Kept0", "int8 x") is not first
 

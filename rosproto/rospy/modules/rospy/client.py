@@ -77,7 +77,7 @@ def _typed(text):
     try:
         from yaml import safe_load
     except ImportError:
-        from rosproto.values import parse_value
+        from rosproto.typed_values import parse_value
 
         return parse_value(text)
     return safe_load(text)

@@ -14,7 +14,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-__all__ = ["Crew", "Task", "helper_count"]
+__all__ = ["Helpers", "Task", "helper_count"]
 
 T = TypeVar("T")
 LINGER = 0.02  # seconds that a thread waits for more work, which is cheaper than to start another one
@@ -55,7 +55,7 @@ class Task(Generic[T]):
         return self._result  # type: ignore[return-value]
 
 
-class Crew:
+class Helpers:
     """Does tasks in the order they were given, several at a time.
 
     Args:

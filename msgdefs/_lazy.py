@@ -1,7 +1,7 @@
 """What stands behind `from msgdefs.geometry_msgs.msg import Twist`.
 
-A door is a module without code of its own: a class is made from its definition when it is first asked for,
-and then stays in the module like any other name. Importing a door costs nothing but the file.
+The module of a package's messages has no code of its own: a class is made from its definition when it is
+first asked for, and then stays in the module like any other name. Importing it costs nothing but the file.
 """
 
 from __future__ import annotations
@@ -9,11 +9,11 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 
-__all__ = ["door"]
+__all__ = ["lazy_module"]
 
 
-def door(module: str) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
-    """Make the `__getattr__` and `__dir__` of a door (PEP 562).
+def lazy_module(module: str) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
+    """Make the `__getattr__` and `__dir__` of such a module (PEP 562).
 
     Args:
         module: "msgdefs.<package>.msg" or "msgdefs.<package>.srv", the module's `__name__`.

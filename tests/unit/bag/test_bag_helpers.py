@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from rosproto.bag.crew import Crew, helper_count
+from rosproto.bag.helpers import Helpers, helper_count
 
 
 def threads(name: str) -> int:
@@ -16,57 +16,57 @@ def threads(name: str) -> int:
 
 @pytest.mark.parametrize("most", [0, 1, 3])
 def test_every_task_is_done_once_and_gives_its_result(most):
-    crew = Crew("crew results", most, daemon=True)
+    helpers = Helpers("helpers results", most, daemon=True)
     ran: list[int] = []
-    tasks = [crew.add(lambda i=i: (ran.append(i), i * i)[1]) for i in range(50)]
-    assert [crew.wait(task) for task in tasks] == [i * i for i in range(50)]
+    tasks = [helpers.add(lambda i=i: (ran.append(i), i * i)[1]) for i in range(50)]
+    assert [helpers.wait(task) for task in tasks] == [i * i for i in range(50)]
     assert sorted(ran) == list(range(50))
 
 
 def test_an_error_is_raised_where_the_result_is_asked_for():
-    crew = Crew("crew errors", 1, daemon=True)
+    helpers = Helpers("helpers errors", 1, daemon=True)
 
     def fails() -> None:
         raise ValueError("no good")
 
-    task = crew.add(fails)
-    after = crew.add(lambda: "fine")
+    task = helpers.add(fails)
+    after = helpers.add(lambda: "fine")
     for _ in range(2):
         with pytest.raises(ValueError, match="no good"):
-            crew.wait(task)
-    assert crew.wait(after) == "fine"
+            helpers.wait(task)
+    assert helpers.wait(after) == "fine"
 
 
 def test_the_caller_works_too_when_the_helper_is_busy():
-    crew = Crew("crew helps", 1, daemon=True)
+    helpers = Helpers("helpers helps", 1, daemon=True)
     go, begun = threading.Event(), threading.Event()
-    slow = crew.add(lambda: (begun.set(), go.wait(10))[1])
+    slow = helpers.add(lambda: (begun.set(), go.wait(10))[1])
     assert begun.wait(10)
-    who = crew.add(threading.get_ident)
-    assert crew.wait(who) == threading.get_ident()
+    who = helpers.add(threading.get_ident)
+    assert helpers.wait(who) == threading.get_ident()
     go.set()
-    assert crew.wait(slow) is True
+    assert helpers.wait(slow) is True
 
 
 def test_threads_end_by_themselves_and_come_back():
-    crew = Crew("crew ends", 2, daemon=False)
+    helpers = Helpers("helpers ends", 2, daemon=False)
     for _ in range(2):
-        tasks = [crew.add(lambda: None) for _ in range(10)]
+        tasks = [helpers.add(lambda: None) for _ in range(10)]
         for task in tasks:
-            crew.wait(task)
+            helpers.wait(task)
         end = time.monotonic() + 10
-        while not (crew.idle and threads("crew ends") == 0):
+        while not (helpers.idle and threads("helpers ends") == 0):
             assert time.monotonic() < end
             time.sleep(0.001)
 
 
 def test_never_more_threads_than_allowed():
-    crew = Crew("crew most", 2, daemon=True)
+    helpers = Helpers("helpers most", 2, daemon=True)
     go = threading.Event()
-    tasks = [crew.add(lambda: go.wait(10)) for _ in range(6)]
-    assert threads("crew most") == 2
+    tasks = [helpers.add(lambda: go.wait(10)) for _ in range(6)]
+    assert threads("helpers most") == 2
     go.set()
-    assert all(crew.wait(task) for task in tasks)
+    assert all(helpers.wait(task) for task in tasks)
 
 
 def test_without_threads_to_be_had_the_caller_does_it(monkeypatch):
@@ -74,14 +74,14 @@ def test_without_threads_to_be_had_the_caller_does_it(monkeypatch):
         raise RuntimeError("can't start new thread")
 
     monkeypatch.setattr(threading.Thread, "start", refuse)
-    crew = Crew("crew none", 2, daemon=True)
-    task = crew.add(threading.get_ident)
-    assert crew.idle
-    assert crew.wait(task) == threading.get_ident()
+    helpers = Helpers("helpers none", 2, daemon=True)
+    task = helpers.add(threading.get_ident)
+    assert helpers.idle
+    assert helpers.wait(task) == threading.get_ident()
 
 
 def test_a_task_interrupted_by_ctrl_c_is_still_to_be_done():
-    crew = Crew("crew interrupted", 0, daemon=True)
+    helpers = Helpers("helpers interrupted", 0, daemon=True)
     calls: list[int] = []
 
     def work() -> str:
@@ -90,11 +90,11 @@ def test_a_task_interrupted_by_ctrl_c_is_still_to_be_done():
             raise KeyboardInterrupt
         return "done"
 
-    task = crew.add(work)
+    task = helpers.add(work)
     with pytest.raises(KeyboardInterrupt):
-        crew.wait(task)
+        helpers.wait(task)
     assert not task.done
-    assert crew.wait(task) == "done"
+    assert helpers.wait(task) == "done"
 
 
 def test_helpers_are_for_the_processors_beside_the_caller(monkeypatch):

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from rosproto.bag.bag_file import Source
 from rosproto.bag.chunk import ChunkData, chunk_header, read_chunk
 from rosproto.bag.compression import keep_freed_memory
-from rosproto.bag.crew import Crew, Task, helper_count
+from rosproto.bag.helpers import Helpers, Task, helper_count
 from rosproto.bag.records import ChunkInfo
-from rosproto.bag.source import Source
 
 __all__ = ["Following", "ReadAhead"]
 
@@ -36,7 +36,7 @@ class ReadAhead:
         helpers = helper_count() if helpers is None else helpers
         self._depth = 2 * helpers + 2 if helpers else 0
         # Daemons: what they read is of no use to a program that ends.
-        self._crew = Crew("bag reader", helpers, daemon=True)
+        self._helpers = Helpers("bag reader", helpers, daemon=True)
         self._tasks: dict[int, Task[ChunkData | None]] = {}
         self._packed = False
         keep_freed_memory()
@@ -57,8 +57,8 @@ class ReadAhead:
         if self._packed and self._depth and following is not None:
             for ahead in following(self._depth):
                 if ahead.pos not in self._tasks:
-                    self._tasks[ahead.pos] = self._crew.add(lambda chunk=ahead: self._read_small(chunk))  # type: ignore[misc]
-        data = None if task is None else self._crew.wait(task)
+                    self._tasks[ahead.pos] = self._helpers.add(lambda chunk=ahead: self._read_small(chunk))  # type: ignore[misc]
+        data = None if task is None else self._helpers.wait(task)
         if data is None:
             data = self._read(info)
         self._packed = data.packed

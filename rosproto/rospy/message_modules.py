@@ -19,10 +19,10 @@ from rosproto.rospy.definitions import library
 if TYPE_CHECKING:
     from importlib.machinery import ModuleSpec
 
-__all__ = ["DoorLoader"]
+__all__ = ["MessageModuleLoader"]
 
 
-class DoorLoader:
+class MessageModuleLoader:
     """Fills a module by what its name says."""
 
     def create_module(self, spec: ModuleSpec) -> None:
