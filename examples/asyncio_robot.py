@@ -36,7 +36,7 @@ async def main(connected: Chassis) -> None:
             print("stopped by its time limit; under way:", chassis.under_way)
 
         async with chassis.velocity(bypasses_protection=True) as drive:
-            await drive.hold(0.2, seconds=0.5)
+            await drive.hold(0.0, 0.4, seconds=0.5)  # turning in place: no wall is near enough for that
 
 
 with robot() as connected:

@@ -95,6 +95,11 @@ class FrameDecoder:
         Raises:
             TooLarge: The frame that has begun announces more than `limit`.
         """
+        if self._start != self._end:
+            self._announced()
+        return self._space()
+
+    def _space(self) -> memoryview:
         if self._large is None:
             if self._start == self._end < len(self.buffer):
                 self._start = self._end = 0
@@ -117,7 +122,9 @@ class FrameDecoder:
             if filled:
                 self._grow(0, 0)
             return
-        size = self._announced()
+        size = self._begun()
+        if size > self.limit:
+            size = -1  # no room is made for what is refused
         if size > LARGE and rest < size + 4:
             self._begin_large(size)
         elif size + 4 > room or filled or rest == room:
@@ -134,27 +141,25 @@ class FrameDecoder:
             self._have += count
 
     def receive(self, data: bytes | bytearray | memoryview) -> None:
-        """Add bytes from the stream; they are copied.
-
-        Raises:
-            TooLarge: A frame announces more than `limit`, and bytes of it follow.
-        """
+        """Add bytes from the stream; they are copied. What is too long is refused when it is asked for."""
         with memoryview(data) as source:
             done = 0
             while done < len(source):
                 if self._large is not None and self._have == self._size:
                     self._put_back()
-                space = self.space()
+                space = self._space()
                 count = min(len(space), len(source) - done)
                 space[:count] = source[done : done + count]
                 self.received(count)
                 done += count
 
-    def _announced(self) -> int:
+    def _begun(self) -> int:
         """Length of the frame that has begun; -1 while its length is not there."""
-        if self._end - self._start < 4:
-            return -1
-        size: int = _length(self.buffer, self._start)[0]
+        return _length(self.buffer, self._start)[0] if self._end - self._start >= 4 else -1
+
+    def _announced(self) -> int:
+        """As `_begun`, but refused when it is above the limit."""
+        size = self._begun()
         if size > self.limit:
             raise TooLarge(self.what, size, self.limit)
         return size

@@ -57,6 +57,7 @@ def pair() -> Iterator[tuple[Node, Node, FaultProxy]]:
         yield a, b, proxy
 
 
+@pytest.mark.slow  # links that last only moments are made again after longer and longer pauses
 @pytest.mark.parametrize("fault", ["cut", "reset"])
 def test_ten_faults_in_a_row(fault: str, pair: tuple[Node, Node, FaultProxy]) -> None:
     """FIN and RST: each time connected again within a second, with a new connection, and counted."""

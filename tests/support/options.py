@@ -205,7 +205,12 @@ def ctrl_c(when: Callable[[], object], timeout: float = 60.0) -> Iterator[None]:
         while not when() and time.monotonic() < end:
             if over.wait(0.02):
                 return
-        _thread.interrupt_main()
+        # Again when it did nothing: one that meets the interpreter in a callback of the collector, where
+        # hypothesis has one, is lost. A person presses it again, too.
+        for _ in range(3):
+            _thread.interrupt_main()
+            if over.wait(10.0):
+                return
 
     thread = threading.Thread(target=watch, daemon=True)
     thread.start()

@@ -82,6 +82,7 @@ class SubscriberLink:
         "_promised",
         "_sending",
         "_tried",
+        "_watched",
         "address",
         "caller_id",
         "id",
@@ -123,6 +124,7 @@ class SubscriberLink:
         self._messages = 0
         self._bytes = 0
         self._closed = False
+        self._watched = False  # the monitor knows the link
         self._error = ""
         sock.setblocking(False)
         if greeting:
@@ -133,8 +135,9 @@ class SubscriberLink:
 
     def start(self) -> None:
         """Send the greeting, if no message has pushed it out yet, and let the monitor watch the socket."""
-        self._monitor.add(self)
         with self._lock:
+            self._watched = True
+            self._monitor.add(self)
             error = self._drain() if self._blocked and not self._closed else None
             if self._blocked:
                 self._monitor.want_write(self, True)
@@ -296,7 +299,8 @@ class SubscriberLink:
     def _watch_writing(self) -> None:
         self._blocked = True
         self._tried = perf_counter()
-        self._monitor.want_write(self, True)
+        if self._watched:
+            self._monitor.want_write(self, True)
 
     def _retry(self) -> OSError | None:
         """Try a blocked link from publish() itself: while the caller computes, nobody else gets to run."""
@@ -321,7 +325,8 @@ class SubscriberLink:
             if sent < size:
                 return None
         self._blocked = False
-        self._monitor.want_write(self, False)
+        if self._watched:
+            self._monitor.want_write(self, False)
         if self._empty is not None:
             self._empty.notify_all()
         return None

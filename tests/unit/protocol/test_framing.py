@@ -219,3 +219,14 @@ def test_a_buffer_that_a_read_filled_grows() -> None:
     largest.receive(frame(bytes(MOST_ROOM - 4)))
     assert largest.next_frame() == bytes(MOST_ROOM - 4)
     assert len(largest.space()) == MOST_ROOM
+
+
+def test_what_follows_a_length_that_is_refused_takes_no_room_of_that_length() -> None:
+    """`receive` takes it; asking for the frame, or for space to receive into, refuses it."""
+    decoder = FrameDecoder(100, room=8)
+    decoder.receive(struct.pack("<I", 1 << 30) + bytes(300_000))
+    assert decoder.buffered == 300_004
+    assert len(decoder.buffer) < 700_000
+    for ask in (decoder.next_frame, decoder.space):
+        with pytest.raises(TooLarge):
+            ask()

@@ -34,7 +34,7 @@ class _PublisherImpl(_TopicImpl):
             self.resolved_name,
             self._class,
             latch=self.is_latch,
-            queue_size=self.queue_size or UNBOUNDED,
+            queue_size=_room(self.queue_size),
             on_connect=self._connected,
             on_disconnect=self._left,
             header=self._fields,
@@ -69,7 +69,7 @@ class _PublisherImpl(_TopicImpl):
         """So many messages may wait for a slow subscriber; 0 for any number."""
         self.queue_size = queue_size
         if self.handle is not None:
-            self.handle.queue_size = queue_size or UNBOUNDED
+            self.handle.queue_size = _room(queue_size)
 
     def close(self):
         """End it; who still holds it holds no message and no listener."""
@@ -166,3 +166,8 @@ class _PublisherImpl(_TopicImpl):
 
             return encode_message(message)
         return carried(type(message))._encode(message)
+
+
+def _room(queue_size):
+    """The queue behind a `queue_size`; rospy takes anything there, and only a number above 0 bounds."""
+    return queue_size if isinstance(queue_size, int) and queue_size > 0 else UNBOUNDED
