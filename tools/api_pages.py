@@ -11,7 +11,7 @@ import importlib
 import inspect
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -76,11 +76,15 @@ def entries(docs: Path, uri: str) -> list[Entry]:
         ImportError, AttributeError: A directive names nothing that exists.
     """
     folder = uri.removesuffix(".md")
-    return [
-        entry
-        for name in DIRECTIVE.findall((docs / uri).read_text("utf-8"))
-        for entry in _of_directive(name, folder)
-    ]
+    found: dict[str, Entry] = {}
+    for name in DIRECTIVE.findall((docs / uri).read_text("utf-8")):
+        for entry in _of_directive(name, folder):
+            if entry.uri in found:  # two packages have a class of that name
+                package = name.partition(".")[0]
+                uri_of_package = entry.uri.replace(f"{folder}/", f"{folder}/{package}-")
+                entry = replace(entry, uri=uri_of_package, title=f"{entry.title} ({package})")
+            found[entry.uri] = entry
+    return list(found.values())
 
 
 def _of_directive(name: str, folder: str) -> Iterator[Entry]:

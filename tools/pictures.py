@@ -85,6 +85,10 @@ def run_woosh(work: Path, uri: str, words: Sequence[str], begun: Callable[[], ob
     Raises:
         RuntimeError: It failed, or did not end within a minute.
     """
+    if sys.platform == "win32":
+        raise RuntimeError(
+            "the picture of a terminal is made where there are pseudo-terminals: not on Windows"
+        )
     import fcntl
     import pty
     import struct
