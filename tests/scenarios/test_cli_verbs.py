@@ -252,6 +252,7 @@ def test_no_verb_is_left_out():
     assert missing == []
 
 
+@pytest.mark.slow
 def test_a_drive_tells_the_way_left_line_by_line(real_time, woosh):
     """Where no terminal is, a line every two seconds; two lines for a whole drive told nothing."""
     code, out, err = woosh("goto", "--pose", "3", "1", "90")

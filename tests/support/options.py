@@ -197,7 +197,8 @@ def covered(prog: str, words: Sequence[str]) -> set[Pair]:
 def ctrl_c(when: Callable[[], object], timeout: float = 60.0) -> Iterator[None]:
     """Ctrl-C for what the block runs: as soon as something holds, or the time is up."""
     over = threading.Event()
-    while when():  # what an earlier command has left behind: its node is leaving
+    until = time.monotonic() + 10.0
+    while when() and time.monotonic() < until:  # what an earlier command has left behind: its node is leaving
         time.sleep(0.01)
 
     def watch() -> None:
