@@ -1,0 +1,222 @@
+"""A name that begins with an underscore belongs to the file that defines it, and to classes that inherit it."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from rosproto.codec import Message
+
+ROOT = Path(__file__).resolve().parent.parent
+
+LEFT = (
+    "rosproto.action",
+    "rosproto.aio",
+    "rosproto.bag",
+    "rosproto.cli",
+    "rosproto.codec",
+    "rosproto.msg",
+    "rosproto.node",
+    "rosproto.recording",
+    "rosproto.rospy",
+    "woosh_pure",
+)
+"""Not watched yet: to watch a package, remove its line."""
+
+PUBLIC_IN_SPITE = frozenset(
+    [
+        # Of a message class: all names without an underscore are for its fields. What it documents is public.
+        *re.findall(r"^ {8}(_\w+):", Message.__doc__ or "", re.MULTILINE),
+        # Of genpy: AnyMsg, messages, and services.
+        *("_buff", "_get_types", "_request_class", "_response_class"),
+        # Of the standard library, which documents them.
+        *("_replace", "_asdict", "_fields", "_make", "_getframe", "_current_frames", "_exit"),
+    ]
+)
+"""Public names that begin with an underscore."""
+
+ACCESSORS = {"getattr", "setattr", "delattr", "hasattr"}
+
+
+@dataclass
+class Source:
+    """One file: what it defines, by which names it imports others, and which classes stand on which."""
+
+    module: str
+    tree: ast.Module
+    package: str
+    imports: dict[str, str] = field(default_factory=dict)
+    bases: set[str] = field(default_factory=set)
+    own: set[str] = field(default_factory=set)
+
+
+def private(name: str) -> bool:
+    """`_name`; not `__name__`, nor the `_name_` of enum and ctypes, which they document."""
+    return name.startswith("_") and not name.endswith("_")
+
+
+def module_name(path: Path) -> str:
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def read(text: str, module: str, *, is_package: bool = False) -> Source:
+    """What one file says about itself."""
+    tree = ast.parse(text)
+    source = Source(module, tree, module if is_package else module.rpartition(".")[0])
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
+            source.own.add(node.name)
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            source.own.add(node.id)
+        elif isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store) and own_object(node.value):
+            source.own.add(node.attr)
+        if isinstance(node, ast.ClassDef):
+            source.bases.update(ast.unparse(base).partition("[")[0] for base in node.bases)
+            source.own.update(slots(node))
+        elif isinstance(node, ast.ImportFrom):
+            origin = origin_of(node, source.package)
+            source.imports.update(
+                {alias.asname or alias.name: f"{origin}.{alias.name}" for alias in node.names}
+            )
+        elif isinstance(node, ast.Import):
+            source.imports.update({alias.asname or alias.name: alias.name for alias in node.names})
+    return source
+
+
+def slots(node: ast.ClassDef) -> Iterator[str]:
+    """Names in the `__slots__` of a class."""
+    for statement in node.body:
+        if isinstance(statement, ast.Assign) and ast.unparse(statement.targets[0]) == "__slots__":
+            for part in ast.walk(statement.value):
+                if isinstance(part, ast.Constant) and isinstance(part.value, str):
+                    yield part.value
+
+
+def origin_of(node: ast.ImportFrom, package: str) -> str:
+    """The module that a `from ... import` names, relative ones resolved."""
+    if not node.level:
+        return node.module or ""
+    parts = package.split(".")
+    return ".".join([*parts[: len(parts) - node.level + 1], *([node.module] if node.module else [])])
+
+
+def own_object(node: ast.expr) -> bool:
+    """Whether an expression is the object (or its class) that a method belongs to."""
+    text = ast.unparse(node)
+    return text in {"self", "cls", "type(self)"} or text.startswith("super(")
+
+
+@cache
+def project() -> dict[str, Source]:
+    found = {}
+    for package in ("msgdefs", "rosproto", "woosh_pure"):
+        for path in sorted((ROOT / package).rglob("*.py")):
+            is_package = path.name == "__init__.py"
+            source = read(path.read_text("utf-8"), module_name(path), is_package=is_package)
+            found[source.module] = source
+    return found
+
+
+def inherited(source: Source, seen: frozenset[str] = frozenset()) -> set[str]:
+    """What a file defines itself, and what the files define that its classes have their bases from."""
+    names = set(source.own)
+    for base in source.bases:
+        origin = source.imports.get(base) or source.imports.get(base.partition(".")[0], "")
+        while origin and origin not in project():
+            origin = origin.rpartition(".")[0]
+        if origin and origin not in seen | {source.module}:
+            names |= inherited(project()[origin], seen | {source.module})
+            names |= reexported(project()[origin], base, seen | {source.module})
+    return names
+
+
+def reexported(source: Source, name: str, seen: frozenset[str]) -> set[str]:
+    """Follow a base class through the package that only hands it on."""
+    origin = source.imports.get(name.rpartition(".")[2], "").rpartition(".")[0]
+    if origin in project() and origin not in seen:
+        return inherited(project()[origin], seen | {source.module})
+    return set()
+
+
+def reaches(source: Source) -> Iterator[str]:
+    """Each use of a private name that the file neither defines nor inherits."""
+    known = inherited(source) | PUBLIC_IN_SPITE
+    for node in ast.walk(source.tree):
+        if isinstance(node, ast.Attribute) and private(node.attr) and not own_object(node.value):
+            if node.attr not in known:
+                yield f"{source.module}:{node.lineno} {ast.unparse(node)}"
+        elif isinstance(node, ast.ImportFrom):
+            origin = origin_of(node, source.package)
+            for alias in node.names:
+                if private(alias.name) and not part_of_the_same_package(f"{origin}.{alias.name}", source):
+                    yield f"{source.module}:{node.lineno} from {origin} import {alias.name}"
+            if private(origin.rpartition(".")[2]) and not part_of_the_same_package(origin, source):
+                yield f"{source.module}:{node.lineno} from {origin} import ..."
+        elif isinstance(node, ast.Call) and ast.unparse(node.func) in ACCESSORS:
+            owner, name = node.args[0], ast.unparse(node.args[1]).strip("'")
+            if private(name) and not own_object(owner) and name not in known:
+                yield f"{source.module}:{node.lineno} {ast.unparse(node)}"
+
+
+def part_of_the_same_package(module: str, source: Source) -> bool:
+    """Whether `module` is a private file, and `source` stands in the folder that it is a part of."""
+    return module in project() and f"{source.package}.".startswith(f"{module.rpartition('.')[0]}.")
+
+
+def watched(module: str) -> bool:
+    return not f"{module}.".startswith(tuple(f"{package}." for package in LEFT))
+
+
+@pytest.mark.parametrize("module", sorted(filter(watched, project())))
+def test_a_file_uses_no_private_name_of_another(module: str) -> None:
+    """A part is handed what it needs, or what it needs has a public name and a docstring."""
+    assert list(reaches(project()[module])) == []
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "def f(x): x._hidden()",
+        "from rosproto.node.node import _hidden",
+        "import os\nos._hidden",
+        "class A:\n    def f(self): self.other._hidden = 1",
+        "def f(x): setattr(x, '_hidden', 1)",
+        "def f(x): getattr(x, '_hidden', None)",
+        "from rosproto.rospy.modules.tf2_py._core import BufferCore",
+    ],
+)
+def test_the_watch_sees_a_reach(text: str) -> None:
+    """A check that cannot fail checks nothing."""
+    assert len(list(reaches(read(text, "rosproto.wrong")))) == 1
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "class A:\n    def __init__(self): self._x = 1\n    def __eq__(self, other): return self._x == other._x",
+        "class A:\n    __slots__ = ('_x',)\n\ndef f(a): return a._x",
+        "class A:\n    def f(self): return self._of_a_base",
+        "_table = {}\n\ndef f(): return _table",
+        "def f(message): return message._type, message.__class__",
+    ],
+)
+def test_the_watch_lets_a_file_use_what_is_its_own(text: str) -> None:
+    """Two objects of one class, and a function beside its class, may know each other."""
+    assert list(reaches(read(text, "rosproto.right"))) == []
+
+
+if __name__ == "__main__":  # python -m tests.test_privacy: every reach, and how many each folder has
+    lines = [line for source in project().values() for line in reaches(source)]
+    print(*lines, sep="\n")
+    for folder, count in sorted(
+        Counter(".".join(line.split(":")[0].split(".")[:2]) for line in lines).items()
+    ):
+        print(f"{count:4} {folder}")
