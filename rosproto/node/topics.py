@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import LocalProtocolError
 from rosproto.logs import get_logger
 from rosproto.node.graph.tcpros_server import refuse
+from rosproto.node.incoming.recipient import Recipient
 from rosproto.node.incoming.subscriber import Subscriber
 from rosproto.node.incoming.subscription import Subscription
 from rosproto.node.name_locks import Turns
@@ -132,10 +134,8 @@ class TopicTable:
                 )
             else:
                 subscription.check_type(type_)
-            subscriber = Subscriber(
-                self._context,
-                self.close_subscriber,
-                subscription,
+            recipient = Recipient(
+                name,
                 type_,
                 callback=callback,
                 queue_size=queue_size,
@@ -143,8 +143,15 @@ class TopicTable:
                 on_error=on_error,
                 inline=inline,
                 site=site,
+                renew=subscription.renew_sink,
             )
-            subscription.add_handle(subscriber)
+            subscriber = Subscriber(
+                self._context,
+                subscription,
+                recipient,
+                on_close=partial(self._close_subscriber, recipient, subscription),
+            )
+            subscription.add_recipient(recipient)
             self._subscriptions[name] = subscription
             if new:
                 try:
@@ -153,15 +160,15 @@ class TopicTable:
                     )
                 except BaseException:
                     del self._subscriptions[name]
-                    subscriber.end()
+                    recipient.end()
                     subscription.close()
                     raise
             return subscriber
 
-    def close_subscriber(self, subscriber: Subscriber, subscription: Subscription) -> None:
+    def _close_subscriber(self, recipient: Recipient, subscription: Subscription) -> None:
         """See `Subscriber.close`."""
         with self._subscribing.take(subscription.name):
-            if not subscription.remove_handle(subscriber):
+            if not subscription.remove_recipient(recipient):
                 return
             if self._subscriptions.get(subscription.name) is subscription:
                 del self._subscriptions[subscription.name]
@@ -177,8 +184,8 @@ class TopicTable:
                 publisher.end()
             publication.close()
         for subscription in subscriptions:
-            for subscriber in subscription.handles:
-                subscriber.end()
+            for recipient in subscription.recipients:
+                recipient.end()
             subscription.close(0.0)
         for subscription in subscriptions:
             subscription.close(0.5)
@@ -189,8 +196,8 @@ class TopicTable:
             for publisher in publication.handles:
                 publisher.end()
         for subscription in self._subscriptions.values():
-            for subscriber in subscription.handles:
-                subscriber.abandon()
+            for recipient in subscription.recipients:
+                recipient.abandon()
 
     # -- lookups --------------------------------------------------------------------------------------------
 

@@ -7,18 +7,31 @@ links need no lock to ask for it.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from rosproto.codec import AnyMsg, encode
 from rosproto.node.revisions.revisions import Unfit
 from rosproto.node.revisions.topic_types import TopicType
 
 if TYPE_CHECKING:
-    from rosproto.node.incoming.publisher_link import PublisherLink
-    from rosproto.node.incoming.subscriber import Subscriber
-    from rosproto.node.incoming.subscription import Subscription
+    from rosproto.node.context import Context
+    from rosproto.node.incoming.recipient import Recipient
 
-__all__ = ["RevisedSink", "Sink", "encoded", "raw_message"]
+__all__ = ["RevisedSink", "Sink", "Topic", "encoded", "raw_message"]
+
+
+class Topic(Protocol):
+    """A subscription, as far as delivering goes."""
+
+    context: Context
+    name: str
+    unfit: int
+
+    def remember(self, link: object, message: Any) -> None:
+        """Keep a latched message of that link for subscribers who come later."""
+
+    def report(self, error: Exception) -> None:
+        """Note an error, and tell who asked to be told."""
 
 
 class Sink:
@@ -34,62 +47,62 @@ class Sink:
 
     __slots__ = (
         "_decode_later",
-        "_handles",
         "_now",
-        "_raw_handles",
+        "_raw_recipients",
+        "_recipients",
+        "_topic",
         "decode",
         "newest",
         "offer_one",
         "owns",
-        "subscription",
     )
 
-    def __init__(self, subscription: Subscription, handles: Sequence[Subscriber], type_: TopicType) -> None:
-        self.subscription = subscription
-        self._now = subscription.context.wall_time
-        self._handles = tuple(handle for handle in handles if not handle.raw)
-        self._raw_handles = tuple(handle for handle in handles if handle.raw)
-        self._decode_later = type_.decode if self._handles and not type_.is_wildcard else raw_message
-        if self._raw_handles:
+    def __init__(self, topic: Topic, recipients: Sequence[Recipient], type_: TopicType) -> None:
+        self._topic = topic
+        self._now = topic.context.wall_time
+        self._recipients = tuple(recipient for recipient in recipients if not recipient.raw)
+        self._raw_recipients = tuple(recipient for recipient in recipients if recipient.raw)
+        self._decode_later = type_.decode if self._recipients and not type_.is_wildcard else raw_message
+        if self._raw_recipients:
             self.decode: Callable[[Any, int, int], Any] = raw_message
             self.owns = True
         else:
             self.decode = self._decode_later
             self.owns = type_.may_be_large or type_.is_wildcard
-        sizes = [handle.keeps for handle in handles]
+        sizes = [recipient.keeps for recipient in recipients]
         self.newest = None if None in sizes else max((s for s in sizes if s is not None), default=1)
         self.offer_one: Callable[[Any], None] | None = (
-            self._handles[0]._offer_one if len(handles) == 1 and self._handles else None
+            self._recipients[0].offer_one if len(recipients) == 1 and self._recipients else None
         )
 
-    def deliver(self, batch: Sequence[Any], header: dict[str, str], link: PublisherLink) -> None:
+    def deliver(self, batch: Sequence[Any], header: dict[str, str], link: object) -> None:
         """Hand messages to every subscriber; runs in the link's thread."""
         stamp = self._now()
         for message in batch:
             message._connection_header = header
         if header.get("latching") == "1":
-            self.subscription.remember(link, batch[-1])
-        if self._raw_handles:
-            for handle in self._raw_handles:
-                handle._offer(batch, stamp)
-            if not self._handles:
+            self._topic.remember(link, batch[-1])
+        if self._raw_recipients:
+            for recipient in self._raw_recipients:
+                recipient.offer(batch, stamp)
+            if not self._recipients:
                 return
             batch = self._decode_all(batch, header)
             if not batch:  # all of another revision, and none fits
                 return
-        for handle in self._handles:
-            handle._offer(batch, stamp)
+        for recipient in self._recipients:
+            recipient.offer(batch, stamp)
 
     def deliver_to_newcomers(self, before: Sink, batch: Sequence[Any], header: dict[str, str]) -> None:
         """Hand messages that were received for another sink to those subscribers whom that one lacks."""
         stamp = self._now()
-        for handle in self._handles:
-            if handle not in before._handles:
+        for recipient in self._recipients:
+            if recipient not in before._recipients:
                 decoded = [self._decoded(m, header) if isinstance(m, AnyMsg) else m for m in batch]
-                handle._offer(self._fitting(decoded), stamp)
-        for handle in self._raw_handles:
-            if handle not in before._raw_handles:
-                handle._offer([encoded(message, header) for message in batch], stamp)
+                recipient.offer(self._fitting(decoded), stamp)
+        for recipient in self._raw_recipients:
+            if recipient not in before._raw_recipients:
+                recipient.offer([encoded(message, header) for message in batch], stamp)
 
     def _fitting(self, batch: Sequence[Any]) -> Sequence[Any]:
         return batch
@@ -111,12 +124,12 @@ class RevisedSink(Sink):
 
     __slots__ = ("_told",)
 
-    def __init__(self, subscription: Subscription, handles: Sequence[Subscriber], type_: TopicType) -> None:
-        super().__init__(subscription, handles, type_)
+    def __init__(self, topic: Topic, recipients: Sequence[Recipient], type_: TopicType) -> None:
+        super().__init__(topic, recipients, type_)
         self._told = False
         self.offer_one = None
 
-    def deliver(self, batch: Sequence[Any], header: dict[str, str], link: PublisherLink) -> None:
+    def deliver(self, batch: Sequence[Any], header: dict[str, str], link: object) -> None:
         batch = self._fitting(batch)
         if batch:
             super().deliver(batch, header, link)
@@ -128,14 +141,14 @@ class RevisedSink(Sink):
         unfit = [item.error for item in batch if type(item) is Unfit]
         if not unfit:
             return batch
-        self.subscription.unfit += len(unfit)
+        self._topic.unfit += len(unfit)
         for error in unfit:
-            self.subscription.report(error)
+            self._topic.report(error)
         if not self._told:
             self._told = True
-            name = self.subscription.name
+            name = self._topic.name
             text = "! %s: messages are dropped that do not fit: %s"
-            self.subscription.context.said.warning(name, text, name, unfit[0])
+            self._topic.context.said.warning(name, text, name, unfit[0])
         return [item for item in batch if type(item) is not Unfit]
 
 

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from rosproto.node.incoming.local_link import LocalLink
 from rosproto.node.incoming.local_nodes import find_node
-from rosproto.node.incoming.publisher_link import PublisherLink
+from rosproto.node.incoming.publisher_link import LinkOwner, PublisherLink
 from rosproto.node.incoming.tcpros_link import TcprosLink
-
-if TYPE_CHECKING:
-    from rosproto.node.incoming.subscription import Subscription
 
 __all__ = ["make_link"]
 
 
-def make_link(subscription: Subscription, uri: str) -> PublisherLink:
+def make_link(subscription: LinkOwner, uri: str) -> PublisherLink:
     """A link to the publisher with that URI; not started yet."""
     context = subscription.context
     id = context.next_link_id()

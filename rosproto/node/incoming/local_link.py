@@ -17,12 +17,11 @@ from typing import TYPE_CHECKING
 from rosproto.errors import ConnectionLost, MasterError, RosTimeout
 from rosproto.node.incoming.link_state import LinkEvent
 from rosproto.node.incoming.local_nodes import find_node
-from rosproto.node.incoming.publisher_link import PublisherLink
+from rosproto.node.incoming.publisher_link import LinkOwner, PublisherLink
 from rosproto.node.outgoing.frames import LargeFrame
 from rosproto.protocol.handshake import check_publisher_header, check_subscriber_header, subscriber_header
 
 if TYPE_CHECKING:
-    from rosproto.node.incoming.subscription import Subscription
     from rosproto.node.outgoing.publication import Publication
     from rosproto.node.stats import LinkStats
 
@@ -132,7 +131,7 @@ class LocalLink(PublisherLink):
 
     transport = "INTRAPROCESS"
 
-    def __init__(self, subscription: Subscription, uri: str, id: int) -> None:
+    def __init__(self, subscription: LinkOwner, uri: str, id: int) -> None:
         super().__init__(subscription, uri, id)
         self._pipe: _Pipe | None = None
         self._bytes = 0

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 from time import monotonic
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from rosproto.errors import (
     CodecError,
@@ -22,16 +22,18 @@ from rosproto.errors import (
 )
 from rosproto.logs import get_logger
 from rosproto.node.events import Event, EventKind, without_frames
+from rosproto.node.incoming.delivery import Sink, Topic
 from rosproto.node.incoming.link_state import LEAST, STEADY, LinkEvent, LinkState, Pauses, next_state
 from rosproto.protocol.handshake import HandshakeRefused
 from rosproto.transport.os_errors import program_ends, translate
 
 if TYPE_CHECKING:
-    from rosproto.node.incoming.subscription import Subscription
     from rosproto.node.revisions.revisions import RevisedType
+    from rosproto.node.revisions.topic_types import TopicType
     from rosproto.node.stats import LinkStats
+    from rosproto.protocol.handshake import PublisherReply
 
-__all__ = ["PublisherLink"]
+__all__ = ["LinkOwner", "PublisherLink"]
 
 _log = get_logger("rosproto.node")
 
@@ -41,6 +43,35 @@ REFUSALS = (HandshakeRefused, Md5sumMismatch, DefinitionError, CodecError, TooLa
 
 ASK_EVERY = 4
 """Failed tries (1 s of quick ones) after which the master is asked whether the publisher is still there."""
+
+
+class LinkOwner(Topic, Protocol):
+    """A subscription, as far as its links go; see `Subscription`."""
+
+    type: TopicType
+    sink: Sink
+    skipped: int
+    tcp_nodelay: bool
+    unreliable: bool
+
+    @property
+    def present_type(self) -> TopicType:
+        """What is decoded."""
+
+    def learn(self, reply: PublisherReply, peer: str) -> RevisedType | None:
+        """How to decode this publisher's messages; None: as the type that is asked for."""
+
+    def sink_for(self, revised: RevisedType) -> Sink:
+        """As `sink`, for a publisher of another revision."""
+
+    def forget_revised(self, revised: RevisedType) -> None:
+        """The session that needed it is over."""
+
+    def link_changed(self) -> None:
+        """A link was made or lost."""
+
+    def link_closed(self, link: PublisherLink) -> None:
+        """A link's thread ends."""
 
 
 class PublisherLink:
@@ -57,7 +88,7 @@ class PublisherLink:
 
     transport = "TCPROS"
 
-    def __init__(self, subscription: Subscription, uri: str, id: int) -> None:
+    def __init__(self, subscription: LinkOwner, uri: str, id: int) -> None:
         self.subscription = subscription
         self.topic = subscription.name
         self.uri = uri

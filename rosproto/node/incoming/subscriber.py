@@ -2,28 +2,21 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
-from rosproto.logs import get_logger
-from rosproto.node.incoming.callbacks import CallbackRunner, InlineCaller
-from rosproto.node.incoming.inbox import Inbox
 from rosproto.numbers import as_float
 
 if TYPE_CHECKING:
     from types import TracebackType
 
-    from rosproto.node.call_site import CallSite
     from rosproto.node.context import Context
+    from rosproto.node.incoming.recipient import Recipient
     from rosproto.node.incoming.subscription import Subscription
-    from rosproto.node.revisions.topic_types import TopicType
     from rosproto.node.stats import LinkStats
 
 __all__ = ["Subscriber"]
-
-_log = get_logger("rosproto.node")
 
 
 class Subscriber:
@@ -45,56 +38,17 @@ class Subscriber:
     def __init__(
         self,
         context: Context,
-        on_close: Callable[[Subscriber, Subscription], None],
         subscription: Subscription,
-        type_: TopicType,
-        *,
-        callback: Callable[[Any], object] | None,
-        queue_size: int,
-        raw: bool,
-        on_error: Callable[[Exception], object] | None,
-        inline: bool = False,
-        site: CallSite | None = None,
+        recipient: Recipient,
+        on_close: Callable[[], None],
     ) -> None:
         self._context = context
         self._subscription = subscription
+        self._recipient = recipient
         self._on_close = on_close
-        self.type = type_
-        self.raw = raw
-        self._inbox = Inbox(queue_size)
-        self._runner: CallbackRunner | InlineCaller | None = None
-        if callback:
-            kind = InlineCaller if inline else CallbackRunner
-            self._runner = kind(callback, self._inbox, subscription.name)
-        self._on_error = on_error
-        self._offer: Callable[[Sequence[Any], float], None] = self._inbox.put
-        self._offer_one: Callable[[Any], None] | None = None
-        self._site = site
-        self._first = threading.Lock()
-        self._early: list[tuple[Sequence[Any], float]] = []
-        if self._runner is not None:
-            self._offer = self._offer_first
-
-    def _offer_first(self, batch: Sequence[Any], stamp: float) -> None:
-        """The first messages for the callback: not before the program has what it asked for."""
-        site, runner = self._site, self._runner
-        assert runner is not None
-        if site is not None and site.is_here:  # a latched message, in the constructor itself
-            self._early.append((batch, stamp))
-            name = f"rosproto:first of {self.topic}"
-            threading.Thread(target=self._offer_first, args=((), 0.0), name=name, daemon=True).start()
-            return
-        with self._first:
-            if self._site is not None:
-                self._site.wait()
-                self._site = None
-            while self._early:
-                runner.offer(*self._early.pop(0))
-            if batch:
-                runner.offer(batch, stamp)
-            if self._offer_one is None:
-                self._offer, self._offer_one = runner.offer, runner.offer_one
-                self._subscription.renew_sink()
+        self.type = recipient.type
+        self.raw = recipient.raw
+        self._inbox = recipient.inbox
 
     # -- messages -------------------------------------------------------------------------------------------
 
@@ -112,7 +66,7 @@ class Subscriber:
 
     def next_stamped(self, timeout: float | None = 10.0) -> tuple[Any, float]:
         """As `next`, with the time of receipt: seconds since 1970 by this computer's clock."""
-        if self._runner is not None:
+        if self._recipient.runner is not None:
             raise LocalProtocolError(
                 f"{self.topic}: this subscriber has a callback, which gets every message"
             )
@@ -131,7 +85,7 @@ class Subscriber:
 
     def __iter__(self) -> Iterator[Any]:
         """Every message from now on, until the subscriber or the node is closed."""
-        if self._runner is not None:
+        if self._recipient.runner is not None:
             raise LocalProtocolError(
                 f"{self.topic}: this subscriber has a callback, which gets every message"
             )
@@ -176,12 +130,11 @@ class Subscriber:
     @property
     def queue_size(self) -> int:
         """Most messages that wait for the program; may be changed."""
-        return self._inbox.size
+        return self._recipient.queue_size
 
     @queue_size.setter
     def queue_size(self, size: int) -> None:
-        self._inbox.size = size
-        self._subscription.renew_sink()
+        self._recipient.queue_size = size
 
     @property
     def tcp_nodelay(self) -> bool:
@@ -237,7 +190,7 @@ class Subscriber:
     @property
     def keeps(self) -> int | None:
         """How many of the messages received at once are delivered; None for all (to a quick callback)."""
-        return None if self._runner is not None and self._runner.takes_all else self.queue_size
+        return self._recipient.keeps
 
     def wait_for_connection(self, timeout: float | None = 5.0, count: int = 1) -> None:
         """Wait until a publisher is connected.
@@ -262,26 +215,11 @@ class Subscriber:
         """Counters per publisher (shared by all subscribers of the topic in this node)."""
         return self._subscription.stats()
 
-    def _report(self, error: Exception) -> None:
-        if self._on_error is not None:
-            try:
-                self._on_error(error)
-            except BaseException:  # as in callbacks.py
-                _log.exception("! %s: on_error raised", self.topic)
-
-    def end(self) -> None:
-        """As `close`, for a node that closes: the topic is off the master already."""
-        self._inbox.close()
-
-    def abandon(self) -> None:
-        """In a fork of this process: closed, whoever held its lock in the parent."""
-        self._inbox.abandon()
-
     def close(self) -> None:
         """Stop receiving: iteration ends, no callback begins any more. Twice, or in the callback, is fine."""
         if not self._inbox.closed:
-            self.end()
-            self._on_close(self, self._subscription)
+            self._recipient.end()
+            self._on_close()
 
     def __enter__(self) -> Subscriber:
         return self

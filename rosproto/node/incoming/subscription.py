@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from rosproto.node.context import Context
     from rosproto.node.graph.master_client import MasterClient
     from rosproto.node.incoming.publisher_link import PublisherLink
-    from rosproto.node.incoming.subscriber import Subscriber
+    from rosproto.node.incoming.recipient import Recipient
     from rosproto.node.stats import LinkStats
     from rosproto.protocol.handshake import PublisherReply
 
@@ -68,8 +68,8 @@ class Subscription:
         self.unfit = 0
         self._decode_type = type_
         self._condition = threading.Condition()
-        self._handles: list[Subscriber] = []
-        self._latched: dict[PublisherLink, Any] = {}
+        self._recipients: list[Recipient] = []
+        self._latched: dict[object, Any] = {}  # by link
         self._generation = 0
         self._closed = False
         self._revised_sinks: dict[RevisedType, Sink] = {}
@@ -80,7 +80,7 @@ class Subscription:
             raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
         with self._condition:
             if "sink" not in vars(self):
-                self.sink = Sink(self, self._handles, self._decode_type)
+                self.sink = Sink(self, self._recipients, self._decode_type)
             return vars(self)["sink"]
 
     # -- master ---------------------------------------------------------------------------------------------
@@ -145,18 +145,18 @@ class Subscription:
         rest = [key for key in wanted if key not in first]
         return {key: wanted[key] for key in [*first, *rest][:most]}
 
-    # -- handles --------------------------------------------------------------------------------------------
+    # -- recipients -----------------------------------------------------------------------------------------
 
-    def add_handle(self, handle: Subscriber) -> None:
-        """One more `Subscriber`; it gets the latched messages that the others have had already."""
+    def add_recipient(self, recipient: Recipient) -> None:
+        """One more subscriber; it gets the latched messages that the others have had already."""
         with self._condition:
-            if not handle.type.is_wildcard and self._decode_type.is_wildcard:
-                self._adopt(handle.type)
-            self._handles.append(handle)
+            if not recipient.type.is_wildcard and self._decode_type.is_wildcard:
+                self._adopt(recipient.type)
+            self._recipients.append(recipient)
             self.renew_sink()
             latched = list(self._latched.values())
         for message in latched:
-            handle._offer([self._as_wanted(message, handle.raw)], self.context.wall_time())
+            recipient.offer([self._as_wanted(message, recipient.raw)], self.context.wall_time())
 
     def _as_wanted(self, message: Any, raw: bool) -> Any:
         """A remembered message for a subscriber that wants it raw, or decoded."""
@@ -168,13 +168,13 @@ class Subscription:
         wanted._connection_header = message._connection_header
         return wanted
 
-    def remove_handle(self, handle: Subscriber) -> bool:
+    def remove_recipient(self, recipient: Recipient) -> bool:
         """True when that was the last one."""
         with self._condition:
-            if handle in self._handles:
-                self._handles.remove(handle)
+            if recipient in self._recipients:
+                self._recipients.remove(recipient)
             self.renew_sink()
-            return not self._handles
+            return not self._recipients
 
     def _adopt(self, type_: TopicType) -> None:
         """A definite type beside wildcards: from now on it is what is asked for."""
@@ -191,7 +191,7 @@ class Subscription:
         sink = self._revised_sinks.get(revised)
         if sink is None:
             with self._condition:
-                sink = self._revised_sinks[revised] = RevisedSink(self, self._handles, revised)
+                sink = self._revised_sinks[revised] = RevisedSink(self, self._recipients, revised)
         return sink
 
     def forget_revised(self, revised: RevisedType) -> None:
@@ -200,8 +200,9 @@ class Subscription:
             self._revised_sinks.pop(revised, None)
 
     @property
-    def handles(self) -> list[Subscriber]:
-        return list(self._handles)
+    def recipients(self) -> list[Recipient]:
+        """The subscribers of this node."""
+        return list(self._recipients)
 
     # -- called by links ------------------------------------------------------------------------------------
 
@@ -218,7 +219,7 @@ class Subscription:
         """
         with self._condition:
             known = self._decode_type
-            if known.is_wildcard and all(handle.raw for handle in self._handles):
+            if known.is_wildcard and all(recipient.raw for recipient in self._recipients):
                 return None
         if reply.md5sum == ANY and known.is_wildcard:
             raise self._untold_type(reply, peer)
@@ -269,7 +270,7 @@ class Subscription:
             message_definition=reply.message_definition,
         )
 
-    def remember(self, link: PublisherLink, message: Any) -> None:
+    def remember(self, link: object, message: Any) -> None:
         """Keep a latched message for subscribers of this node that come later."""
         if link in self.links.values():
             self._latched[link] = message
@@ -277,8 +278,8 @@ class Subscription:
     def report(self, error: Exception) -> None:
         """A link failed: note it and tell who asked to be told."""
         self.errors.append(error)
-        for handle in self.handles:
-            handle._report(error)
+        for recipient in self.recipients:
+            recipient.report(error)
 
     def link_changed(self) -> None:
         """A link was made or lost."""

@@ -6,12 +6,11 @@ Source: wiki.ros.org/ROS/TCPROS, wiki.ros.org/ROS/Technical Overview (topic nego
 from __future__ import annotations
 
 import socket
-from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, Md5sumMismatch, RemoteProtocolError
 from rosproto.node.incoming.frame_reader import FrameReader
 from rosproto.node.incoming.link_state import LinkEvent
-from rosproto.node.incoming.publisher_link import PublisherLink
+from rosproto.node.incoming.publisher_link import LinkOwner, PublisherLink
 from rosproto.node.revisions.topic_types import ANY
 from rosproto.protocol.handshake import (
     HandshakeRefused,
@@ -25,9 +24,6 @@ from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp import expect_data, interrupt
 from rosproto.transport.tcpros_io import read_header, write_header
 
-if TYPE_CHECKING:
-    from rosproto.node.incoming.subscription import Subscription
-
 __all__ = ["TcprosLink"]
 
 # For asking and connecting together. Not less, for slow networks; not more, because what was sent into a
@@ -38,7 +34,7 @@ TRY_SECONDS = 5.0
 class TcprosLink(PublisherLink):
     """See `PublisherLink`."""
 
-    def __init__(self, subscription: Subscription, uri: str, id: int) -> None:
+    def __init__(self, subscription: LinkOwner, uri: str, id: int) -> None:
         super().__init__(subscription, uri, id)
         self._sock: socket.socket | None = None
         self._reader: FrameReader | None = None

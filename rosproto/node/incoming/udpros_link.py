@@ -28,7 +28,7 @@ from rosproto.transport.udp import open_receiver
 if TYPE_CHECKING:
     import socket
 
-    from rosproto.node.incoming.subscription import Subscription
+    from rosproto.node.incoming.publisher_link import LinkOwner
     from rosproto.node.stats import LinkStats
 
 __all__ = ["UdprosLink"]
@@ -41,7 +41,7 @@ MOST_BYTES = 1 << 16  # of a datagram, by UDP
 class UdprosLink(TcprosLink):
     """See `PublisherLink`; a session is one of datagrams or of TCP, as the publisher chooses."""
 
-    def __init__(self, subscription: Subscription, uri: str, id: int) -> None:
+    def __init__(self, subscription: LinkOwner, uri: str, id: int) -> None:
         super().__init__(subscription, uri, id)
         self._datagrams: Reassembly | None = None
         self._bytes = 0

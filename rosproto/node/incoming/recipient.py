@@ -1,0 +1,127 @@
+"""Who gets the messages of a topic: one subscriber's inbox or callback, as links and sinks see it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from rosproto.logs import get_logger
+from rosproto.node.incoming.callbacks import CallbackRunner, InlineCaller
+from rosproto.node.incoming.inbox import Inbox
+
+if TYPE_CHECKING:
+    from rosproto.node.call_site import CallSite
+    from rosproto.node.revisions.topic_types import TopicType
+
+__all__ = ["Recipient"]
+
+_log = get_logger("rosproto.node")
+
+
+class Recipient:
+    """The receiving end of one `Subscriber`; links hand it messages and tell it errors.
+
+    Args:
+        topic: Resolved name.
+        type_: The type asked for.
+        callback: Called with each message; None: they wait in `inbox`.
+        queue_size: Most messages that wait.
+        raw: Wants `AnyMsg` with the encoded bytes.
+        on_error: Called with each error of a link.
+        inline: Call back in the thread that received the message, however long it takes.
+        site: Where the program made it: the first call waits until that has returned.
+        renew: Called when the subscription's sink has to be made anew.
+
+    Attributes:
+        inbox: What was received and not taken yet.
+        runner: Calls the callback; None without one.
+        offer: `(messages, receive time)`: takes what a link received. Another function after the first call.
+        offer_one: The same for one message, where a callback takes it at once; else None.
+    """
+
+    offer: Callable[[Sequence[Any], float], None]
+    offer_one: Callable[[Any], None] | None
+
+    def __init__(
+        self,
+        topic: str,
+        type_: TopicType,
+        *,
+        callback: Callable[[Any], object] | None,
+        queue_size: int,
+        raw: bool,
+        on_error: Callable[[Exception], object] | None,
+        inline: bool,
+        site: CallSite | None,
+        renew: Callable[[], None],
+    ) -> None:
+        self.topic = topic
+        self.type = type_
+        self.raw = raw
+        self.inbox = Inbox(queue_size)
+        self.runner: CallbackRunner | InlineCaller | None = None
+        if callback:
+            kind = InlineCaller if inline else CallbackRunner
+            self.runner = kind(callback, self.inbox, topic)
+        self._on_error = on_error
+        self._renew = renew
+        self.offer = self.inbox.put
+        self.offer_one = None
+        self._site = site
+        self._first = threading.Lock()
+        self._early: list[tuple[Sequence[Any], float]] = []
+        if self.runner is not None:
+            self.offer = self._offer_first
+
+    def _offer_first(self, batch: Sequence[Any], stamp: float) -> None:
+        """The first messages for the callback: not before the program has what it asked for."""
+        site, runner = self._site, self.runner
+        assert runner is not None
+        if site is not None and site.is_here:  # a latched message, in the constructor itself
+            self._early.append((batch, stamp))
+            name = f"rosproto:first of {self.topic}"
+            threading.Thread(target=self._offer_first, args=((), 0.0), name=name, daemon=True).start()
+            return
+        with self._first:
+            if self._site is not None:
+                self._site.wait()
+                self._site = None
+            while self._early:
+                runner.offer(*self._early.pop(0))
+            if batch:
+                runner.offer(batch, stamp)
+            if self.offer_one is None:
+                self.offer, self.offer_one = runner.offer, runner.offer_one
+                self._renew()
+
+    @property
+    def keeps(self) -> int | None:
+        """How many of the messages received at once are delivered; None for all (to a quick callback)."""
+        return None if self.runner is not None and self.runner.takes_all else self.inbox.size
+
+    @property
+    def queue_size(self) -> int:
+        """Most messages that wait for the program; may be changed."""
+        return self.inbox.size
+
+    @queue_size.setter
+    def queue_size(self, size: int) -> None:
+        self.inbox.size = size
+        self._renew()
+
+    def report(self, error: Exception) -> None:
+        """A link of the topic failed: tell who asked to be told."""
+        if self._on_error is not None:
+            try:
+                self._on_error(error)
+            except BaseException:  # as in callbacks.py
+                _log.exception("! %s: on_error raised", self.topic)
+
+    def end(self) -> None:
+        """Nothing more is taken; whoever waits is woken."""
+        self.inbox.close()
+
+    def abandon(self) -> None:
+        """In a fork of this process: ended, whoever held the lock in the parent."""
+        self.inbox.abandon()
