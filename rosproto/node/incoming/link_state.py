@@ -37,6 +37,11 @@ class LinkState(enum.Enum):
     REFUSED = "refused"
     CLOSED = "closed"
 
+    @property
+    def is_wait(self) -> bool:
+        """True while nothing is under way: the next try is due later."""
+        return self in (LinkState.WAITING, LinkState.REFUSED)
+
 
 class LinkEvent(enum.Enum):
     """What happened to it."""
@@ -63,21 +68,25 @@ _TABLE = {
     (LinkState.CONNECTING, LinkEvent.REFUSED): LinkState.REFUSED,
     (LinkState.RECEIVING, LinkEvent.FAILED): LinkState.WAITING,
     (LinkState.RECEIVING, LinkEvent.REFUSED): LinkState.REFUSED,
+    # A nudge means nothing to a link at work; should the session fail, it ends the wait after it.
+    (LinkState.REQUESTING, LinkEvent.NUDGED): LinkState.REQUESTING,
+    (LinkState.CONNECTING, LinkEvent.NUDGED): LinkState.CONNECTING,
+    (LinkState.RECEIVING, LinkEvent.NUDGED): LinkState.RECEIVING,
+    # The subscriber closed, or the master names the publisher no more: from everywhere, and for good.
+    **{(state, LinkEvent.WITHDRAWN): LinkState.CLOSED for state in LinkState},
+    # Closing comes from another thread, so the link's own may still tell of what it was doing.
+    **{(LinkState.CLOSED, event): LinkState.CLOSED for event in LinkEvent},
 }
 
 
 def next_state(state: LinkState, event: LinkEvent) -> LinkState:
-    """The state after an event. WITHDRAWN ends every state; a nudge means nothing to a link at work.
+    """The state after an event.
 
     Raises:
         AssertionError: The event cannot happen in this state: a bug here.
     """
-    if event is LinkEvent.WITHDRAWN or state is LinkState.CLOSED:
-        return LinkState.CLOSED
     following = _TABLE.get((state, event))
-    if following is None:
-        assert event is LinkEvent.NUDGED, f"{event} in {state}"
-        return state
+    assert following is not None, f"{event} in {state}"
     return following
 
 

@@ -140,15 +140,20 @@ class PublisherLink:
         return 0
 
     def nudge(self) -> None:
-        """The master named the publisher again: it may have been restarted, so do not wait any longer."""
+        """The master named the publisher again: it may have been restarted, so do not wait any longer.
+
+        It ends the wait that is under way, else the next one.
+        """
         with self._condition:
             self._nudged = True
+            if not self._state.is_wait:
+                self._step(LinkEvent.NUDGED)
             self._condition.notify_all()
 
     def close(self) -> None:
         """Give the publisher up; does not wait for the thread (`join` does)."""
         with self._condition:
-            self._state = LinkState.CLOSED
+            self._step(LinkEvent.WITHDRAWN)
             self._condition.notify_all()
         self._interrupt()
 
@@ -166,7 +171,8 @@ class PublisherLink:
 
     def _run(self) -> None:
         pauses = Pauses()
-        while self._step(LinkEvent.DUE) is LinkState.REQUESTING:
+        event = LinkEvent.DUE
+        while self._step(event) is LinkState.REQUESTING:
             try:
                 self._open()
                 if self._step(LinkEvent.ACCEPTED) is LinkState.RECEIVING:
@@ -184,7 +190,7 @@ class PublisherLink:
                 self._end_session()
             if not self.named:
                 self.close()
-            self._wait(
+            event = self._wait(
                 pauses.after(
                     self._lasted,
                     refused=self._state is LinkState.REFUSED,
@@ -195,6 +201,7 @@ class PublisherLink:
         self.subscription.link_closed(self)
 
     def _step(self, event: LinkEvent) -> LinkState:
+        """Enter the state that the table names; nothing else changes it."""
         with self._condition:
             self._state = next_state(self._state, event)
             return self._state
@@ -204,14 +211,16 @@ class PublisherLink:
         """Seconds since this session began; None when none did."""
         return None if self._begun_at is None else monotonic() - self._begun_at
 
-    def _wait(self, seconds: float) -> None:
+    def _wait(self, seconds: float) -> LinkEvent:
+        """Wait before the next try; says what ended the wait."""
         with self._condition:
             # Anybody can make the master name a publisher again, any number of times.
             least = min(seconds, LEAST)
             self._condition.wait_for(lambda: self._state is LinkState.CLOSED, least)
             seconds -= least
             self._condition.wait_for(lambda: self._nudged or self._state is LinkState.CLOSED, seconds)
-            self._nudged = False
+            nudged, self._nudged = self._nudged, False
+            return LinkEvent.NUDGED if nudged else LinkEvent.DUE
 
     def _begun(self) -> None:
         self._sessions += 1
