@@ -199,11 +199,15 @@ def reachable(start: str) -> set[str]:
     return found
 
 
+NOT_YET = {f"rosproto.node.outgoing.{name}" for name in ("publication", "publisher", "revised_output")}
+"""The one cycle that is left."""
+
+
 @pytest.mark.parametrize("module", sorted(NODE))
-def test_no_cycle_of_imports_leaves_a_room_of_the_node(module: str) -> None:
-    """Imports for types count, too: two files of different rooms never need each other."""
+def test_no_files_of_the_node_import_one_another(module: str) -> None:
+    """Imports for types count, too: of two files one can be read, and tested, without the other."""
     cycle = {other for other in reachable(module) if module in reachable(other)}
-    assert {room(other) for other in cycle} <= {room(module)}, sorted(cycle)
+    assert cycle in (set(), NOT_YET), sorted(cycle)
 
 
 @pytest.mark.parametrize("module", sorted(NODE))

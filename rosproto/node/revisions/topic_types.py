@@ -6,13 +6,13 @@ Source: wiki.ros.org/ROS/Connection Header; the wildcard "*" is what rostopic an
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from rosproto.codec import AnyMsg, Message, decoder, define, encode_parts, encoder, message_class
 from rosproto.errors import CodecError, DefinitionError, RemoteProtocolError
 
 if TYPE_CHECKING:
-    from rosproto.node.revisions.revisions import Revisions
+    from rosproto.msg import DefinitionLibrary
 
 __all__ = ["ANY", "TopicType", "TypeGiven", "resolve_type"]
 
@@ -20,6 +20,13 @@ ANY = "*"
 
 TypeGiven = type[Message] | str | None
 """A message class, "package/Type", or None: take the publisher's own definition."""
+
+
+class Libraries(Protocol):
+    """Where a type given by name is looked for: `Revisions`."""
+
+    def library_for(self, name: str) -> DefinitionLibrary | None:
+        """The library that has it; None for the bundled one."""
 
 
 class TopicType:
@@ -85,7 +92,7 @@ class TopicType:
 WILDCARD = TopicType(AnyMsg)
 
 
-def resolve_type(given: Any, revisions: Revisions | None = None) -> TopicType:
+def resolve_type(given: Any, revisions: Libraries | None = None) -> TopicType:
     """The type a caller meant; a name that is not bundled is looked for in the node's own folders.
 
     Raises:

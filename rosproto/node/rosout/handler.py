@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 import logging
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from rosproto.node.rosout.rosout import Rosout
+from collections.abc import Callable
 
 __all__ = ["RosoutHandler"]
 
 
 class RosoutHandler(logging.Handler):
-    """Publishes records."""
+    """Publishes records, with the text that the formatter makes of them."""
 
-    def __init__(self, rosout: Rosout) -> None:
+    def __init__(self, publish: Callable[[logging.LogRecord, str], None]) -> None:
         super().__init__()
-        self._rosout = rosout
+        self._publish = publish
 
     def emit(self, record: logging.LogRecord) -> None:
         """Publish one record; what goes wrong is `logging`'s to report (`raiseExceptions`)."""
         try:
-            self._rosout.publish(record, self.format(record))
+            self._publish(record, self.format(record))
         except Exception:
             self.handleError(record)

@@ -77,7 +77,7 @@ class Rosout:
             if self._handler is None:
                 from rosproto.node.rosout.handler import RosoutHandler
 
-                self._handler = RosoutHandler(self)
+                self._handler = RosoutHandler(self.publish)
                 if not self._context.closed:
                     self._context.logger.addHandler(self._handler)
             return self._handler
