@@ -19,7 +19,7 @@ from .option_types import port
 
 if TYPE_CHECKING:
     from rosproto.master import Master
-    from rosproto.node.rosout_aggregator import RosoutAggregator
+    from rosproto.rosout_aggregator import RosoutAggregator
 
 __all__ = ["add_arguments", "run"]
 
@@ -87,7 +87,7 @@ def _rosout(master: Master, arguments: argparse.Namespace) -> RosoutAggregator |
     """The node /rosout. A master is of use without it."""
     if arguments.no_rosout:
         return nullcontext()
-    from rosproto.node.rosout_aggregator import RosoutAggregator
+    from rosproto.rosout_aggregator import RosoutAggregator
 
     here = {"0.0.0.0": "127.0.0.1", "": "127.0.0.1", "::": "::1"}.get(arguments.host, arguments.host)
     try:

@@ -7,7 +7,7 @@ import pytest
 from rosproto.errors import ConnectionLost
 from rosproto.master import Master
 from rosproto.node import MasterClient, Node
-from rosproto.node.rosout_aggregator import RosoutAggregator
+from rosproto.rosout_aggregator import RosoutAggregator
 
 LOG = "rosgraph_msgs/Log"
 
