@@ -9,10 +9,10 @@ from contextlib import contextmanager
 from rosproto.errors import RosTimeout
 from rosproto.transport.deadline import Deadline
 
-__all__ = ["Turns"]
+__all__ = ["NameLocks"]
 
 
-class Turns:
+class NameLocks:
     """A lock for each name in use."""
 
     def __init__(self) -> None:
@@ -20,8 +20,8 @@ class Turns:
         self._locks: dict[str, tuple[threading.Lock, int]] = {}  # and how many hold it or wait for it
 
     @contextmanager
-    def take(self, name: str, deadline: Deadline | None = None) -> Iterator[None]:
-        """Hold the turn for `name`.
+    def hold(self, name: str, deadline: Deadline | None = None) -> Iterator[None]:
+        """Hold the lock of `name`.
 
         Raises:
             RosTimeout: Somebody else has held it until the deadline.

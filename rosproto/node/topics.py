@@ -16,7 +16,7 @@ from rosproto.node.graph.tcpros_server import refuse
 from rosproto.node.incoming.recipient import Recipient
 from rosproto.node.incoming.subscriber import Subscriber
 from rosproto.node.incoming.subscription import Subscription
-from rosproto.node.name_locks import Turns
+from rosproto.node.name_locks import NameLocks
 from rosproto.node.outgoing import datagram_link
 from rosproto.node.outgoing.publication import Publication
 from rosproto.node.outgoing.publisher import Publisher
@@ -37,7 +37,7 @@ _log = get_logger("rosproto.node")
 class TopicTable:
     """Publications and subscriptions of one node by resolved name; safe from any thread.
 
-    A topic's turn is held over the calls to the master that open and close it, so that closing the last
+    A topic's lock is held over the calls to the master that open and close it, so that closing the last
     subscriber and opening a new one do not cross. Looking a topic up needs no lock: the master's own calls
     must be answered while we wait for its answer.
     """
@@ -46,7 +46,7 @@ class TopicTable:
         self._context = context
         self._publications: dict[str, Publication] = {}
         self._subscriptions: dict[str, Subscription] = {}
-        self._publishing, self._subscribing = Turns(), Turns()
+        self._publishing, self._subscribing = NameLocks(), NameLocks()
 
     # -- opening and closing --------------------------------------------------------------------------------
 
@@ -64,7 +64,7 @@ class TopicTable:
         site: CallSite | None = None,
     ) -> Publisher:
         """See `Node.publisher`."""
-        with self._publishing.take(name):
+        with self._publishing.hold(name):
             publication = self._publications.get(name)
             new = publication is None
             if publication is None:
@@ -101,7 +101,7 @@ class TopicTable:
 
     def close_publisher(self, publisher: Publisher, publication: Publication) -> None:
         """See `Publisher.close`."""
-        with self._publishing.take(publication.name):
+        with self._publishing.hold(publication.name):
             if not publication.remove_handle(publisher):
                 return
             if self._publications.get(publication.name) is publication:
@@ -125,7 +125,7 @@ class TopicTable:
         deadline: Deadline | None = None,
     ) -> Subscriber:
         """See `Node.subscriber`; the master, and others who open the topic, have time until the deadline."""
-        with self._subscribing.take(name, deadline):
+        with self._subscribing.hold(name, deadline):
             subscription = self._subscriptions.get(name)
             new = subscription is None
             if subscription is None:
@@ -167,7 +167,7 @@ class TopicTable:
 
     def _close_subscriber(self, recipient: Recipient, subscription: Subscription) -> None:
         """See `Subscriber.close`."""
-        with self._subscribing.take(subscription.name):
+        with self._subscribing.hold(subscription.name):
             if not subscription.remove_recipient(recipient):
                 return
             if self._subscriptions.get(subscription.name) is subscription:
