@@ -20,9 +20,7 @@ LEFT = (
     "rosproto.action",
     "rosproto.aio",
     "rosproto.bag",
-    "rosproto.cli",
     "rosproto.codec",
-    "rosproto.msg",
     "rosproto.node",
     "rosproto.recording",
     "rosproto.rospy",
@@ -167,8 +165,12 @@ def reaches(source: Source) -> Iterator[str]:
 
 
 def part_of_the_same_package(module: str, source: Source) -> bool:
-    """Whether `module` is a private file, and `source` stands in the folder that it is a part of."""
-    return module in project() and f"{source.package}.".startswith(f"{module.rpartition('.')[0]}.")
+    """Whether `module` is a private file, and `source` stands in the folder that it is a part of.
+
+    Python's own private modules (`_md5`) stand in no folder.
+    """
+    folder = module.rpartition(".")[0]
+    return not folder or (module in project() and f"{source.package}.".startswith(f"{folder}."))
 
 
 def watched(module: str) -> bool:

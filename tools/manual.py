@@ -13,7 +13,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from rosproto.cli.parser import synopsis, value_names
+from rosproto.cli.parser import Parser, synopsis, value_names
 
 __all__ = ["glance", "main", "manual", "page", "with_table"]
 
@@ -120,21 +120,21 @@ def _woosh() -> Iterator[str]:
 def _rosproto() -> Iterator[str]:
     from rosproto.cli.commands import COMMANDS
     from rosproto.cli.connection import add_graph_options
-    from rosproto.cli.entry import EXIT_CODES, _add_general, _parser
+    from rosproto.cli.entry import EXIT_CODES, add_general_options, parser_for
 
     yield _ROSPROTO
     rows = [(_link("rosproto", name), command.help) for name, command in COMMANDS.items()]
     yield from _table(("Command", ""), rows)
     yield from ("", "Options of every command, and, below them, of every one that talks to a graph:", "")
-    general, graph = argparse.ArgumentParser(add_help=False), argparse.ArgumentParser(add_help=False)
-    _add_general(general, 0, False)
+    general, graph = Parser(add_help=False), Parser(add_help=False)
+    add_general_options(general, 0, False)
     add_graph_options(graph)
     yield from _table(("Option", ""), [*_options(general, set()), *_options(graph, set())])
     yield from ("", "Exit codes:", "")
     yield from _table(("Code", "Meaning"), [(str(code), text) for code, text in EXIT_CODES.items()])
     common = {_identity(action) for parser in (general, graph) for action in parser._actions}
     for name in COMMANDS:
-        yield from _section("rosproto", name, _sub(_parser([name])[0], name), common)
+        yield from _section("rosproto", name, _sub(parser_for([name])[0], name), common)
 
 
 def _sub(parser: argparse.ArgumentParser, name: str) -> argparse.ArgumentParser:

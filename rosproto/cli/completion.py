@@ -14,6 +14,8 @@ from typing import Any
 
 from rosproto.text import printable
 
+from .parser import actions_of, options_of, verbs_of
+
 __all__ = ["SHELLS", "add_arguments", "answer", "complete", "run", "script"]
 
 Names = Callable[[], Iterable[str]]
@@ -102,12 +104,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print the script, or what fits."""
-    from .entry import _parser
+    from .entry import parser_for
 
     return answer(
         "rosproto",
         arguments,
-        lambda words: _parser(words)[0],
+        lambda words: parser_for(words)[0],
         _names_of([word.removeprefix("=") for word in arguments.words] or [""]),
     )
 
@@ -183,7 +185,7 @@ class _Walk:
 
     def _enter(self, parser: argparse.ArgumentParser) -> None:
         self._parser = parser
-        self._positionals = [a for a in parser._actions if not a.option_strings]
+        self._positionals = [a for a in actions_of(parser) if not a.option_strings]
         self.expected: argparse.Action | None = None
         self._left = 0
 
@@ -195,7 +197,7 @@ class _Walk:
             return
         self.expected = None
         if word.startswith("-") and len(word) > 1:
-            option = self._parser._option_string_actions.get(word)
+            option = options_of(self._parser).get(word)
             if option is not None and option.nargs != 0:
                 self.expected = option
                 self._left = option.nargs if isinstance(option.nargs, int) else 1
@@ -205,8 +207,8 @@ class _Walk:
 
     def _take_positional(self, word: str) -> None:
         action = self._positionals[0]
-        if isinstance(action, argparse._SubParsersAction):
-            chosen = action.choices.get(word)
+        if verbs := verbs_of(action):
+            chosen = verbs.get(word)
             if chosen is not None:
                 self._enter(chosen)
             return
@@ -225,7 +227,7 @@ class _Walk:
         """Options that may stand here."""
         return [
             text
-            for action in self._parser._actions
+            for action in actions_of(self._parser)
             if action.help != argparse.SUPPRESS
             for text in action.option_strings
         ]
@@ -258,17 +260,17 @@ def _names_of(words: Sequence[str]) -> dict[str, Names]:
 
     def values() -> Iterable[str]:
         """What a message or request looks like: `{data: ""}`; once, then it is edited."""
-        from .entry import _parser
+        from .entry import parser_for
         from .templates import template_of
 
-        given = _walked(_parser(words)[0], words[:-1]).given
+        given = _walked(parser_for(words)[0], words[:-1]).given
         return [] if "values" in given else template_of(words, given)
 
     def types() -> Iterable[str]:
         """The type that the topic has already, or all."""
-        from .entry import _parser
+        from .entry import parser_for
 
-        topic = _walked(_parser(words)[0], words[:-1]).given.get("topic", [""])[0]
+        topic = _walked(parser_for(words)[0], words[:-1]).given.get("topic", [""])[0]
         known = dict(ask(lambda master: master.get_topic_types().items())()) if topic else {}
         kind = known.get("/" + topic.lstrip("/"), "*")
         return _types(words) if kind == "*" else [kind]

@@ -24,10 +24,10 @@ from .failure import (
     say,
     signals_unwind,
 )
-from .parser import Parser, give_examples, leaves
+from .parser import Parser, give_examples, leaves, options_of
 from .streams import as_typed, escape_what_cannot_be_printed, guarded
 
-__all__ = ["EXIT_CODES", "main"]
+__all__ = ["EXIT_CODES", "add_general_options", "main", "parser_for"]
 
 EXIT_CODES = {
     DONE: "done",
@@ -55,7 +55,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _command(words: list[str], *, until_exit: bool) -> int:
     try:
-        parser, name = _parser(words)
+        parser, name = parser_for(words)
         arguments = parser.parse_args(words)
     except KeyboardInterrupt:
         return INTERRUPTED
@@ -111,7 +111,7 @@ def _run(name: str, arguments: argparse.Namespace, *, until_exit: bool) -> int:
         return code
 
 
-def _parser(words: Sequence[str]) -> tuple[argparse.ArgumentParser, str | None]:
+def parser_for(words: Sequence[str]) -> tuple[Parser, str | None]:
     """A parser that knows all commands by name and the asked one in full; and that one's name."""
     parser = Parser(
         prog="rosproto",
@@ -120,7 +120,7 @@ def _parser(words: Sequence[str]) -> tuple[argparse.ArgumentParser, str | None]:
         + "; ".join(f"{code} {text.partition(';')[0].partition(':')[0]}" for code, text in EXIT_CODES.items())
         + ".",
     )
-    _add_general(parser, 0, False)
+    add_general_options(parser, 0, False)
     parser.add_argument("--version", action="version", version=f"rosproto {__version__}")
     choices = parser.add_subparsers(title="commands", metavar="COMMAND")
     asked = next((word for word in words if word in COMMANDS), None)
@@ -130,13 +130,13 @@ def _parser(words: Sequence[str]) -> tuple[argparse.ArgumentParser, str | None]:
             command.load()[0](sub)
             give_examples(sub, EXAMPLES)
             for place in {id(p): p for p in (sub, *leaves(sub))}.values():
-                _add_general(place, argparse.SUPPRESS, argparse.SUPPRESS)
+                add_general_options(place, argparse.SUPPRESS, argparse.SUPPRESS)
     return parser, asked
 
 
-def _add_general(parser: argparse.ArgumentParser, count: object, debug: object) -> None:
+def add_general_options(parser: argparse.ArgumentParser, count: object, debug: object) -> None:
     """--debug and --verbose, before and after the command; `topic list -v` keeps rostopic's meaning."""
-    taken = parser._option_string_actions
+    taken = options_of(parser)
     names = [name for name in ("-v", "--verbose") if name not in taken]
     if names:
         parser.add_argument(

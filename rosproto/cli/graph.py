@@ -94,22 +94,22 @@ def _text(edges: list[Edge]) -> str:
 
 def _dot(edges: list[Edge]) -> str:
     lines = ["digraph ros {", "  rankdir=LR;", "  node [shape=ellipse];"]
-    lines += [f"  {_quoted(node)};" for node in _nodes(edges)]
+    lines += [f"  {quoted(node)};" for node in _nodes(edges)]
     for topic in sorted({edge.topic for edge in edges if not (edge.publisher and edge.subscriber)}):
-        lines.append(f"  {_quoted('topic ' + topic)} [shape=box, label={_quoted(topic)}];")
+        lines.append(f"  {quoted('topic ' + topic)} [shape=box, label={quoted(topic)}];")
     for edge in edges:
         if edge.publisher and edge.subscriber:
             lines.append(
-                f"  {_quoted(edge.publisher)} -> {_quoted(edge.subscriber)} [label={_quoted(edge.topic)}];"
+                f"  {quoted(edge.publisher)} -> {quoted(edge.subscriber)} [label={quoted(edge.topic)}];"
             )
         elif edge.publisher:
-            lines.append(f"  {_quoted(edge.publisher)} -> {_quoted('topic ' + edge.topic)};")
+            lines.append(f"  {quoted(edge.publisher)} -> {quoted('topic ' + edge.topic)};")
         else:
-            lines.append(f"  {_quoted('topic ' + edge.topic)} -> {_quoted(edge.subscriber)};")
+            lines.append(f"  {quoted('topic ' + edge.topic)} -> {quoted(edge.subscriber)};")
     return "\n".join([*lines, "}"]) + "\n"
 
 
-def _quoted(text: str) -> str:
+def quoted(text: str) -> str:
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 

@@ -4,9 +4,21 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, NoReturn
+from typing import Any, NoReturn, cast
 
-__all__ = ["Parser", "WrongUse", "give_examples", "leaves", "near", "sub_parsers", "synopsis", "value_names"]
+__all__ = [
+    "Parser",
+    "WrongUse",
+    "actions_of",
+    "give_examples",
+    "leaves",
+    "near",
+    "options_of",
+    "sub_parsers",
+    "synopsis",
+    "value_names",
+    "verbs_of",
+]
 
 WRONG_USE = 2
 
@@ -31,6 +43,16 @@ class Parser(argparse.ArgumentParser):
     """
 
     examples: Sequence[str] = ()
+
+    @property
+    def actions(self) -> Sequence[argparse.Action]:
+        """Its arguments, in the order in which they were added."""
+        return self._actions
+
+    @property
+    def options(self) -> Mapping[str, argparse.Action]:
+        """Its options by each of their spellings."""
+        return self._option_string_actions
 
     def format_help(self) -> str:
         """Usage in one line: the options are listed below it anyway."""
@@ -79,9 +101,27 @@ class Parser(argparse.ArgumentParser):
     def _with_verbs(self, message: str) -> str:
         """A missing verb is named with those there are."""
         for action in self._actions:
-            if isinstance(action, argparse._SubParsersAction) and message.endswith(f": {action.metavar}"):
-                return f"{_noun(action)} is missing; one of: {', '.join(map(str, action.choices))}"
+            verbs = verbs_of(action)
+            if verbs and message.endswith(f": {action.metavar}"):
+                return f"{_noun(action)} is missing; one of: {', '.join(verbs)}"
         return message
+
+
+def actions_of(parser: argparse.ArgumentParser) -> Sequence[argparse.Action]:
+    """`Parser.actions`: commands know their parser as one of argparse, which does not tell them."""
+    assert isinstance(parser, Parser), f"{parser!r} is no Parser"
+    return parser.actions
+
+
+def options_of(parser: argparse.ArgumentParser) -> Mapping[str, argparse.Action]:
+    """`Parser.options`, likewise."""
+    assert isinstance(parser, Parser), f"{parser!r} is no Parser"
+    return parser.options
+
+
+def verbs_of(action: argparse.Action) -> Mapping[str, Parser]:
+    """The parsers between which an argument chooses, by the word that does; empty for any other argument."""
+    return cast("Mapping[str, Parser]", action.choices) if action.nargs == argparse.PARSER else {}
 
 
 def _plain_words(rest: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -120,9 +160,9 @@ def near(word: str, names: Iterable[str]) -> str:
 def synopsis(command: str, parser: argparse.ArgumentParser, known: Iterable[str] = ("-h", "--help")) -> str:
     """`rosproto topic echo [options] topic`; `known` are options that need no `[options]`."""
     words, left_out = [command], set(known)
-    if any(set(action.option_strings) - left_out for action in parser._actions if _shown(action)):
+    if any(set(action.option_strings) - left_out for action in actions_of(parser) if _shown(action)):
         words.append("[options]")
-    for action in parser._actions:
+    for action in actions_of(parser):
         if not action.option_strings and _shown(action):
             names = value_names(action)
             words.append(f"[{names}]" if action.nargs in ("?", "*") else names)
@@ -135,7 +175,7 @@ def _shown(action: argparse.Action) -> bool:
 
 def value_names(action: argparse.Action) -> str:
     """How its values are written, the same on every version of Python."""
-    if isinstance(action, argparse._SubParsersAction):
+    if action.nargs == argparse.PARSER:
         return str(action.metavar or "COMMAND")
     if isinstance(action.metavar, tuple):
         return " ".join(action.metavar)
@@ -151,9 +191,8 @@ def value_names(action: argparse.Action) -> str:
 
 def sub_parsers(parser: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.ArgumentParser]]:
     """The verbs of a command, or the commands: (name, parser)."""
-    for action in parser._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            yield from action.choices.items()
+    for action in actions_of(parser):
+        yield from verbs_of(action).items()
 
 
 def give_examples(parser: argparse.ArgumentParser, examples: Mapping[str, Sequence[str]]) -> None:

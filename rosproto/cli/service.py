@@ -96,7 +96,7 @@ def _look_up(master: MasterClient, name: str) -> str:
         raise unknown("no node provides the service", name, services, "service list") from error
 
 
-def _type_of(arguments: argparse.Namespace, name: str) -> str:
+def type_of(arguments: argparse.Namespace, name: str) -> str:
     """Services carry no type at the master: their provider is asked (a probe)."""
     from rosproto.node.services.link import ServiceLink
     from rosproto.protocol.handshake import service_client_header
@@ -137,7 +137,7 @@ def _info(arguments: argparse.Namespace) -> int:
     with master_client(arguments) as master:
         uri = _look_up(master, name)
         nodes = master.get_system_state().services.get(name, [])
-    kind = _type_of(arguments, name)
+    kind = type_of(arguments, name)
     facts = {"node": ", ".join(nodes), "uri": uri, "type": kind, "args": _fields(kind)}
     if arguments.json:
         print_json(facts)
@@ -168,7 +168,7 @@ def _fields(kind: str) -> list[str] | None:
 
 
 def _type(arguments: argparse.Namespace) -> int:
-    kind = _type_of(arguments, absolute(arguments.service))
+    kind = type_of(arguments, absolute(arguments.service))
     print_json(kind) if arguments.json else print(kind)
     return 0
 
@@ -191,7 +191,7 @@ def _safe_type(arguments: argparse.Namespace, name: str) -> str:
     from rosproto.errors import RosError
 
     try:
-        return _type_of(arguments, name)
+        return type_of(arguments, name)
     except RosError:
         return ""  # a provider that is gone does not hide the others
 
@@ -206,7 +206,7 @@ def _uri(arguments: argparse.Namespace) -> int:
 def _args(arguments: argparse.Namespace) -> int:
     from rosproto.codec import service_class
 
-    kind = _type_of(arguments, absolute(arguments.service))
+    kind = type_of(arguments, absolute(arguments.service))
     fields = list(service_class(kind, library_for(arguments, kind, "srv")).Request.__slots__)
     print_json(fields) if arguments.json else print(" ".join(fields))
     return 0
@@ -220,7 +220,7 @@ def _call(arguments: argparse.Namespace) -> int:
     with open_node(arguments) as node:
         if arguments.wait:
             _wait(node, name, arguments.timeout)
-        kind = arguments.type or _type_of(arguments, name)
+        kind = arguments.type or type_of(arguments, name)
         cls = service_class(kind, library_for(arguments, kind, "srv"))
         requests = [from_dict(cls.Request, values) for values in _requests(arguments, cls.Request)]
         with node.service_client(name, cls) as client:

@@ -57,7 +57,7 @@ def template_of(words: Sequence[str], given: Mapping[str, Sequence[str]]) -> lis
     from rosproto.codec import message_class, service_class
 
     from .connection import absolute, add_graph_options, library_for
-    from .service import _type_of
+    from .service import type_of
 
     parser = argparse.ArgumentParser(add_help=False)
     add_graph_options(parser)
@@ -67,7 +67,7 @@ def template_of(words: Sequence[str], given: Mapping[str, Sequence[str]]) -> lis
             kind = given["type"][0]
             return [template(message_class(kind, library_for(options, kind)))]
         if "service" in given:
-            kind = _type_of(options, absolute(given["service"][0]))
+            kind = type_of(options, absolute(given["service"][0]))
             request = service_class(kind, library_for(options, kind, "srv")).Request
             return [template(request)] if request.__slots__ else []
     except (RosError, ValueError):

@@ -93,7 +93,7 @@ def text_of(frames: Frames, now: float) -> str:
 
 def dot_of(frames: Frames, now: float) -> str:
     """For Graphviz, with the labels of view_frames."""
-    from .graph import _quoted as quoted
+    from .graph import quoted
 
     lines = ["digraph G {"]
     for child, facts in sorted(frames.items()):

@@ -97,6 +97,8 @@ class Message(metaclass=MessageMeta):
         _slot_types: Field types, in the order of `__slots__`.
         _has_header: Its first field is `Header header`.
         _spec: The parsed definition.
+        _binding: What stands behind the class: its library, layout and generated functions. None for a base.
+        _encode: The function behind `encode`, generated with its first use.
         _has_views: Arrays of a decoded message refer to the bytes it came from.
         _connection_header: Fields of the connection it came by; None when made here.
     """

@@ -21,8 +21,9 @@ from typing import Any
 
 from rosproto.cli.commands import COMMANDS as ROSPROTO
 from rosproto.cli.connection import add_graph_options
-from rosproto.cli.entry import _add_general, _parser
-from rosproto.cli.parser import sub_parsers
+from rosproto.cli.entry import add_general_options
+from rosproto.cli.entry import parser_for as rosproto_parser
+from rosproto.cli.parser import Parser, sub_parsers
 from woosh_pure.cli.entry import _common, parser_for
 from woosh_pure.cli.registry import COMMANDS as WOOSH
 
@@ -100,7 +101,7 @@ def parser_of(prog: str, words: Sequence[str]) -> argparse.ArgumentParser:
 
 @functools.cache
 def _parser_named(prog: str, name: str) -> argparse.ArgumentParser:
-    return parser_for([name]) if prog == "woosh" else _parser([name])[0]
+    return parser_for([name]) if prog == "woosh" else rosproto_parser([name])[0]
 
 
 def path_of(prog: str, words: Sequence[str]) -> str:
@@ -117,8 +118,8 @@ def common_options(prog: str) -> set[tuple[tuple[str, ...], str]]:
     if prog == "woosh":
         parsers = [_common()]
     else:
-        parsers = [argparse.ArgumentParser(add_help=False), argparse.ArgumentParser(add_help=False)]
-        _add_general(parsers[0], 0, False)
+        parsers = [Parser(add_help=False), Parser(add_help=False)]
+        add_general_options(parsers[0], 0, False)
         add_graph_options(parsers[1])
     return {(tuple(a.option_strings), a.help or "") for parser in parsers for a in parser._actions}
 
