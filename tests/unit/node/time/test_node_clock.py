@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from rosproto.master import Master
-from rosproto.node import MasterClient, Node
+from rosproto.node import MasterClient, Node, NodeClock, TimerEvent
 from rosproto.time import Time
 from tests.support.victim import eventually
 
@@ -126,3 +126,58 @@ def test_timers(simulated: tuple[Node, Clock]) -> None:
     eventually(lambda: node.clock.now().secs == 20)
     assert calls == [11, 12, 13]
     assert once == [11]
+
+
+def test_a_clock_knows_whether_its_node_is_open() -> None:
+    """Neither before a node has it; then one of the two."""
+    bare = NodeClock()
+    assert (bare.running, bare.over) == (False, False)
+    with Master() as master, Node("/n", master_uri=master.uri, rosout=False) as node:
+        assert (node.clock.running, node.clock.over) == (True, False)
+    assert (node.clock.running, node.clock.over) == (False, True)
+
+
+def test_time_in_nanoseconds(simulated: tuple[Node, Clock]) -> None:
+    node, clock = simulated
+    assert node.clock.now_nsec() == 0
+    clock.tell(12.5)
+    eventually(lambda: node.clock.now_nsec() == 12_500_000_000, 5.0)
+    real = NodeClock()
+    assert abs(real.now_nsec() - time.time_ns()) < 5_000_000_000
+
+
+def test_sleeping_until_a_moment_can_be_stopped(simulated: tuple[Node, Clock]) -> None:
+    """In real time at once, in simulated time with the next look; a moment that has passed is no wait."""
+    node, clock = simulated
+    clock.tell(10.0)
+    eventually(lambda: node.clock.now_nsec() > 0, 5.0)
+    stop = threading.Event()
+    assert node.clock.sleep_until_nsec(9_000_000_000, stop)
+    stop.set()
+    assert not node.clock.sleep_until_nsec(3600_000_000_000, stop)
+    real = NodeClock()
+    assert not real.sleep_until_nsec(real.now_nsec() + 3600_000_000_000, stop)
+    assert real.sleep_until_nsec(real.now_nsec() - 1)
+
+
+def test_a_timer_tells_of_the_call_before() -> None:
+    """Nothing with the first; then when it should have been, when it was, and how long it took."""
+    events: list[TimerEvent] = []
+    enough = threading.Event()
+
+    def call(event: TimerEvent) -> None:
+        events.append(event)
+        if len(events) == 2:
+            enough.set()
+
+    with (
+        Master() as master,
+        Node("/n", master_uri=master.uri, rosout=False) as node,
+        node.clock.timer(0.02, call),
+    ):
+        assert enough.wait(5)
+    first, second = events[:2]
+    assert (first.last_expected, first.last_real, first.last_duration) == (None, None, None)
+    assert (second.last_expected, second.last_real) == (first.current_expected, first.current_real)
+    assert second.last_duration is not None
+    assert second.last_duration >= 0.0
