@@ -12,8 +12,7 @@ Source: wiki.ros.org/ROS/TCPROS, wiki.ros.org/Services; rospy impl/tcpros_servic
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import decode, encode
@@ -39,8 +38,9 @@ from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
     from rosproto.node.context import Context
+    from rosproto.node.services.cancellation import Cancellation
 
-__all__ = ["Cancellation", "ServiceClient"]
+__all__ = ["ServiceClient"]
 
 logger = get_logger("rosproto.node")
 
@@ -49,37 +49,6 @@ LONGEST_GUESS = 3.0  # seconds for a handshake at a remembered address
 
 class _Refused(ServiceError):
     """The provider refused the connection, so no request was sent; a ServiceError to the caller."""
-
-
-class Cancellation:
-    """A way to end one call from another thread, used by the asyncio face."""
-
-    __slots__ = ("_link", "_lock", "cancelled")
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._link: ServiceLink | None = None
-        self.cancelled = False
-
-    def cancel(self) -> None:
-        """End the call: if its request has not been sent, it will not be."""
-        with self._lock:
-            self.cancelled = True
-            if self._link is not None:
-                self._link.close()
-
-    @contextmanager
-    def covering(self, link: ServiceLink) -> Iterator[None]:
-        """The link that `cancel` closes meanwhile."""
-        with self._lock:
-            if self.cancelled:
-                raise ConnectionLost("the call was cancelled before its request was sent", peer=link.peer)
-            self._link = link
-        try:
-            yield
-        finally:
-            with self._lock:
-                self._link = None
 
 
 class ServiceClient:
