@@ -10,10 +10,9 @@ Names are imported when they are first used: a program that reads a bag does not
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from rosproto.version import __version__ as __version__
 
+TYPE_CHECKING = False  # as in typing, which takes longer to load than all of this
 if TYPE_CHECKING:
     from rosproto.action import ActionClient, ActionServer, GoalStatus
     from rosproto.bag import BagReader, BagWriter
