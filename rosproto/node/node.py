@@ -40,6 +40,7 @@ from rosproto.transport.waiting import wait_event
 if TYPE_CHECKING:
     import logging
     import os
+    from contextlib import AbstractContextManager
     from types import TracebackType
 
     from rosproto.node.params.parameters import Parameters
@@ -201,11 +202,28 @@ class Node:
             from rosproto.node.rosout.rosout import Rosout
 
             topics = self._topics.publications if self._facts.rosout_topics else None
-            self._rosout = Rosout(context, self.publisher, topics)
-            Loggers(self.service_server)
+            with context.registrations.together():
+                self._rosout = Rosout(context, self.publisher, topics)
+                Loggers(self.service_server)
         self._watchdog.start()
 
     # -- topics ---------------------------------------------------------------------------------------------
+
+    def registering(self) -> AbstractContextManager[None]:
+        """Open many topics and services with one request to the master: `with node.registering(): ...`.
+
+        What this thread opens within the block (publishers, subscribers, service servers, action clients and
+        servers) is there at once, and registered when the block ends: until then nobody else finds it. A
+        master without `system.multicall` is told one by one. When the block raises, what it has opened is
+        closed.
+
+        Raises:
+            MasterError: At the end, the master refused one; that one is closed, the others stand.
+            RegistrationsRefused: It refused several; `refused` says why, for each.
+            ConnectionLost, RosTimeout: The master is away; all of it is closed.
+        """
+        self._check_open()
+        return self._context.registrations.together()
 
     def publisher(
         self,

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import LocalProtocolError
@@ -89,7 +90,7 @@ class TopicTable:
             self._publications[name] = publication
             if new:
                 try:
-                    self._context.registrations.add(publication)
+                    self._context.registrations.add_together(publication, partial(_close_all, publication))
                 except BaseException:
                     del self._publications[name]
                     publisher.end()
@@ -148,8 +149,10 @@ class TopicTable:
             self._subscriptions[name] = subscription
             if new:
                 try:
-                    self._context.registrations.add(
-                        subscription, None if deadline is None else deadline.remaining()
+                    self._context.registrations.add_together(
+                        subscription,
+                        partial(_close_all, subscription),
+                        None if deadline is None else deadline.remaining(),
                     )
                 except BaseException:
                     del self._subscriptions[name]
@@ -324,6 +327,12 @@ class TopicTable:
             for name, subscription in list(self._subscriptions.items())
         ]
         return [publish, subscribe, []]
+
+
+def _close_all(topic: Publication | Subscription) -> None:
+    """It could not be registered: none of its handles has anything to do."""
+    for handle in topic.handles:
+        handle.close()
 
 
 def _text(stats: LinkStats) -> str:

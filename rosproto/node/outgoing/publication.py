@@ -21,6 +21,8 @@ from rosproto.codec.conversion import ConversionError
 from rosproto.errors import CodecError, ConnectionLost, Md5sumMismatch, RosError, TooLarge
 from rosproto.logs import get_logger
 from rosproto.node.events import Event, EventKind, without_frames
+from rosproto.node.graph import replies
+from rosproto.node.graph.registrations import Announcement
 from rosproto.node.graph.tcpros_server import refuse
 from rosproto.node.outgoing.frames import LARGE, LargeFrame, prefix, small_frame
 from rosproto.node.outgoing.revised_output import RevisedOutput
@@ -113,6 +115,10 @@ class Publication:
 
     def register(self, master: MasterClient) -> None:
         master.register_publisher(self.name, self.type.name, self.context.uri)
+
+    def announce(self) -> Announcement:
+        parameters = (self.name, self.type.name, self.context.uri)
+        return Announcement("registerPublisher", parameters, replies.as_str_list)
 
     def unregister(self, master: MasterClient) -> None:
         master.unregister_publisher(self.name, self.context.uri)
