@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import rosproto
+from rosproto.node.incoming.local_nodes import LocalNodes
 from rosproto.node.revisions.revisions import NoRevisions
 from woosh_pure import interface
 from woosh_pure.firmware.revisions import Firmware
@@ -71,13 +72,15 @@ class Graph:
         self.heard: dict[str, Any] = {}
         self._keep: list[Any] = []
         self._building: ExitStack | None = None
+        self._robot = LocalNodes()
         self.internal_clients: dict[str, rosproto.ActionClient] = {}
 
     def node(self, name: str) -> rosproto.Node:
         """The node of that name, made on first use.
 
-        Its links are real sockets also within this process, and it refuses every definition that is not its
-        own, as the real one does: to agree is the client's part.
+        Its links to others are real sockets also within this process; those of the robot within itself need
+        none. It refuses every definition that is not its own, as the real one does: to agree is the client's
+        part.
         """
         if name not in self.nodes:
             node = RobotNode(
@@ -85,7 +88,7 @@ class Graph:
                 self._network,
                 master_uri=self._uri,
                 host=self._host,
-                intraprocess=False,
+                intraprocess=self._robot,
                 timeout=_PATIENCE[self._own_master],
             )
             if self._own_master:
