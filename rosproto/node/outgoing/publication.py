@@ -106,10 +106,15 @@ class Publication:
         # Most small messages have neither header nor arrays: then encoding is one call.
         is_plain = not self._has_header and not type_.may_be_large and not type_.is_wildcard
         self._plain_class = type_.message_class if is_plain else None
-        self._plain_encode = type_.encode
+        self._plain_encode: Callable[[Any], bytes] = self._encode_first
         self._revised: dict[str, RevisedOutput] = {}
         self._closed = False
         self._gone_bytes = 0
+
+    def _encode_first(self, message: Any) -> bytes:
+        """The encoder takes up to 2 ms to be made, and no constructor waits for that."""
+        self._plain_encode = self.type.encode
+        return self._plain_encode(message)
 
     # -- master ---------------------------------------------------------------------------------------------
 
