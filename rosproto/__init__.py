@@ -10,10 +10,9 @@ Names are imported when they are first used: a program that reads a bag does not
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from rosproto.version import __version__ as __version__
 
+TYPE_CHECKING = False  # as in typing, which takes longer to load than all of this
 if TYPE_CHECKING:
     from rosproto.action import ActionClient, ActionServer, GoalStatus
     from rosproto.bag import BagReader, BagWriter
@@ -36,6 +35,7 @@ if TYPE_CHECKING:
         MasterError,
         Md5sumMismatch,
         ProtocolError,
+        RegistrationsRefused,
         RemoteProtocolError,
         RosError,
         RosTimeout,
@@ -82,6 +82,7 @@ __all__ = [
     "NodeClient",
     "ProtocolError",
     "Publisher",
+    "RegistrationsRefused",
     "RemoteProtocolError",
     "RosError",
     "RosTimeout",
@@ -121,6 +122,7 @@ _HOME = {
         "MasterError",
         "Md5sumMismatch",
         "ProtocolError",
+        "RegistrationsRefused",
         "RemoteProtocolError",
         "RosError",
         "RosTimeout",

@@ -8,6 +8,8 @@ second base from the standard library where one says the same thing, so that
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from rosproto.text import printable
 
 __all__ = [
@@ -19,6 +21,7 @@ __all__ = [
     "MasterError",
     "Md5sumMismatch",
     "ProtocolError",
+    "RegistrationsRefused",
     "RemoteProtocolError",
     "RosError",
     "RosTimeout",
@@ -178,6 +181,23 @@ class MasterError(RosError):
         self.code = code
         self.text = text
         self.uri = uri
+
+
+class RegistrationsRefused(MasterError):
+    """The master refused several registrations of one request (`Node.registering`); the others stand.
+
+    Attributes:
+        refused: Why, for each: ("publisher", "/topic") -> its own error.
+    """
+
+    def __init__(self, refused: Mapping[tuple[str, str], RosError], *, among: int, uri: str = "") -> None:
+        first = next(iter(refused.values()))
+        super().__init__(
+            getattr(first, "method", ""), getattr(first, "code", 0), getattr(first, "text", ""), uri=uri
+        )
+        reasons = "; ".join(f"{kind} {name}: {error}" for (kind, name), error in refused.items())
+        self.args = (f"{len(refused)} of {among} registrations were refused by {uri}: {printable(reasons)}",)
+        self.refused = dict(refused)
 
 
 class ServiceError(RosError):

@@ -5,11 +5,9 @@ Importing this package is cheap; names load on first use.
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING
-
 from rosproto.version import __version__ as __version__
 
+TYPE_CHECKING = False  # as in typing, which takes longer to load than all of this
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
     from woosh_pure.errors import ChassisError, FirmwareLimit, GoalFailed, MotionRefused, StaleState
@@ -54,6 +52,8 @@ _HOME = {
 
 
 def __getattr__(name: str) -> object:
+    from importlib import import_module
+
     try:
         home = _HOME[name]
     except KeyError:

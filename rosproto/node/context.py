@@ -17,6 +17,7 @@ from rosproto.node.events import Event, Events
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.naming import Naming
 from rosproto.node.graph.registrations import Registrations
+from rosproto.node.incoming.local_nodes import LocalNodes, chosen
 from rosproto.node.outgoing.link_monitor import LinkMonitor
 from rosproto.node.time.clock import NodeClock
 from rosproto.transport.address import is_loopback, parse_uri
@@ -54,7 +55,7 @@ class Context:
         monitor: The thread that watches all subscribers.
         events, emit: What happened lately; notes one more and tells the program.
         said: What peers do, told to the log within bounds.
-        intraprocess: Nodes of this process are connected without sockets.
+        local_nodes: Nodes of this process that are connected without sockets; None for none.
         host_given: Address or name that the program gave; None when it is to be found.
         check_again: Called with a subscription whose publishers should be asked for; the watchdog's.
         closing: Set when closing begins; every long wait of a part watches it.
@@ -77,14 +78,14 @@ class Context:
         revisions: Revisions,
         remappings: Mapping[str, str],
         hosts: Mapping[str, str],
-        intraprocess: bool,
+        intraprocess: bool | LocalNodes,
         on_event: Callable[[Event], object] | None,
     ) -> None:
         self.name = name
         self.limits = limits
         self.revisions = revisions
         self.host_given = host
-        self.intraprocess = intraprocess
+        self.local_nodes = chosen(intraprocess)
         self.said = PeerLog("rosproto.node")
         self.events = Events(name, on_event)
         self.emit = self.events.emit

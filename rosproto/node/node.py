@@ -26,7 +26,7 @@ from rosproto.node.graph.joining import Listen, join
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.slave_api import SlaveApi
 from rosproto.node.graph.watchdog import Watchdog
-from rosproto.node.incoming import local_nodes
+from rosproto.node.incoming.local_nodes import LocalNodes
 from rosproto.node.incoming.subscriber import Subscriber
 from rosproto.node.outgoing.publisher import Publisher
 from rosproto.node.revisions.revisions import Revisions
@@ -40,6 +40,7 @@ from rosproto.transport.waiting import wait_event
 if TYPE_CHECKING:
     import logging
     import os
+    from contextlib import AbstractContextManager
     from types import TracebackType
 
     from rosproto.node.params.parameters import Parameters
@@ -77,7 +78,8 @@ class Node:
         timeout: Seconds to find the master.
         allow: Addresses that may connect to this node; None for all.
         allow_shutdown: Obey `rosnode kill`.
-        intraprocess: Exchange messages with nodes of this process without sockets.
+        intraprocess: Exchange messages with nodes of this process without sockets; a `LocalNodes`: with those
+            alone that were given the same one.
         msg_path: Folders with .msg, .srv and .action files in ROS layout: types of your own, and further
             revisions of known ones, for peers that have those.
         on_event: Called with each `Event`, in a thread of the library.
@@ -111,7 +113,7 @@ class Node:
         timeout: float = 5.0,
         allow: Iterable[str] | None = None,
         allow_shutdown: bool = True,
-        intraprocess: bool = True,
+        intraprocess: bool | LocalNodes = True,
         msg_path: Iterable[str | os.PathLike[str]] = (),
         on_event: Callable[[Event], object] | None = None,
         resolve: Mapping[str, str] | None = None,
@@ -191,8 +193,8 @@ class Node:
 
     def _start(self, rosout: bool) -> None:
         context = self._context
-        if context.intraprocess:
-            local_nodes.note_node(self.uri, self._topics.publication)
+        if context.local_nodes is not None:
+            context.local_nodes.note(self.uri, self._topics.publication)
         context.closers.append(self.clock.close)
         followed = self._follow_clock and self._facts.simulated
         self.clock.attach(context.closing, self.subscriber if followed else None)
@@ -201,11 +203,28 @@ class Node:
             from rosproto.node.rosout.rosout import Rosout
 
             topics = self._topics.publications if self._facts.rosout_topics else None
-            self._rosout = Rosout(context, self.publisher, topics)
-            Loggers(self.service_server)
+            with context.registrations.together():
+                self._rosout = Rosout(context, self.publisher, topics)
+                Loggers(self.service_server)
         self._watchdog.start()
 
     # -- topics ---------------------------------------------------------------------------------------------
+
+    def registering(self) -> AbstractContextManager[None]:
+        """Open many topics and services with one request to the master: `with node.registering(): ...`.
+
+        What this thread opens within the block (publishers, subscribers, service servers, action clients and
+        servers) is there at once, and registered when the block ends: until then nobody else finds it. A
+        master without `system.multicall` is told one by one. When the block raises, what it has opened is
+        closed.
+
+        Raises:
+            MasterError: At the end, the master refused one; that one is closed, the others stand.
+            RegistrationsRefused: It refused several; `refused` says why, for each.
+            ConnectionLost, RosTimeout: The master is away; all of it is closed.
+        """
+        self._check_open()
+        return self._context.registrations.together()
 
     def publisher(
         self,
@@ -531,8 +550,8 @@ class Node:
         )
 
     def _forget_local(self) -> None:
-        if self._context.intraprocess:
-            local_nodes.forget_node(self.uri, self._topics.publication)
+        if self._context.local_nodes is not None:
+            self._context.local_nodes.forget(self.uri, self._topics.publication)
 
     def __enter__(self) -> Node:
         return self
@@ -548,9 +567,10 @@ class Node:
     # -- for the parts --------------------------------------------------------------------------------------
 
     def _moved(self, old_uri: str) -> None:
-        if self._context.intraprocess:
-            local_nodes.forget_node(old_uri, self._topics.publication)
-            local_nodes.note_node(self.uri, self._topics.publication)
+        local = self._context.local_nodes
+        if local is not None:
+            local.forget(old_uri, self._topics.publication)
+            local.note(self.uri, self._topics.publication)
 
     def _dispatch(self, method: str, params: list[object], peer: str) -> object:
         return self._slave.dispatch(method, params, peer)

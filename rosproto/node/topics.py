@@ -91,7 +91,7 @@ class TopicTable:
             self._publications[name] = publication
             if new:
                 try:
-                    self._context.registrations.add(publication)
+                    self._context.registrations.add_together(publication, partial(_close_all, publication))
                 except BaseException:
                     del self._publications[name]
                     publisher.end()
@@ -155,8 +155,10 @@ class TopicTable:
             self._subscriptions[name] = subscription
             if new:
                 try:
-                    self._context.registrations.add(
-                        subscription, None if deadline is None else deadline.remaining()
+                    self._context.registrations.add_together(
+                        subscription,
+                        partial(_close_all, subscription),
+                        None if deadline is None else deadline.remaining(),
                     )
                 except BaseException:
                     del self._subscriptions[name]
@@ -331,6 +333,12 @@ class TopicTable:
             for name, subscription in list(self._subscriptions.items())
         ]
         return [publish, subscribe, []]
+
+
+def _close_all(topic: Publication | Subscription) -> None:
+    """It could not be registered: none of its handles has anything to do."""
+    for handle in topic.handles:
+        handle.close()
 
 
 def _text(stats: LinkStats) -> str:

@@ -1,8 +1,9 @@
 """Process start to first message, import time and resident memory, beside rospy; and what each import costs.
 
-    python -m tests.benchmarks start [--rounds 9]
+    python -m tests.benchmarks start [--rounds 9] [--commands FOLDER] [--old TREE]
 
-The first table is that of `transport --only start`. The second is of fresh interpreters that only import.
+The first table is that of `transport --only start`. The second is of fresh interpreters that only import. The
+third, processor time of the commands' `--help` and of a simulated chassis, is that of `processor` alone.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+from tests.benchmarks import processor
 from tests.benchmarks.transport import Bench
 
 IMPORTS = {
@@ -39,6 +41,8 @@ with open("/proc/self/statm") as file:
 def run(arguments: list[str]) -> None:
     parser = argparse.ArgumentParser(prog="tests.benchmarks start")
     parser.add_argument("--rounds", type=int, default=9)
+    parser.add_argument("--commands", type=Path, help="as of `processor`")
+    parser.add_argument("--old", type=Path, help="as of `processor`")
     args = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as folder, Bench(Path(folder), args.rounds, 1.0) as bench:
         bench.measure_start()
@@ -50,6 +54,7 @@ def run(arguments: list[str]) -> None:
     for label, values in found.items():
         took, memory = (statistics.median(column) for column in zip(*values, strict=True))
         print(f"  {label:26} {took * 1e3:7.1f} ms   {memory / 1e6:6.1f} MB")
+    processor.measure(args.rounds, args.commands, args.old)
 
 
 def imported(bench: Bench, label: str, code: str) -> tuple[float, int]:

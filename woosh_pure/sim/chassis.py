@@ -159,7 +159,6 @@ class SimulatedChassis:
             own_master=self._master is not None,
         )
         self._graph.build()
-        self._graph.client("/move_base")
         self._navigation = NavigationClient(self)
         self.world.tasks.drive = self._navigation.drive
         self._publish_static()

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import rosproto
+from rosproto.node.incoming.local_nodes import LocalNodes
 from rosproto.node.revisions.revisions import NoRevisions
 from woosh_pure import interface
 from woosh_pure.firmware.revisions import Firmware
@@ -69,13 +71,16 @@ class Graph:
         self.publishers: dict[tuple[str, str], rosproto.Publisher] = {}
         self.heard: dict[str, Any] = {}
         self._keep: list[Any] = []
+        self._building: ExitStack | None = None
+        self._robot = LocalNodes()
         self.internal_clients: dict[str, rosproto.ActionClient] = {}
 
     def node(self, name: str) -> rosproto.Node:
         """The node of that name, made on first use.
 
-        Its links are real sockets also within this process, and it refuses every definition that is not its
-        own, as the real one does: to agree is the client's part.
+        Its links to others are real sockets also within this process; those of the robot within itself need
+        none. It refuses every definition that is not its own, as the real one does: to agree is the client's
+        part.
         """
         if name not in self.nodes:
             node = RobotNode(
@@ -83,7 +88,7 @@ class Graph:
                 self._network,
                 master_uri=self._uri,
                 host=self._host,
-                intraprocess=False,
+                intraprocess=self._robot,
                 timeout=_PATIENCE[self._own_master],
             )
             if self._own_master:
@@ -91,18 +96,29 @@ class Graph:
                 # that asked for it every second were most of what an idle robot cost.
                 node.watch_master(period=_PERIOD, full_check_every=_SELDOM)
             node.revisions = NoRevisions()
+            if self._building is not None:
+                self._building.enter_context(node.registering())
             self.nodes[name] = node
         return self.nodes[name]
 
     def build(self) -> None:
         """Bring everything up."""
-        for row in interface.ROWS:
-            if not row.definition_known and not self._assumed_types:
-                continue
-            builder = {"read": self._publish, "write": self._listen, "call": self._serve, "act": self._act}
-            builder[row.flow](row)
-        if self._full:
-            self._leave_loose_ends()
+        with ExitStack() as stack:
+            stack.callback(setattr, self, "_building", None)
+            self._building = stack  # each node registers what it has with one request, at the end
+            for row in interface.ROWS:
+                if not row.definition_known and not self._assumed_types:
+                    continue
+                builder = {
+                    "read": self._publish,
+                    "write": self._listen,
+                    "call": self._serve,
+                    "act": self._act,
+                }
+                builder[row.flow](row)
+            if self._full:
+                self._leave_loose_ends()
+            self.client("/move_base")
 
     def _leave_loose_ends(self) -> None:
         """What /ros_interface has ready for parts that this chassis does not have."""

@@ -56,6 +56,8 @@ class MasterClient(ApiClient):
         caller_id: As given.
     """
 
+    _one_by_one = False  # whether it is known to have no system.multicall
+
     # -- registration ------------------------------------------------------------------------------------
 
     def register_publisher(
@@ -184,13 +186,20 @@ class MasterClient(ApiClient):
     def several(
         self, calls: Sequence[tuple[str, tuple[object, ...]]], *, timeout: float | None = None
     ) -> list[object]:
-        """As `multicall`, one by one at a master without it; `timeout` is for each request then."""
-        try:
-            return self.multicall(calls, timeout=timeout)
-        except (ConnectionLost, RosTimeout):
-            raise
-        except RosError:
-            return [self._alone(method, params, timeout) for method, params in calls]
+        """As `multicall`, one by one at a master without it; `timeout` is for each request then.
+
+        A master that does not know the method is not asked for it again.
+        """
+        if not self._one_by_one:
+            try:
+                return self.multicall(calls, timeout=timeout)
+            except (ConnectionLost, RosTimeout):
+                raise
+            except MasterError:
+                self._one_by_one = True
+            except RosError:
+                pass  # what it answered is none, perhaps for its size
+        return [self._alone(method, params, timeout) for method, params in calls]
 
     def _alone(self, method: str, params: tuple[object, ...], timeout: float | None) -> object:
         try:

@@ -2,7 +2,8 @@
 
 A publisher, a subscriber, a service and a parameter subscription each put one `Registration` here. The
 watchdog (`watchdog.py`) runs the whole table again when the master came back without us, or when our own
-address changed.
+address changed. What one thread adds within `together` is registered at the end of that block, with one
+request.
 
 Source: wiki.ros.org/ROS/Master_API.
 """
@@ -10,19 +11,30 @@ Source: wiki.ros.org/ROS/Master_API.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Protocol
 
-from rosproto.errors import ConnectionLost, LocalProtocolError, RosError, RosTimeout
+from rosproto.errors import (
+    ConnectionLost,
+    LocalProtocolError,
+    MasterError,
+    RegistrationsRefused,
+    RosError,
+    RosTimeout,
+)
 from rosproto.logs import get_logger
+from rosproto.node.graph import replies
+from rosproto.records import NamedTuple
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient
     from rosproto.transport.deadline import Deadline
 
-__all__ = ["Registration", "Registrations"]
+__all__ = ["Announcement", "Registration", "Registrations", "Together"]
 
 _log = get_logger("rosproto.node")
+_AT_ONCE = 100  # registrations in one request, so that neither it nor its time grows without a bound
 
 
 class Registration(Protocol):
@@ -47,6 +59,34 @@ class Registration(Protocol):
 
     def unregister(self, master: MasterClient) -> None:
         """Take it back; raise what the call raises."""
+
+
+class Announcement(NamedTuple):
+    """The call that registers something, to be made beside others.
+
+    Attributes:
+        method: Of the master.
+        params: Its parameters, without our name.
+        heard: Takes the value of the answer; TypeError when it is none.
+    """
+
+    method: str
+    params: tuple[object, ...]
+    heard: Callable[[object], object]
+
+
+class Together(Registration, Protocol):
+    """A registration that can be made in one request with others."""
+
+    def announce(self) -> Announcement:
+        """What to tell the master now; repeatable."""
+
+
+class _Held(NamedTuple):
+    """What waits for the end of a block, and how to undo what was opened should the master refuse it."""
+
+    registration: Together
+    undo: Callable[[], object]
 
 
 class Registrations:
@@ -80,6 +120,7 @@ class Registrations:
         self._leaving: list[Registration] = []
         self._adding = 0
         self._added = threading.Condition(self._lock)
+        self._held: dict[int, list[_Held]] = {}  # by thread
         self._closed = False
 
     def add(self, registration: Registration, timeout: float | None = None) -> None:
@@ -96,20 +137,140 @@ class Registrations:
         """
         key = (registration.kind, registration.name)
         with self._lock:
-            if self._closed:  # nobody would take it back any more
-                raise LocalProtocolError(
-                    f"{registration.kind} {registration.name}: the node was closed meanwhile; open another"
-                )
-            # Remembered first: the master may restart between its answer and our note of it.
-            self._table[key] = registration
-            self._unwanted.pop(key, None)
-            self._adding += 1
+            self._remember(registration)
         try:
             self._register(key, registration, timeout)
         finally:
             with self._lock:
                 self._adding -= 1
                 self._added.notify_all()
+
+    def _remember(self, registration: Registration) -> None:
+        assert self._lock.locked()
+        if self._closed:  # nobody would take it back any more
+            raise LocalProtocolError(
+                f"{registration.kind} {registration.name}: the node was closed meanwhile; open another"
+            )
+        # Remembered first: the master may restart between its answer and our note of it.
+        key = (registration.kind, registration.name)
+        self._table[key] = registration
+        self._unwanted.pop(key, None)
+        self._adding += 1
+
+    # -- many at once ----------------------------------------------------------------------------------------
+
+    def add_together(
+        self, registration: Together, undo: Callable[[], object], timeout: float | None = None
+    ) -> None:
+        """As `add`; within a block of `together` of this thread it is done at the end of that block.
+
+        `undo` is called when it could not be done then: it closes what was opened.
+        """
+        with self._lock:
+            held = self._held.get(threading.get_ident())
+            if held is not None and not self._closed:
+                held.append(_Held(registration, undo))
+                return
+        self.add(registration, timeout)
+
+    @contextmanager
+    def together(self) -> Iterator[None]:
+        """What this thread adds within the block is registered at its end, in one request where it can be.
+
+        A block within a block is part of it. When the block raises, what it has opened is closed.
+
+        Raises:
+            MasterError: The master refused one; the others stand.
+            RegistrationsRefused: It refused several.
+            ConnectionLost, RosTimeout: The master is away; all of it is closed.
+            LocalProtocolError: The node was closed meanwhile.
+        """
+        thread = threading.get_ident()
+        with self._lock:
+            inner = thread in self._held
+            self._held.setdefault(thread, [])
+        if inner:
+            yield
+            return
+        try:
+            yield
+        except BaseException:
+            _undo(self._released(thread))
+            raise
+        held = self._released(thread)
+        for start in range(0, len(held), _AT_ONCE):
+            try:
+                self._register_together(held[start : start + _AT_ONCE])
+            except BaseException:
+                _undo(held[start + _AT_ONCE :])
+                raise
+
+    def _released(self, thread: int) -> list[_Held]:
+        with self._lock:
+            return self._held.pop(thread)
+
+    def _register_together(self, held: Sequence[_Held]) -> None:
+        begun: list[_Held] = []
+        try:
+            with self._lock:
+                for one in held:
+                    self._remember(one.registration)
+                    begun.append(one)
+            refused = self._told(begun)
+        except BaseException as error:
+            self._forget(begun, error)
+            _undo(held)
+            raise
+        finally:
+            with self._lock:
+                self._adding -= len(begun)
+                self._added.notify_all()
+        self._forget([one for one in begun if _key(one) in refused], None)
+        _undo([one for one in begun if _key(one) in refused])
+        if len(refused) > 1:
+            raise RegistrationsRefused(refused, among=len(held), uri=self._master.uri)
+        for error in refused.values():
+            raise error
+
+    def _told(self, held: Sequence[_Held]) -> dict[tuple[str, str], RosError]:
+        """Tell the master all of them; why some do not stand."""
+        calls = [one.registration.announce() for one in held]
+        answers = self._master.several([(call.method, call.params) for call in calls])
+        refused: dict[tuple[str, str], RosError] = {}
+        for one, call, answer in zip(held, calls, answers, strict=True):
+            try:
+                if isinstance(answer, MasterError):
+                    raise answer
+                replies.checked(call.method, self._master.uri, answer, call.heard)
+            except RosError as error:
+                refused[_key(one)] = error
+                continue
+            if not self._confirm(_key(one), one.registration):
+                self._take_back(one.registration, self._farewell)
+        return refused
+
+    def _forget(self, held: Sequence[_Held], error: BaseException | None) -> None:
+        """They do not stand; where the master may have heard of them all the same, they are taken back."""
+        with self._lock:
+            for one in held:
+                key = _key(one)
+                if self._table.get(key) is one.registration:
+                    del self._table[key]
+                    self._confirmed.pop(key, None)
+                    if isinstance(error, (ConnectionLost, RosTimeout)):
+                        self._unwanted[key] = one.registration
+
+    def _is_held(self, registration: Registration) -> bool:
+        """It waited for the end of a block, and does no longer."""
+        assert self._lock.locked()
+        for held in self._held.values():
+            for one in held:
+                if one.registration is registration:
+                    held.remove(one)
+                    return True
+        return False
+
+    # -- one -------------------------------------------------------------------------------------------------
 
     def _register(self, key: tuple[str, str], registration: Registration, timeout: float | None) -> None:
         try:
@@ -127,7 +288,7 @@ class Registrations:
         """Forget and take back; a master that does not answer is told when it does."""
         key = (registration.kind, registration.name)
         with self._lock:
-            if self._table.get(key) is not registration:
+            if self._is_held(registration) or self._table.get(key) is not registration:
                 return
             del self._table[key]
             self._confirmed.pop(key, None)
@@ -248,3 +409,16 @@ class Registrations:
 
     def __len__(self) -> int:
         return len(self._table)
+
+
+def _key(held: _Held) -> tuple[str, str]:
+    return held.registration.kind, held.registration.name
+
+
+def _undo(held: Sequence[_Held]) -> None:
+    """Close what was opened for them."""
+    for one in held:
+        try:
+            one.undo()
+        except Exception:
+            _log.exception("! closing the %s %s failed", *_key(one))

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, MasterError, RosTimeout
 from rosproto.node.incoming.link_state import LinkEvent
-from rosproto.node.incoming.local_nodes import find_node
 from rosproto.node.incoming.publisher_link import LinkOwner, PublisherLink
 from rosproto.node.outgoing.frames import LargeFrame
 from rosproto.protocol.handshake import check_publisher_header, check_subscriber_header, subscriber_header
@@ -169,12 +168,13 @@ class LocalLink(PublisherLink):
             publication.attach(self._pipe, self.address)
 
     def _find_publication(self) -> Publication:
-        find = find_node(self.uri)
+        nodes = self._context.local_nodes
+        find = None if nodes is None else nodes.find(self.uri)
         if find is None:
             raise ConnectionLost(
                 f"{self.topic}: the node {self.uri} of this process is closed", peer=self.uri
             )
-        publication = find(self.topic)
+        publication: Publication | None = find(self.topic)
         if publication is None:
             raise MasterError("requestTopic", -1, f"Not a publisher of [{self.topic}]", uri=self.uri)
         return publication

@@ -1,47 +1,65 @@
 """The open nodes of this process, by URI: how a subscriber finds a publisher that needs no socket.
 
-The table decides only *how* bytes travel between two nodes which the master has brought together, and
-`Node(intraprocess=False)` does without.
+A table decides only *how* bytes travel between two nodes which the master has brought together. All nodes
+share one; `Node(intraprocess=False)` does without, and nodes that are given a `LocalNodes` of their own are
+local to each other alone.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import Any
 
 from rosproto.transport.address import parse_uri
 
-if TYPE_CHECKING:
-    from rosproto.node.outgoing.publication import Publication
+__all__ = ["EVERYBODY", "FindPublication", "LocalNodes", "chosen", "forget_all"]
 
-__all__ = ["FindPublication", "find_node", "forget_all", "forget_node", "note_node"]
-
-FindPublication = Callable[[str], "Publication | None"]
-"""Asked with a resolved topic: what a node publishes there."""
-
-_open_nodes: dict[tuple[str, int], FindPublication] = {}
+FindPublication = Callable[[str], Any]
+"""Asked with a resolved topic: the `Publication` of a node there, or None."""
 
 
-def note_node(uri: str, find: FindPublication) -> None:
-    """A node is open under its present URI."""
-    _open_nodes[parse_uri(uri)] = find
+class LocalNodes:
+    """Nodes that exchange messages without sockets."""
+
+    def __init__(self) -> None:
+        self._open: dict[tuple[str, int], FindPublication] = {}
+
+    def note(self, uri: str, find: FindPublication) -> None:
+        """A node is open under its present URI."""
+        self._open[parse_uri(uri)] = find
+
+    def forget(self, uri: str, find: FindPublication) -> None:
+        """It is not any more."""
+        key = parse_uri(uri)
+        if self._open.get(key) == find:
+            self._open.pop(key, None)
+
+    def find(self, uri: str) -> FindPublication | None:
+        """The open node with that URI."""
+        try:
+            return self._open.get(parse_uri(uri))
+        except ValueError:
+            return None
+
+    def clear(self) -> None:
+        """None is open any more."""
+        self._open.clear()
 
 
-def forget_node(uri: str, find: FindPublication) -> None:
-    """It is not any more."""
-    key = parse_uri(uri)
-    if _open_nodes.get(key) == find:
-        _open_nodes.pop(key, None)
+EVERYBODY = LocalNodes()
+"""The nodes of this process."""
 
 
-def find_node(uri: str) -> FindPublication | None:
-    """The open node of this process with that URI."""
-    try:
-        return _open_nodes.get(parse_uri(uri))
-    except ValueError:
-        return None
+def chosen(intraprocess: bool | LocalNodes) -> LocalNodes | None:
+    """The table of a node that was opened with this option; None without one."""
+    if isinstance(intraprocess, LocalNodes):
+        return intraprocess
+    return EVERYBODY if intraprocess else None
 
 
 def forget_all() -> None:
-    """In a fork: a URI in the table means a node that speaks, and these are mute there."""
-    _open_nodes.clear()
+    """In a fork: a URI in the table means a node that speaks, and these are mute there.
+
+    Nodes with a table of their own are closed there, all who know it.
+    """
+    EVERYBODY.clear()

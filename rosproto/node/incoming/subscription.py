@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import AnyMsg
 from rosproto.errors import LocalProtocolError, Md5sumMismatch
+from rosproto.node.graph import replies
+from rosproto.node.graph.registrations import Announcement
 from rosproto.node.incoming.delivery import RevisedSink, Sink, encoded
 from rosproto.node.incoming.links import make_link
 from rosproto.node.revisions.revisions import RevisedType, note_differences, revised_type
@@ -87,7 +89,17 @@ class Subscription:
 
     def register(self, master: MasterClient) -> None:
         generation = self._generation
-        uris = master.register_subscriber(self.name, self.type.name, self.context.uri)
+        self._registered(master.register_subscriber(self.name, self.type.name, self.context.uri), generation)
+
+    def announce(self) -> Announcement:
+        generation = self._generation
+        return Announcement(
+            "registerSubscriber",
+            (self.name, self.type.name, self.context.uri),
+            lambda answer: self._registered(replies.as_str_list(answer), generation),
+        )
+
+    def _registered(self, uris: Sequence[str], generation: int) -> None:
         # An update that overtook the answer is the newer of the two.
         if generation == self._generation:
             self.update_publishers(uris, keep_connected=True)

@@ -21,6 +21,8 @@ from rosproto.codec.conversion import ConversionError
 from rosproto.errors import CodecError, ConnectionLost, Md5sumMismatch, RosError, TooLarge
 from rosproto.logs import get_logger
 from rosproto.node.events import Event, EventKind, without_frames
+from rosproto.node.graph import replies
+from rosproto.node.graph.registrations import Announcement
 from rosproto.node.graph.tcpros_server import refuse
 from rosproto.node.outgoing.frames import LARGE, LargeFrame, prefix, small_frame
 from rosproto.node.outgoing.revised_output import RevisedOutput
@@ -104,15 +106,24 @@ class Publication:
         # Most small messages have neither header nor arrays: then encoding is one call.
         is_plain = not self._has_header and not type_.may_be_large and not type_.is_wildcard
         self._plain_class = type_.message_class if is_plain else None
-        self._plain_encode = type_.encode
+        self._plain_encode: Callable[[Any], bytes] = self._encode_first
         self._revised: dict[str, RevisedOutput] = {}
         self._closed = False
         self._gone_bytes = 0
+
+    def _encode_first(self, message: Any) -> bytes:
+        """The encoder takes up to 2 ms to be made, and no constructor waits for that."""
+        self._plain_encode = self.type.encode
+        return self._plain_encode(message)
 
     # -- master ---------------------------------------------------------------------------------------------
 
     def register(self, master: MasterClient) -> None:
         master.register_publisher(self.name, self.type.name, self.context.uri)
+
+    def announce(self) -> Announcement:
+        parameters = (self.name, self.type.name, self.context.uri)
+        return Announcement("registerPublisher", parameters, replies.as_str_list)
 
     def unregister(self, master: MasterClient) -> None:
         master.unregister_publisher(self.name, self.context.uri)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import LocalProtocolError, RosError
 from rosproto.logs import get_logger
+from rosproto.node.graph.registrations import Announcement
 from rosproto.node.graph.tcpros_server import refuse
 from rosproto.node.services.client import ServiceClient
 from rosproto.node.services.server import ServiceServer
@@ -45,6 +46,14 @@ class ServiceRegistration:
         uri = self._context.endpoints.rosrpc_uri
         master.register_service(self.name, uri, self._context.uri)
         self._registered_as = uri
+
+    def announce(self) -> Announcement:
+        uri = self._context.endpoints.rosrpc_uri
+        return Announcement(
+            "registerService",
+            (self.name, uri, self._context.uri),
+            lambda _: setattr(self, "_registered_as", uri),
+        )
 
     def unregister(self, master: MasterClient) -> None:
         # The master takes a service off only under the URI it has: another node may provide it by now.
@@ -117,7 +126,7 @@ class Services:
                 )
             self._servers[name] = (server, registration)
         try:
-            self._context.registrations.add(registration)
+            self._context.registrations.add_together(registration, undo=server.close)
         except BaseException:
             with self._lock:
                 self._servers.pop(name, None)

@@ -1,0 +1,246 @@
+"""Many registrations in one request: what stands, what is closed, and what a master without multicall gets."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from rosproto import Master, Node
+from rosproto.errors import (
+    ConnectionLost,
+    LocalProtocolError,
+    MasterError,
+    RegistrationsRefused,
+    RemoteProtocolError,
+)
+from rosproto.node.graph.master_client import MasterClient
+
+
+@pytest.fixture
+def master() -> Iterator[Master]:
+    with Master(host="127.0.0.1", port=0) as master:
+        yield master
+
+
+@pytest.fixture
+def node(master: Master) -> Iterator[Node]:
+    with Node("/n", master_uri=master.uri, host="127.0.0.1", rosout=False) as node:
+        yield node
+
+
+class Asked:
+    """The methods that a node calls at its master, and what is answered in place of the master's answer."""
+
+    def __init__(self, node: Node, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.methods: list[str] = []
+        self.refuse: dict[str, str] = {}
+        self.instead: Exception | None = None
+        client = node._context.master._client
+        call = client.call
+
+        def noted(method: str, *params: Any, **options: Any) -> Any:
+            watchdog = method == "system.multicall" and params[0][0]["methodName"] == "getPid"
+            if method != "system.multicall" or watchdog:
+                self.methods.append(method)
+                return call(method, *params, **options)
+            if self.instead is not None:
+                raise self.instead
+            names = [each["params"][1] for each in params[0]]
+            self.methods.append(f"system.multicall {len(names)}")
+            answers = call(method, *params, **options)
+            return [
+                [[-1, self.refuse[name], 0]] if name in self.refuse else answer
+                for name, answer in zip(names, answers, strict=True)
+            ]
+
+        monkeypatch.setattr(client, "call", noted)
+
+
+@pytest.fixture
+def asked(node: Node, monkeypatch: pytest.MonkeyPatch) -> Asked:
+    return Asked(node, monkeypatch)
+
+
+def registered(master: Master, name: str) -> bool:
+    with MasterClient(master.uri, "/tool") as client:
+        return any(name in table for table in client.get_system_state())
+
+
+def opened(node: Node) -> tuple[Any, Any, Any]:
+    return (
+        node.publisher("/a", "std_msgs/String"),
+        node.subscriber("/b", "std_msgs/String"),
+        node.service_server("/c", "std_srvs/Empty", lambda request: None),
+    )
+
+
+def test_a_block_registers_with_one_request_at_its_end(master: Master, node: Node, asked: Asked) -> None:
+    with node.registering():
+        opened(node)
+        assert not any(registered(master, name) for name in ("/a", "/b", "/c"))
+    assert all(registered(master, name) for name in ("/a", "/b", "/c"))
+    assert [m for m in asked.methods if m.startswith(("register", "system"))] == ["system.multicall 3"]
+
+
+def test_what_was_published_before_and_comes_after_is_found(master: Master, node: Node) -> None:
+    """The answer to each registration counts as it does alone, and so do the master's updates."""
+    with Node("/other", master_uri=master.uri, host="127.0.0.1", intraprocess=False) as other:
+        early = other.publisher("/early", "std_msgs/String", latch=True)
+        early.publish(data="1")
+        with node.registering():
+            first = node.subscriber("/early", "std_msgs/String")
+            second = node.subscriber("/late", "std_msgs/String")
+        assert first.next(timeout=5).data == "1"
+        with other.registering():
+            late = other.publisher("/late", "std_msgs/String", latch=True)
+            late.publish(data="2")
+        assert second.next(timeout=5).data == "2"
+
+
+def test_a_block_within_a_block_is_part_of_it(master: Master, node: Node, asked: Asked) -> None:
+    with node.registering():
+        with node.registering():
+            node.publisher("/a", "std_msgs/String")
+        assert not registered(master, "/a")
+        node.publisher("/b", "std_msgs/String")
+    assert "system.multicall 2" in asked.methods
+
+
+def test_another_thread_registers_at_once(master: Master, node: Node) -> None:
+    """It has not asked to wait, and may depend on it."""
+    with node.registering():
+        thread = threading.Thread(target=node.publisher, args=("/other", "std_msgs/String"))
+        thread.start()
+        thread.join(5)
+        assert registered(master, "/other")
+
+
+def test_what_is_closed_within_the_block_is_never_registered(
+    master: Master, node: Node, asked: Asked
+) -> None:
+    with node.registering():
+        publisher, subscriber, server = opened(node)
+        publisher.close()
+        subscriber.close()
+        server.close()
+        node.publisher("/a", "std_msgs/String")
+    assert asked.methods.count("system.multicall 1") == 1
+    assert "unregisterPublisher" not in asked.methods
+    assert registered(master, "/a")
+    assert not registered(master, "/b")
+
+
+def test_a_block_that_raises_closes_what_it_opened(master: Master, node: Node) -> None:
+    things: list[Any] = []
+
+    def broken() -> None:
+        things.extend(opened(node))
+        raise KeyError
+
+    with pytest.raises(KeyError), node.registering():
+        broken()
+    assert things[0].closed
+    assert things[1].closed
+    assert not any(registered(master, name) for name in ("/a", "/b", "/c"))
+    opened(node)  # nothing of it is in the way
+    assert all(registered(master, name) for name in ("/a", "/b", "/c"))
+
+
+def test_one_refusal_is_raised_as_it_is_and_the_others_stand(
+    master: Master, node: Node, asked: Asked
+) -> None:
+    asked.refuse["/b"] = "no /b here"
+    with pytest.raises(MasterError) as caught, node.registering():
+        publisher, subscriber, _ = opened(node)
+    assert type(caught.value) is MasterError
+    assert (caught.value.method, caught.value.code, caught.value.text) == (
+        "registerSubscriber",
+        -1,
+        "no /b here",
+    )
+    assert subscriber.closed
+    assert not publisher.closed
+    assert {r.name for r in node._context.registrations.confirmed()} == {"/a", "/c"}
+
+
+def test_several_refusals_keep_the_facts_of_each(node: Node, asked: Asked) -> None:
+    asked.refuse.update({"/a": "not this", "/c": "nor that"})
+    with (
+        pytest.raises(RegistrationsRefused, match=r"2 of 3 .*not this.*nor that") as caught,
+        node.registering(),
+    ):
+        opened(node)
+    assert list(caught.value.refused) == [("publisher", "/a"), ("service", "/c")]
+    assert caught.value.refused["service", "/c"].text == "nor that"
+    assert (caught.value.method, caught.value.text) == ("registerPublisher", "not this")
+    assert [r.name for r in node._context.registrations.confirmed()] == ["/b"]
+
+
+def test_an_answer_that_is_none_costs_that_registration_only(node: Node, asked: Asked, monkeypatch) -> None:
+    monkeypatch.setattr(MasterClient, "multicall", lambda *_, **__: [[], "no list", 1])
+    with pytest.raises(RemoteProtocolError, match="registerSubscriber"), node.registering():
+        _, subscriber, _ = opened(node)
+    assert subscriber.closed
+
+
+def test_a_master_that_is_away_closes_all_of_it_and_is_told_later(
+    master: Master, node: Node, asked: Asked
+) -> None:
+    """It may have heard of them: what it could not be told to take back is told when it answers."""
+    asked.instead = ConnectionLost("away")
+    with pytest.raises(ConnectionLost), node.registering():
+        publisher, subscriber, _ = opened(node)
+    assert publisher.closed
+    assert subscriber.closed
+    asked.instead = None
+    registrations = node._context.registrations
+    assert registrations.register_pending()
+    assert "unregisterPublisher" in asked.methods
+    assert not registrations.confirmed()
+
+
+def test_a_master_without_multicall_is_told_one_by_one_and_not_asked_again(
+    master: Master, node: Node, asked: Asked
+) -> None:
+    asked.instead = MasterError("system.multicall", 1, "no such method")
+    with node.registering():
+        opened(node)
+    asked.instead = AssertionError("asked again")  # type: ignore[assignment]
+    with node.registering():
+        node.publisher("/d", "std_msgs/String")
+    assert [m for m in asked.methods if m.startswith("register")] == [
+        "registerPublisher",
+        "registerSubscriber",
+        "registerService",
+        "registerPublisher",
+    ]
+    assert all(registered(master, name) for name in ("/a", "/b", "/c", "/d"))
+
+
+def test_a_node_that_is_closed_meanwhile_says_so(master: Master) -> None:
+    node = Node("/n", master_uri=master.uri, host="127.0.0.1")
+    block = node.registering()
+    block.__enter__()
+    node.publisher("/a", "std_msgs/String")
+    node.close()
+    with pytest.raises(LocalProtocolError, match="closed meanwhile"):
+        block.__exit__(None, None, None)
+    assert not registered(master, "/a")
+
+
+def test_a_node_says_what_every_node_has_in_one_request(master: Master, monkeypatch) -> None:
+    """/rosout and the two services of loggers."""
+    told: list[list[str]] = []
+    multicall = MasterClient.multicall
+
+    def noted(self: MasterClient, calls: Any, **options: Any) -> Any:
+        told.append([method for method, _ in calls])
+        return multicall(self, calls, **options)
+
+    monkeypatch.setattr(MasterClient, "multicall", noted)
+    with Node("/n", master_uri=master.uri, host="127.0.0.1"):
+        assert ["registerPublisher", "registerService", "registerService"] in told
+        assert registered(master, "/n/get_loggers")
