@@ -13,9 +13,10 @@ from rosproto.text import printable
 
 from .connection import CommandError, absolute, below, master_client, print_json, unknown, verbs, warn_if_none
 from .json_text import json_text
+from .shared_options import argument
 from .yaml_text import load_text, to_text, value_of
 
-__all__ = ["add_arguments", "run"]
+__all__ = ["add_arguments"]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,23 +26,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         {
             "get": (_get_arguments, _get, "print a parameter or a whole namespace"),
             "set": (_set_arguments, _set, "set a parameter"),
-            "list": (_list_arguments, _list, "list the names of parameters"),
-            "delete": (_key_arguments, _delete, "delete a parameter or namespace"),
-            "search": (_key_arguments, _search, "find a parameter upwards from the root"),
+            "list": (argument("namespace", nargs="?", default="/"), _list, "list the names of parameters"),
+            "delete": (argument("key"), _delete, "delete a parameter or namespace"),
+            "search": (argument("key"), _search, "find a parameter upwards from the root"),
             "dump": (_dump_arguments, _dump, "write parameters to a file"),
             "load": (_load_arguments, _load, "set parameters from a file"),
         },
     )
-
-
-def run(arguments: argparse.Namespace) -> int:
-    """Run the verb."""
-    code: int = arguments.run_verb(arguments)
-    return code
-
-
-def _key_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("key")
 
 
 def _get_arguments(parser: argparse.ArgumentParser) -> None:
@@ -59,10 +50,6 @@ def _set_arguments(parser: argparse.ArgumentParser) -> None:
     source = parser.add_mutually_exclusive_group()
     source.add_argument("-t", "--textfile", metavar="FILE", help="the value is the text of this file")
     source.add_argument("-b", "--binfile", metavar="FILE", help="the value is the bytes of this file")
-
-
-def _list_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("namespace", nargs="?", default="/")
 
 
 def _dump_arguments(parser: argparse.ArgumentParser) -> None:
