@@ -21,7 +21,6 @@ from rosproto.transport.tcp import interrupt, listen, tune
 from rosproto.transport.tcp_server import TcpServer
 from rosproto.transport.tcpros_io import (
     ClosedBeforeHeader,
-    read_exactly,
     read_header,
     write_all,
     write_header,
@@ -50,7 +49,6 @@ __all__ = [
     "make_uri",
     "parse_host_names",
     "parse_uri",
-    "read_exactly",
     "read_header",
     "resolve",
     "same_uri",
