@@ -16,7 +16,6 @@ from array import array
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from struct import Struct, error
-from types import TracebackType
 from typing import Any, BinaryIO, Literal
 
 from rosproto.bag.bag_file import Source
@@ -126,9 +125,7 @@ class BagWriter:
     def __enter__(self) -> BagWriter:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *exc_info: object) -> None:
         self.close()
 
     def __repr__(self) -> str:
