@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 from pathlib import Path
 from typing import Any
 
+from rosproto.codec.dicts import plain
 from rosproto.errors import MasterError
 from rosproto.text import printable
 
@@ -74,7 +74,7 @@ def _fetch(arguments: argparse.Namespace, key: str) -> Any:
 def _get(arguments: argparse.Namespace) -> int:
     value = _fetch(arguments, arguments.key)
     if arguments.json:
-        print_json(_json_value(value))
+        print_json(plain(value, finite=True))
     elif arguments.pretty and isinstance(value, str):
         print(value)  # a text of several lines, as it is: --pretty asks for that
     elif arguments.pretty and isinstance(value, dict):
@@ -82,17 +82,6 @@ def _get(arguments: argparse.Namespace) -> int:
     else:
         print(to_text(value))
     return 0
-
-
-def _json_value(value: Any) -> Any:
-    """JSON has no bytes, no infinities and no NaN."""
-    if isinstance(value, dict):
-        return {key: _json_value(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_json_value(item) for item in value]
-    if isinstance(value, (bytes, bytearray)):
-        return list(value)
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _print_pretty(value: dict[str, Any], indent: str) -> None:
@@ -165,7 +154,9 @@ def _search(arguments: argparse.Namespace) -> int:
 
 def _dump(arguments: argparse.Namespace) -> int:
     value = _fetch(arguments, arguments.namespace)
-    text = json_text(_json_value(value), ascii_only=True, indent=2) if arguments.json else to_text(value)
+    text = (
+        json_text(plain(value, finite=True), ascii_only=True, indent=2) if arguments.json else to_text(value)
+    )
     if arguments.file == "-":
         print(text)
     else:
