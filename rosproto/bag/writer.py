@@ -20,7 +20,8 @@ from typing import Any, BinaryIO, Literal
 
 from rosproto.bag.bag_file import Source
 from rosproto.bag.compression import compressor
-from rosproto.bag.index import BagIndex, open_index
+from rosproto.bag.contents import BagIndex
+from rosproto.bag.index import open_index
 from rosproto.bag.output import LARGE, ChunkOutput, Output
 from rosproto.bag.reader import RawMessage
 from rosproto.bag.records import (
