@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Generator
-from types import TracebackType
 from typing import Any, Generic, Protocol, TypeVar
 
 __all__ = ["Opening"]
@@ -33,8 +32,6 @@ class Opening(Generic[T]):
         self._opened = await self._open_it()
         return self._opened
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    async def __aexit__(self, *exc_info: object) -> None:
         if self._opened is not None:
             await self._opened.close()

@@ -10,7 +10,8 @@ from typing import BinaryIO, Literal
 
 from rosproto.bag.bag_file import Source
 from rosproto.bag.compression import COMPRESSIONS
-from rosproto.bag.index import BagIndex, open_index
+from rosproto.bag.contents import BagIndex
+from rosproto.bag.index import open_index
 from rosproto.bag.reader import BagReader, RawMessage
 from rosproto.bag.records import ChunkInfo, FileHeader, encode_contents
 from rosproto.bag.writer import BagWriter

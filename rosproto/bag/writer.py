@@ -16,12 +16,12 @@ from array import array
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from struct import Struct, error
-from types import TracebackType
 from typing import Any, BinaryIO, Literal
 
 from rosproto.bag.bag_file import Source
 from rosproto.bag.compression import compressor
-from rosproto.bag.index import BagIndex, open_index
+from rosproto.bag.contents import BagIndex
+from rosproto.bag.index import open_index
 from rosproto.bag.output import LARGE, ChunkOutput, Output
 from rosproto.bag.reader import RawMessage
 from rosproto.bag.records import (
@@ -126,9 +126,7 @@ class BagWriter:
     def __enter__(self) -> BagWriter:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *exc_info: object) -> None:
         self.close()
 
     def __repr__(self) -> str:

@@ -7,7 +7,7 @@ import importlib
 
 from .connection import Verb, verbs
 
-__all__ = ["add_arguments", "run"]
+__all__ = ["add_arguments"]
 
 VERBS = {
     "info": ("bag_info", "info", "tell what is in bags, without reading the messages"),
@@ -29,12 +29,6 @@ VERBS = {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """One verb each."""
     verbs(parser, {name: _verb(*row) for name, row in VERBS.items()}, graph=False)
-
-
-def run(arguments: argparse.Namespace) -> int:
-    """Run the verb."""
-    code: int = arguments.run_verb(arguments)
-    return code
 
 
 def _verb(module: str, name: str, text: str) -> Verb:

@@ -12,6 +12,7 @@ from rosproto.text import printable
 from .bag_progress import Progress
 from .connection import print_json
 from .counts import counted
+from .shared_options import add_json
 
 if TYPE_CHECKING:
     from rosproto.bag import BagReader
@@ -23,7 +24,7 @@ __all__ = ["add_check_arguments", "check", "problems_of"]
 def add_check_arguments(parser: argparse.ArgumentParser) -> None:
     """Which bags, and how it is told."""
     parser.add_argument("bags", nargs="+", metavar="BAG")
-    parser.add_argument("--json", action="store_true", help="print facts as JSON, for programs")
+    add_json(parser)
     parser.add_argument("-q", "--quiet", action="store_true", help="print problems only")
 
 

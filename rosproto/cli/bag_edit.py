@@ -16,6 +16,7 @@ from .connection import CommandError
 from .counts import counted
 from .expression import Expression
 from .option_types import finite
+from .shared_options import add_compression, add_quiet
 
 if TYPE_CHECKING:
     from rosproto.bag import BagReader, RawMessage
@@ -38,16 +39,6 @@ __all__ = [
 Kind = Literal["none", "bz2", "lz4"]
 Entry = tuple[str, "RawMessage", "Time"]
 NAMES = ("m", "topic", "t")  # what an expression may use
-
-
-def _compression_options(parser: argparse.ArgumentParser, default: str = "none") -> None:
-    group = parser.add_mutually_exclusive_group()
-    group.add_argument(
-        "--lz4", action="store_const", const="lz4", dest="compression", default=default, help="compress, fast"
-    )
-    group.add_argument(
-        "-j", "--bz2", action="store_const", const="bz2", dest="compression", help="compress more, slowly"
-    )
 
 
 def add_span_arguments(parser: argparse.ArgumentParser) -> None:
@@ -108,7 +99,7 @@ def add_filter_arguments(parser: argparse.ArgumentParser) -> None:
         "-p", "--print", dest="shown", metavar="EXPRESSION", help="print its value for each message looked at"
     )
     add_span_arguments(parser)
-    _compression_options(parser)
+    add_compression(parser)
 
 
 def filter(arguments: argparse.Namespace) -> int:
@@ -157,7 +148,7 @@ def add_merge_arguments(parser: argparse.ArgumentParser) -> None:
     """The new bag first, so that patterns can follow."""
     parser.add_argument("output", metavar="OUT")
     parser.add_argument("bags", nargs="+", metavar="IN")
-    _compression_options(parser)
+    add_compression(parser)
 
 
 def merge(arguments: argparse.Namespace) -> int:
@@ -181,7 +172,7 @@ def merge(arguments: argparse.Namespace) -> int:
 def add_compress_arguments(parser: argparse.ArgumentParser) -> None:
     """As rosbag compress."""
     _in_place_arguments(parser)
-    _compression_options(parser, default="bz2")
+    add_compression(parser, default="bz2")
 
 
 def add_decompress_arguments(parser: argparse.ArgumentParser) -> None:
@@ -194,7 +185,7 @@ def _in_place_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("bags", nargs="+", metavar="BAG")
     parser.add_argument("--output-dir", metavar="DIR", help="write there, made if need be; leaves the bags")
     parser.add_argument("-f", "--force", action="store_true", help="replace an older NAME.orig.bag")
-    parser.add_argument("-q", "--quiet", action="store_true", help="print errors only")
+    add_quiet(parser)
 
 
 def compress(arguments: argparse.Namespace) -> int:

@@ -13,6 +13,7 @@ from .connection import CommandError
 from .counts import counted
 from .export_names import file_names
 from .field_path import parse_field_path
+from .shared_options import add_quiet
 
 if TYPE_CHECKING:
     from rosproto.bag import BagReader
@@ -35,7 +36,7 @@ def add_export_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--scale-depth", action="store_true", help="png: depth to look at, instead of 16-bit millimetres"
     )
-    parser.add_argument("-q", "--quiet", action="store_true", help="print errors only")
+    add_quiet(parser)
     add_span_arguments(parser)
 
 

@@ -9,7 +9,6 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from .bag_signals import interrupt_on_signals
-from .bag_words import collect_words
 from .connection import CommandError, add_graph_options, open_node
 from .counts import counted
 from .keys import Keyboard
@@ -25,7 +24,6 @@ __all__ = ["add_play_arguments", "play"]
 def add_play_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of rosbag play."""
     add_graph_options(parser, as_json=False)
-    collect_words(parser, "bags")
     parser.add_argument("bags", nargs="*", metavar="BAG", help="and remappings: /old:=/new")
     parser.add_argument("-r", "--rate", type=finite, default=1.0, metavar="FACTOR", help="times as fast")
     parser.add_argument("-s", "--start", type=finite, default=0.0, metavar="SEC", help="leave out the first")

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 from rosproto.bag.summary import human_bytes
 
 from .bag_signals import interrupt_on_signals
-from .bag_words import collect_words
 from .connection import CommandError, add_graph_options, open_node
 from .counts import counted
 from .option_types import finite, whole
+from .shared_options import add_compression
 from .streams import own
 
 if TYPE_CHECKING:
@@ -29,7 +29,6 @@ MB = 1 << 20
 def add_record_arguments(parser: argparse.ArgumentParser) -> None:
     """What to record; see also `add_output_options`."""
     add_graph_options(parser, as_json=False)
-    collect_words(parser, "topics")
     parser.add_argument("topics", nargs="*", metavar="TOPIC")
     parser.add_argument("-a", "--all", action="store_true", help="every topic, also those that appear later")
     parser.add_argument("-e", "--regex", action="store_true", help="TOPICs are regular expressions")
@@ -73,13 +72,7 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--repeat-latched", action="store_true", help="in each split: what is done anyway")
     group.add_argument("--no-repeat-latched", action="store_true", help="do not repeat them in each split")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress line")
-    group = parser.add_mutually_exclusive_group()
-    group.add_argument(
-        "--lz4", action="store_const", const="lz4", dest="compression", default="none", help="compress, fast"
-    )
-    group.add_argument(
-        "-j", "--bz2", action="store_const", const="bz2", dest="compression", help="compress more, slowly"
-    )
+    add_compression(parser)
 
 
 def seconds_of(text: str) -> float:

@@ -11,6 +11,7 @@ from rosproto.text import printable
 from .bag_progress import Progress
 from .connection import CommandError
 from .counts import counted
+from .shared_options import add_compression, add_quiet
 
 __all__ = ["add_fix_arguments", "add_reindex_arguments", "fix", "reindex"]
 
@@ -20,7 +21,7 @@ def add_reindex_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("bags", nargs="+", metavar="BAG", help="also the .bag.active of a dead recorder")
     parser.add_argument("--output-dir", metavar="DIR", help="mend a copy there; the bags are not touched")
     parser.add_argument("-f", "--force", action="store_true", help="replace what is there")
-    parser.add_argument("-q", "--quiet", action="store_true", help="print errors only")
+    add_quiet(parser)
 
 
 def reindex(arguments: argparse.Namespace) -> int:
@@ -63,13 +64,7 @@ def add_fix_arguments(parser: argparse.ArgumentParser) -> None:
     """From where to where."""
     parser.add_argument("bag", metavar="DAMAGED", help="is not changed")
     parser.add_argument("output", metavar="OUTPUT", help="a new bag")
-    group = parser.add_mutually_exclusive_group()
-    group.add_argument(
-        "--lz4", action="store_const", const="lz4", dest="compression", default="none", help="compress, fast"
-    )
-    group.add_argument(
-        "-j", "--bz2", action="store_const", const="bz2", dest="compression", help="compress more, slowly"
-    )
+    add_compression(parser)
 
 
 def fix(arguments: argparse.Namespace) -> int:

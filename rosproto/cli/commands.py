@@ -5,15 +5,14 @@ A command module has
     def add_arguments(parser: argparse.ArgumentParser) -> None: ...
     def run(arguments: argparse.Namespace) -> int: ...        # exit code
 
-and a line here. Only the module of the command that is run gets imported, so `rosproto master` starts without
-what `rosproto topic` needs.
+and a line here. One with verbs hands them to `connection.verbs` and has no `run`. Only the module of the
+command that is run gets imported, so `rosproto master` starts without what `rosproto topic` needs.
 """
 
 from __future__ import annotations
 
 import argparse
 import importlib
-from collections.abc import Callable
 from typing import NamedTuple
 
 __all__ = ["COMMANDS", "Command"]
@@ -32,12 +31,12 @@ class Command(NamedTuple):
     help: str
     arguments: str = "add_arguments"
 
-    def load(
-        self,
-    ) -> tuple[Callable[[argparse.ArgumentParser], None], Callable[[argparse.Namespace], int]]:
-        """Import it; its `add_arguments` and `run`."""
+    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
+        """Import it and give the parser its arguments; parsing sets `run`, the function to call with them."""
         module = importlib.import_module(self.module)
-        return getattr(module, self.arguments), module.run
+        getattr(module, self.arguments)(parser)
+        if hasattr(module, "run"):
+            parser.set_defaults(run=module.run)
 
 
 COMMANDS: dict[str, Command] = {

@@ -15,6 +15,7 @@ from rosproto.text import printable
 from .failure import CommandError
 from .json_text import json_text
 from .parser import near
+from .shared_options import AddArguments, add_json
 
 if TYPE_CHECKING:  # imported when they are used: --help has no use for them
     from rosproto.msg import DefinitionLibrary
@@ -72,7 +73,7 @@ def add_graph_options(parser: argparse.ArgumentParser, *, as_json: bool = True) 
         help="the address of a host name that this computer does not know (also $ROSPROTO_RESOLVE)",
     )
     if as_json:
-        parser.add_argument("--json", action="store_true", help="print facts as JSON, for programs")
+        add_json(parser)
 
 
 def master_uri(arguments: argparse.Namespace) -> str:
@@ -205,15 +206,17 @@ def _utf8() -> bool:
     return (sys.stdout.encoding or "").lower().replace("-", "") == "utf8"
 
 
-Verb = tuple[Callable[[argparse.ArgumentParser], None], Callable[[argparse.Namespace], int], str]
+Verb = tuple[AddArguments | None, Callable[[argparse.Namespace], int], str]
+"""What adds its arguments, what runs it, help."""
 
 
 def verbs(parser: argparse.ArgumentParser, table: dict[str, Verb], *, graph: bool = True) -> None:
-    """Add the verbs of a command: `rosproto topic list`. Each is (arguments, run, help)."""
+    """Add the verbs of a command: `rosproto topic list`."""
     choices = parser.add_subparsers(title="verbs", metavar="VERB", dest="verb", required=True)
     for name, (add, run, text) in table.items():
         sub = choices.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
         if graph:
             add_graph_options(sub)
-        add(sub)
-        sub.set_defaults(run_verb=run)
+        if add is not None:
+            add(sub)
+        sub.set_defaults(run=run)

@@ -6,12 +6,12 @@ import math
 from collections import deque
 from collections.abc import Sequence
 
-from .sparkline import DOTS
-
 __all__ = ["Curves"]
 
 COLOURS = ("36", "33", "32", "35", "31", "34")
 SIGNS = "*+ox#@"
+DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
+"""Bits of a Braille cell (U+2800 block), by row and column."""
 KEPT = 5000
 """Samples of each curve."""
 

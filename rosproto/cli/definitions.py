@@ -3,39 +3,20 @@
 from __future__ import annotations
 
 import argparse
+from functools import partial
 from typing import TYPE_CHECKING
 
 from .connection import CommandError, Verb, library_for, print_json, unknown, verbs
 from .parser import near
+from .shared_options import add_json
 
 if TYPE_CHECKING:
     from rosproto.msg import DefinitionLibrary, MessageSpec
 
-__all__ = ["add_arguments_action", "add_arguments_msg", "add_arguments_srv", "run"]
+__all__ = ["add_arguments_action", "add_arguments_msg", "add_arguments_srv"]
 
 
-def add_arguments_msg(parser: argparse.ArgumentParser) -> None:
-    """Messages."""
-    _add(parser, "msg")
-
-
-def add_arguments_srv(parser: argparse.ArgumentParser) -> None:
-    """Services."""
-    _add(parser, "srv")
-
-
-def add_arguments_action(parser: argparse.ArgumentParser) -> None:
-    """Actions."""
-    _add(parser, "action")
-
-
-def run(arguments: argparse.Namespace) -> int:
-    """Run the verb."""
-    code: int = arguments.run_verb(arguments)
-    return code
-
-
-def _add(parser: argparse.ArgumentParser, kind: str) -> None:
+def _add_arguments(kind: str, parser: argparse.ArgumentParser) -> None:
     table: dict[str, Verb] = {
         "show": (_show_arguments, _show, "print a definition with the types it uses unfolded"),
         "info": (_show_arguments, _show, "the same as show"),
@@ -50,8 +31,13 @@ def _add(parser: argparse.ArgumentParser, kind: str) -> None:
     parser.set_defaults(kind=kind)
 
 
+add_arguments_msg = partial(_add_arguments, "msg")
+add_arguments_srv = partial(_add_arguments, "srv")
+add_arguments_action = partial(_add_arguments, "action")
+
+
 def _common(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--json", action="store_true", help="print facts as JSON, for programs")
+    add_json(parser)
     parser.add_argument(
         "--msg-path", action="append", default=[], metavar="FOLDER", help="a folder with packages of your own"
     )

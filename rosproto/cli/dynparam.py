@@ -18,7 +18,7 @@ from .connection import CommandError, absolute, master_client, open_node, print_
 from .option_types import folder_exists, positive
 from .yaml_text import load_text, to_text, value_of
 
-__all__ = ["add_arguments", "run"]
+__all__ = ["add_arguments"]
 
 SERVICE = "/set_parameters"
 SERVICE_TYPE = "dynamic_reconfigure/Reconfigure"
@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     verbs(
         parser,
         {
-            "list": (_list_arguments, _list, "list the nodes that can be reconfigured"),
+            "list": (None, _list, "list the nodes that can be reconfigured"),
             "get": (_get_arguments, _get, "print the parameters of a node, or one"),
             "describe": (_node_arguments, _describe, "tell type, range and meaning of its parameters"),
             "set": (_set_arguments, _set, "set a parameter, or several as {name: value}"),
@@ -41,16 +41,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             "load": (_file_arguments, _load, "set the parameters of a node from a YAML file"),
         },
     )
-
-
-def run(arguments: argparse.Namespace) -> int:
-    """Run the verb."""
-    code: int = arguments.run_verb(arguments)
-    return code
-
-
-def _list_arguments(parser: argparse.ArgumentParser) -> None:
-    del parser
 
 
 def _node_arguments(parser: argparse.ArgumentParser) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import fnmatch
-import math
 import os
 import sys
 import time
@@ -13,7 +12,7 @@ from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import strify_message
-from rosproto.codec.dicts import to_dict
+from rosproto.codec.dicts import plain
 from rosproto.errors import RosTimeout
 from rosproto.text import printable
 from rosproto.time import Time
@@ -202,8 +201,8 @@ class _Printer:
         if self.arguments.csv:
             self._csv(value, received)
         elif self.arguments.json:
-            plain = _plain(value)
-            print_json({"topic": topic, "message": plain} if self.several else plain)
+            shown = plain(value, finite=True)
+            print_json({"topic": topic, "message": shown} if self.several else shown)
         else:
             print(
                 (f"# {printable(topic)}\n" if self.several and not self.arguments.all else "")
@@ -253,20 +252,3 @@ class _Printer:
             coloured=coloured and len(titles) > 1,
         )
         print("\n".join([*(title if coloured else title[: columns - 1] for title in titles), picture]))
-
-
-def _plain(value: Any) -> Any:
-    """As JSON has it: no NaN, no infinities, times as their numbers."""
-    if hasattr(value, "_slot_types"):
-        return to_dict(value, finite=True)
-    if hasattr(value, "tolist"):
-        return _plain(value.tolist())
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    if isinstance(value, (bytes, bytearray)):
-        return list(value)
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    if hasattr(value, "to_nsec"):
-        return {"secs": value.secs, "nsecs": value.nsecs}
-    return value

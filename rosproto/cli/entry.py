@@ -91,7 +91,7 @@ def _run(name: str, arguments: argparse.Namespace, *, until_exit: bool) -> int:
     try:
         with signals_unwind(until_exit=until_exit), linger_when_closed():
             _log_to_stderr(arguments.verbose)
-            code = COMMANDS[name].load()[1](arguments)
+            code: int = arguments.run(arguments)
             if sys.stdout is not None:
                 sys.stdout.flush()  # a full disk or a closed pipe shows here, not at exit
             return code
@@ -127,7 +127,7 @@ def parser_for(words: Sequence[str]) -> tuple[Parser, str | None]:
     for name, command in COMMANDS.items():
         sub = choices.add_parser(name, help=command.help, description=command.help)
         if name == asked:
-            command.load()[0](sub)
+            command.add_arguments(sub)
             give_examples(sub, EXAMPLES)
             for place in {id(p): p for p in (sub, *leaves(sub))}.values():
                 add_general_options(place, argparse.SUPPRESS, argparse.SUPPRESS)

@@ -24,8 +24,9 @@ from .connection import (
 )
 from .console import enable_escapes
 from .option_types import count, positive
+from .shared_options import argument
 
-__all__ = ["add_arguments", "run"]
+__all__ = ["add_arguments"]
 
 LEVELS = {"debug": 1, "info": 2, "warn": 4, "error": 8, "fatal": 16}
 """rosgraph_msgs/Log, as its definition numbers them."""
@@ -41,17 +42,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser,
         {
             "echo": (_echo_arguments, _echo, "print what nodes log, as it comes"),
-            "list": (_node_argument, _list, "list the loggers of a node and their levels"),
+            "list": (argument("node"), _list, "list the loggers of a node and their levels"),
             "get": (_get_arguments, _get, "print the level of a logger"),
             "set": (_set_arguments, _set, "set the level of a logger"),
         },
     )
-
-
-def run(arguments: argparse.Namespace) -> int:
-    """Run the verb."""
-    code: int = arguments.run_verb(arguments)
-    return code
 
 
 def _level(text: str) -> int:
@@ -84,10 +79,6 @@ def _echo_arguments(parser: argparse.ArgumentParser) -> None:
         "--timeout", type=positive, metavar="S", help="give up when nothing comes for so long"
     )
     parser.add_argument("--source", action="store_true", help="with file, line and function")
-
-
-def _node_argument(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("node")
 
 
 def _get_arguments(parser: argparse.ArgumentParser) -> None:

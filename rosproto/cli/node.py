@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
@@ -24,12 +23,13 @@ from .connection import (
     warn_if_none,
 )
 from .option_types import count, positive
+from .shared_options import argument
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient, SystemState
     from rosproto.node.graph.slave_client import BusConnection
 
-__all__ = ["add_arguments", "run"]
+__all__ = ["add_arguments"]
 
 RULE = "-" * 80
 GONE = (ConnectionLost, RosTimeout)
@@ -42,35 +42,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         {
             "list": (_list_arguments, _list, "list the nodes of the graph"),
             "info": (
-                _names("node", "+"),
+                argument("node", nargs="+"),
                 _info,
                 "tell what a node publishes, subscribes to, serves, and its links",
             ),
             "ping": (_ping_arguments, _ping, "ask a node for a sign of life, again and again"),
             "kill": (_kill_arguments, _kill, "ask nodes to shut down"),
-            "cleanup": (_nothing, _cleanup, "unregister nodes that no longer answer"),
-            "machine": (_names("host", "*"), _machine, "list hosts, or the nodes on one host"),
+            "cleanup": (_cleanup_arguments, _cleanup, "unregister nodes that no longer answer"),
+            "machine": (argument("host", nargs="*"), _machine, "list hosts, or the nodes on one host"),
         },
     )
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """Run the verb."""
-    code: int = arguments.run_verb(arguments)
-    return code
-
-
-def _nothing(parser: argparse.ArgumentParser) -> None:
+def _cleanup_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--timeout", type=positive, default=2.0, metavar="S", help="seconds a node has to answer (2)"
     )
-
-
-def _names(what: str, count: str) -> Callable[[argparse.ArgumentParser], None]:
-    def add(parser: argparse.ArgumentParser) -> None:
-        parser.add_argument(what, nargs=count)
-
-    return add
 
 
 def _list_arguments(parser: argparse.ArgumentParser) -> None:
@@ -205,11 +192,17 @@ def _ping_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def _chosen(master: MasterClient, arguments: argparse.Namespace) -> list[str]:
+    """The nodes that are named, or with --all every one."""
+    names = master.get_system_state().nodes if arguments.all else [absolute(n) for n in arguments.node]
+    if not names:
+        raise ValueError("name a node, or give --all; see: rosproto node list")
+    return names
+
+
 def _ping(arguments: argparse.Namespace) -> int:
     with master_client(arguments) as master:
-        names = master.get_system_state().nodes if arguments.all else [absolute(n) for n in arguments.node]
-        if not names:
-            raise ValueError("name a node, or give --all; see: rosproto node list")
+        names = _chosen(master, arguments)
         times = 1 if arguments.all else arguments.count
         results = [_ping_node(master, name, times, arguments) for name in names]
     if arguments.json:
@@ -252,9 +245,7 @@ def _kill_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _kill(arguments: argparse.Namespace) -> int:
     with master_client(arguments) as master:
-        names = master.get_system_state().nodes if arguments.all else [absolute(n) for n in arguments.node]
-        if not names:
-            raise ValueError("name a node, or give --all; see: rosproto node list")
+        names = _chosen(master, arguments)
         killed, failed = [], {}
         for name in names:
             try:

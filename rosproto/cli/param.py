@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 from pathlib import Path
 from typing import Any
 
+from rosproto.codec.dicts import plain
 from rosproto.errors import MasterError
 from rosproto.text import printable
 
 from .connection import CommandError, absolute, below, master_client, print_json, unknown, verbs, warn_if_none
 from .json_text import json_text
+from .shared_options import argument
 from .yaml_text import load_text, to_text, value_of
 
-__all__ = ["add_arguments", "run"]
+__all__ = ["add_arguments"]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,23 +26,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         {
             "get": (_get_arguments, _get, "print a parameter or a whole namespace"),
             "set": (_set_arguments, _set, "set a parameter"),
-            "list": (_list_arguments, _list, "list the names of parameters"),
-            "delete": (_key_arguments, _delete, "delete a parameter or namespace"),
-            "search": (_key_arguments, _search, "find a parameter upwards from the root"),
+            "list": (argument("namespace", nargs="?", default="/"), _list, "list the names of parameters"),
+            "delete": (argument("key"), _delete, "delete a parameter or namespace"),
+            "search": (argument("key"), _search, "find a parameter upwards from the root"),
             "dump": (_dump_arguments, _dump, "write parameters to a file"),
             "load": (_load_arguments, _load, "set parameters from a file"),
         },
     )
-
-
-def run(arguments: argparse.Namespace) -> int:
-    """Run the verb."""
-    code: int = arguments.run_verb(arguments)
-    return code
-
-
-def _key_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("key")
 
 
 def _get_arguments(parser: argparse.ArgumentParser) -> None:
@@ -59,10 +50,6 @@ def _set_arguments(parser: argparse.ArgumentParser) -> None:
     source = parser.add_mutually_exclusive_group()
     source.add_argument("-t", "--textfile", metavar="FILE", help="the value is the text of this file")
     source.add_argument("-b", "--binfile", metavar="FILE", help="the value is the bytes of this file")
-
-
-def _list_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("namespace", nargs="?", default="/")
 
 
 def _dump_arguments(parser: argparse.ArgumentParser) -> None:
@@ -87,7 +74,7 @@ def _fetch(arguments: argparse.Namespace, key: str) -> Any:
 def _get(arguments: argparse.Namespace) -> int:
     value = _fetch(arguments, arguments.key)
     if arguments.json:
-        print_json(_json_value(value))
+        print_json(plain(value, finite=True))
     elif arguments.pretty and isinstance(value, str):
         print(value)  # a text of several lines, as it is: --pretty asks for that
     elif arguments.pretty and isinstance(value, dict):
@@ -95,17 +82,6 @@ def _get(arguments: argparse.Namespace) -> int:
     else:
         print(to_text(value))
     return 0
-
-
-def _json_value(value: Any) -> Any:
-    """JSON has no bytes, no infinities and no NaN."""
-    if isinstance(value, dict):
-        return {key: _json_value(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_json_value(item) for item in value]
-    if isinstance(value, (bytes, bytearray)):
-        return list(value)
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _print_pretty(value: dict[str, Any], indent: str) -> None:
@@ -178,7 +154,9 @@ def _search(arguments: argparse.Namespace) -> int:
 
 def _dump(arguments: argparse.Namespace) -> int:
     value = _fetch(arguments, arguments.namespace)
-    text = json_text(_json_value(value), ascii_only=True, indent=2) if arguments.json else to_text(value)
+    text = (
+        json_text(plain(value, finite=True), ascii_only=True, indent=2) if arguments.json else to_text(value)
+    )
     if arguments.file == "-":
         print(text)
     else:

@@ -28,12 +28,13 @@ from .connection import (
 from .console import is_terminal
 from .option_types import positive
 from .parser import near
+from .shared_options import argument
 from .yaml_text import load_documents, to_flow, value_of
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient
 
-__all__ = ["add_arguments", "run"]
+__all__ = ["add_arguments"]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,34 +43,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser,
         {
             "list": (_list_arguments, _list, "list the services of the graph"),
-            "info": (_name_arguments, _info, "tell who provides a service, where, and of what type"),
-            "node": (_name_arguments, _node, "print the node that provides a service"),
-            "type": (_name_arguments, _type, "print the type of a service"),
-            "find": (_find_arguments, _find, "list the services of a type"),
-            "uri": (_name_arguments, _uri, "print the address of a service"),
-            "args": (_name_arguments, _args, "print the fields of its request"),
+            "info": (argument("service"), _info, "tell who provides a service, where, and of what type"),
+            "node": (argument("service"), _node, "print the node that provides a service"),
+            "type": (argument("service"), _type, "print the type of a service"),
+            "find": (argument("type", help="package/Type"), _find, "list the services of a type"),
+            "uri": (argument("service"), _uri, "print the address of a service"),
+            "args": (argument("service"), _args, "print the fields of its request"),
             "call": (_call_arguments, _call, "call a service and print its response"),
         },
     )
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """Run the verb."""
-    code: int = arguments.run_verb(arguments)
-    return code
-
-
-def _name_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("service")
-
-
 def _list_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("namespace", nargs="?", default="")
     parser.add_argument("-n", "--nodes", action="store_true", help="print the node beside each")
-
-
-def _find_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("type", help="package/Type")
 
 
 def _call_arguments(parser: argparse.ArgumentParser) -> None:

@@ -13,7 +13,7 @@ from rosproto.text import printable
 from .connection import CommandError, open_node, print_json, verbs, warn
 from .option_types import count, folder_exists, positive, seconds
 
-__all__ = ["add_arguments", "run"]
+__all__ = ["add_arguments"]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,12 +27,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             "echo": (_echo_arguments, _echo, "print the transform between two frames, again and again"),
         },
     )
-
-
-def run(arguments: argparse.Namespace) -> int:
-    """Run the verb."""
-    code: int = arguments.run_verb(arguments)
-    return code
 
 
 def _tree_arguments(parser: argparse.ArgumentParser) -> None:

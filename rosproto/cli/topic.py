@@ -11,11 +11,12 @@ from . import topic_echo, topic_list, topic_pub, topic_rates
 from .connection import CommandError, absolute, master_client, print_json, unknown, verbs, warn
 from .field_path import split_topic
 from .parser import near
+from .shared_options import argument
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient, SystemState
 
-__all__ = ["add_arguments", "run"]
+__all__ = ["add_arguments"]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,9 +25,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser,
         {
             "list": (topic_list.add_arguments, topic_list.run, "list the topics of the graph, or of a bag"),
-            "info": (_topic_arguments, _info, "tell the type of a topic, who publishes and who subscribes"),
-            "type": (_topic_arguments, _type, "print the type of a topic"),
-            "find": (_find_arguments, _find, "list the topics of a type"),
+            "info": (argument("topic"), _info, "tell the type of a topic, who publishes and who subscribes"),
+            "type": (argument("topic"), _type, "print the type of a topic"),
+            "find": (argument("type", help="package/Type"), _find, "list the topics of a type"),
             "echo": (topic_echo.add_arguments, topic_echo.run, "print messages, or one field of them"),
             "hz": (topic_rates.add_hz_arguments, topic_rates.run_hz, "measure how often messages come"),
             "bw": (topic_rates.add_bw_arguments, topic_rates.run_bw, "measure how many bytes a second come"),
@@ -38,20 +39,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             "pub": (topic_pub.add_arguments, topic_pub.run, "publish messages"),
         },
     )
-
-
-def run(arguments: argparse.Namespace) -> int:
-    """Run the verb."""
-    code: int = arguments.run_verb(arguments)
-    return code
-
-
-def _topic_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("topic")
-
-
-def _find_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("type", help="package/Type")
 
 
 def _known(master: MasterClient, topic: str) -> tuple[SystemState, str]:

@@ -16,7 +16,7 @@ from rosproto.time import Duration, Time, TVal
 if TYPE_CHECKING:
     from rosproto.codec.message import Message
 
-__all__ = ["fill", "from_dict", "to_dict"]
+__all__ = ["fill", "from_dict", "plain", "to_dict"]
 
 INTEGERS = frozenset("int8 uint8 int16 uint16 int32 uint32 int64 uint64 char byte".split())
 FLOATS = frozenset(("float32", "float64"))
@@ -33,10 +33,11 @@ def to_dict(message: Any, *, finite: bool = False) -> dict[str, Any]:
     Returns:
         A dict in the order of the definition; times are `{"secs": int, "nsecs": int}`, arrays lists.
     """
-    return {name: _plain(getattr(message, name), finite) for name in message.__slots__}
+    return {name: plain(getattr(message, name), finite=finite) for name in message.__slots__}
 
 
-def _plain(value: Any, finite: bool) -> Any:
+def plain(value: Any, *, finite: bool = False) -> Any:
+    """What a field holds, or a parameter, as `to_dict` has it: bytes are lists of numbers."""
     if isinstance(value, TVal) or (hasattr(value, "secs") and hasattr(value, "nsecs")):
         return {"secs": value.secs, "nsecs": value.nsecs}
     if hasattr(value, "_slot_types"):
@@ -46,7 +47,9 @@ def _plain(value: Any, finite: bool) -> Any:
     if isinstance(value, (bytes, bytearray)):
         return list(value)
     if isinstance(value, (list, tuple)):
-        return [_plain(item, finite) for item in value]
+        return [plain(item, finite=finite) for item in value]
+    if isinstance(value, dict):
+        return {key: plain(item, finite=finite) for key, item in value.items()}
     if finite and isinstance(value, float) and not math.isfinite(value):
         return None
     return value

@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 from .api import MasterApi
-from .notifications import Notification, ParamUpdate, PublisherUpdate, Shutdown
-from .notifier import Notifier
+from .notifications import Notification, ParamUpdate, PublisherUpdate
 from .parameters import ParameterTree
-from .registry import Answer, Registry
-from .server import DEFAULT_PORT, Master
+from .registry import Registry
+from .server import Master
 
 __all__ = [
-    "DEFAULT_PORT",
-    "Answer",
     "Master",
     "MasterApi",
     "Notification",
-    "Notifier",
     "ParamUpdate",
     "ParameterTree",
     "PublisherUpdate",
     "Registry",
-    "Shutdown",
 ]

@@ -22,7 +22,7 @@ from contextlib import closing
 from enum import Enum
 
 from rosproto.errors import MasterError, RemoteProtocolError, RosError
-from rosproto.protocol import subscriber_header
+from rosproto.protocol.handshake import subscriber_header
 from rosproto.protocol.limits import Limits
 from rosproto.transport import Deadline, XmlRpcClient, connect, read_header, unpack, write_header
 

@@ -7,8 +7,8 @@ import threading
 
 from rosproto.errors import RosError
 from rosproto.logs import PeerLog, get_logger
-from rosproto.protocol import Fault
 from rosproto.protocol.limits import Limits
+from rosproto.protocol.xmlrpc import Fault
 from rosproto.transport import Peer, XmlRpcServer, is_loopback, local_address_towards, make_uri
 from rosproto.transport.forking import left_to_parent
 from rosproto.transport.tcp_server import Allow
@@ -20,11 +20,10 @@ from .notifier import Notifier
 from .parameters import ParameterTree
 from .registry import SUCCESS, Registry
 
-__all__ = ["DEFAULT_PORT", "Master"]
+__all__ = ["Master"]
 
 _log = get_logger("rosproto.master")
 
-DEFAULT_PORT = 11311
 ROS_DISTRO = "noetic\n"  # with the newline that roscore's `rosversion -d` leaves
 ROS_VERSION = "1.16.0\n"  # of ros_comm, whose behaviour this follows
 _WILDCARDS = ("0.0.0.0", "::", "")

@@ -38,7 +38,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from rosproto.protocol.goal_status import GoalStatus
+from rosproto.protocol.goal_status import GoalStatus, read_table
 
 __all__ = ["CommState", "GoalMachine", "GoalStatus", "transition_path"]
 
@@ -77,19 +77,12 @@ DONE                   !       !      .        !         .        !          .  
 """
 
 
-def _read_table(text: str) -> dict[tuple[CommState, GoalStatus], tuple[CommState, ...] | None]:
-    head, *rows = text.strip().splitlines()
-    columns = [GoalStatus[name] for name in head.split()]
-    table: dict[tuple[CommState, GoalStatus], tuple[CommState, ...] | None] = {}
-    for row in rows:
-        name, *cells = row.split()
-        for column, cell in zip(columns, cells, strict=True):
-            path = None if cell == "!" else tuple(_LETTERS[c] for c in cell if c != ".")
-            table[CommState[name], column] = path
-    return table
-
-
-_PATHS = _read_table(_TABLE)
+_PATHS = {
+    (CommState[state], GoalStatus[status]): None
+    if cell == "!"
+    else tuple(_LETTERS[c] for c in cell.strip("."))
+    for state, status, cell in read_table(_TABLE)
+}
 
 _MAY_BE_UNMENTIONED = (CommState.WAITING_FOR_GOAL_ACK, CommState.WAITING_FOR_RESULT, CommState.DONE)
 _CANCEL_HELPS = (

@@ -30,7 +30,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rosproto.errors import LocalProtocolError
-from rosproto.protocol.goal_status import GoalStatus
+from rosproto.protocol.goal_status import GoalStatus, read_table
 
 __all__ = [
     "CANCELED_BY_TIME",
@@ -56,18 +56,11 @@ PREEMPTING  -           -         -               PREEMPTED  SUCCEEDED  ABORTED
 """
 
 
-def _read_table(text: str) -> dict[tuple[GoalStatus, str], GoalStatus]:
-    head, *rows = text.strip().splitlines()
-    table: dict[tuple[GoalStatus, str], GoalStatus] = {}
-    for row in rows:
-        state, *cells = row.split()
-        for command, cell in zip(head.split(), cells, strict=True):
-            if cell != "-":
-                table[GoalStatus[state], command] = GoalStatus[cell]
-    return table
-
-
-_NEXT = _read_table(_TABLE)
+_NEXT = {
+    (GoalStatus[state], command): GoalStatus[cell]
+    for state, command, cell in read_table(_TABLE)
+    if cell != "-"
+}
 
 
 def next_status(status: GoalStatus, command: str) -> GoalStatus | None:

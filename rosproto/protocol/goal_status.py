@@ -5,9 +5,10 @@ Source: wiki.ros.org/actionlib/DetailedDescription, actionlib_msgs/msg/GoalStatu
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from enum import IntEnum
 
-__all__ = ["GoalStatus"]
+__all__ = ["GoalStatus", "read_table"]
 
 
 class GoalStatus(IntEnum):
@@ -31,3 +32,12 @@ class GoalStatus(IntEnum):
 
 
 _UNDER_WAY = frozenset((GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING, GoalStatus.RECALLING))
+
+
+def read_table(text: str) -> Iterator[tuple[str, str, str]]:
+    """(row, column, cell) of a table as text: names of the columns first, then rows with theirs in front."""
+    head, *rows = text.strip().splitlines()
+    for row in rows:
+        name, *cells = row.split()
+        for column, cell in zip(head.split(), cells, strict=True):
+            yield name, column, cell

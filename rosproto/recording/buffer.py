@@ -91,11 +91,6 @@ class MessageBuffer:
             self._in_flight = size
             return entries
 
-    def wake(self) -> None:
-        """Let a waiting `take` return at once."""
-        with self._lock:
-            self._wakened.notify()
-
     def close(self) -> None:
         """Take nothing more; what waits can still be taken."""
         with self._lock:

@@ -12,13 +12,13 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain, islice
-from types import TracebackType
 from typing import TYPE_CHECKING
 
 from rosproto.bag import BagReader, Connection
 from rosproto.bag.types import message_class_of
 from rosproto.errors import BagError, LocalProtocolError, RosTimeout
 from rosproto.numbers import as_float
+from rosproto.recording.clock_output import ClockOutput
 from rosproto.recording.pacer import Pacer
 from rosproto.recording.rate_control import RateControl
 from rosproto.recording.timeline import Timeline, TimelineEntry
@@ -130,7 +130,7 @@ class Player:
         self.published = 0
         self._pause_topics = frozenset(pause_topics)
         self.pause_on_topics = True
-        self._clock = _ClockOutput(node, clock_hz) if clock_hz else None
+        self._clock = ClockOutput(node, clock_hz) if clock_hz else None
         self._outputs = self._advertise(queue_size)
         self._control: RateControl | None = None
         if rate_control is not None:
@@ -141,9 +141,7 @@ class Player:
     def __enter__(self) -> Player:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *exc_info: object) -> None:
         self.close()
 
     @property
@@ -386,26 +384,3 @@ class Player:
                     publisher.flush(timeout)
                 except (RosTimeout, ConnectionError):
                     pass  # that subscriber is stuck or gone: its queue drops and counts, the others go on
-
-
-class _ClockOutput:
-    """Publishes /clock.
-
-    Attributes:
-        due: The moment of the next message.
-    """
-
-    def __init__(self, node: Node, hz: float) -> None:
-        self._publisher = node.publisher("/clock", "rosgraph_msgs/Clock", queue_size=100)
-        self._period = 1.0 / hz
-        self.due = 0.0
-
-    def publish(self, time_ns: int) -> None:
-        self._publisher.publish(clock=Time._raw(*divmod(time_ns, NS)))
-
-    def advance(self, now: float) -> None:
-        """The next moment; those missed are left out."""
-        self.due = max(self.due + self._period, now)
-
-    def close(self) -> None:
-        self._publisher.close()

@@ -15,17 +15,15 @@ import time
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from rosproto.bag import Connection, RawMessage
-from rosproto.errors import BagError, DefinitionError, LocalProtocolError, RosError
+from rosproto.errors import BagError, LocalProtocolError, RosError
 from rosproto.logs import get_logger
 from rosproto.numbers import as_float
 from rosproto.recording.buffer import Entry, MessageBuffer
 from rosproto.recording.files import BagSeries, Compression, bag_name
 from rosproto.recording.selection import TopicSelection
-from rosproto.time import Time
+from rosproto.recording.tap import TopicTap
 
 if TYPE_CHECKING:
     from rosproto.node import Node, Subscriber
@@ -34,7 +32,6 @@ __all__ = ["Recorder", "RecorderStats"]
 
 _log = get_logger("rosproto.recording")
 
-NS = 1_000_000_000
 WRITE_EVERY = 0.1  # seconds that a message may wait before it is put into the chunk
 LOOK_EVERY = 1.0  # seconds between two looks at the room on the disk
 FLUSH_EVERY = 5.0  # seconds after which even a small chunk goes to the disk: a crash loses no more
@@ -175,9 +172,7 @@ class Recorder:
     def __enter__(self) -> Recorder:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *exc_info: object) -> None:
         self.close()
 
     def __repr__(self) -> str:
@@ -312,7 +307,7 @@ class Recorder:
                 self._subscribe(topic)
 
     def _subscribe(self, topic: str) -> None:
-        tap = _Tap(topic, self._node, self._buffer)
+        tap = TopicTap(topic, self._node, self._buffer)
         # Inline and with a queue that is never full: every message goes to the buffer in the thread that
         # received it; only the buffer may drop, and it counts.
         self._subscribers[topic] = self._node.subscriber(
@@ -404,64 +399,3 @@ class Recorder:
         if self._error is not None and not self._raised:
             self._raised = True
             raise self._error
-
-
-class _Tap:
-    """Takes the messages of one topic: from the link's thread into the buffer."""
-
-    def __init__(self, topic: str, node: Node, buffer: MessageBuffer) -> None:
-        self._topic = topic
-        self._clock = node.clock
-        self._put = buffer.put
-        self._latest: tuple[dict[str, str], Connection] | None = None
-        self._told = False
-        self._known: dict[tuple[tuple[str, str], ...], Connection] = {}
-
-    def __call__(self, message: Any) -> None:
-        header = message._connection_header
-        if header["type"] == "*":
-            self._leave_out(header)
-            return
-        connection = self._connection_for(header)
-        stamp = Time._raw(*divmod(self._clock.now_nsec(), NS))
-        raw = RawMessage(connection.type, message._buff, connection.md5sum, (0, 0), connection)
-        self._put(Entry(self._topic, raw, stamp))
-
-    def _leave_out(self, header: dict[str, str]) -> None:
-        """A publisher of AnyMsg tells no type, and nobody could read what a bag had of it."""
-        if not self._told:
-            self._told = True
-            _log.warning(
-                "! %s: %s publishes AnyMsg, whose type nobody knows; it is not recorded",
-                self._topic,
-                header.get("callerid", "")[:200],
-            )
-
-    def _connection_for(self, header: dict[str, str]) -> Connection:
-        """One object per publisher and session; may be asked by two link threads at once."""
-        latest = self._latest
-        if latest is not None and latest[0] is header:
-            return latest[1]
-        key = tuple(sorted(header.items()))
-        connection = self._known.get(key)
-        if connection is None:
-            connection = self._known.setdefault(key, _connection(self._topic, header))
-        self._latest = header, connection
-        return connection
-
-
-def _connection(topic: str, header: dict[str, str]) -> Connection:
-    kind, md5sum = header["type"], header["md5sum"]
-    definition = header.get("message_definition", "") or _bundled_definition(kind, md5sum)
-    return Connection(-1, topic, kind, md5sum, definition, {**header, "message_definition": definition})
-
-
-def _bundled_definition(kind: str, md5sum: str) -> str:
-    """For publishers that send no definition: ours, if it is the same one; a bag must say how to read it."""
-    from rosproto.msg import bundled
-
-    try:
-        library = bundled()
-        return library.full_text(kind) if library.md5sum(kind) == md5sum else ""
-    except DefinitionError:
-        return ""

@@ -6,7 +6,7 @@ Source: tf2_ros transform_broadcaster.py, static_transform_broadcaster.py; REP 1
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from rosproto.codec import message_class
 from rosproto.tf.buffer import checked
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from rosproto.node import Node
 
 __all__ = ["StaticTransformBroadcaster", "TransformBroadcaster"]
+
+_Self = TypeVar("_Self", bound="_Broadcaster")
 
 
 def _message(transform: Transform | Any) -> Any:
@@ -29,7 +31,25 @@ def _message(transform: Transform | Any) -> Any:
     return value.to_message()
 
 
-class TransformBroadcaster:
+class _Broadcaster:
+    """What both have: a topic of TFMessage, published until it is closed."""
+
+    def __init__(self, node: Node, topic: str, **options: Any) -> None:
+        self._class: Any = message_class("tf2_msgs/TFMessage")
+        self._publisher = node.publisher(topic, self._class, **options)
+
+    def __enter__(self: _Self) -> _Self:
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Stop publishing; newcomers get nothing any more. May be called again."""
+        self._publisher.close()
+
+
+class TransformBroadcaster(_Broadcaster):
     """Sends poses of moving frames; call `send` for every new one.
 
     Args:
@@ -38,14 +58,7 @@ class TransformBroadcaster:
     """
 
     def __init__(self, node: Node, *, queue_size: int = 100) -> None:
-        self._class: Any = message_class("tf2_msgs/TFMessage")
-        self._publisher = node.publisher("/tf", self._class, queue_size=queue_size)
-
-    def __enter__(self) -> TransformBroadcaster:
-        return self
-
-    def __exit__(self, *exc_info: object) -> None:
-        self.close()
+        super().__init__(node, "/tf", queue_size=queue_size)
 
     def send(self, *transforms: Transform | Any) -> None:
         """Send one message with these `Transform`s or geometry_msgs/TransformStamped, each with its stamp.
@@ -55,12 +68,8 @@ class TransformBroadcaster:
         """
         self._publisher.publish(self._class(transforms=[_message(transform) for transform in transforms]))
 
-    def close(self) -> None:
-        """Stop publishing. May be called again."""
-        self._publisher.close()
 
-
-class StaticTransformBroadcaster:
+class StaticTransformBroadcaster(_Broadcaster):
     """Sends poses of frames that never move, once; whoever comes later gets all of them (latched).
 
     A latched topic gives a newcomer the last message only, so each message holds every frame sent so far;
@@ -68,16 +77,9 @@ class StaticTransformBroadcaster:
     """
 
     def __init__(self, node: Node) -> None:
-        self._class: Any = message_class("tf2_msgs/TFMessage")
-        self._publisher = node.publisher("/tf_static", self._class, latch=True, queue_size=10)
+        super().__init__(node, "/tf_static", latch=True, queue_size=10)
         self._lock = threading.Lock()
         self._sent: dict[str, Any] = {}
-
-    def __enter__(self) -> StaticTransformBroadcaster:
-        return self
-
-    def __exit__(self, *exc_info: object) -> None:
-        self.close()
 
     def send(self, *transforms: Transform | Any) -> None:
         """Add or replace frames: `Transform`s or geometry_msgs/TransformStamped.
@@ -89,7 +91,3 @@ class StaticTransformBroadcaster:
         with self._lock:
             self._sent.update({message.child_frame_id: message for message in messages})
             self._publisher.publish(self._class(transforms=list(self._sent.values())))
-
-    def close(self) -> None:
-        """Stop publishing; newcomers get nothing any more. May be called again."""
-        self._publisher.close()

@@ -35,6 +35,17 @@ class Deadline:
             return None
         return max(0.0, min(self.seconds, self._at - self._clock.monotonic()))
 
+    def for_socket(self) -> float | None:
+        """What `settimeout` takes: `remaining()`, but never 0, which would make the socket non-blocking.
+
+        Raises:
+            TimeoutError: No time is left.
+        """
+        left = self.remaining()
+        if left is not None and left <= 0:
+            raise TimeoutError
+        return left
+
     @property
     def expired(self) -> bool:
         """No time is left."""

@@ -1,4 +1,4 @@
-"""Exact reads and the connection header on a blocking socket, each under a deadline.
+"""The connection header on a blocking socket, and writing all of some bytes, each under a deadline.
 
 rospy's connect time-out ends with the connect, so that its handshake can hang for ever; here one deadline
 covers both. The socket is blocking again when a function returns.
@@ -18,9 +18,7 @@ from rosproto.transport.deadline import Deadline
 from rosproto.transport.local_socket import name_of
 from rosproto.transport.os_errors import closed_by_peer, translate
 
-__all__ = ["ClosedBeforeHeader", "peer_name", "read_exactly", "read_header", "write_all", "write_header"]
-
-_STEP = 1 << 16  # memory follows the bytes that arrive, in steps of this
+__all__ = ["ClosedBeforeHeader", "peer_name", "read_header", "write_all", "write_header"]
 
 
 class ClosedBeforeHeader(ConnectionLost):
@@ -36,27 +34,10 @@ def peer_name(sock: socket.socket) -> str:
         return "peer"
 
 
-def read_exactly(sock: socket.socket, size: int, deadline: Deadline, doing: str = "read") -> bytearray:
-    """Read `size` bytes.
-
-    Raises:
-        ConnectionLost: The peer closed first.
-        RosTimeout: The deadline passed.
-    """
-    data = bytearray()
-    while len(data) < size:
-        with memoryview(bytearray(min(_STEP, size - len(data)))) as space:
-            count = _read_some(sock, space, deadline, doing)
-            if not count:
-                raise _closed(sock, f"{doing} of {size} bytes", len(data))
-            data += space[:count]
-    return data
-
-
 def _read_some(sock: socket.socket, space: memoryview, deadline: Deadline, doing: str) -> int:
     """Read what there is; 0 when the peer has closed."""
     try:
-        sock.settimeout(_time_left(deadline))
+        sock.settimeout(deadline.for_socket())
         count = sock.recv_into(space)
         sock.settimeout(None)
     except OSError as error:
@@ -78,7 +59,7 @@ def write_all(sock: socket.socket, data: bytes | bytearray | memoryview, deadlin
         RosTimeout: The peer did not take them before the deadline.
     """
     try:
-        sock.settimeout(_time_left(deadline))
+        sock.settimeout(deadline.for_socket())
         sock.sendall(data)  # its time-out covers the whole call
         sock.settimeout(None)
     except OSError as error:
@@ -118,10 +99,3 @@ def write_header(sock: socket.socket, fields: Mapping[str, str], deadline: Deadl
         RosTimeout: The peer did not take it before the deadline.
     """
     write_all(sock, encode_header(fields), deadline)
-
-
-def _time_left(deadline: Deadline) -> float | None:
-    left = deadline.remaining()
-    if left is not None and left <= 0:
-        raise TimeoutError  # settimeout(0) would mean non-blocking
-    return left

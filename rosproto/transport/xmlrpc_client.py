@@ -229,7 +229,7 @@ class _Link:
         host = format_address(self._client.host, self._client.port)
         request = self._http.encode_request(host, self._path, body)
         try:
-            self._sock.settimeout(_time_left(deadline))
+            self._sock.settimeout(deadline.for_socket())
             self._sock.sendall(request)
             response = self._read(deadline)
         except OSError as error:
@@ -251,7 +251,7 @@ class _Link:
                 return event
             if event is not None:
                 return None
-            self._sock.settimeout(_time_left(deadline))
+            self._sock.settimeout(deadline.for_socket())
             data = self._sock.recv(_RECV_BYTES)
             self.answered = self.answered or bool(data)
             self._http.receive(data)
@@ -263,13 +263,6 @@ class _Link:
     def close(self) -> None:
         """Close the socket."""
         self._sock.close()
-
-
-def _time_left(deadline: Deadline) -> float | None:
-    left = deadline.remaining()
-    if left is not None and left <= 0:
-        raise TimeoutError
-    return left
 
 
 def unpack(method: str, reply: object, uri: str = "") -> object:

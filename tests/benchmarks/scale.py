@@ -23,7 +23,7 @@ import time
 from pathlib import Path
 
 from rosproto.node.graph.slave_client import NodeClient
-from rosproto.protocol import subscriber_header
+from rosproto.protocol.handshake import subscriber_header
 from rosproto.protocol.header import encode_header
 from rosproto.transport import XmlRpcClient
 from tests.benchmarks.transport import Bench, _answer, _last

@@ -6,8 +6,9 @@ import socket
 import threading
 from collections.abc import Callable
 
-from rosproto.protocol import Fault, publisher_header
+from rosproto.protocol.handshake import publisher_header
 from rosproto.protocol.limits import Limits
+from rosproto.protocol.xmlrpc import Fault
 from rosproto.transport import Deadline, TcpServer, XmlRpcServer, read_header, write_header
 
 DEADLINE = 60.0

@@ -18,6 +18,7 @@ from rosproto.cli.bag_play import _Console, _split_remappings
 from rosproto.cli.bag_record import _Line, add_record_arguments, recorder_options, seconds_of
 from rosproto.cli.connection import CommandError
 from rosproto.cli.keys import Keyboard, WindowsKeys
+from rosproto.cli.parser import Parser
 from rosproto.codec import message_class
 from rosproto.node.time.clock import NodeClock
 from rosproto.recording import RecorderStats
@@ -217,7 +218,7 @@ def test_play(graph: tuple[str, Node], tmp_path: Path, capsys: pytest.CaptureFix
 @pytest.mark.parametrize("words", ["-q a b -l 3", "a -q b -l 3", "-l 3 -q a b", "a -l 3 -q b"])
 def test_words_may_stand_between_options(words: str) -> None:
     """As with rosbag, which takes them in any order."""
-    parser = argparse.ArgumentParser()
+    parser = Parser()
     add_record_arguments(parser)
     found = parser.parse_args(words.split())
     assert (found.topics, found.limit, found.quiet) == (["a", "b"], 3, True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from rosproto.cli.sparkline import plot, sparkline
+from rosproto.cli.sparkline import sparkline
 
 
 def test_low_to_high() -> None:
@@ -24,12 +24,3 @@ def test_odd_values() -> None:
 def test_width_averages_neighbours() -> None:
     """Many values fit a narrow line."""
     assert sparkline([0, 0, 1, 1], width=2) == "▁█"
-
-
-def test_plot_has_the_range_at_its_left() -> None:
-    """The highest value stands at the top, the lowest at the bottom."""
-    lines = plot([0.0, 1.0, 2.0, 3.0], width=4, height=3).splitlines()
-    assert len(lines) == 3
-    assert lines[0].startswith("3 ┤")
-    assert lines[-1].startswith("0 ┤")
-    assert plot([math.nan]) == "(no finite values yet)"

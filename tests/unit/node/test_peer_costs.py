@@ -16,9 +16,9 @@ from rosproto.codec import classes, define, message_class
 from rosproto.master import Master
 from rosproto.node import Node
 from rosproto.node.revisions.revisions import Revisions
-from rosproto.protocol import Limits
 from rosproto.protocol.handshake import subscriber_header
 from rosproto.protocol.header import decode_header, encode_header
+from rosproto.protocol.limits import Limits
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcpros_io import read_header
 from tests.support.odd_publisher import OddPublisher, good_header

@@ -18,7 +18,7 @@ from rosproto.bag.output import Output
 from rosproto.codec import define, message_class
 from rosproto.errors import BagError
 from rosproto.recording import Recorder, TopicSelection
-from rosproto.recording.recorder import _connection
+from rosproto.recording.tap import _connection
 
 String = message_class("std_msgs/String")
 ROOT = Path(__file__).resolve().parents[3]

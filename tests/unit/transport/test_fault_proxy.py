@@ -9,9 +9,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp_server import TcpServer
-from rosproto.transport.tcpros_io import read_exactly
+from tests.support import attacks
 from tests.support.marks import needs_rst
 from tests.support.proxy import FaultProxy
 
@@ -33,7 +32,7 @@ def proxy() -> Iterator[FaultProxy]:
 def client(proxy: FaultProxy) -> Iterator[socket.socket]:
     with socket.create_connection((proxy.host, proxy.port), SOON) as sock:
         sock.sendall(b"hello")
-        assert read_exactly(sock, 5, Deadline(SOON)) == b"hello"
+        assert attacks.read_exactly(sock, 5) == b"hello"
         yield sock
 
 
@@ -66,7 +65,7 @@ def test_stall_holds_bytes_until_resume(proxy: FaultProxy, client: socket.socket
         client.recv(1)
     proxy.resume()
     client.settimeout(SOON)
-    assert read_exactly(client, 5, Deadline(SOON)) == b"later"
+    assert attacks.read_exactly(client, 5) == b"later"
 
 
 def test_cut_after_lets_so_many_bytes_through(proxy: FaultProxy, client: socket.socket) -> None:
@@ -95,7 +94,7 @@ def test_one_byte_at_a_time_and_delayed(proxy: FaultProxy, client: socket.socket
     proxy.byte_at_a_time = True
     proxy.delay(0.01)
     client.sendall(b"abc")
-    assert read_exactly(client, 3, Deadline(SOON)) == b"abc"
+    assert attacks.read_exactly(client, 3) == b"abc"
 
 
 def test_refusing_closes_new_connections(proxy: FaultProxy) -> None:

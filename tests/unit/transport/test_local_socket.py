@@ -15,7 +15,8 @@ from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp import listen
 from rosproto.transport.tcp_server import TcpServer
-from rosproto.transport.tcpros_io import peer_name, read_exactly
+from rosproto.transport.tcpros_io import peer_name
+from tests.support import attacks
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="abstract sockets are Linux's")
 
@@ -46,8 +47,9 @@ def server(greeter: Greeter) -> Iterator[TcpServer]:
 
 
 def greeting(sock: socket.socket) -> str:
+    sock.settimeout(SOON)
     with sock:
-        return read_exactly(sock, 11, Deadline(SOON)).decode()
+        return attacks.read_exactly(sock, 11).decode()
 
 
 def family(port: int, host: str = "127.0.0.1") -> socket.AddressFamily:

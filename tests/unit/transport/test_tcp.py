@@ -21,7 +21,6 @@ from rosproto.transport.os_errors import translate
 from rosproto.transport.tcpros_io import (
     ClosedBeforeHeader,
     peer_name,
-    read_exactly,
     read_header,
     write_all,
     write_header,
@@ -261,15 +260,6 @@ def test_writing_to_a_peer_that_is_gone_is_a_lost_connection(
     pair[1].close()
     with pytest.raises(ConnectionLost, match="closed by the other side"):
         write_all(pair[0], bytes(1_000_000), Deadline(SOON))
-
-
-def test_exact_reads_span_many_pieces(pair: tuple[socket.socket, socket.socket]) -> None:
-    data = bytes(range(256)) * 2000
-    sender = threading.Thread(target=pair[0].sendall, args=(data,))
-    sender.start()
-    assert read_exactly(pair[1], len(data), Deadline(SOON)) == data
-    assert read_exactly(pair[1], 0, Deadline(SOON)) == b""
-    sender.join()
 
 
 def test_a_socket_that_is_gone_is_called_peer(pair: tuple[socket.socket, socket.socket]) -> None:

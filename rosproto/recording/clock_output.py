@@ -1,0 +1,39 @@
+"""The clock of a player: /clock, at a rate of real time, with the bags' time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rosproto.time import Time
+
+if TYPE_CHECKING:
+    from rosproto.node import Node
+
+__all__ = ["ClockOutput"]
+
+NS = 1_000_000_000
+
+
+class ClockOutput:
+    """Publishes /clock.
+
+    Attributes:
+        due: The moment of the next message.
+    """
+
+    def __init__(self, node: Node, hz: float) -> None:
+        self._publisher = node.publisher("/clock", "rosgraph_msgs/Clock", queue_size=100)
+        self._period = 1.0 / hz
+        self.due = 0.0
+
+    def publish(self, time_ns: int) -> None:
+        """Tell this time (ns)."""
+        self._publisher.publish(clock=Time._raw(*divmod(time_ns, NS)))
+
+    def advance(self, now: float) -> None:
+        """The next moment; those missed are left out."""
+        self.due = max(self.due + self._period, now)
+
+    def close(self) -> None:
+        """Stop publishing."""
+        self._publisher.close()

@@ -1,0 +1,81 @@
+"""From a subscriber to the buffer: each message with what its publisher said of itself."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from rosproto.bag import Connection, RawMessage
+from rosproto.errors import DefinitionError
+from rosproto.logs import get_logger
+from rosproto.recording.buffer import Entry, MessageBuffer
+from rosproto.time import Time
+
+if TYPE_CHECKING:
+    from rosproto.node import Node
+
+__all__ = ["TopicTap"]
+
+_log = get_logger("rosproto.recording")
+
+NS = 1_000_000_000
+
+
+class TopicTap:
+    """Takes the messages of one topic: from the link's thread into the buffer."""
+
+    def __init__(self, topic: str, node: Node, buffer: MessageBuffer) -> None:
+        self._topic = topic
+        self._clock = node.clock
+        self._put = buffer.put
+        self._latest: tuple[dict[str, str], Connection] | None = None
+        self._told = False
+        self._known: dict[tuple[tuple[str, str], ...], Connection] = {}
+
+    def __call__(self, message: Any) -> None:
+        header = message._connection_header
+        if header["type"] == "*":
+            self._leave_out(header)
+            return
+        connection = self._connection_for(header)
+        stamp = Time._raw(*divmod(self._clock.now_nsec(), NS))
+        raw = RawMessage(connection.type, message._buff, connection.md5sum, (0, 0), connection)
+        self._put(Entry(self._topic, raw, stamp))
+
+    def _leave_out(self, header: dict[str, str]) -> None:
+        """A publisher of AnyMsg tells no type, and nobody could read what a bag had of it."""
+        if not self._told:
+            self._told = True
+            _log.warning(
+                "! %s: %s publishes AnyMsg, whose type nobody knows; it is not recorded",
+                self._topic,
+                header.get("callerid", "")[:200],
+            )
+
+    def _connection_for(self, header: dict[str, str]) -> Connection:
+        """One object per publisher and session; may be asked by two link threads at once."""
+        latest = self._latest
+        if latest is not None and latest[0] is header:
+            return latest[1]
+        key = tuple(sorted(header.items()))
+        connection = self._known.get(key)
+        if connection is None:
+            connection = self._known.setdefault(key, _connection(self._topic, header))
+        self._latest = header, connection
+        return connection
+
+
+def _connection(topic: str, header: dict[str, str]) -> Connection:
+    kind, md5sum = header["type"], header["md5sum"]
+    definition = header.get("message_definition", "") or _bundled_definition(kind, md5sum)
+    return Connection(-1, topic, kind, md5sum, definition, {**header, "message_definition": definition})
+
+
+def _bundled_definition(kind: str, md5sum: str) -> str:
+    """For publishers that send no definition: ours, if it is the same one; a bag must say how to read it."""
+    from rosproto.msg import bundled
+
+    try:
+        library = bundled()
+        return library.full_text(kind) if library.md5sum(kind) == md5sum else ""
+    except DefinitionError:
+        return ""
