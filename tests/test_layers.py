@@ -221,3 +221,9 @@ def test_the_ground_rooms_of_the_node_know_no_other(module: str) -> None:
     """The graph, definitions and time are what topics, services and parameters stand on."""
     above = {name for name in NODE_IMPORTS[module] if name != room(name)} - {module}
     assert {room(name) for name in above} <= GROUND_ROOMS
+
+
+@pytest.mark.parametrize("module", sorted(name for name in NODE if room(name) == "outgoing"))
+def test_no_cycle_of_imports_within_the_outgoing_room(module: str) -> None:
+    """Imports for types count, too."""
+    assert module not in reachable(module)

@@ -14,15 +14,15 @@ from __future__ import annotations
 
 import errno
 import socket
-import threading
-from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
+from rosproto.errors import ConnectionLost, LocalProtocolError
 from rosproto.logs import get_logger
 from rosproto.node.outgoing.frames import LargeFrame
 from rosproto.node.outgoing.link_monitor import LinkMonitor
+from rosproto.node.outgoing.link_state import OutgoingEvent
+from rosproto.node.outgoing.queued_link import OnClosed, QueuedLink
 from rosproto.protocol.udpros import LAST_NUMBER, UDPROS, DatagramAnswer, DatagramRequest, datagrams
 from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
@@ -30,7 +30,6 @@ from rosproto.transport.udp import open_sender
 
 if TYPE_CHECKING:
     from rosproto.node.outgoing.publication import Publication
-    from rosproto.node.stats import LinkStats
 
 __all__ = ["DatagramLink", "accept"]
 
@@ -38,11 +37,9 @@ _log = get_logger("rosproto.node")
 
 ADDRESS_SECONDS = 2.0  # for looking up the subscriber's name, while it waits for our answer
 
-OnClosed = Callable[["DatagramLink", "ConnectionLost | None"], None]
 
-
-class DatagramLink:
-    """A subscriber that asked for datagrams (`publication.OutgoingLink`).
+class DatagramLink(QueuedLink):
+    """A subscriber that asked for datagrams (`outgoing_link.OutgoingLink`).
 
     Args:
         sock: Connected to the subscriber's port; the link owns it and makes it non-blocking.
@@ -74,33 +71,20 @@ class DatagramLink:
         monitor: LinkMonitor,
         on_closed: OnClosed,
     ) -> None:
-        self.sock = sock
-        self.caller_id = caller_id
-        self.address = address
-        self.topic = topic
-        self.id = connection
-        self.queue_size = queue_size
+        super().__init__(
+            sock,
+            caller_id=caller_id,
+            address=address,
+            topic=topic,
+            id=connection,
+            queue_size=queue_size,
+            monitor=monitor,
+            on_closed=on_closed,
+        )
         self._datagram_bytes = datagram_bytes
-        self._monitor = monitor
-        self._on_closed = on_closed
-        self._lock = threading.RLock()  # a signal handler may publish, and interrupts what holds it
-        self._empty = threading.Condition(self._lock)
-        self._frames: deque[bytes] = deque()
         self._under_way: Iterator[bytes] = iter(())
         self._datagram: bytes | None = None
         self._number = 0
-        self._sending = False  # under the lock: True is seen only by a signal handler
-        self._blocked = False
-        self._closed = False
-        self._bytes = 0
-        self._messages = 0
-        self._dropped = 0
-        self._error = ""
-        sock.setblocking(False)
-
-    def start(self) -> None:
-        """Let the monitor watch the socket: it is readable when nobody takes the datagrams."""
-        self._monitor.add(self)
 
     def set_linger(self, linger: bool) -> None:
         """Nothing is kept by the system, let alone repeated."""
@@ -112,10 +96,7 @@ class DatagramLink:
         with self._lock:
             if self._closed:
                 return
-            self._frames.append(frame)
-            if len(self._frames) > self.queue_size:
-                self._frames.popleft()
-                self._dropped += 1
+            self._outbox.put(frame)
             error = None if self._blocked or self._sending else self._drain()
         if error is not None:
             self._end(error)
@@ -138,7 +119,8 @@ class DatagramLink:
                 try:
                     self._bytes += self.sock.send(self._datagram)
                 except BlockingIOError:
-                    self._block(True)
+                    if not self._blocked:
+                        self._step(OutgoingEvent.FULL)
                     return None
                 except OSError as error:
                     if error.errno in (errno.ECONNREFUSED, errno.ECONNRESET):
@@ -148,8 +130,7 @@ class DatagramLink:
         finally:
             self._sending = False
         if self._blocked:
-            self._block(False)
-        self._empty.notify_all()
+            self._step(OutgoingEvent.DRAINED)
         return None
 
     def _next_datagram(self) -> bool:
@@ -157,9 +138,10 @@ class DatagramLink:
         while self._datagram is None:
             self._datagram = next(self._under_way, None)
             if self._datagram is None:
-                if not self._frames:
+                frame = self._outbox.pop()
+                if frame is None:
                     return False
-                self._begin(self._frames.popleft())
+                self._begin(frame)
         return True
 
     def _begin(self, frame: bytes) -> None:
@@ -174,27 +156,12 @@ class DatagramLink:
     def _give_up(self, error: Exception) -> None:
         """The rest of a message: it is too long, or the network is away for the moment."""
         self._under_way = iter(())
-        self._dropped += 1
+        self._outbox.dropped += 1
         if str(error) != self._error:
             self._error = str(error)
             _log.warning("! %s: not sent to %s: %s", self.topic, self.caller_id or self.address, error)
 
-    def _block(self, blocked: bool) -> None:
-        if blocked != self._blocked:
-            self._blocked = blocked
-            self._monitor.want_write(self, blocked)
-
     # -- called by the monitor ------------------------------------------------------------------------------
-
-    def flush(self) -> None:
-        """There are no batches."""
-
-    def on_writable(self) -> None:
-        """The socket takes more."""
-        with self._lock:
-            error = None if self._closed else self._drain()
-        if error is not None:
-            self._end(error)
 
     def on_readable(self) -> None:
         """The subscriber's computer says that nobody is there. (Subscribers send nothing.)"""
@@ -207,72 +174,12 @@ class DatagramLink:
 
     # -- end ------------------------------------------------------------------------------------------------
 
-    def wait_empty(self, timeout: float) -> None:
-        """Wait until everything is handed to the operating system.
-
-        Raises:
-            RosTimeout: The network is too slow.
-        """
-        with self._lock:
-            if self._sending:  # in a signal handler that interrupted the sending here
-                return
-            if not self._empty.wait_for(lambda: self._closed or not self._waiting, timeout):
-                raise RosTimeout(
-                    f"{self.topic}: {len(self._frames)} messages wait for {self.caller_id} after"
-                    f" {timeout:g} s; the network is slow",
-                    what=f"subscriber {self.caller_id}",
-                    seconds=timeout,
-                )
-
     @property
-    def _waiting(self) -> bool:
-        return bool(self._frames) or self._datagram is not None
+    def _queued(self) -> int:
+        return len(self._outbox) + (self._datagram is not None)
 
-    def close(self, *, deliver: bool = True) -> None:
-        """End the link; what waits is dropped."""
-        self._end(None)
-
-    def _end(self, error: OSError | None) -> None:
-        with self._lock:
-            if self._closed:
-                return
-            self._closed = True
-            self._dropped += len(self._frames)
-            self._frames.clear()
-            self._empty.notify_all()
-        self._monitor.remove(self)
-        lost = None
-        if error is not None:
-            self._error = str(error)
-            lost = ConnectionLost(
-                f"{self.topic}: subscriber {self.caller_id} at {self.address} takes no datagrams any more:"
-                f" {error}",
-                peer=self.address,
-            )
-        self._on_closed(self, lost)
-
-    def stats(self) -> LinkStats:
-        """Counters so far; nobody knows what arrived."""
-        from rosproto.node.stats import LinkStats
-
-        with self._lock:
-            return LinkStats(
-                topic=self.topic,
-                direction="out",
-                peer=self.caller_id,
-                address=self.address,
-                transport=self.transport,
-                connected=not self._closed,
-                bytes=self._bytes,
-                messages=self._messages,
-                dropped=self._dropped,
-                queued=len(self._frames) + (self._datagram is not None),
-                state="closed" if self._closed else "blocked" if self._blocked else "connected",
-                last_error=self._error,
-            )
-
-    def __repr__(self) -> str:
-        return f"<DatagramLink {self.topic} -> {self.caller_id} {self.address}>"
+    def _farewell(self, error: OSError | None) -> str:
+        return f"takes no datagrams any more: {error}"
 
 
 def accept(publication: Publication, request: DatagramRequest, *, links: int) -> list[object]:

@@ -88,6 +88,13 @@ class Outbox:
             done += 1
         return done
 
+    def pop(self) -> bytes | None:
+        """The oldest frame, for who sends it in a way of its own; None when empty."""
+        if not self._frames:
+            return None
+        frame = self._frames.popleft()
+        return frame.owned() if isinstance(frame, LargeFrame) else frame
+
     def clear(self) -> int:
         """Forget everything (the link is dead: nothing is replayed later); how many frames that were."""
         lost = len(self._frames) + bool(self._begun)

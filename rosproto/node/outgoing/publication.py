@@ -9,27 +9,24 @@ publication.cpp where they are silent.
 
 from __future__ import annotations
 
-import itertools
 import socket
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Protocol
 
-from rosproto.codec import AnyMsg
-from rosproto.codec.conversion import ConversionError
-from rosproto.errors import CodecError, ConnectionLost, Md5sumMismatch, RosError, TooLarge
+from rosproto.errors import CodecError, ConnectionLost, RosError
 from rosproto.logs import get_logger
-from rosproto.node.events import Event, EventKind, without_frames
+from rosproto.node.events import Event, EventKind
 from rosproto.node.graph import replies
 from rosproto.node.graph.registrations import Announcement
-from rosproto.node.graph.tcpros_server import refuse
-from rosproto.node.outgoing.frames import LARGE, LargeFrame, prefix, small_frame
+from rosproto.node.outgoing.answers import Answers
+from rosproto.node.outgoing.encoder import FrameEncoder
+from rosproto.node.outgoing.frames import LargeFrame, prefix, small_frame
+from rosproto.node.outgoing.outgoing_link import Frame, OutgoingLink, send_frame
 from rosproto.node.outgoing.revised_output import RevisedOutput
 from rosproto.node.outgoing.subscriber_link import SubscriberLink
-from rosproto.node.revisions.revisions import explained, note_differences
 from rosproto.node.revisions.topic_types import TopicType
-from rosproto.protocol.handshake import check_subscriber_header, publisher_header
 from rosproto.protocol.header import encode_header
 from rosproto.transport.address import format_address
 from rosproto.transport.deadline import Deadline
@@ -39,44 +36,34 @@ if TYPE_CHECKING:
     from rosproto.codec import Message
     from rosproto.node.context import Context
     from rosproto.node.graph.master_client import MasterClient
-    from rosproto.node.outgoing.publisher import Publisher
     from rosproto.node.stats import LinkStats
 
-__all__ = ["OutgoingLink", "Publication"]
+__all__ = ["Handle", "Publication"]
 
 _log = get_logger("rosproto.node")
 
 BURST_GAP = 20e-6  # seconds between two publishes that count as a burst
 BURST_LENGTH = 8  # messages in a row before a burst is believed
 
-Frame = bytes | LargeFrame
-RAW = (bytes, bytearray, memoryview, AnyMsg)
-"""What is published as it is, without being decoded: a relay."""
 
+class Handle(Protocol):
+    """What a program holds to publish the topic, as the topic sees it (`publisher.Publisher`)."""
 
-class OutgoingLink(Protocol):
-    """A subscriber, over TCP or in this process."""
-
-    id: int
-    caller_id: str
+    latch: bool
     queue_size: int
-    transport: str
+    linger: bool
+    on_connect: Callable[[str], object] | None
+    on_disconnect: Callable[[str], object] | None
+    header: Callable[[], Mapping[str, str]] | None
 
-    def start(self) -> None: ...
+    def connected(self, caller_id: str) -> None:
+        """A subscriber came."""
 
-    def set_linger(self, linger: bool) -> None: ...
+    def end(self) -> None:
+        """The node closes."""
 
-    def send(self, frame: bytes) -> None: ...
-
-    def send_soon(self, frame: bytes, now: float) -> bool: ...
-
-    def send_large(self, frame: LargeFrame) -> None: ...
-
-    def wait_empty(self, timeout: float) -> None: ...
-
-    def close(self, *, deliver: bool = True) -> None: ...
-
-    def stats(self) -> LinkStats: ...
+    def close(self) -> None:
+        """The topic could not be registered."""
 
 
 class Publication:
@@ -97,17 +84,15 @@ class Publication:
         self.type = type_
         self.links: tuple[OutgoingLink, ...] = ()
         self._lock = threading.Condition()
-        self._handles: list[Publisher] = []
-        self._latched: dict[Publisher, Frame] = {}
-        self._has_header = bool(type_.message_class._has_header)
-        self._seq = itertools.count(1)
+        self._handles: list[Handle] = []
+        self._latched: dict[Handle, Frame] = {}
+        self._encoder = FrameEncoder(name, type_)
         self._burst = 0
         self._returned = 0.0
-        # Most small messages have neither header nor arrays: then encoding is one call.
-        is_plain = not self._has_header and not type_.may_be_large and not type_.is_wildcard
-        self._plain_class = type_.message_class if is_plain else None
+        self._plain_class = type_.message_class if self._encoder.is_plain else None
         self._plain_encode: Callable[[Any], bytes] = self._encode_first
         self._revised: dict[str, RevisedOutput] = {}
+        self._answers = Answers(context, name, type_, self._revised)
         self._closed = False
         self._gone_bytes = 0
 
@@ -130,7 +115,7 @@ class Publication:
 
     # -- handles --------------------------------------------------------------------------------------------
 
-    def add_handle(self, handle: Publisher) -> None:
+    def add_handle(self, handle: Handle) -> None:
         """One more `Publisher` of this topic; the longest queue asked for holds for every subscriber."""
         with self._lock:
             self._handles.append(handle)
@@ -139,7 +124,7 @@ class Publication:
                 link.queue_size = size
                 link.set_linger(linger)
 
-    def remove_handle(self, handle: Publisher) -> bool:
+    def remove_handle(self, handle: Handle) -> bool:
         """True when that was the last one; its latched message goes with it."""
         with self._lock:
             if handle in self._handles:
@@ -158,7 +143,7 @@ class Publication:
         return all(handle.linger for handle in self._handles)
 
     @property
-    def handles(self) -> list[Publisher]:
+    def handles(self) -> list[Handle]:
         return list(self._handles)
 
     @property
@@ -191,7 +176,7 @@ class Publication:
             output = self.output_for(fields, address)
             greeting = encode_header(self.header(output))
         except RosError as error:
-            self._refused(sock, fields, address, error)
+            self._answers.refused(sock, fields, address, error)
             return
         # The header goes out when the link is among the others: one that has read it believes that it is
         # connected, and a message published then must not pass it by.
@@ -211,70 +196,13 @@ class Publication:
         self.attach(link, address, output)
 
     def output_for(self, fields: dict[str, str], address: str) -> RevisedOutput | None:
-        """The revision that a subscriber's header asks for; None for our own definition.
-
-        Raises:
-            Md5sumMismatch: It asks for a definition that nobody here knows, or that values cannot be carried
-                over to.
-            RemoteProtocolError: Something else is wrong with the header.
-        """
-        try:
-            check_subscriber_header(
-                fields, topic=self.name, type_name=self.type.name, md5sum=self.type.md5sum, peer=address
-            )
-            return None
-        except Md5sumMismatch as mismatch:
-            if self.type.is_wildcard or mismatch.remote_type not in ("", self.type.name):
-                raise
-            known = self._revised.get(fields["md5sum"])
-            if known is None and len(self._revised) >= self.context.limits.revisions:
-                raise TooLarge("revisions", len(self._revised) + 1, self.context.limits.revisions) from None
-            return known or self._revise(fields, mismatch)
-
-    def _revise(self, fields: dict[str, str], mismatch: Md5sumMismatch) -> RevisedOutput:
-        definition = fields.get("message_definition", "")
-        ours, revisions = self.type.message_class, self.context.revisions
-        theirs = revisions.message(ours, fields["md5sum"], definition) or revisions.fetched.fetch(
-            self.context, revisions.learn, self.name, ours, fields["md5sum"]
-        )
-        if theirs is None:
-            raise explained(mismatch, self.type.message_class, definition) from None
-        try:
-            output = RevisedOutput(self.type, theirs)
-        except ConversionError as error:
-            raise explained(mismatch, self.type.message_class, definition, str(error)) from error
-        note_differences(
-            self.context.said, self.name, fields.get("callerid", "a subscriber"), output.conversion
-        )
-        return output
-
-    def _refused(self, sock: socket.socket, fields: dict[str, str], address: str, error: RosError) -> None:
-        if isinstance(error, (ConnectionLost, TimeoutError)):
-            _log.debug("! %s: %s went away during the handshake: %s", self.name, address, error)
-            sock.close()
-            return
-        self.context.said.warning(self.name, "! %s: subscriber refused: %s", self.name, error)
-        refuse(sock, str(error))
-        self.context.emit(Event(EventKind.REFUSED, self.name, address, without_frames(error), header=fields))
+        """See `Answers.output_for`."""
+        return self._answers.output_for(fields, address)
 
     def header(self, output: RevisedOutput | None = None) -> dict[str, str]:
         """What we answer a subscriber."""
-        type_ = self.type if output is None else output.type
-        fields = publisher_header(
-            topic=self.name,
-            type_name=type_.name,
-            md5sum=type_.md5sum,
-            callerid=self.context.name,
-            message_definition=type_.definition,
-            latching=self.latching,
-        )
-        for handle in self.handles:
-            if handle.header is not None:
-                try:
-                    fields.update(handle.header())
-                except BaseException:  # as in callbacks.py
-                    _log.exception("! %s: header() raised", self.name)
-        return fields
+        more = [handle.header for handle in self.handles if handle.header is not None]
+        return self._answers.header(output, latching=self.latching, more=more)
 
     def attach(self, link: OutgoingLink, address: str, output: RevisedOutput | None = None) -> None:
         """Add a subscriber: first the latched messages, then everything published from now on."""
@@ -290,7 +218,7 @@ class Publication:
                 for frame in self._latched.values():
                     self._send_latched(link, frame, output)
                 self._lock.notify_all()
-                callbacks = [handle._connected for handle in self._handles if handle.on_connect]
+                callbacks = [handle.connected for handle in self._handles if handle.on_connect]
         if closed:
             link.close()
             return
@@ -304,9 +232,7 @@ class Publication:
 
     def _has_room(self, output: RevisedOutput | None) -> bool:
         """Asked again: several handshakes may have been let through at once."""
-        if output is None or output.type.md5sum in self._revised:
-            return True
-        return len(self._revised) < self.context.limits.revisions
+        return output is None or output.type.md5sum in self._revised or self._answers.has_room()
 
     def _present(self, output: RevisedOutput) -> RevisedOutput:
         """The one output of that revision, from now until its last link goes (`detach`)."""
@@ -321,7 +247,7 @@ class Publication:
                 text = "! %s: %s does not get the latched message: %s"
                 self.context.said.warning(self.name, text, self.name, link.caller_id, error)
                 return
-        _send(link, frame)
+        send_frame(link, frame)
 
     def _call(self, callback: Callable[[str], object], caller_id: str) -> None:
         try:
@@ -365,7 +291,7 @@ class Publication:
 
     # -- messages -------------------------------------------------------------------------------------------
 
-    def publish(self, handle: Publisher, message: Any) -> None:
+    def publish(self, handle: Handle, message: Any) -> None:
         """Encode and hand to every subscriber; see `Publisher.publish`.
 
         While a subscriber wants another revision, `_publish_revised` takes this method's place: otherwise
@@ -381,7 +307,7 @@ class Publication:
             body = self._plain_encode(message)
             frame = prefix(len(body)) + body
         else:
-            frame = self._encode(message)
+            frame = self._encoder.frame(message)
         if handle.latch:
             links = self._latch(handle, frame)
         if type(frame) is bytes:
@@ -401,10 +327,9 @@ class Publication:
                 link.send_large(frame)
         self._returned = perf_counter()
 
-    def _publish_revised(self, handle: Publisher, message: Any) -> None:
+    def _publish_revised(self, handle: Handle, message: Any) -> None:
         """With subscribers of other revisions: everybody is served before a value's misfit is told."""
-        if type(message) is not self.type.message_class and not isinstance(message, RAW):
-            self._check_class(message)
+        self._encoder.check_class(message)
         Publication.publish(self, handle, message)
         problem: CodecError | None = None
         for output in list(self._revised.values()):
@@ -416,41 +341,13 @@ class Publication:
         if problem is not None:
             raise problem
 
-    def _latch(self, handle: Publisher, frame: Frame) -> tuple[OutgoingLink, ...]:
+    def _latch(self, handle: Handle, frame: Frame) -> tuple[OutgoingLink, ...]:
         """Remember the frame; the links that are to get it now (those that come later get it as latched)."""
         if isinstance(frame, LargeFrame):
             frame.owned()
         with self._lock:
             self._latched[handle] = frame
             return self.links
-
-    def _encode(self, message: Any) -> Frame:
-        """The frame; header.seq is counted per topic and written into the bytes, not into the message."""
-        type_ = self.type
-        if type_.is_wildcard or type(message) is not type_.message_class:
-            if isinstance(message, (bytes, bytearray, memoryview)):
-                return _raw_frame(message)  # a relay: nothing is rewritten, header.seq neither (pitfall 59)
-            if isinstance(message, AnyMsg):
-                return _raw_frame(message._buff)
-            self._check_class(message)
-        seq = next(self._seq) & 0xFFFFFFFF if self._has_header else None
-        if not type_.may_be_large:
-            return small_frame(type_.encode(message), seq)
-        parts = type_.encode_parts(message)
-        if len(parts) == 1 and len(parts[0]) < LARGE:
-            return small_frame(bytes(parts[0]), seq)
-        frame = LargeFrame(parts, seq)
-        return frame if frame.size >= LARGE else frame.owned()
-
-    def _check_class(self, message: Any) -> None:
-        """Another class of the same type is as good (another flavour, another copy of the definition)."""
-        md5sum = getattr(type(message), "_md5sum", None)
-        if md5sum != self.type.md5sum:
-            given = getattr(type(message), "_type", None) or type(message).__name__
-            raise CodecError(
-                f"{self.name} is published as {self.type.name} (md5sum {self.type.md5sum}), not as {given}"
-                + (f" (md5sum {md5sum})" if md5sum else "; give a message, its fields, or encoded bytes")
-            )
 
     def send_to(self, caller_id: str, data: bytes) -> bool:
         """Send one encoded message to the newest subscriber of that name; False when it is not there."""
@@ -493,16 +390,3 @@ class Publication:
     def bytes_sent(self) -> int:
         """Bytes to all subscribers, those that left included."""
         return self._gone_bytes + sum(link.stats().bytes for link in self.all_links)
-
-
-def _raw_frame(data: bytes | bytearray | memoryview) -> Frame:
-    if len(data) < LARGE:
-        return small_frame(bytes(data))
-    return LargeFrame([data if isinstance(data, bytes) else memoryview(data)])
-
-
-def _send(link: OutgoingLink, frame: Frame) -> None:
-    if isinstance(frame, bytes):
-        link.send(frame)
-    else:
-        link.send_large(frame)

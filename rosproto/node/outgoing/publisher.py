@@ -59,7 +59,7 @@ class Publisher:
         self._closed = False
         self._site = site
 
-    def _connected(self, caller_id: str) -> None:
+    def connected(self, caller_id: str) -> None:
         """A subscriber came; told in a thread of the library, once the program has what it asked for."""
         if self.on_connect is not None:
             if self._site is not None:

@@ -12,7 +12,7 @@ from rosproto.node.revisions.topic_types import TopicType
 
 if TYPE_CHECKING:
     from rosproto.codec import Message
-    from rosproto.node.outgoing.publication import OutgoingLink
+    from rosproto.node.outgoing.outgoing_link import OutgoingLink
 
 __all__ = ["RevisedOutput"]
 

@@ -1,13 +1,8 @@
-"""One connected subscriber, seen from the publisher: a socket, an outbox, and when to use which.
+"""One connected subscriber over TCPROS, seen from the publisher: a socket, an outbox, and when to use which.
 
-The link is in one of three states, under its lock:
-
-* direct: nothing waits; a message is sent at once, in the publisher's own thread.
-* batch: messages come faster than a system call is worth; they are joined and sent together, after
-  `BATCH_BYTES` or `BATCH_SECONDS`, by the next message that comes alone, or by the monitor a millisecond
-  later.
-* blocked: the socket is full. Messages go to the outbox, which drops the oldest; the monitor sends when the
-  socket takes more. `send` itself never waits.
+Its states are in link_state.py. While it sends, messages that come faster than a system call is worth are
+joined and sent together: after `BATCH_BYTES` or `BATCH_SECONDS`, by the next message that comes alone, or by
+the monitor a millisecond later. `send` itself never waits.
 
 Writing each message alone costs a system call and a wake-up of the reader (177 k/s against 950 k/s,
 measured); leaving it to Nagle's algorithm costs 40 ms now and then. So: TCP_NODELAY, and this.
@@ -16,20 +11,15 @@ measured); leaving it to Nagle's algorithm costs 40 ms now and then. So: TCP_NOD
 from __future__ import annotations
 
 import socket
-import sys
-import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from time import perf_counter, sleep
-from typing import TYPE_CHECKING
 
-from rosproto.errors import ConnectionLost, RosTimeout
-from rosproto.node.outgoing.frames import LargeFrame, remaining
+from rosproto.node.outgoing.frames import LargeFrame
 from rosproto.node.outgoing.link_monitor import LinkMonitor
-from rosproto.node.outgoing.outbox import Outbox
+from rosproto.node.outgoing.link_state import OutgoingEvent
+from rosproto.node.outgoing.queued_link import OnClosed, QueuedLink
+from rosproto.node.outgoing.socket_writes import send_some
 from rosproto.transport.tcp import set_linger
-
-if TYPE_CHECKING:
-    from rosproto.node.stats import LinkStats
 
 __all__ = ["SubscriberLink"]
 
@@ -38,13 +28,9 @@ BATCH_SECONDS = 200e-6
 RETRY_SECONDS = 500e-6  # publish() tries a blocked link this often itself: the monitor may not get to run
 MOST_NAME = 1024  # characters of a peer's name
 MOST_NOISE = 64 << 10  # bytes that a subscriber may send after its header
-MOST_VIEWS = 64  # buffers for one sendmsg; IOV_MAX is 1024 on Linux, 16 at the least by POSIX
 
 
-OnClosed = Callable[["SubscriberLink", "ConnectionLost | None"], None]
-
-
-class SubscriberLink:
+class SubscriberLink(QueuedLink):
     """A subscriber that has been answered and now gets messages.
 
     Args:
@@ -64,31 +50,7 @@ class SubscriberLink:
 
     transport = "TCPROS"
 
-    __slots__ = (
-        "_batch",
-        "_batch_bytes",
-        "_batch_due",
-        "_blocked",
-        "_bytes",
-        "_closed",
-        "_empty",
-        "_error",
-        "_lock",
-        "_messages",
-        "_monitor",
-        "_noise",
-        "_on_closed",
-        "_outbox",
-        "_promised",
-        "_sending",
-        "_tried",
-        "_watched",
-        "address",
-        "caller_id",
-        "id",
-        "sock",
-        "topic",
-    )
+    __slots__ = ("_batch", "_batch_bytes", "_batch_due", "_noise", "_promised", "_tried")
 
     def __init__(
         self,
@@ -103,46 +65,27 @@ class SubscriberLink:
         id: int = 0,
         greeting: bytes = b"",
     ) -> None:
-        self.sock = sock
-        self.address = address
-        self.topic = topic
-        self.id = id
-        self.caller_id = header.get("callerid", "")[:MOST_NAME]
-        self._monitor = monitor
-        self._on_closed = on_closed
-        self._lock = threading.RLock()  # a signal handler may publish, and interrupts what holds it
-        self._sending = False  # under the lock: True is seen only by such a handler
-        self._empty: threading.Condition | None = None  # made by who waits for it
-        self._outbox = Outbox(queue_size)
+        super().__init__(
+            sock,
+            caller_id=header.get("callerid", "")[:MOST_NAME],
+            address=address,
+            topic=topic,
+            id=id,
+            queue_size=queue_size,
+            monitor=monitor,
+            on_closed=on_closed,
+        )
         self._batch: list[bytes] = []
         self._batch_bytes = 0
         self._batch_due = 0.0
         self._promised = False  # the monitor will call `flush`
-        self._blocked = False
         self._tried = 0.0
         self._noise = 0
-        self._messages = 0
-        self._bytes = 0
-        self._closed = False
-        self._watched = False  # the monitor knows the link
-        self._error = ""
-        sock.setblocking(False)
         if greeting:
             # As a message of which a part is sent: it is never dropped, and all others wait behind it.
             self._outbox.begin([memoryview(greeting)])
-            self._blocked = True
+            self._step(OutgoingEvent.FULL)
             self._messages, self._bytes = -1, -len(greeting)
-
-    def start(self) -> None:
-        """Send the greeting, if no message has pushed it out yet, and let the monitor watch the socket."""
-        with self._lock:
-            self._watched = True
-            self._monitor.add(self)
-            error = self._drain() if self._blocked and not self._closed else None
-            if self._blocked:
-                self._monitor.want_write(self, True)
-        if error is not None:
-            self._end(error)
 
     def set_linger(self, linger: bool) -> None:
         """Whether the system delivers what is on its way when this program is killed."""
@@ -279,10 +222,10 @@ class SubscriberLink:
                 sent = 0
             else:
                 outbox.put(frame)
-        self._watch_writing()
+        self._wait_for_room()
 
     def _send_views(self, frame: LargeFrame) -> OSError | None:
-        sent, error = _send_some(self.sock, frame.views)
+        sent, error = send_some(self.sock, frame.views)
         if error is not None:
             return error
         self._bytes += sent
@@ -293,14 +236,12 @@ class SubscriberLink:
             self._outbox.begin(frame.rest(sent))
         else:
             self._outbox.put(frame.frozen())
-        self._watch_writing()
+        self._wait_for_room()
         return None
 
-    def _watch_writing(self) -> None:
-        self._blocked = True
+    def _wait_for_room(self) -> None:
         self._tried = perf_counter()
-        if self._watched:
-            self._monitor.want_write(self, True)
+        self._step(OutgoingEvent.FULL)
 
     def _retry(self) -> OSError | None:
         """Try a blocked link from publish() itself: while the caller computes, nobody else gets to run."""
@@ -317,18 +258,14 @@ class SubscriberLink:
             size = sum(map(len, frames))
             if len(frames) > 1 and size < BATCH_BYTES * 8:
                 frames = [b"".join(frames)]
-            sent, error = _send_some(self.sock, frames)
+            sent, error = send_some(self.sock, frames)
             if error is not None:
                 return error
             self._bytes += sent
             self._messages += outbox.sent(sent) if sent else 0
             if sent < size:
                 return None
-        self._blocked = False
-        if self._watched:
-            self._monitor.want_write(self, False)
-        if self._empty is not None:
-            self._empty.notify_all()
+        self._step(OutgoingEvent.DRAINED)
         return None
 
     # -- called by the monitor ------------------------------------------------------------------------------
@@ -350,13 +287,6 @@ class SubscriberLink:
         if error is not None:
             self._end(error)
 
-    def on_writable(self) -> None:
-        """The socket takes more."""
-        with self._lock:
-            error = None if self._closed else self._drain()
-        if error is not None:
-            self._end(error)
-
     def on_readable(self) -> None:
         """A subscriber says nothing after its header: this is its end. One that talks on is cut off."""
         try:
@@ -373,128 +303,22 @@ class SubscriberLink:
 
     # -- end ------------------------------------------------------------------------------------------------
 
-    def wait_empty(self, timeout: float) -> None:
-        """Wait until everything is handed to the operating system.
-
-        In a signal handler that interrupted the sending here nothing can be waited for, so it is not.
-
-        Raises:
-            RosTimeout: The subscriber is too slow.
-            ConnectionLost: It is gone.
-        """
-        self._flush()
-        with self._lock:
-            if self._sending:
-                return
-            self._empty = self._empty or threading.Condition(self._lock)
-            if not self._empty.wait_for(lambda: self._closed or not self._outbox, timeout):
-                raise RosTimeout(
-                    f"{self.topic}: {len(self._outbox)} messages wait for {self.caller_id or self.address}"
-                    f" after {timeout:g} s; the subscriber is slow or the network is",
-                    what=f"subscriber {self.caller_id}",
-                    seconds=timeout,
-                )
-            if self._closed and self._error:
-                raise ConnectionLost(
-                    f"{self.topic}: {self.caller_id} is gone: {self._error}", peer=self.address
-                )
-
-    def close(self, *, deliver: bool = True) -> None:
-        """End the link; the outbox is dropped.
-
-        Args:
-            deliver: The operating system delivers what it has, and repeats it for a while where the network
-                is away. False has it thrown away.
-        """
-        self._end(None, told=False, deliver=deliver)
-
-    def _end(self, error: OSError | None, *, told: bool = True, deliver: bool = True) -> None:
-        with self._lock:
-            if self._closed:
-                return
-            if error is None:
-                if self._batch and deliver and not self._sending:
-                    self._send_batch()
-                set_linger(self.sock, deliver)
-            self._closed = True
-            self._error = str(error) if error is not None else ""
-            self._blocked = False
-            self._outbox.dropped += self._outbox.clear()
-            if self._empty is not None:
-                self._empty.notify_all()
-        try:
-            if deliver:
-                self.sock.shutdown(socket.SHUT_RDWR)
-        except OSError:
-            pass  # the other side was faster
-        # Not `tcp.interrupt`: nobody waits in this socket but the monitor's select, which must not lose it.
-        self._monitor.remove(self)
-        lost = None
-        if told:
-            why = f": {error}" if error is not None else ", it closed the connection"
-            lost = ConnectionLost(
-                f"{self.topic}: subscriber {self.caller_id} at {self.address} is gone{why}", peer=self.address
-            )
-        self._on_closed(self, lost)
-
     @property
-    def queue_size(self) -> int:
-        """Most messages that wait."""
-        return self._outbox.size
+    def _queued(self) -> int:
+        return len(self._outbox) + len(self._batch)
 
-    @queue_size.setter
-    def queue_size(self, size: int) -> None:
-        with self._lock:
-            self._outbox.size = size
+    def _before_end(self, error: OSError | None, deliver: bool) -> None:
+        if error is None:
+            if self._batch and deliver and not self._sending:
+                self._send_batch()
+            set_linger(self.sock, deliver)
 
-    def stats(self) -> LinkStats:
-        """Counters so far."""
-        from rosproto.node.stats import LinkStats
+    def _hang_up(self, deliver: bool) -> None:
+        if deliver:
+            try:
+                self.sock.shutdown(socket.SHUT_RDWR)
+            except OSError:
+                pass  # the other side was faster
 
-        with self._lock:
-            return LinkStats(
-                topic=self.topic,
-                direction="out",
-                peer=self.caller_id,
-                address=self.address,
-                transport=self.transport,
-                connected=not self._closed,
-                bytes=max(0, self._bytes),
-                messages=max(0, self._messages),
-                dropped=self._outbox.dropped,
-                queued=len(self._outbox) + len(self._batch),
-                state="closed" if self._closed else "blocked" if self._blocked else "connected",
-                last_error=self._error,
-            )
-
-    def __repr__(self) -> str:
-        return f"<SubscriberLink {self.topic} -> {self.caller_id} {self.address}>"
-
-
-def _send_some(sock: socket.socket, views: Sequence[bytes | memoryview]) -> tuple[int, OSError | None]:
-    """Send as much as the socket takes now: (bytes sent, error)."""
-    total = 0
-    try:
-        if sys.platform != "win32":  # where there is no sendmsg
-            rest: Sequence[bytes | memoryview] = views
-            while rest:
-                some = rest[:MOST_VIEWS]
-                sent = sock.sendmsg(some)
-                total += sent
-                if sent < sum(map(len, some)):
-                    # A signal or the buffer's end; either way the next try tells.
-                    rest = [*remaining([memoryview(v) for v in some], sent), *rest[MOST_VIEWS:]]
-                    continue
-                rest = rest[MOST_VIEWS:]
-            return total, None
-        for view in views:
-            view = memoryview(view)
-            while view:
-                sent = sock.send(view)
-                total += sent
-                view = view[sent:]
-    except BlockingIOError:
-        pass
-    except OSError as error:
-        return total, error
-    return total, None
+    def _farewell(self, error: OSError | None) -> str:
+        return f"is gone: {error}" if error is not None else "is gone, it closed the connection"

@@ -284,6 +284,7 @@ def parts() -> tuple[DatagramLink, Socket, Monitor]:
         queue_size=2,
         on_closed=lambda link, error: None,
     )
+    link.start()
     return link, sock, monitor
 
 

@@ -1,0 +1,126 @@
+"""What a subscriber's header is answered: our header, in the definition it asks for, or why not.
+
+Source: wiki.ros.org/ROS/TCPROS.
+"""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
+
+from rosproto.codec.conversion import ConversionError
+from rosproto.errors import ConnectionLost, Md5sumMismatch, RosError, TooLarge
+from rosproto.logs import get_logger
+from rosproto.node.events import Event, EventKind, without_frames
+from rosproto.node.graph.tcpros_server import refuse
+from rosproto.node.outgoing.revised_output import RevisedOutput
+from rosproto.node.revisions.revisions import explained, note_differences
+from rosproto.node.revisions.topic_types import TopicType
+from rosproto.protocol.handshake import check_subscriber_header, publisher_header
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rosproto.node.context import Context
+
+__all__ = ["Answers"]
+
+_log = get_logger("rosproto.node")
+
+
+class Answers:
+    """The publisher's side of the handshake, for one topic.
+
+    Args:
+        context: The node's.
+        topic: Resolved topic.
+        type: What we publish it as.
+        revised: The outputs in other definitions that have subscribers now, by md5sum; the publication's.
+    """
+
+    def __init__(
+        self, context: Context, topic: str, type: TopicType, revised: Mapping[str, RevisedOutput]
+    ) -> None:
+        self._context = context
+        self._topic = topic
+        self._type = type
+        self._revised = revised
+
+    def output_for(self, fields: dict[str, str], address: str) -> RevisedOutput | None:
+        """The revision that a subscriber's header asks for; None for our own definition.
+
+        Raises:
+            Md5sumMismatch: It asks for a definition that nobody here knows, or that values cannot be carried
+                over to.
+            RemoteProtocolError: Something else is wrong with the header.
+        """
+        type_ = self._type
+        try:
+            check_subscriber_header(
+                fields, topic=self._topic, type_name=type_.name, md5sum=type_.md5sum, peer=address
+            )
+            return None
+        except Md5sumMismatch as mismatch:
+            if type_.is_wildcard or mismatch.remote_type not in ("", type_.name):
+                raise
+            known = self._revised.get(fields["md5sum"])
+            if known is None and not self.has_room():
+                most = self._context.limits.revisions
+                raise TooLarge("revisions", len(self._revised) + 1, most) from None
+            return known or self._revise(fields, mismatch)
+
+    def has_room(self) -> bool:
+        """Whether subscribers may ask for one more definition."""
+        return len(self._revised) < self._context.limits.revisions
+
+    def _revise(self, fields: dict[str, str], mismatch: Md5sumMismatch) -> RevisedOutput:
+        definition = fields.get("message_definition", "")
+        ours, revisions = self._type.message_class, self._context.revisions
+        theirs = revisions.message(ours, fields["md5sum"], definition) or revisions.fetched.fetch(
+            self._context, revisions.learn, self._topic, ours, fields["md5sum"]
+        )
+        if theirs is None:
+            raise explained(mismatch, ours, definition) from None
+        try:
+            output = RevisedOutput(self._type, theirs)
+        except ConversionError as error:
+            raise explained(mismatch, ours, definition, str(error)) from error
+        who = fields.get("callerid", "a subscriber")
+        note_differences(self._context.said, self._topic, who, output.conversion)
+        return output
+
+    def refused(self, sock: socket.socket, fields: dict[str, str], address: str, error: RosError) -> None:
+        """Tell a subscriber, the log and the program that it does not get the topic; closes its socket."""
+        context, topic = self._context, self._topic
+        if isinstance(error, (ConnectionLost, TimeoutError)):
+            _log.debug("! %s: %s went away during the handshake: %s", topic, address, error)
+            sock.close()
+            return
+        context.said.warning(topic, "! %s: subscriber refused: %s", topic, error)
+        refuse(sock, str(error))
+        context.emit(Event(EventKind.REFUSED, topic, address, without_frames(error), header=fields))
+
+    def header(
+        self,
+        output: RevisedOutput | None,
+        *,
+        latching: bool,
+        more: Iterable[Callable[[], Mapping[str, str]]] = (),
+    ) -> dict[str, str]:
+        """What a subscriber is answered; `more` are the program's own fields."""
+        type_ = self._type if output is None else output.type
+        fields = publisher_header(
+            topic=self._topic,
+            type_name=type_.name,
+            md5sum=type_.md5sum,
+            callerid=self._context.name,
+            message_definition=type_.definition,
+            latching=latching,
+        )
+        for give in more:
+            try:
+                fields.update(give())
+            except BaseException:  # as in callbacks.py
+                _log.exception("! %s: header() raised", self._topic)
+        return fields

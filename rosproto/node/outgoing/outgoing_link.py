@@ -1,0 +1,47 @@
+"""What a publication asks of the link to one subscriber, whatever carries the messages."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+from rosproto.node.outgoing.frames import LargeFrame
+
+if TYPE_CHECKING:
+    from rosproto.node.stats import LinkStats
+
+__all__ = ["Frame", "OutgoingLink", "send_frame"]
+
+Frame = bytes | LargeFrame
+
+
+class OutgoingLink(Protocol):
+    """A subscriber, over TCP, in datagrams, or in this process."""
+
+    id: int
+    caller_id: str
+    queue_size: int
+    transport: str
+
+    def start(self) -> None: ...
+
+    def set_linger(self, linger: bool) -> None: ...
+
+    def send(self, frame: bytes) -> None: ...
+
+    def send_soon(self, frame: bytes, now: float) -> bool: ...
+
+    def send_large(self, frame: LargeFrame) -> None: ...
+
+    def wait_empty(self, timeout: float) -> None: ...
+
+    def close(self, *, deliver: bool = True) -> None: ...
+
+    def stats(self) -> LinkStats: ...
+
+
+def send_frame(link: OutgoingLink, frame: Frame) -> None:
+    """Send now, whatever its size."""
+    if isinstance(frame, bytes):
+        link.send(frame)
+    else:
+        link.send_large(frame)

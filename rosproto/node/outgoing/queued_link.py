@@ -1,0 +1,246 @@
+"""What the links to subscribers share, over TCPROS and in datagrams: state, outbox, counters, end.
+
+The two differ in how bytes are written: `SubscriberLink` writes a stream, and joins small messages of a
+burst; `DatagramLink` cuts each message into datagrams. Both send in the publisher's own thread as long as the
+socket takes it, then queue, oldest dropped, and have the monitor go on.
+"""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import ConnectionLost, RosTimeout
+from rosproto.node.outgoing.link_monitor import LinkMonitor
+from rosproto.node.outgoing.link_state import OutgoingEvent, OutgoingState, next_state
+from rosproto.node.outgoing.outbox import Outbox
+
+if TYPE_CHECKING:
+    from rosproto.node.stats import LinkStats
+
+__all__ = ["OnClosed", "QueuedLink"]
+
+OnClosed = Callable[[Any, "ConnectionLost | None"], None]
+
+
+class QueuedLink:
+    """A subscriber behind a socket; the base of the links that have one.
+
+    Args:
+        sock: The socket to the subscriber; the link owns it and makes it non-blocking.
+        caller_id: The subscriber's node name.
+        address: "host:port" of the subscriber.
+        topic: Resolved topic.
+        id: Number of the connection in getBusInfo.
+        queue_size: Most messages that wait for this subscriber; the oldest is dropped.
+        monitor: The node's monitor.
+        on_closed: Called once, from any thread and without a lock, when the link has ended.
+    """
+
+    transport = ""
+
+    __slots__ = (
+        "_blocked",
+        "_bytes",
+        "_empty",
+        "_error",
+        "_lock",
+        "_messages",
+        "_monitor",
+        "_on_closed",
+        "_outbox",
+        "_sending",
+        "_state",
+        "address",
+        "caller_id",
+        "id",
+        "sock",
+        "topic",
+    )
+
+    def __init__(
+        self,
+        sock: socket.socket,
+        *,
+        caller_id: str,
+        address: str,
+        topic: str,
+        id: int,
+        queue_size: int,
+        monitor: LinkMonitor,
+        on_closed: OnClosed,
+    ) -> None:
+        self.sock = sock
+        self.caller_id = caller_id
+        self.address = address
+        self.topic = topic
+        self.id = id
+        self._monitor = monitor
+        self._on_closed = on_closed
+        self._lock = threading.RLock()  # a signal handler may publish, and interrupts what holds it
+        self._sending = False  # under the lock: True is seen only by such a handler
+        self._empty: threading.Condition | None = None  # made by who waits for it
+        self._outbox = Outbox(queue_size)
+        self._state = OutgoingState.OPENING
+        self._blocked = False  # `_state.waits`, which is asked with every message
+        self._messages = 0
+        self._bytes = 0
+        self._error = ""
+        sock.setblocking(False)
+
+    def _step(self, event: OutgoingEvent) -> None:
+        """Something happened (the lock is held): the next state, and what the monitor is to wait for."""
+        before, state = self._state, next_state(self._state, event)
+        self._state = state
+        self._blocked = state.waits
+        if state.watched and state.waits != before.waits:
+            self._monitor.want_write(self, state.waits)
+        if self._empty is not None and not state.waits:
+            self._empty.notify_all()
+
+    @property
+    def _closed(self) -> bool:
+        return self._state is OutgoingState.CLOSED
+
+    def start(self) -> None:
+        """Let the monitor watch the socket, and send what waits already."""
+        with self._lock:
+            if self._closed:
+                return
+            self._monitor.add(self)
+            self._step(OutgoingEvent.WATCHED)
+            error = None
+            if self._blocked:
+                error = self._drain()
+                if self._blocked:
+                    self._monitor.want_write(self, True)
+        if error is not None:
+            self._end(error)
+
+    # -- what the two kinds do in their own way -------------------------------------------------------------
+
+    def _drain(self) -> OSError | None:
+        """Send until nothing waits or the socket is full; the error that ends the link."""
+        raise NotImplementedError
+
+    @property
+    def _queued(self) -> int:
+        """Messages that wait."""
+        return len(self._outbox)
+
+    def _before_end(self, error: OSError | None, deliver: bool) -> None:
+        """The link ends in a moment; the lock is held."""
+
+    def _hang_up(self, deliver: bool) -> None:
+        """The link has ended; the monitor closes the socket next."""
+
+    def _farewell(self, error: OSError | None) -> str:
+        """What became of the subscriber, when it was not us who ended it."""
+        raise NotImplementedError
+
+    # -- called by the monitor ------------------------------------------------------------------------------
+
+    def flush(self) -> None:
+        """Send what was left for a moment."""
+
+    def on_readable(self) -> None:
+        """The socket has something to read, or an error to tell."""
+        raise NotImplementedError
+
+    def on_writable(self) -> None:
+        """The socket takes more."""
+        with self._lock:
+            error = self._drain() if self._blocked else None
+        if error is not None:
+            self._end(error)
+
+    # -- waiting, end, counters -----------------------------------------------------------------------------
+
+    def wait_empty(self, timeout: float) -> None:
+        """Wait until everything is handed to the operating system.
+
+        In a signal handler that interrupted the sending here nothing can be waited for, so it is not.
+
+        Raises:
+            RosTimeout: The subscriber is too slow.
+            ConnectionLost: It is gone.
+        """
+        self.flush()
+        with self._lock:
+            if self._sending:
+                return
+            self._empty = self._empty or threading.Condition(self._lock)
+            if not self._empty.wait_for(lambda: not self._blocked, timeout):
+                raise RosTimeout(
+                    f"{self.topic}: {len(self._outbox)} messages wait for {self.caller_id or self.address}"
+                    f" after {timeout:g} s; the subscriber is slow or the network is",
+                    what=f"subscriber {self.caller_id}",
+                    seconds=timeout,
+                )
+            if self._closed and self._error:
+                raise ConnectionLost(
+                    f"{self.topic}: {self.caller_id} is gone: {self._error}", peer=self.address
+                )
+
+    def close(self, *, deliver: bool = True) -> None:
+        """End the link; the outbox is dropped.
+
+        Args:
+            deliver: The operating system delivers what it has, and repeats it for a while where the network
+                is away. False has it thrown away.
+        """
+        self._end(None, told=False, deliver=deliver)
+
+    def _end(self, error: OSError | None, *, told: bool = True, deliver: bool = True) -> None:
+        with self._lock:
+            if self._closed:
+                return
+            self._before_end(error, deliver)
+            self._error = str(error) if error is not None else ""
+            self._outbox.dropped += self._outbox.clear()
+            self._step(OutgoingEvent.ENDED)
+        self._hang_up(deliver)
+        # Not `tcp.interrupt`: nobody waits in this socket but the monitor's select, which must not lose it.
+        self._monitor.remove(self)
+        lost = None
+        if told:
+            lost = ConnectionLost(
+                f"{self.topic}: subscriber {self.caller_id} at {self.address} {self._farewell(error)}",
+                peer=self.address,
+            )
+        self._on_closed(self, lost)
+
+    @property
+    def queue_size(self) -> int:
+        """Most messages that wait."""
+        return self._outbox.size
+
+    @queue_size.setter
+    def queue_size(self, size: int) -> None:
+        with self._lock:
+            self._outbox.size = size
+
+    def stats(self) -> LinkStats:
+        """Counters so far; what the other side made of it nobody knows."""
+        from rosproto.node.stats import LinkStats
+
+        with self._lock:
+            return LinkStats(
+                topic=self.topic,
+                direction="out",
+                peer=self.caller_id,
+                address=self.address,
+                transport=self.transport,
+                connected=not self._closed,
+                bytes=max(0, self._bytes),
+                messages=max(0, self._messages),
+                dropped=self._outbox.dropped,
+                queued=self._queued,
+                state=self._state.value,
+                last_error=self._error,
+            )
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.topic} -> {self.caller_id} {self.address}>"
