@@ -229,8 +229,8 @@ class Registrations:
         _undo([one for one in begun if _key(one) in refused])
         if len(refused) > 1:
             raise RegistrationsRefused(refused, among=len(held), uri=self._master.uri)
-        for error in refused.values():
-            raise error
+        for refusal in refused.values():
+            raise refusal
 
     def _told(self, held: Sequence[_Held]) -> dict[tuple[str, str], RosError]:
         """Tell the master all of them; why some do not stand."""
