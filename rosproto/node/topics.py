@@ -91,7 +91,9 @@ class TopicTable:
             self._publications[name] = publication
             if new:
                 try:
-                    self._context.registrations.add_together(publication, partial(_close_all, publication))
+                    self._context.registrations.add_together(
+                        publication, partial(_close_publishers, publication)
+                    )
                 except BaseException:
                     del self._publications[name]
                     publisher.end()
@@ -157,7 +159,7 @@ class TopicTable:
                 try:
                     self._context.registrations.add_together(
                         subscription,
-                        partial(_close_all, subscription),
+                        partial(self._close_subscribers, subscription),
                         None if deadline is None else deadline.remaining(),
                     )
                 except BaseException:
@@ -176,6 +178,12 @@ class TopicTable:
                 del self._subscriptions[subscription.name]
             self._context.registrations.remove(subscription)
         subscription.close()
+
+    def _close_subscribers(self, subscription: Subscription) -> None:
+        """It could not be registered: none of them has anything to do."""
+        for recipient in subscription.recipients:
+            recipient.end()
+            self._close_subscriber(recipient, subscription)
 
     def close(self) -> None:
         """End every link; the node has taken the topics off the master already."""
@@ -335,10 +343,10 @@ class TopicTable:
         return [publish, subscribe, []]
 
 
-def _close_all(topic: Publication | Subscription) -> None:
-    """It could not be registered: none of its handles has anything to do."""
-    for handle in topic.handles:
-        handle.close()
+def _close_publishers(publication: Publication) -> None:
+    """It could not be registered: none of them has anything to do."""
+    for publisher in publication.handles:
+        publisher.close()
 
 
 def _text(stats: LinkStats) -> str:

@@ -76,14 +76,16 @@ class Subscription:
         self._closed = False
         self._revised_sinks: dict[RevisedType, Sink] = {}
 
-    def __getattr__(self, name: str) -> Any:
-        """`sink`, made when a link first asks: its decoder takes 2 ms, and no constructor waits for that."""
-        if name != "sink":
-            raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
-        with self._condition:
-            if "sink" not in vars(self):
-                self.sink = Sink(self, self._recipients, self._decode_type)
-            return vars(self)["sink"]
+    if not TYPE_CHECKING:  # to a checker, a name that is missing here is a mistake
+
+        def __getattr__(self, name: str) -> Any:
+            """`sink`, made when a link first asks: its decoder takes 2 ms; no constructor waits for it."""
+            if name != "sink":
+                raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
+            with self._condition:
+                if "sink" not in vars(self):
+                    self.sink = Sink(self, self._recipients, self._decode_type)
+                return vars(self)["sink"]
 
     # -- master ---------------------------------------------------------------------------------------------
 

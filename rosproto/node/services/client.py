@@ -27,6 +27,7 @@ from rosproto.errors import (
 from rosproto.logs import get_logger
 from rosproto.node.revisions.revisions import ServiceRevision, note_differences, revised_service
 from rosproto.node.services import probe as service_probe
+from rosproto.node.services.cancellation import Cancellation
 from rosproto.node.services.link import ServiceLink
 from rosproto.protocol.handshake import (
     HandshakeRefused,
@@ -38,9 +39,8 @@ from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
     from rosproto.node.context import Context
-    from rosproto.node.services.cancellation import Cancellation
 
-__all__ = ["ServiceClient"]
+__all__ = ["Cancellation", "ServiceClient"]
 
 logger = get_logger("rosproto.node")
 
