@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 from rosproto.protocol.goal_server import GoalRecord, GoalStatus
 from rosproto.time import Time
-
-if TYPE_CHECKING:
-    from rosproto.action.server import ActionServer
 
 __all__ = ["ServerGoal"]
 
@@ -24,10 +22,21 @@ class ServerGoal:
         client: Caller id of the node that sent it.
     """
 
-    def __init__(self, server: ActionServer, record: GoalRecord, goal: Any, stamp: Time, client: str) -> None:
-        self._server = server
+    def __init__(
+        self,
+        record: GoalRecord,
+        goal: Any,
+        stamp: Time,
+        client: str,
+        *,
+        cancel: threading.Event,
+        publish_feedback: Callable[[Any], None],
+        end: Callable[[str, Any, str], None],
+    ) -> None:
         self._record = record
-        self._cancel = threading.Event()
+        self._cancel = cancel
+        self._publish_feedback = publish_feedback
+        self._end = end
         self.id = record.goal_id
         self.stamp = stamp
         self.goal = goal
@@ -57,7 +66,7 @@ class ServerGoal:
             LocalProtocolError: The goal has ended.
             CodecError: It is not this action's feedback.
         """
-        self._server._publish_feedback(self, feedback)
+        self._publish_feedback(feedback)
 
     def succeed(self, result: Any = None, text: str = "") -> None:
         """End the goal: done.
@@ -69,12 +78,12 @@ class ServerGoal:
         Raises:
             LocalProtocolError: It has ended already.
         """
-        self._server._end(self, "succeed", result, text)
+        self._end("succeed", result, text)
 
     def abort(self, result: Any = None, text: str = "") -> None:
         """End the goal: it cannot be done. Arguments and errors as for `succeed`."""
-        self._server._end(self, "abort", result, text)
+        self._end("abort", result, text)
 
     def preempted(self, result: Any = None, text: str = "") -> None:
         """End the goal: it was cancelled. Arguments and errors as for `succeed`."""
-        self._server._end(self, "cancel", result, text)
+        self._end("cancel", result, text)
