@@ -6,10 +6,13 @@ program.py` gives; the program's arguments are not touched, nor is its name in `
 
 from __future__ import annotations
 
+import atexit
 import builtins
 import os
+import signal
 import sys
 from collections.abc import Sequence
+from functools import cache
 from importlib.machinery import SourceFileLoader
 from types import ModuleType, TracebackType
 from typing import TYPE_CHECKING
@@ -97,6 +100,7 @@ def run(arguments: argparse.Namespace) -> int:
     Raises:
         RosError, ValueError, OSError: What the options ask for cannot be had.
     """
+    _interrupt()
     if (arguments.mark or arguments.marks) and not arguments.sim:
         raise ValueError("--mark and --marks are for --sim: a real chassis has its own marks")
     if arguments.msg_path:
@@ -146,6 +150,7 @@ def run_program(path: str, arguments: Sequence[str] = ()) -> int:
     """
     from rosproto.rospy.finder import serve
 
+    interrupt = _interrupt()
     file_name = _absolute(path)
     try:
         with open(path, "rb") as file:
@@ -172,7 +177,7 @@ def run_program(path: str, arguments: Sequence[str] = ()) -> int:
         error.__traceback__ = _from_program(error.__traceback__)
         sys.excepthook(type(error), error, error.__traceback__)
         if isinstance(error, KeyboardInterrupt) and type(error) is KeyboardInterrupt:
-            _end_by_interrupt()
+            interrupt.happened = True
         return 1
     return 0
 
@@ -210,17 +215,28 @@ def _forget_logging() -> None:
     logging.root.setLevel(logging.WARNING)
 
 
-def _end_by_interrupt() -> None:
-    """Die of SIGINT, as Python does after a KeyboardInterrupt nobody caught: a shell looks at that."""
-    if os.name != "posix":
-        return
-    import atexit
-    import signal
-    import threading
+class _Interrupt:
+    """Makes the process die of SIGINT, as Python does after a KeyboardInterrupt nobody caught: shells look.
 
-    threading._shutdown()  # type: ignore[attr-defined]
-    atexit._run_exitfuncs()
-    sys.stdout.flush()
-    sys.stderr.flush()
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    os.kill(os.getpid(), signal.SIGINT)
+    Made before anything of the program is loaded, so that this is called last at exit: after the program's
+    threads have ended and its own functions were called.
+    """
+
+    def __init__(self) -> None:
+        self.happened = False
+        if os.name == "posix":
+            atexit.register(self._die)
+
+    def _die(self) -> None:
+        if not self.happened:
+            return
+        import logging
+
+        logging.shutdown()  # registered before this, and so not called any more
+        sys.stdout.flush()
+        sys.stderr.flush()
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        os.kill(os.getpid(), signal.SIGINT)
+
+
+_interrupt = cache(_Interrupt)

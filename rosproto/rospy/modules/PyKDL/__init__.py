@@ -4,7 +4,7 @@ Served when the real one is not installed. Source: orocos-kdl 1.5, as measured: 
 """
 
 from ._frame import Frame
-from ._numbers import Equal
+from ._numbers import Equal, dot
 from ._rotation import Rotation
 from ._vectors import Twist, Vector, Wrench
 
@@ -23,11 +23,6 @@ def __getattr__(name):
         "(conda: python-orocos-kdl, Debian: python3-pykdl)" % name,
         name=__name__,
     )
-
-
-def dot(a, b):
-    """The product of two vectors, or of a twist and a wrench."""
-    return sum(one * other for one, other in zip(a._n, b._n))
 
 
 def diff(a, b, dt=1.0):

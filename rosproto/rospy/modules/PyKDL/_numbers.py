@@ -102,3 +102,8 @@ class Sum(Numbers):
 def Equal(a, b, eps=EPS):
     """True when no number differs by `eps`."""
     return all(abs(one - other) < eps for one, other in zip(a._n, b._n))
+
+
+def dot(a, b):
+    """The product of two vectors, or of a twist and a wrench."""
+    return sum(one * other for one, other in zip(a._n, b._n))

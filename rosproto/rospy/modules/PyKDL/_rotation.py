@@ -3,7 +3,7 @@
 from math import atan2, cos, pi, sin, sqrt
 
 from ._numbers import EPS, Numbers, numbers_of, text
-from ._vectors import Pair, Vector
+from ._vectors import Pair, Vector, rotated
 
 _TINY = 1e-12
 
@@ -40,7 +40,7 @@ class Rotation(Numbers):
         if isinstance(other, Rotation):
             return Rotation(*[self * Vector(*other._n[i::3]) for i in range(3)])
         if isinstance(other, Pair):
-            return type(other)(self * other._first, self * other._second)
+            return rotated(other, self)
         return NotImplemented
 
     def Inverse(self, *args):

@@ -77,6 +77,11 @@ class Pair(Sum):
         return property(get, put)
 
 
+def rotated(pair, rotation):
+    """Both vectors of a pair, rotated."""
+    return type(pair)(rotation * pair._first, rotation * pair._second)
+
+
 class Twist(Pair):
     """A velocity `vel` of a point and a rate `rot`."""
 

@@ -224,7 +224,7 @@ class CommStateMachine:
             self.feedback_cb(ClientGoalHandle(self), action_feedback.feedback)
 
 
-def _parts(spec):
+def message_classes(spec):
     """Classes of an action's goal, result and feedback messages."""
     try:
         action = spec()
@@ -240,7 +240,7 @@ class ActionClient:
         self.ns = ns
         self.last_status_msg = None
         self.ActionSpec = ActionSpec
-        self.ActionGoal, self.ActionResult, self.ActionFeedback = _parts(ActionSpec)
+        self.ActionGoal, self.ActionResult, self.ActionFeedback = message_classes(ActionSpec)
         self._machines = []
         self._lock = threading.RLock()
         self.pub_queue_size = rospy.get_param("actionlib_client_pub_queue_size", 10)
@@ -267,12 +267,12 @@ class ActionClient:
 
     def send_goal(self, goal, transition_cb=None, feedback_cb=None):
         """Send a goal; `transition_cb(handle)`, `feedback_cb(handle, feedback)`. Its handle."""
-        handle = self._new_goal(goal, transition_cb, feedback_cb)
+        handle = self.track_goal(goal, transition_cb, feedback_cb)
         self.pub_goal.publish(handle.comm_state_machine.action_goal)
         return handle
 
-    def _new_goal(self, goal, transition_cb, feedback_cb):
-        """The handle of a goal that is followed, but not sent yet."""
+    def track_goal(self, goal, transition_cb, feedback_cb):
+        """Follow a goal that the caller then publishes, as answers may be quick; its handle."""
         now = rospy.Time.now()
         goal_id = GoalID(stamp=now, id="%s-%i-%.3f" % (rospy.get_caller_id(), next(_counter), now.to_sec()))
         action_goal = self.ActionGoal(goal_id=goal_id, goal=goal)

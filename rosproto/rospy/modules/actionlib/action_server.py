@@ -7,7 +7,7 @@ from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
 from rosproto.protocol.goal_server import is_before, is_meant, next_status
 
-from .action_client import _parts
+from .action_client import message_classes
 from .goal_id_generator import GoalIDGenerator
 from .handle_tracker_deleter import HandleTrackerDeleter
 from .server_goal_handle import ServerGoalHandle
@@ -24,7 +24,7 @@ class ActionServer:
     def __init__(self, ns, ActionSpec, goal_cb, cancel_cb=nop_cb, auto_start=True):
         self.ns = ns
         self.ActionSpec = ActionSpec
-        self.ActionGoal, self.ActionResult, self.ActionFeedback = _parts(ActionSpec)
+        self.ActionGoal, self.ActionResult, self.ActionFeedback = message_classes(ActionSpec)
         self.ActionResultType = type(self.ActionResult().result)
         self.goal_sub = self.cancel_sub = None
         self.status_pub = self.result_pub = self.feedback_pub = None

@@ -4,6 +4,7 @@ import copy
 import struct
 
 from rosproto.codec import Message as CodecMessage
+from rosproto.codec import encode
 from rosproto.errors import CodecError
 
 from ._errors import SerializationError
@@ -26,9 +27,9 @@ def encode_message(message):
         message.serialize(buffer)
         return buffer.getvalue()
     try:
-        return type(message)._encode(message)
+        return encode(message)
     except _REFUSED:
-        return type(message)._encode(sendable(message))
+        return encode(sendable(message))
 
 
 def sendable(message):
@@ -38,7 +39,7 @@ def sendable(message):
         SerializationError: A value does not fit its field.
     """
     try:
-        type(message)._encode(message)
+        encode(message)
     except _REFUSED as error:
         walked = _with_walked_fields(message)
         if walked is None:

@@ -222,6 +222,7 @@ class RosMessage(_Checked, CodecMessage, metaclass=_RosMeta):
     """Base of the classes made from definitions."""
 
     __slots__ = ()
+    _tuple_class = None  # of a class with numpy arrays: the class of the same type with tuples
 
     def __init__(self, *args, **kwds):
         # The metaclass has done it; this is for `super().__init__(...)` in a program's subclass.

@@ -4,16 +4,17 @@ import threading
 
 import genpy
 
+from rosproto.codec import encoder
 from rosproto.errors import CodecError, LocalProtocolError, RosError, RosTimeout
 from rosproto.rospy.messages import carried, is_known
 
 from . import core
-from ._topic_impl import UNBOUNDED, _Connection, _TopicImpl
+from ._topic_impl import UNBOUNDED, Connection, TopicImpl
 from .exceptions import ROSException
 from .msg import AnyMsg
 
 
-class _PublisherImpl(_TopicImpl):
+class PublisherImpl(TopicImpl):
     KIND = "publication"
 
     def __init__(self, name, data_class):
@@ -49,7 +50,7 @@ class _PublisherImpl(_TopicImpl):
         """The subscribers connected now."""
         if self.handle is None or self.closed:
             return []
-        return [_Connection(name, name) for name in self.handle.subscribers]
+        return [Connection(name, name) for name in self.handle.subscribers]
 
     def add_subscriber_listener(self, listener):
         """Tell this one too."""
@@ -165,7 +166,7 @@ class _PublisherImpl(_TopicImpl):
             from genpy.message import encode_message
 
             return encode_message(message)
-        return carried(type(message))._encode(message)
+        return encoder(carried(type(message)))(message)
 
 
 def _room(queue_size):

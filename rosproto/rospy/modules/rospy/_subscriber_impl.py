@@ -5,14 +5,14 @@ import traceback
 from rosproto.rospy.messages import carried
 
 from . import core
-from ._topic_impl import UNBOUNDED, _Connection, _TopicImpl
+from ._topic_impl import UNBOUNDED, Connection, TopicImpl
 from .exceptions import ROSException
 from .impl import statistics
 from .impl.tcpros_base import DEFAULT_BUFF_SIZE
 from .msg import AnyMsg
 
 
-class _SubscriberImpl(_TopicImpl):
+class SubscriberImpl(TopicImpl):
     KIND = "subscription"
 
     def __init__(self, name, data_class):
@@ -50,7 +50,7 @@ class _SubscriberImpl(_TopicImpl):
         """The publishers connected now."""
         if self.handle is None or self.closed:
             return []
-        return [_Connection(uri, caller_id) for uri, caller_id in self.handle.publisher_uris.items()]
+        return [Connection(uri, caller_id) for uri, caller_id in self.handle.publisher_uris.items()]
 
     def set_queue_size(self, queue_size):
         """Of what one read brings, the last so many messages are called with; None for all."""
@@ -131,6 +131,6 @@ class _SubscriberImpl(_TopicImpl):
             pass  # ends a thread of rospy's, not the program
         except BaseException:
             if core.is_shutdown():
-                core._logger.warning("during shutdown, bad callback: %s\n%s", cb, traceback.format_exc())
+                core.logger.warning("during shutdown, bad callback: %s\n%s", cb, traceback.format_exc())
             else:
                 core.logerr("bad callback: %s\n%s" % (cb, traceback.format_exc()))

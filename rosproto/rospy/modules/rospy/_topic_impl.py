@@ -6,7 +6,7 @@ import threading
 UNBOUNDED = sys.maxsize  # messages that may wait; rospy has no bound by default
 
 
-class _Connection:
+class Connection:
     """A peer, as programs look at it.
 
     Attributes:
@@ -20,7 +20,7 @@ class _Connection:
         self.done = False
 
 
-class _TopicImpl:
+class TopicImpl:
     """One topic of this process, in one direction.
 
     Attributes:

@@ -6,13 +6,13 @@ from rosproto.errors import MasterError, RosError
 from rosproto.names import is_usable_name
 
 from . import core
-from ._publisher_impl import _PublisherImpl
-from ._subscriber_impl import _SubscriberImpl
+from ._publisher_impl import PublisherImpl
+from ._subscriber_impl import SubscriberImpl
 from .exceptions import ROSException
 from .impl.registration import Registration, get_registration_listeners
 
 
-class _TopicManager:
+class TopicManager:
     """The topics of this process."""
 
     def __init__(self):
@@ -37,7 +37,7 @@ class _TopicManager:
             table = self._table(reg_type)
             impl = table.get(resolved_name)
             if impl is None:
-                kind = _PublisherImpl if reg_type == Registration.PUB else _SubscriberImpl
+                kind = PublisherImpl if reg_type == Registration.PUB else SubscriberImpl
                 impl = kind(resolved_name, data_class)
                 options(impl)
                 if self._node is not None:
@@ -106,4 +106,4 @@ class _TopicManager:
         return [[name, impl.type] for name, impl in list(self.subs.items())]
 
 
-manager = _TopicManager()
+manager = TopicManager()

@@ -57,7 +57,7 @@ __all__ = [
 MASTER_NAME = "master"
 ROSRPC = "rosrpc://"
 
-_logger = logging.getLogger("rospy.core")
+logger = _logger = logging.getLogger("rospy.core")  # `_logger` is rospy's name for it
 
 
 def parse_rosrpc_uri(uri):
@@ -119,7 +119,7 @@ def get_ros_root(required=False, env=None):
     return root
 
 
-class _Remote:
+class Remote:
     """A master or node by its API: any method, the raw reply."""
 
     def __init__(self, uri):
@@ -154,7 +154,7 @@ def _proxy(uri):
     """One whose calls go by our client: any thread may use it, and none waits for ever."""
     from xmlrpc.client import ServerProxy
 
-    remote = _Remote(uri)
+    remote = Remote(uri)
 
     class Proxy(ServerProxy):
         def _ServerProxy__request(self, methodname, params):  # all calls come by here
@@ -201,7 +201,7 @@ def _add_hook(hook, hooks, *reason):
     if not callable(hook):
         raise TypeError("shutdown hook [%s] must be a function or callable object: %s" % (hook, type(hook)))
     if _shutdown_flag:
-        _logger.warning("add_shutdown_hook called after shutdown")
+        logger.warning("add_shutdown_hook called after shutdown")
         hook(*reason)
         return
     with _shutdown_lock:
@@ -226,7 +226,7 @@ def add_shutdown_hook(h):
 def signal_shutdown(reason):
     """Shut the node down: the program's hooks, then everything else. Returns when that is done."""
     global _shutdown_flag, _in_shutdown
-    _logger.info("signal_shutdown [%s]", reason)
+    logger.info("signal_shutdown [%s]", reason)
     if _shutdown_flag or _in_shutdown:
         return
     with _shutdown_lock:

@@ -32,7 +32,7 @@ class MasterProxy:
 
     def __init__(self, uri):
         self._uri = uri
-        self._remote = core._Remote(uri)
+        self._remote = core.Remote(uri)
         self._cached = {}
         self._lock = threading.Lock()
 

@@ -102,10 +102,14 @@ def get_namespace():
     return _caller_namespace
 
 
-def _set_caller_id(caller_id):
+def set_caller_id(caller_id):
+    """Note the name that this node has."""
     global _caller_id, _caller_namespace
     _caller_id = caller_id
     _caller_namespace = namespace(caller_id)
+
+
+_set_caller_id = set_caller_id  # rospy's name for it
 
 
 def resolve_name(name, caller_id=None):

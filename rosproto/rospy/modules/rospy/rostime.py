@@ -58,7 +58,7 @@ class Time(genpy.Time):
 Duration.__slots__ = Time.__slots__ = []  # what they add to genpy's
 
 
-def _set_rostime(t):
+def set_rostime(t):
     """Simulated time is now `t`."""
     if not isinstance(t, genpy.Time):
         raise ValueError("must be Time instance: %s" % t.__class__)
@@ -66,6 +66,9 @@ def _set_rostime(t):
     with _rostime_cond:
         _rostime_current = Time(t.secs, t.nsecs)
         _rostime_cond.notify_all()
+
+
+_set_rostime = set_rostime  # rospy's name for it
 
 
 def get_rostime():

@@ -14,10 +14,10 @@ import rosgraph.names
 from rosproto.node.call_site import CallSite
 
 from . import core, names
-from ._publisher_impl import _PublisherImpl
-from ._subscriber_impl import _SubscriberImpl
-from ._topic_impl import _TopicImpl
-from ._topic_manager import _TopicManager, manager
+from ._publisher_impl import PublisherImpl
+from ._subscriber_impl import SubscriberImpl
+from ._topic_impl import TopicImpl
+from ._topic_manager import TopicManager, manager
 from .exceptions import ROSException, ROSSerializationException
 from .impl.registration import Registration
 from .impl.tcpros_base import DEFAULT_BUFF_SIZE
@@ -37,6 +37,9 @@ __all__ = [
 ]
 
 Message = genpy.Message
+# rospy's names for them
+_PublisherImpl, _SubscriberImpl, _TopicImpl = PublisherImpl, SubscriberImpl, TopicImpl
+_TopicManager = TopicManager
 
 
 def get_topic_manager():
@@ -192,5 +195,5 @@ class Publisher(Topic):
             with core.uninterrupted:
                 self.impl.publish(message)
         except genpy.SerializationError as error:
-            core._logger.error(traceback.format_exc())
+            core.logger.error(traceback.format_exc())
             raise ROSSerializationException(str(error)) from error

@@ -4,8 +4,8 @@ import math
 
 import numpy
 
+from ._tolerance import EPS
 from .transformations import (
-    _EPS,
     quaternion_from_matrix,
     quaternion_matrix,
     quaternion_multiply,
@@ -29,7 +29,7 @@ def arcball_constrain_to_axis(point, axis):
     point, axis = numpy.array(point, dtype=float), numpy.array(axis, dtype=float)
     flat = point - axis * numpy.dot(axis, point)
     length = vector_norm(flat)
-    if length > _EPS:
+    if length > EPS:
         return (-flat if flat[2] < 0.0 else flat) / length
     if axis[2] == 1.0:
         return numpy.array((1.0, 0.0, 0.0))
@@ -95,7 +95,7 @@ class Arcball:
         at = self._on_ball(point)
         self._before = self._turn
         across = numpy.cross(self._grip, at)
-        if numpy.dot(across, across) < _EPS:
+        if numpy.dot(across, across) < EPS:
             self._turn = self._at_down
         else:
             self._turn = quaternion_multiply((*across, numpy.dot(self._grip, at)), self._at_down)

@@ -7,9 +7,8 @@ import math
 
 import numpy
 
+from ._tolerance import EPS
 from .transformations import euler_from_matrix, euler_matrix, identity_matrix, unit_vector, vector_norm
-
-_EPS = numpy.finfo(float).eps * 4.0
 
 
 def _array(values):
@@ -186,7 +185,7 @@ def clip_matrix(left, right, bottom, top, near, far, perspective=False):
     """What brings a box, or a truncated pyramid with its eye at the origin, to -1 to 1 in all directions."""
     if left >= right or bottom >= top or near >= far:
         raise ValueError("invalid frustrum")
-    if perspective and near <= _EPS:
+    if perspective and near <= EPS:
         raise ValueError("invalid frustrum: near <= 0")
     low, high = numpy.array((left, bottom, near), dtype=float), numpy.array((right, top, far), dtype=float)
     size, middle = high - low, (high + low) / (high - low)
@@ -271,7 +270,7 @@ def decompose_matrix(matrix):
         ValueError: It has no such parts.
     """
     m = numpy.array(matrix, dtype=numpy.float64).T
-    if abs(m[3, 3]) < _EPS:
+    if abs(m[3, 3]) < EPS:
         raise ValueError("M[3, 3] is zero")
     m /= m[3, 3]
     straight = m.copy()
@@ -279,7 +278,7 @@ def decompose_matrix(matrix):
     if not numpy.linalg.det(straight):
         raise ValueError("matrix is singular")
     perspective = numpy.array((0.0, 0.0, 0.0, 1.0))
-    if any(abs(m[:3, 3]) > _EPS):
+    if any(abs(m[:3, 3]) > EPS):
         perspective = numpy.dot(m[:, 3], numpy.linalg.inv(straight.T))
         m[:, 3] = 0.0, 0.0, 0.0, 1.0
     translation = m[3, :3].copy()

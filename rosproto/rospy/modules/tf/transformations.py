@@ -11,7 +11,7 @@ import math
 
 import numpy
 
-_EPS = numpy.finfo(float).eps * 4.0
+from ._tolerance import EPS as _EPS  # its name in tf
 
 
 def identity_matrix():

@@ -24,7 +24,7 @@ class Transformer:
 
     def allFramesAsDot(self, current_time=None):
         """The frames as a graph for graphviz; with their ages when the time is given."""
-        return self._buffer._allFramesAsDot(*([current_time] if current_time else []))
+        return self._buffer.all_frames_as_dot(*([current_time] if current_time else []))
 
     def allFramesAsString(self):
         """Every frame and its parent."""
@@ -102,7 +102,7 @@ class Transformer:
 
     def chain(self, target_frame, target_time, source_frame, source_time, fixed_frame):
         """Frames on the way."""
-        return self._buffer._chain(target_frame, target_time, source_frame, source_time, fixed_frame)
+        return self._buffer.chain(target_frame, target_time, source_frame, source_time, fixed_frame)
 
     def lookupTransform(self, target_frame, source_frame, time):
         """[x, y, z], [x, y, z, w] of the source frame in the target frame."""
@@ -171,7 +171,7 @@ class Transformer:
 
     def getFrameStrings(self):
         """Names of those frames."""
-        return self._buffer._children()
+        return self._buffer.child_frames()
 
     def clear(self):
         """Forget what moves."""

@@ -249,7 +249,7 @@ class BufferCore:
                 for name, edge in self._in_order()
             )
 
-    def _allFramesAsDot(self, current_time=None):
+    def all_frames_as_dot(self, current_time=None):
         """The same as a graph for graphviz."""
         if current_time is not None and not hasattr(current_time, "to_sec"):
             raise TypeError("time must have a to_sec method, e.g. rospy.Time or rospy.Duration")
@@ -257,18 +257,20 @@ class BufferCore:
         with self._lock:
             return all_frames_as_dot(list(self._tree.names), self._tree.edges, now)
 
-    def _children(self):
+    def child_frames(self):
         """Names of the frames whose pose in another is known."""
         with self._lock:
             return [name for name, edge in self._in_order() if edge]
 
-    def _frameExists(self, frame):
+    def frame_exists(self, frame):
+        """True for a frame that has been named, the root too."""
         return frame in self._tree.names
 
-    def _getFrameStrings(self):
+    def frame_names(self):
+        """Names of all frames, the root's too."""
         return list(self._tree.names)
 
-    def _chain(self, target_frame, target_time, source_frame, source_time, fixed_frame):
+    def chain(self, target_frame, target_time, source_frame, source_time, fixed_frame):
         """Frames on the way from the source to the target."""
         with self._lock:
             there = self._walk(fixed_frame, source_frame, nanoseconds(source_time))
@@ -284,6 +286,10 @@ class BufferCore:
         except NoWay as no_way:
             raise error_of(no_way, target, source) from None
         return way.source_side, way.target_side[::-1]
+
+    # tf2's names for them
+    _allFramesAsDot, _chain = all_frames_as_dot, chain
+    _frameExists, _getFrameStrings = frame_exists, frame_names
 
 
 def _problems(child, parent, translation, rotation, authority):

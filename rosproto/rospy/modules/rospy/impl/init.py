@@ -28,7 +28,7 @@ def start_node(resolved_name, port=0, tcpros_port=0):
     from rosproto.rospy.host import ProgramNode
     from rosproto.transport.address import host_from_environment
 
-    names._set_caller_id(resolved_name)
+    names.set_caller_id(resolved_name)
     uri = rosgraph.get_master_uri()
     opened = None
     told = False

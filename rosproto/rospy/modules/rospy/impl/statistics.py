@@ -51,8 +51,7 @@ class SubscriberStatistics:
 
     def received(self, publisher):
         """Bytes that have come from a publisher."""
-        links = list(self._impl.handle._subscription.links.values())
-        return sum(link.stats().bytes for link in links if link.caller_id == publisher)
+        return sum(link.bytes for link in self._impl.handle.stats() if link.peer == publisher)
 
     def close(self):
         """No more."""

@@ -121,8 +121,8 @@ class ServiceProxy(_Service):
         try:
             client = self._opened()
             response = client.call(self._sent(request), timeout=None)
-            if client._address is not None:
-                self.uri = "%s%s:%s" % (core.ROSRPC, *client._address)
+            if client.address is not None:
+                self.uri = "%s%s:%s" % (core.ROSRPC, *client.address)
             return response
         except RosError as error:
             raise service_exception(self.resolved_name, error) from error
