@@ -43,18 +43,18 @@ def serve() -> None:
 
 
 class RosFinder:
-    """Finds what is served; everything else is left to the finders behind."""
+    """Finds the modules that this layer provides; leaves everything else to the finders behind it."""
 
     def __init__(self) -> None:
         self._modules = _names_in(MODULES) - SPARE
-        # Asked for now: every import of the process comes by here, those of the library itself too.
+        # Looked up here, not earlier: every import of the process comes here, even the library's own.
         self._packages = frozenset(library().packages())
         self._ours: dict[str, bool] = {}
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> importlib.machinery.ModuleSpec | None:
-        """The spec of a served module, None for any other."""
+        """The spec of a module that this layer provides, None for any other."""
         if fullname == "multiprocessing.spawn":
             return self._watched(fullname, path)
         package, _, rest = fullname.partition(".")
@@ -93,7 +93,7 @@ class RosFinder:
 
     @staticmethod
     def _watched(name: str, path: Sequence[str] | None) -> importlib.machinery.ModuleSpec | None:
-        """multiprocessing.spawn itself, but its children get the finder too."""
+        """The real multiprocessing.spawn, changed so that child processes get the finder too."""
         spec = importlib.machinery.PathFinder.find_spec(name, path)
         if spec is not None and spec.loader is not None:
             spec.loader = _Watched(spec.loader)  # type: ignore[assignment]
@@ -101,7 +101,7 @@ class RosFinder:
 
 
 class _Watched:
-    """A loader that adds to one module; the one it stands for is left alone: a zip has one in all."""
+    """Wraps the loader of one module and adds to it. The wrapped one is unchanged: a zip has one for all."""
 
     def __init__(self, loader: object) -> None:
         self._loader = loader
@@ -115,12 +115,12 @@ class _Watched:
 
 
 class SpareFinder:
-    """Behind all others: what programs import that is not installed; for what cannot be served, why."""
+    """The last finder: provides what is not installed, and says why a module cannot be provided."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> importlib.machinery.ModuleSpec | None:
-        """The spec of a spare module, None for any other.
+        """The spec of a module that is provided when nobody else has it, None for any other.
 
         Raises:
             ModuleNotFoundError: An import asks for what cannot be served; it says what to use instead.
@@ -149,14 +149,14 @@ def _names_in(folder: str) -> frozenset[str]:
 
 
 def _stand_in(name: str, *folders: str) -> importlib.machinery.ModuleSpec | None:
-    """How Python loads a module of `modules/`, folders named as packages; None when there is none."""
+    """The spec of a module in `modules/`, None when there is none of that name."""
     place = os.path.join(MODULES, *folders, *name.split(".")[:-1])
     spec = importlib.machinery.PathFinder.find_spec(name, [place])
-    return spec if spec is not None and spec.has_location else None  # a folder without __init__.py is none
+    return spec if spec is not None and spec.has_location else None  # without __init__.py it is no package
 
 
 def _is_brought(package: str) -> bool:
-    """True when the user's own path has generated code of that package."""
+    """True when the user has generated code of that package on sys.path."""
     for entry in sys.path:
         folder = os.path.join(entry or os.curdir, package)
         if any(os.path.isfile(os.path.join(folder, kind, "__init__.py")) for kind in KINDS):

@@ -11,7 +11,7 @@ from ._vectors import Twist, Vector, Wrench
 __all__ = ["Equal", "Frame", "Rotation", "Twist", "Vector", "Wrench", "addDelta", "diff", "dot"]
 
 for _made in (Equal, Frame, Rotation, Twist, Vector, Wrench):
-    _made.__module__ = __name__  # as pickles name them
+    _made.__module__ = __name__  # pickles name them so
 
 
 def __getattr__(name):
@@ -26,7 +26,7 @@ def __getattr__(name):
 
 
 def diff(a, b, dt=1.0):
-    """What leads from `a` to `b` in `dt` seconds, told where both are told."""
+    """The velocity that takes `a` to `b` in `dt` seconds, in the frame in which both are given."""
     if isinstance(a, Rotation):
         return a * (a.Inverse() * b).GetRot() / dt
     if isinstance(a, Frame):
@@ -35,7 +35,7 @@ def diff(a, b, dt=1.0):
 
 
 def addDelta(a, da, dt=1.0):
-    """Where that leads from `a`."""
+    """Where `a` is after moving with the velocity `da` for `dt` seconds."""
     if isinstance(a, Rotation):
         own = a.Inverse() * da
         return a * Rotation.Rot(own, own.Norm() * dt)

@@ -1,4 +1,4 @@
-"""What a bag tells of itself: counts, times, types, and the text and YAML of `rosbag info`."""
+"""Facts about a bag: counts, times, types, and the text and YAML of `rosbag info`."""
 
 import itertools
 import sys

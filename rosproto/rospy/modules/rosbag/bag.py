@@ -89,7 +89,7 @@ class Bag(Told):
             self._append()
 
     def _is_new(self):
-        """Nothing is there to be appended to; an empty file that is there is refused, as by rosbag."""
+        """True when there is no file to append to; an existing empty file is refused, as by rosbag."""
         return self._filename is not None and not os.path.exists(self._filename)
 
     def _read_version(self):
@@ -115,7 +115,7 @@ class Bag(Told):
             return BagWriter(self._file, self._compression, max(1, self._chunk_threshold), append=append)
 
     def _append(self):
-        """Go on behind what the reader found."""
+        """Continue after what the reader found."""
         self._connections = {one.topic: one for one in self._reader.connections.values()}
         self._reader.close()
         self._writer = self._writing(append=True)
@@ -190,7 +190,7 @@ class Bag(Told):
     # -- reading --------------------------------------------------------------------------------------------
 
     def _readable(self):
-        """A reader of everything that is in the file by now."""
+        """A reader of everything in the file so far."""
         self._require_open()
         if self._writer is None:
             return self._reader
@@ -247,7 +247,7 @@ class Bag(Told):
         return {key: value.encode() for key, value in connection.header.items()}
 
     def _class(self, connection):
-        """The class that the bag's own definition gives."""
+        """The class made from the bag's own definition."""
         key = connection.type, connection.md5sum
         found = self._classes.get(key)
         if found is None:
@@ -319,17 +319,17 @@ class Bag(Told):
         return Connection(0, topic, type_, md5sum, definition, fields)
 
     def flush(self):
-        """Write what is collected, so that readers find it."""
+        """Write the buffered messages, so that readers find them."""
         self._require_open()
         if self._writer is not None:
             with in_its_words():
                 self._writer.flush()
 
     def reindex(self):
-        """Give a bag opened with "a" and `allow_unindexed` its table of contents; yields chunks' positions.
+        """Give a bag opened with "a" and `allow_unindexed` its table of contents; yields chunk positions.
 
-        Nothing that can be read is lost, also of a chunk that is cut off. A bag opened with "r" is read in
-        any case, and left as it is.
+        Everything that can be read is kept, even of a chunk that is cut off. A bag opened with "r" is
+        readable without this, and is not changed.
 
         Raises:
             ROSBagFormatException: It is damaged before its end; `rosproto bag fix` writes a new one.
@@ -353,7 +353,7 @@ class Bag(Told):
             self._append()
 
     def close(self):
-        """End it; a bag being written gets its table of contents."""
+        """Close the file; a bag being written gets its table of contents."""
         if self._closed:
             return
         self._closed = True

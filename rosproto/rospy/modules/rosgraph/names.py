@@ -1,4 +1,4 @@
-"""Names, as rosgraph handles them: nothing is refused that rospy takes."""
+"""Names, as rosgraph handles them: every name that rospy accepts is accepted."""
 
 import os
 import re
@@ -107,7 +107,7 @@ def is_legal_remap(arg):
 
 
 def canonicalize_name(name):
-    """Without double slashes and without one at the end."""
+    """The name without double slashes and without one at the end."""
     if not name or name == SEP:
         return name
     parts = SEP.join(part for part in name.split(SEP) if part)
@@ -140,7 +140,7 @@ def script_resolve_name(script_name, name):
 
 
 def anonymous_name(id):
-    """A name nobody else has."""
+    """A unique name."""
     from rosproto.names import anonymous_name
 
     return anonymous_name(id)

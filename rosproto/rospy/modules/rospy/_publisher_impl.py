@@ -53,11 +53,11 @@ class PublisherImpl(TopicImpl):
         return [Connection(name, name) for name in self.handle.subscribers]
 
     def add_subscriber_listener(self, listener):
-        """Tell this one too."""
+        """Add a listener."""
         self.subscriber_listeners.append(listener)
 
     def add_headers(self, headers):
-        """Say this too to subscribers that connect from now on; what has a meaning of its own is replaced."""
+        """Add header fields for subscribers that connect from now on; standard fields keep their values."""
         self.headers.update(headers)
 
     def enable_latch(self):
@@ -67,13 +67,13 @@ class PublisherImpl(TopicImpl):
             self.handle.latch = True
 
     def set_queue_size(self, queue_size):
-        """So many messages may wait for a slow subscriber; 0 for any number."""
+        """Set how many messages may wait for a slow subscriber; 0 for any number."""
         self.queue_size = queue_size
         if self.handle is not None:
             self.handle.queue_size = _room(queue_size)
 
     def close(self):
-        """End it; who still holds it holds no message and no listener."""
+        """Close the topic; drops the latched message and the listeners."""
         super().close()
         self.latch = None
         self.subscriber_listeners = []
@@ -83,7 +83,7 @@ class PublisherImpl(TopicImpl):
         self.publock.acquire()
 
     def release(self):
-        """Let them again."""
+        """Let other threads publish again."""
         self.publock.release()
 
     def _connected(self, caller_id):
@@ -101,7 +101,7 @@ class PublisherImpl(TopicImpl):
         self.handle.publish_to(caller_id, self._bytes(message))
 
     def publish(self, message):
-        """Send to all."""
+        """Send a message to all subscribers."""
         if self.closed or self.handle is None:
             if core.is_shutdown() or self.refused:
                 return
@@ -117,7 +117,7 @@ class PublisherImpl(TopicImpl):
             self._send(message)
 
     def _keep(self, message):
-        """Nobody is there to get it: wrong values are not noticed, and not kept."""
+        """Latch a message that nobody receives yet; one with wrong values is ignored."""
         self.latch = message
         try:
             self._send(message)
@@ -138,7 +138,7 @@ class PublisherImpl(TopicImpl):
             else:
                 self.handle.publish(message)
         except CodecError:
-            self.handle.publish(self._bytes(message))  # by genpy's rules, or with its errors
+            self.handle.publish(self._bytes(message))  # encoded by genpy's rules, or its error raised
         except LocalProtocolError:
             if not core.is_shutdown():
                 raise ROSException("publish() to a closed topic") from None
@@ -170,5 +170,5 @@ class PublisherImpl(TopicImpl):
 
 
 def _room(queue_size):
-    """The queue behind a `queue_size`; rospy takes anything there, and only a number above 0 bounds."""
+    """The size of the queue; rospy accepts any value, and only a number above 0 is a bound."""
     return queue_size if isinstance(queue_size, int) and queue_size > 0 else UNBOUNDED

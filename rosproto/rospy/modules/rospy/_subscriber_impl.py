@@ -40,7 +40,7 @@ class SubscriberImpl(TopicImpl):
         )
 
     def close(self):
-        """End it."""
+        """Close the topic."""
         super().close()
         if self._statistics is not None:
             self._statistics.close()
@@ -53,7 +53,7 @@ class SubscriberImpl(TopicImpl):
         return [Connection(uri, caller_id) for uri, caller_id in self.handle.publisher_uris.items()]
 
     def set_queue_size(self, queue_size):
-        """Of what one read brings, the last so many messages are called with; None for all."""
+        """Set how many messages of one read are delivered, the latest ones; None for all."""
         if queue_size == -1:
             queue_size = None
         elif queue_size == 0:
@@ -65,7 +65,7 @@ class SubscriberImpl(TopicImpl):
             self.handle.queue_size = queue_size or UNBOUNDED
 
     def set_buff_size(self, buff_size):
-        """Checked, not needed: messages of any size are received whole."""
+        """Check and keep the size. It has no effect: messages of any size are received whole."""
         if type(buff_size) is not int:
             raise ROSException("buffer size must be an integer")
         if buff_size <= 0:
@@ -79,7 +79,7 @@ class SubscriberImpl(TopicImpl):
             self.handle.tcp_nodelay = tcp_nodelay
 
     def add_callback(self, cb, cb_args):
-        """One more; it gets the latched messages that came before it."""
+        """Add a callback; it is called with the latched messages received before."""
         if self.closed:
             raise ROSException("subscriber [%s] has been closed" % self.resolved_name)
         with self.c_lock:
@@ -89,10 +89,10 @@ class SubscriberImpl(TopicImpl):
             self._invoke(message, cb, cb_args)
 
     def remove_callback(self, cb, cb_args):
-        """Take one away.
+        """Remove a callback.
 
         Raises:
-            KeyError: It is not there.
+            KeyError: It was not added.
         """
         if self.closed:
             return
@@ -128,7 +128,7 @@ class SubscriberImpl(TopicImpl):
             else:
                 cb(message, cb_args)
         except SystemExit:
-            pass  # ends a thread of rospy's, not the program
+            pass  # in rospy it ends a receiving thread, not the program
         except BaseException:
             if core.is_shutdown():
                 core.logger.warning("during shutdown, bad callback: %s\n%s", cb, traceback.format_exc())

@@ -22,7 +22,7 @@ class TopicManager:
         self._node = None
 
     def attach(self, node):
-        """There is a node: open what was made before."""
+        """Take the node, and open the topics made before it existed."""
         with self.lock:
             self._node = node
             for impl in [*self.pubs.values(), *self.subs.values()]:
@@ -32,7 +32,7 @@ class TopicManager:
         return self.pubs if reg_type == Registration.PUB else self.subs
 
     def acquire_impl(self, reg_type, resolved_name, data_class, options):
-        """The implementation of a topic, made when it is the first use; `options(impl)` sets it up."""
+        """The implementation of a topic, created with the first use; `options(impl)` sets it up."""
         with self.lock:
             table = self._table(reg_type)
             impl = table.get(resolved_name)
@@ -63,12 +63,12 @@ class TopicManager:
 
     @staticmethod
     def _refuse(impl, text):
-        """The program goes on, as with rospy; nobody hears it on that topic."""
+        """Mark a topic as refused; the program goes on without it, as with rospy."""
         impl.refused = True
         core.logfatal("unable to register %s [%s] with master: %s" % (impl.KIND, impl.resolved_name, text))
 
     def release_impl(self, reg_type, resolved_name):
-        """One use less; the last one closes it."""
+        """Release a topic; the last release closes it."""
         with self.lock:
             table = self._table(reg_type)
             impl = table.get(resolved_name)

@@ -63,7 +63,7 @@ canonicalize_name = rosgraph.names.canonicalize_name
 
 
 def reload_mappings(argv):
-    """Take the remappings of another command line."""
+    """Read the remappings of another command line."""
     global _mappings
     _mappings = load_mappings(argv)
 
@@ -103,7 +103,7 @@ def get_namespace():
 
 
 def set_caller_id(caller_id):
-    """Note the name that this node has."""
+    """Set the name of this node."""
     global _caller_id, _caller_namespace
     _caller_id = caller_id
     _caller_namespace = namespace(caller_id)
@@ -113,7 +113,7 @@ _set_caller_id = set_caller_id  # rospy's name for it
 
 
 def resolve_name(name, caller_id=None):
-    """The global name that a name means here, remapped."""
+    """The global name for a name, remapped."""
     if not caller_id:
         caller_id = get_name()
     if not name:

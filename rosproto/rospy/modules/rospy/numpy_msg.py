@@ -21,7 +21,7 @@ def _known(msg_type):
 
 
 def _brought(msg_type):
-    """One that genpy generated has the two functions itself."""
+    """The same for a class that genpy generated, which has the two functions itself."""
     import numpy
 
     def serialize(self, buff):

@@ -1,4 +1,4 @@
-"""Turning things with a mouse: K. Shoemake's Arcball (Graphics Gems IV), with names and results of tf's."""
+"""Rotating objects with a mouse: K. Shoemake's Arcball (Graphics Gems IV), with tf's names and results."""
 
 import math
 
@@ -69,7 +69,7 @@ class Arcball:
         self._axes = [unit_vector(axis) for axis in axes]
 
     def setconstrain(self, constrain):
-        """Whether it turns about those axes only."""
+        """Say whether it turns about those axes only."""
         self._constrained = bool(constrain is True or constrain == 1)
 
     def getconstrain(self):
@@ -101,7 +101,7 @@ class Arcball:
             self._turn = quaternion_multiply((*across, numpy.dot(self._grip, at)), self._at_down)
 
     def next(self, acceleration=0.0):
-        """Turn on as the last drag did."""
+        """Continue the rotation of the last drag."""
         turn = quaternion_slerp(self._before, self._turn, 2.0 + acceleration, False)
         self._before, self._turn = self._turn, turn
 

@@ -1,4 +1,4 @@
-"""tf.Transformer: tf2's buffer in the clothes of before, poses as [x, y, z], [x, y, z, w]."""
+"""tf.Transformer: tf2's buffer with the older interface; poses are [x, y, z], [x, y, z, w]."""
 
 import tf2_ros
 
@@ -6,7 +6,7 @@ _ALONE = "cannot wait for transform without a dedicated thread that listens to i
 
 
 def strip_leading_slash(name):
-    """tf2 has none."""
+    """The name as tf2 knows it: without the leading slash."""
     return name[1:] if name.startswith("/") else name
 
 
@@ -16,7 +16,7 @@ def _parts(message):
 
 
 class Transformer:
-    """Lookups in lists."""
+    """A buffer whose lookups return lists."""
 
     def __init__(self, interpolate=True, cache_time=None):
         self._buffer = tf2_ros.Buffer(cache_time, debug=False)
@@ -51,10 +51,10 @@ class Transformer:
         )
 
     def waitForTransform(self, target_frame, source_frame, time, timeout, polling_sleep_duration=None):
-        """Wait until it can be had.
+        """Wait until the transform is known.
 
         Raises:
-            tf.Exception: It cannot, in time.
+            tf.Exception: It is not known in time.
         """
         self._require_thread()
         done, why = self._buffer.can_transform(
@@ -101,7 +101,7 @@ class Transformer:
             )
 
     def chain(self, target_frame, target_time, source_frame, source_time, fixed_frame):
-        """Frames on the way."""
+        """The frames between the two."""
         return self._buffer.chain(target_frame, target_time, source_frame, source_time, fixed_frame)
 
     def lookupTransform(self, target_frame, source_frame, time):
@@ -146,7 +146,7 @@ class Transformer:
         time,
         averaging_interval,
     ):
-        """The same, told in a third frame."""
+        """The same, expressed in a third frame."""
         from .twist import between
 
         return between(
@@ -160,7 +160,7 @@ class Transformer:
         )
 
     def getLatestCommonTime(self, source_frame, dest_frame):
-        """The newest time for which it is known."""
+        """The newest time for which the transform is known."""
         return self._buffer.get_latest_common_time(
             strip_leading_slash(source_frame), strip_leading_slash(dest_frame)
         )
@@ -174,13 +174,13 @@ class Transformer:
         return self._buffer.child_frames()
 
     def clear(self):
-        """Forget what moves."""
+        """Forget everything but static transforms."""
         self._buffer.clear()
 
     def setUsingDedicatedThread(self, value):
-        """Whether something fills this meanwhile, so that waiting makes sense."""
+        """Say whether another thread fills this buffer, so that waiting makes sense."""
         self._using_dedicated_thread = value
 
     def getTFPrefix(self):
-        """tf2 has none."""
+        """Always empty: tf2 has no prefixes."""
         return ""
