@@ -1,7 +1,7 @@
 """Message and service classes made from definitions, with genpy's values in place of numpy's.
 
-The base of the classes and their values (genpy.Time, tuples, bytes, genpy's errors) are in `modules/genpy`. Here
-they are joined to the definitions; and classes that genpy itself generated are prepared for a node.
+The base of the classes and their values (genpy.Time, tuples, bytes, genpy's errors) are in `modules/genpy`.
+Here they are joined to the definitions, and classes that genpy itself generated are prepared for a node.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 from rosproto.codec import Flavour, Message, message_class, service_class
 from rosproto.rospy.definitions import library
 
-__all__ = ["Encoded", "carried", "carried_service", "is_known", "message", "service"]
+__all__ = ["Encoded", "is_ours", "message", "node_class", "node_service", "service"]
 
 
 @cache
@@ -41,7 +41,7 @@ def service(name: str) -> Any:
     return made
 
 
-def is_known(cls: Any) -> bool:
+def is_ours(cls: Any) -> bool:
     """True for a class made from a definition; False for one that genpy generated."""
     return isinstance(cls, type) and issubclass(cls, Message)
 
@@ -60,13 +60,13 @@ class Encoded:
 
 
 @cache
-def carried(cls: Any) -> Any:
+def node_class(cls: Any) -> Any:
     """The class to hand to a node for a message class: itself, or a stand-in for one that genpy generated.
 
     A stand-in has genpy's attributes for the wire, and the three functions that the node calls; these take
     and return instances of the generated class.
     """
-    if is_known(cls):
+    if is_ours(cls):
         return cls
 
     def encode(message: Any) -> bytes:
@@ -98,9 +98,9 @@ def carried(cls: Any) -> Any:
 
 
 @cache
-def carried_service(cls: Any) -> Any:
+def node_service(cls: Any) -> Any:
     """The same for a service class."""
-    if is_known(cls._request_class) and is_known(cls._response_class):
+    if is_ours(cls._request_class) and is_ours(cls._response_class):
         return cls
     return type(
         cls.__name__,
@@ -108,7 +108,7 @@ def carried_service(cls: Any) -> Any:
         {
             "_type": cls._type,
             "_md5sum": cls._md5sum,
-            "_request_class": carried(cls._request_class),
-            "_response_class": carried(cls._response_class),
+            "_request_class": node_class(cls._request_class),
+            "_response_class": node_class(cls._response_class),
         },
     )

@@ -157,7 +157,7 @@ class ActionServer:
                 return
             for tracker in self.status_list[:]:
                 if goal.goal_id.id == tracker.status.goal_id.id:
-                    self._come_again(tracker)
+                    self._received_again(tracker)
                     return
             tracker = StatusTracker(None, None, goal)
             tracker.handle_tracker = HandleTrackerDeleter(self, tracker)
@@ -172,7 +172,7 @@ class ActionServer:
             else:
                 self.goal_callback(handle)
 
-    def _come_again(self, tracker):
+    def _received_again(self, tracker):
         """A goal whose id is known: its cancel arrived first, or it was sent twice."""
         if tracker.status.status == GoalStatus.RECALLING:
             tracker.status.status = int(next_status(GoalStatus.RECALLING, "cancel"))

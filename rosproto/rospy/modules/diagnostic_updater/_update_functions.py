@@ -118,7 +118,7 @@ class TimeStampStatus(DiagnosticTask):
         with self.lock:
             stat.summary(OK, "Timestamps are reasonable.")
             if self.deltas_valid:
-                self._judge(stat)
+                self._summarize_state(stat)
             else:
                 stat.summary(WARN, "No data since last update.")
             for key, seconds in (
@@ -134,7 +134,7 @@ class TimeStampStatus(DiagnosticTask):
             self._begin()
         return stat
 
-    def _judge(self, stat):
+    def _summarize_state(self, stat):
         """Set the summary; of several problems the last one is reported."""
         if self.min_delta < self.params.min_acceptable:
             stat.summary(ERROR, "Timestamps too far in future seen.")

@@ -40,7 +40,7 @@ for _error in (ROSBagException, *ROSBagException.__subclasses__()):
 
 
 @contextmanager
-def in_its_words():
+def rosbag_errors():
     """Raise rosbag's errors for rosproto's, or the operating system's own error if there is one."""
     try:
         yield

@@ -18,9 +18,9 @@ from ._errors import (
     ROSBagException,
     ROSBagFormatException,
     ROSBagUnindexedException,
-    in_its_words,
+    rosbag_errors,
 )
-from ._told import Compression, Told
+from ._info import BagInfo, Compression
 
 __all__ = [
     "Bag",
@@ -42,7 +42,7 @@ BagMessageWithConnectionHeader = namedtuple(
 _ALLOWED = (Compression.NONE, Compression.BZ2, Compression.LZ4)
 
 
-class Bag(Told):
+class Bag(BagInfo):
     """A bag file, opened for reading ("r"), writing ("w") or appending ("a")."""
 
     def __init__(
@@ -111,7 +111,7 @@ class Bag(Told):
         return 100 * int(found.group(1)) + int(found.group(2))
 
     def _writing(self, append=False):
-        with in_its_words():
+        with rosbag_errors():
             return BagWriter(self._file, self._compression, max(1, self._chunk_threshold), append=append)
 
     def _append(self):
@@ -121,7 +121,7 @@ class Bag(Told):
         self._writer = self._writing(append=True)
 
     def _opened(self, allow_unindexed=True):
-        with in_its_words():
+        with rosbag_errors():
             reader = BagReader(self._file)
         if not allow_unindexed and not reader.indexed:
             reader.close()
@@ -194,7 +194,7 @@ class Bag(Told):
         self._require_open()
         if self._writer is None:
             return self._reader
-        with in_its_words():
+        with rosbag_errors():
             self._writer.flush()
             if self._reader is not None:
                 self._reader.close()
@@ -226,7 +226,7 @@ class Bag(Told):
                 for one in reader.connections.values()
                 if wanted(one.topic, one.type, one.md5sum, one.definition, dict(one.header))
             ]
-        with in_its_words():
+        with rosbag_errors():
             for topic, message, stamp in reader.read_messages(
                 topics or None, start_time, end_time, raw=True, connections=connections
             ):
@@ -288,7 +288,7 @@ class Bag(Told):
                 topic, type_, md5sum, cls, connection_header
             )
         self._mend()
-        with in_its_words():
+        with rosbag_errors():
             self._writer.write_raw(connection, data, t)
 
     @staticmethod
@@ -322,7 +322,7 @@ class Bag(Told):
         """Write the buffered messages, so that readers find them."""
         self._require_open()
         if self._writer is not None:
-            with in_its_words():
+            with rosbag_errors():
                 self._writer.flush()
 
     def reindex(self):
@@ -347,7 +347,7 @@ class Bag(Told):
         """Write the table of contents of an unindexed bag that is to be continued."""
         if self._writer is None:
             self._reader.close()
-            with in_its_words():
+            with rosbag_errors():
                 reindex(self._file)
                 self._reader = BagReader(self._file)
             self._append()
@@ -358,7 +358,7 @@ class Bag(Told):
             return
         self._closed = True
         if self._writer is not None:
-            with in_its_words():
+            with rosbag_errors():
                 self._writer.close()
         if self._reader is not None:
             self._reader.close()

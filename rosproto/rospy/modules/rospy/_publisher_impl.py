@@ -6,7 +6,7 @@ import genpy
 
 from rosproto.codec import encoder
 from rosproto.errors import CodecError, LocalProtocolError, RosError, RosTimeout
-from rosproto.rospy.messages import carried, is_known
+from rosproto.rospy.messages import is_ours, node_class
 
 from . import core
 from ._topic_impl import UNBOUNDED, Connection, TopicImpl
@@ -26,7 +26,7 @@ class PublisherImpl(TopicImpl):
         self.headers = {}
         self.subscriber_listeners = []
         self.publock = threading.RLock()
-        self._class = carried(data_class)
+        self._class = node_class(data_class)
         self._peers = set()
 
     def attach(self, node):
@@ -35,7 +35,7 @@ class PublisherImpl(TopicImpl):
             self.resolved_name,
             self._class,
             latch=self.is_latch,
-            queue_size=_room(self.queue_size),
+            queue_size=_queue_limit(self.queue_size),
             on_connect=self._connected,
             on_disconnect=self._left,
             header=self._fields,
@@ -70,7 +70,7 @@ class PublisherImpl(TopicImpl):
         """Set how many messages may wait for a slow subscriber; 0 for any number."""
         self.queue_size = queue_size
         if self.handle is not None:
-            self.handle.queue_size = _room(queue_size)
+            self.handle.queue_size = _queue_limit(queue_size)
 
     def close(self):
         """Close the topic; drops the latched message and the listeners."""
@@ -162,13 +162,13 @@ class PublisherImpl(TopicImpl):
             if message._buff is None:
                 raise ROSException("AnyMsg is not initialized")
             return bytes(message._buff)
-        if is_known(type(message)):
+        if is_ours(type(message)):
             from genpy.message import encode_message
 
             return encode_message(message)
-        return encoder(carried(type(message)))(message)
+        return encoder(node_class(type(message)))(message)
 
 
-def _room(queue_size):
+def _queue_limit(queue_size):
     """The size of the queue; rospy accepts any value, and only a number above 0 is a bound."""
     return queue_size if isinstance(queue_size, int) and queue_size > 0 else UNBOUNDED

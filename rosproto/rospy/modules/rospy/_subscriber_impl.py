@@ -2,7 +2,7 @@
 
 import traceback
 
-from rosproto.rospy.messages import carried
+from rosproto.rospy.messages import node_class
 
 from . import core
 from ._topic_impl import UNBOUNDED, Connection, TopicImpl
@@ -30,7 +30,7 @@ class SubscriberImpl(TopicImpl):
         self._statistics = statistics.of_subscriber(self)
         self.handle = node.subscriber(
             self.resolved_name,
-            None if anything else carried(self.data_class),
+            None if anything else node_class(self.data_class),
             self._receive_raw if anything else self._receive,
             queue_size=self.queue_size or UNBOUNDED,
             raw=anything,

@@ -13,7 +13,7 @@ from rosproto.errors import Md5sumMismatch, RosError, ServiceError
 from rosproto.names import is_usable_name
 from rosproto.node.call_site import CallSite
 from rosproto.rospy.host import refusal
-from rosproto.rospy.messages import Encoded, carried_service, is_known
+from rosproto.rospy.messages import Encoded, is_ours, node_service
 
 from .. import core, names
 from ..msg import args_kwds_to_message
@@ -63,7 +63,7 @@ def _caller_now():
 # -- calling ------------------------------------------------------------------------------------------------
 
 
-def _carried(message):
+def _for_node(message):
     """A request or response for the node; one of our classes as it is, so that its revision can be converted.
 
     Raises:
@@ -71,7 +71,7 @@ def _carried(message):
     """
     from genpy.message import encode_message, sendable
 
-    if is_known(type(message)):
+    if is_ours(type(message)):
         return sendable(message)
     return Encoded(message._type, encode_message(message))
 
@@ -147,7 +147,7 @@ class ServiceProxy(_Service):
         caller = _caller_now()
         client = self._client
         if client is None or self._client_of is not caller:
-            service = carried_service(self.service_class)
+            service = node_service(self.service_class)
             if caller is _node:
                 client = caller.service_client(self.resolved_name, service, persistent=self.persistent)
             else:
@@ -169,7 +169,7 @@ class ServiceProxy(_Service):
         if getattr(request, "_has_header", False) and request.header.frame_id is None:
             request.header.frame_id = "0"
         try:
-            return _carried(request)
+            return _for_node(request)
         except (genpy.SerializationError, AttributeError):
             try:
                 rosgraph.Master(names.get_caller_id()).lookupService(self.resolved_name)
@@ -247,9 +247,7 @@ class Service(_Service):
             text = "ERROR: parameter [service] contains illegal chars"
             core.logfatal("unable to register service [%s] with master: %s" % (self.resolved_name, text))
             return
-        self._server = node.service_server(
-            self.resolved_name, carried_service(self.service_class), self._answer
-        )
+        self._server = node.service_server(self.resolved_name, node_service(self.service_class), self._answer)
         self.uri = node.rosrpc_uri
         self._server.on_refused = lambda fields, error: self._refused(node, fields, error)
 
@@ -267,7 +265,7 @@ class Service(_Service):
     def _answer(self, request):
         self._site.wait()
         try:
-            return _carried(convert_return_to_response(self.handler(request), self.response_class))
+            return _for_node(convert_return_to_response(self.handler(request), self.response_class))
         except ServiceException as error:
             core.rospydebug("handler raised ServiceException: %s", error)
             raise ServiceError(self.resolved_name, "service cannot process request: %s" % error) from None
