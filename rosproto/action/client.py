@@ -32,12 +32,14 @@ if TYPE_CHECKING:
 
 __all__ = ["ActionClient"]
 
-_counter = itertools.count(1)  # in all clients of the process: two with one node name must not make one id
+_counter = itertools.count(
+    1
+)  # shared by all clients of the process: two with the same node name must not make the same id
 
 STATUS_TIMEOUT = 5.0
 ACK_TIMEOUT = 5.0
-_POLL = 0.01  # as actionlib; connections are not announced to us
-_QUEUE = 1000  # messages; a server's results go to all of its clients, and none may be lost in a burst
+_POLL = 0.01  # as actionlib; new connections are not reported to us
+_QUEUE = 1000  # messages; a server's results go to all of its clients, and a burst must not lose any
 
 
 class ActionClient:
@@ -49,9 +51,9 @@ class ActionClient:
         action_type: A `FooAction` class, "package/FooAction" or "package/Foo".
         status_timeout: A server counts as gone when no status has come from it for this many seconds (it is
             sent 5 times a second, also when nothing happens); None never.
-        ack_timeout: A goal is LOST when a server that is still heard from has not mentioned it for this many
-            seconds: it was sent into a connection that the server had given up. Should it arrive later, it
-            is cancelled. None never (as actionlib).
+        ack_timeout: A goal is LOST when a server that is still heard has not mentioned it for this many
+            seconds: it was sent over a connection that the server had dropped. If it arrives later, it is
+            cancelled. None never (as actionlib).
 
     Raises:
         DefinitionError: No such action type.
@@ -106,11 +108,11 @@ class ActionClient:
             self._parts.append(publisher)
             return publisher
 
-        # What brings answers first: a server may answer as soon as it sees our publishers.
+        # Subscribers first: a server may answer as soon as it sees our publishers.
         self._feedback = subscribe("feedback", type_.action_feedback, self._on_feedback)
         self._result = subscribe("result", type_.action_result, self._on_result)
         self._status = subscribe("status", type_.status_array, self._on_status)
-        # A goal of a killed program would be followed by nobody when it arrives late; a cancel harms nobody.
+        # Nobody would follow a goal that arrives after this program has ended; a late cancel does no harm.
         self._goal = publish("goal", type_.action_goal, linger=False)
         self._cancel_out = publish("cancel", type_.goal_id)
         node.add_closer(self.close)
@@ -137,7 +139,7 @@ class ActionClient:
         return self._goal.revisions  # type: ignore[no-any-return]
 
     def wait_for_server(self, timeout: float | None = 5.0) -> None:
-        """Wait until a server runs and every connection to it stands, so that no goal or answer is lost.
+        """Wait until a server is running and fully connected, so that no goal or answer is lost.
 
         Args:
             timeout: Seconds; None waits for ever.

@@ -20,7 +20,7 @@ class GoalHandle:
     Its properties may be read from any thread at any time. A goal ends in one of three ways: the server's
     result arrives (`done`, see `status`); the server no longer knows it, or never got it (`done` with status
     LOST); or the server is not heard any more: then it is not done, but `connection_error` says so and the
-    waiting methods raise it. Should the server come back, it goes on.
+    waiting methods raise it. If the server comes back, it goes on.
 
     Attributes:
         goal_id: Id on the wire.
@@ -41,17 +41,17 @@ class GoalHandle:
 
     @property
     def state(self) -> CommState:
-        """Where the goal is, seen from here. In a transition callback: the state it was called for."""
+        """The communication state. In a transition callback: the state it was called for."""
         return self._tracker.state(self._sent)
 
     @property
     def status(self) -> GoalStatus:
-        """What the server last said of it."""
+        """The status that the server reported last."""
         return self._machine.status
 
     @property
     def text(self) -> str:
-        """The server's words that came with the status."""
+        """The server's text that came with the status."""
         return self._machine.text
 
     @property
@@ -76,7 +76,7 @@ class GoalHandle:
 
     @property
     def connection_error(self) -> ConnectionLost | None:
-        """Why nothing more can be expected just now (a silent server, a closed client), or None."""
+        """Why nothing can be expected at present (a silent server, a closed client), or None."""
         return self._tracker.connection_error(self._sent)
 
     @property
@@ -87,7 +87,7 @@ class GoalHandle:
         return self._sent.feedback_dropped
 
     def wait(self, timeout: float | None = 60.0) -> Any:
-        """Wait for the result, whatever the goal's end; look at `status`, too.
+        """Wait for the result, however the goal ends; check `status`, too.
 
         Returns after the transition callback for DONE was called (unless called from a callback).
 
@@ -145,9 +145,9 @@ class GoalHandle:
         return self._tracker.cancel(self._sent)
 
     def give_up(self) -> bool:
-        """Take a goal that no server has acknowledged for lost, at once.
+        """Consider a goal that no server has acknowledged as lost, at once.
 
-        It is cancelled should it reach the server later, as long as the client is open.
+        If it reaches the server later, it is cancelled, as long as the client is open.
 
         Returns:
             False when it is acknowledged (`cancel` it), or has ended.
@@ -155,7 +155,7 @@ class GoalHandle:
         return self._tracker.give_up(self._sent)
 
     def _is_over(self) -> bool:
-        # In a callback the end is known before the callback for it was called; a closed client calls none.
+        # Within a callback the end is known before the callback for DONE has run; a closed client runs none.
         no_more_calls = self._tracker.in_callback or self._tracker.closed
         return self._sent.finished or (self.done and no_more_calls)
 

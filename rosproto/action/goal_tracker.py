@@ -36,15 +36,15 @@ class GoalTracker:
 
     Args:
         name: The action, for messages.
-        clock: What times and waits go by.
+        clock: For times and waiting.
         status_timeout, ack_timeout: As for `ActionClient`.
         send_cancel: Asks the server to cancel the goal of an id.
         receivers: Caller ids of the nodes connected to the goal topic now.
-        node_closed: Whether the node is closed.
+        node_closed: Says whether the node is closed.
 
     Attributes:
         followed: The goals under way by id, the oldest first.
-        heard: When each server's status came last, by caller id.
+        heard: When each server was heard last, by caller id.
         arrivals: Which goals were given up before they arrived.
         closed: Set by `close`.
     """
@@ -135,7 +135,7 @@ class GoalTracker:
         return True
 
     def give_up(self, goal: SentGoal) -> bool:
-        """Take a goal that no server has acknowledged for lost; False when one has."""
+        """Consider a goal that no server has acknowledged as lost; False when one has."""
         with self._changed:
             if goal.acknowledged:
                 return False
@@ -206,7 +206,7 @@ class GoalTracker:
     # -- what arrives ------------------------------------------------------------------------
 
     def status_received(self, mentioned: Mapping[str, Any], server: str) -> None:
-        """A status array of `server` came.
+        """A status array of `server` arrived.
 
         Args:
             mentioned: actionlib_msgs/GoalStatus by goal id.
@@ -228,7 +228,7 @@ class GoalTracker:
             self._cancel_late(goal_id, server)
 
     def result_received(self, message: Any, server: str) -> None:
-        """A result of `server` came: ours, another client's, or of a goal that is done."""
+        """A result of `server` arrived; it may be of another client's goal, or of one that is done."""
         status = message.status
         with self._changed:
             goal = self.followed.get(status.goal_id.id)
@@ -239,7 +239,7 @@ class GoalTracker:
             self._changed.notify_all()
 
     def feedback_received(self, message: Any, server: str) -> None:
-        """Feedback of `server` came."""
+        """Feedback of `server` arrived."""
         with self._changed:
             goal = self.followed.get(message.status.goal_id.id)
             if goal is None or goal.done or not goal.machine.is_from(server):

@@ -1,9 +1,9 @@
-"""ActionServer: receives goals, has a handler work on them, tells clients how they stand.
+"""ActionServer: receives goals, has a handler work on them, and reports their status.
 
 The states of a goal and the list of goals are in `rosproto.protocol.goal_server`. Every change of the list
-is published at once, and the list 5 times a second besides, also when it is empty: clients tell a silent
-server from a dead one by it. One lock covers list and publishing, so that status messages leave in the
-order of the changes.
+is published at once, and the whole list 5 times a second, even when it is empty, so that clients can tell an
+idle server from a dead one. One lock covers the list and publishing: status messages are sent in the order
+of the changes.
 
 Source: wiki.ros.org/actionlib/DetailedDescription, actionlib/action_server.py and simple_action_server.py.
 """
@@ -42,7 +42,7 @@ _counter = itertools.count(1)
 REPLACED = "canceled: another goal was received"
 STATUS_SECONDS = 0.2
 MOST_GOALS = 100
-_QUEUE = 1000  # messages: a goal or a result that is dropped leaves a client waiting
+_QUEUE = 1000  # messages: after a dropped goal or result, a client would wait
 _CLOSE_SECONDS = 2.0
 
 Handler = Callable[[ServerGoal], Any]
@@ -89,8 +89,8 @@ class ActionServer:
         action_type: A `FooAction` class, "package/FooAction" or "package/Foo".
         handler: As above.
         concurrent: Work on many goals at once.
-        check: Called with a new goal message, in the receiving thread, so it must be quick; returns why the
-            goal is rejected, or None to accept it.
+        check: Called with each new goal message, in the receiving thread, so it must be quick. Returns None
+            to accept the goal, or why it is rejected.
         most_goals: More goals than this under way or waiting are rejected.
 
     Raises:
@@ -206,7 +206,7 @@ class ActionServer:
     # -- what arrives ------------------------------------------------------------------------
 
     def _on_goal(self, message: Any) -> None:
-        self._site.wait()  # a client may be quicker than the program that made this server
+        self._site.wait()  # a goal may arrive before the program has returned from making this server
         header = message._connection_header or {}
         stamp = message.goal_id.stamp
         if not stamp:
@@ -245,14 +245,14 @@ class ActionServer:
                 if goal is None:
                     continue
                 goal.cancel.set()
-                if goal is self._waiting:  # nothing was begun: it need not wait for its turn to be recalled
+                if goal is self._waiting:  # it was not started: it can be recalled at once
                     self._waiting = None
                     self._apply(goal, "cancel", None, "canceled before it was started")
             self._publish_status()
 
     def _admit(self, goal: _LiveGoal) -> None:
-        """Start a new goal, let it wait, or turn it down."""
-        reason = self._objection(goal)
+        """Start a new goal, queue it, or reject it."""
+        reason = self._reason_to_reject(goal)
         if reason is not None:
             self._apply(goal, "reject", None, reason)
         elif self._concurrent:
@@ -260,7 +260,7 @@ class ActionServer:
         else:
             self._queue(goal)
 
-    def _objection(self, goal: _LiveGoal) -> str | None:
+    def _reason_to_reject(self, goal: _LiveGoal) -> str | None:
         if len(self._live) > self._most_goals:
             return f"more than {self._most_goals} goals are under way"
         if self._check is None:
@@ -302,7 +302,7 @@ class ActionServer:
         worker.start()
 
     def _work(self, goal: _LiveGoal) -> None:
-        """Call the handler, see that the goal ends, start the next one."""
+        """Call the handler, make sure that the goal ends, start the next one."""
         try:
             result = self._handler(goal.handle)
             if result is not None:
@@ -336,7 +336,7 @@ class ActionServer:
             except RosError:
                 _log.exception("! %s: goal %s could not be ended", self.name, goal.record.goal_id)
 
-    # -- telling clients ---------------------------------------------------------------------
+    # -- what is sent ------------------------------------------------------------------------
 
     def _end(self, goal: _LiveGoal, command: str, result: Any, text: str) -> None:
         with self._lock:
@@ -344,7 +344,7 @@ class ActionServer:
             self._publish_status()
 
     def _apply(self, goal: _LiveGoal, command: str, result: Any, text: str) -> None:
-        """Change a goal's state; an end is told with its result."""
+        """Change a goal's state; when it ends, publish the result."""
         if result is not None:
             result = part_from(result, self.type.result, f"a result of {self.name}")
         self._goals.apply(goal.record, command, self._clock.monotonic(), text)
@@ -383,7 +383,7 @@ class ActionServer:
             publisher.publish(message)
         except LocalProtocolError:
             if not self._closed and not self._node.closed:
-                raise  # a handler that ends while everything closes is no mistake of anybody
+                raise  # a handler may well end while everything closes
 
     def _status_of(self, record: GoalRecord) -> Any:
         stamp = Time.from_nsec(record.stamp)

@@ -1,4 +1,4 @@
-"""ServerGoal: a goal in the hands of the program that works on it."""
+"""ServerGoal: the handle that a server's handler has of one goal."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["ServerGoal"]
 
 
 class ServerGoal:
-    """What the handler of an `ActionServer` gets. All methods may be called from any thread.
+    """What the handler of an `ActionServer` is called with. All methods may be called from any thread.
 
     Attributes:
         id: Goal id on the wire.
@@ -47,7 +47,7 @@ class ServerGoal:
 
     @property
     def status(self) -> GoalStatus:
-        """Where the goal is."""
+        """Status of the goal."""
         return self._record.status
 
     @property
@@ -60,7 +60,7 @@ class ServerGoal:
         return self._cancel.wait(timeout)
 
     def publish_feedback(self, feedback: Any) -> None:
-        """Tell how far the work is: a feedback message, or a dict of its fields.
+        """Publish the progress: a feedback message, or a dict of its fields.
 
         Raises:
             LocalProtocolError: The goal has ended.
@@ -73,7 +73,7 @@ class ServerGoal:
 
         Args:
             result: Result message, or a dict of its fields; None for one with default values.
-            text: Words to go with it.
+            text: Sent with it, for people.
 
         Raises:
             LocalProtocolError: It has ended already.

@@ -4,6 +4,8 @@ import os
 import re
 import sys
 
+from rosproto.names import canonicalize
+
 from .rosenv import ROS_NAMESPACE
 
 MSG_EXT = ".msg"
@@ -108,10 +110,7 @@ def is_legal_remap(arg):
 
 def canonicalize_name(name):
     """The name without double slashes and without one at the end."""
-    if not name or name == SEP:
-        return name
-    parts = SEP.join(part for part in name.split(SEP) if part)
-    return SEP + parts if name[0] == SEP else parts
+    return canonicalize(name) if name else name
 
 
 def resolve_name(name, namespace_, remappings=None):

@@ -10,6 +10,12 @@ def strip_leading_slash(name):
     return name[1:] if name.startswith("/") else name
 
 
+def _between(target_frame, target_time, source_frame, source_time, fixed_frame):
+    """Arguments of a lookup between two times, with the frames as tf2 knows them."""
+    target, source, fixed = map(strip_leading_slash, (target_frame, source_frame, fixed_frame))
+    return target, target_time, source, source_time, fixed
+
+
 def _parts(message):
     t, r = message.transform.translation, message.transform.rotation
     return [t.x, t.y, t.z], [r.x, r.y, r.z, r.w]
@@ -43,11 +49,7 @@ class Transformer:
     def canTransformFull(self, target_frame, target_time, source_frame, source_time, fixed_frame):
         """The same between two times."""
         return self._buffer.can_transform_full(
-            strip_leading_slash(target_frame),
-            target_time,
-            strip_leading_slash(source_frame),
-            source_time,
-            strip_leading_slash(fixed_frame),
+            *_between(target_frame, target_time, source_frame, source_time, fixed_frame),
         )
 
     def waitForTransform(self, target_frame, source_frame, time, timeout, polling_sleep_duration=None):
@@ -79,11 +81,7 @@ class Transformer:
         """The same between two times."""
         self._require_thread()
         done, why = self._buffer.can_transform_full(
-            strip_leading_slash(target_frame),
-            target_time,
-            strip_leading_slash(source_frame),
-            source_time,
-            strip_leading_slash(fixed_frame),
+            *_between(target_frame, target_time, source_frame, source_time, fixed_frame),
             timeout,
             return_debug_tuple=True,
         )
@@ -116,11 +114,7 @@ class Transformer:
         """The same between two times."""
         return _parts(
             self._buffer.lookup_transform_full(
-                strip_leading_slash(target_frame),
-                target_time,
-                strip_leading_slash(source_frame),
-                source_time,
-                strip_leading_slash(fixed_frame),
+                *_between(target_frame, target_time, source_frame, source_time, fixed_frame),
             )
         )
 
