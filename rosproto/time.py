@@ -53,7 +53,7 @@ class TVal:
         self.nsecs = rest - over * _NSEC
 
     @classmethod
-    def _raw(cls: type[_Self], secs: int, nsecs: int) -> _Self:
+    def from_wire(cls: type[_Self], secs: int, nsecs: int) -> _Self:
         """Make one from wire values, unchanged and unchecked."""
         self = object.__new__(cls)
         self.secs = secs
@@ -148,7 +148,7 @@ class TVal:
 
 def _restore(cls: type[_Self], secs: int, nsecs: int) -> _Self:
     """Unpickle one, unchanged."""
-    return cls._raw(secs, nsecs)
+    return cls.from_wire(secs, nsecs)
 
 
 class Time(TVal):

@@ -32,7 +32,7 @@ class Outcome:
 
     Attributes:
         kind: What happened.
-        goal: What was asked, in words ("task 17 to A1", "straight 0.5 m").
+        description: What was asked, in words ("task 17 to A1", "straight 0.5 m").
         text: The chassis's own words, or ours when it gave none.
         code: Its number: task state, step result, action status or robot state, by kind; None when there
             was none.
@@ -43,7 +43,7 @@ class Outcome:
     """
 
     kind: OutcomeKind
-    goal: str
+    description: str
     text: str = ""
     code: int | None = None
     stopped: bool | None = None
@@ -65,7 +65,7 @@ class Outcome:
 
     def sentence(self) -> str:
         """One sentence for people: what, how, why, and what to do next."""
-        parts = [f"{self.goal}: {self.kind.value} after {self.seconds:.1f} s"]
+        parts = [f"{self.description}: {self.kind.value} after {self.seconds:.1f} s"]
         if self.text:
             parts.append(self.text)
         if self.code is not None:

@@ -1,4 +1,4 @@
-"""One thread that calls a client's callbacks, one after the other."""
+"""The thread that calls a client's callbacks, one after the other."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ class Dispatcher:
 
         Args:
             function: What to call.
-            droppable: Leave it out while `MOST_WAITING` calls wait.
+            droppable: Drop the call when `MOST_WAITING` are queued.
 
         Returns:
-            False when it will not be called: left out, or after `close`.
+            False when it will not be called: dropped, or after `close`.
         """
         with self._ready:
             if self._closed or (droppable and len(self._queue) >= MOST_WAITING):

@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import Any
 
+from rosproto.action.goal_tracker import GoalTracker
+from rosproto.action.sent_goal import SentGoal
 from rosproto.errors import ConnectionLost, RosTimeout
-from rosproto.protocol.goal_client import CommState, GoalMachine, GoalStatus
-from rosproto.time import Time
+from rosproto.protocol.goal_client import CommState, GoalStatus
 from rosproto.transport.deadline import Deadline
 
-if TYPE_CHECKING:
-    from rosproto.action.client import ActionClient
-
 __all__ = ["GoalHandle"]
-
-FEEDBACK_KEPT = 100
-_UNHEARD_OF = (CommState.WAITING_FOR_GOAL_ACK, CommState.WAITING_FOR_CANCEL_ACK)
-_LOOK_AGAIN = 0.25  # seconds between looks at how long the server has been silent
 
 
 class GoalHandle:
@@ -27,59 +20,38 @@ class GoalHandle:
     Its properties may be read from any thread at any time. A goal ends in one of three ways: the server's
     result arrives (`done`, see `status`); the server no longer knows it, or never got it (`done` with status
     LOST); or the server is not heard any more: then it is not done, but `connection_error` says so and the
-    waiting methods raise it. Should the server come back, it goes on.
+    waiting methods raise it. If the server comes back, it goes on.
 
     Attributes:
         goal_id: Id on the wire.
         goal: The goal message.
         sent: Stamp on the wire.
-        feedback_dropped: Feedback messages that nobody took in time from `feedback()` (a callback still saw
-            them), or that came faster than the callback returned.
     """
 
-    def __init__(
-        self,
-        client: ActionClient,
-        goal_id: str,
-        goal: Any,
-        sent: Time,
-        on_feedback: Callable[[GoalHandle, Any], object] | None,
-        on_transition: Callable[[GoalHandle], object] | None,
-        carriers: frozenset[str],
-    ) -> None:
-        self._client = client
-        self._machine = GoalMachine(goal_id)
-        self._sent_at = client._clock.monotonic()
-        self._carriers = carriers  # caller ids that were connected to the goal topic
-        self._ended_at: float | None = None  # when a status said so, while the result is still to come
-        self._on_feedback = on_feedback
-        self._on_transition = on_transition
-        self._seen = CommState.WAITING_FOR_GOAL_ACK
-        self._finished = False
-        self._kept: deque[Any] = deque(maxlen=FEEDBACK_KEPT)
-        self.goal_id = goal_id
-        self.goal = goal
-        self.sent = sent
-        self.feedback_dropped = 0
+    def __init__(self, sent: SentGoal, tracker: GoalTracker) -> None:
+        self._sent = sent
+        self._machine = sent.machine
+        self._tracker = tracker
+        self.goal_id = sent.goal_id
+        self.goal = sent.goal
+        self.sent = sent.stamp
 
     def __repr__(self) -> str:
         return f"<GoalHandle {self.goal_id} {self.state.name}, {self.status.name}>"
 
     @property
     def state(self) -> CommState:
-        """Where the goal is, seen from here. In a transition callback: the state it was called for."""
-        if self._on_transition is not None and self._client._dispatcher.is_current:
-            return self._seen
-        return self._machine.state
+        """The communication state. In a transition callback: the state it was called for."""
+        return self._tracker.state(self._sent)
 
     @property
     def status(self) -> GoalStatus:
-        """What the server last said of it."""
+        """The status that the server reported last."""
         return self._machine.status
 
     @property
     def text(self) -> str:
-        """The server's words that came with the status."""
+        """The server's text that came with the status."""
         return self._machine.text
 
     @property
@@ -95,8 +67,7 @@ class GoalHandle:
     @property
     def acknowledged(self) -> bool:
         """True when a server has mentioned the goal, so that it has arrived; or it has ended."""
-        machine = self._machine
-        return bool(machine.server) or machine.state not in _UNHEARD_OF
+        return self._sent.acknowledged
 
     @property
     def done(self) -> bool:
@@ -105,11 +76,18 @@ class GoalHandle:
 
     @property
     def connection_error(self) -> ConnectionLost | None:
-        """Why nothing more can be expected just now (a silent server, a closed client), or None."""
-        return None if self.done else self._client._why_cut_off(self)
+        """Why nothing can be expected at present (a silent server, a closed client), or None."""
+        return self._tracker.connection_error(self._sent)
+
+    @property
+    def feedback_dropped(self) -> int:
+        """Feedback messages that nobody took in time from `feedback()` (a callback still saw them), or that
+        came faster than the callback returned.
+        """
+        return self._sent.feedback_dropped
 
     def wait(self, timeout: float | None = 60.0) -> Any:
-        """Wait for the result, whatever the goal's end; look at `status`, too.
+        """Wait for the result, however the goal ends; check `status`, too.
 
         Returns after the transition callback for DONE was called (unless called from a callback).
 
@@ -123,13 +101,13 @@ class GoalHandle:
             RosTimeout: The goal is still under way; it goes on.
             ConnectionLost: The server is not heard any more, or no longer knows the goal (it was restarted).
         """
-        deadline = Deadline(timeout, self._client._clock)
-        if not self._wait_for(lambda: self._finished or self._is_over_here(), deadline):
-            raise RosTimeout(self._still(deadline), what=f"result of {self._client.name}", seconds=timeout)
+        deadline = self._tracker.deadline(timeout)
+        if not self._tracker.wait_for(self._sent, self._is_over, deadline):
+            raise RosTimeout(self._still(deadline), what=f"result of {self._tracker.name}", seconds=timeout)
         if self._machine.result is None:
             raise ConnectionLost(
-                f"{self._client.name}: goal {self.goal_id} is lost: {self.text}",
-                peer=self.server or ", ".join(sorted(self._carriers)),
+                f"{self._tracker.name}: goal {self.goal_id} is lost: {self.text}",
+                peer=self.server or ", ".join(sorted(self._sent.receivers)),
             )
         return self._machine.result
 
@@ -143,16 +121,14 @@ class GoalHandle:
             RosTimeout: None came in time; the goal goes on.
             ConnectionLost: The server is not heard any more.
         """
+        sent, tracker = self._sent, self._tracker
         while True:
-            deadline = Deadline(timeout, self._client._clock)
-            if not self._wait_for(lambda: bool(self._kept) or self.done, deadline):
-                raise RosTimeout(
-                    self._still(deadline), what=f"feedback of {self._client.name}", seconds=timeout
-                )
-            with self._client._changed:
-                if not self._kept:
-                    return
-                message = self._kept.popleft()
+            deadline = tracker.deadline(timeout)
+            if not tracker.wait_for(sent, lambda: bool(sent.feedback) or sent.done, deadline):
+                raise RosTimeout(self._still(deadline), what=f"feedback of {tracker.name}", seconds=timeout)
+            message = tracker.take_feedback(sent)
+            if message is None:
+                return
             yield message
 
     def cancel(self) -> bool:
@@ -166,43 +142,30 @@ class GoalHandle:
         Raises:
             ConnectionLost: No server is connected to take the request.
         """
-        return self._client._cancel(self)
+        return self._tracker.cancel(self._sent)
 
     def give_up(self) -> bool:
-        """Take a goal that no server has acknowledged for lost, at once.
+        """Consider a goal that no server has acknowledged as lost, at once.
 
-        It is cancelled should it reach the server later, as long as the client is open.
+        If it reaches the server later, it is cancelled, as long as the client is open.
 
         Returns:
             False when it is acknowledged (`cancel` it), or has ended.
         """
-        return self._client._give_up(self)
+        return self._tracker.give_up(self._sent)
 
-    def _is_over_here(self) -> bool:
-        # In a callback the end is known before the callback for it was called; a closed client calls none.
-        return self.done and (self._client._dispatcher.is_current or self._client._closed)
-
-    def _wait_for(self, what: Callable[[], bool], deadline: Deadline) -> bool:
-        """True when it holds, False when time is up; raises when it cannot come to hold."""
-        client = self._client
-        with client._changed:
-            while not what():
-                error = self.connection_error
-                if error is not None:
-                    raise error
-                left = deadline.remaining()
-                if left is not None and left <= 0:
-                    return False
-                client._clock.wait(client._changed, _LOOK_AGAIN if left is None else min(left, _LOOK_AGAIN))
-        return True
+    def _is_over(self) -> bool:
+        # Within a callback the end is known before the callback for DONE has run; a closed client runs none.
+        no_more_calls = self._tracker.in_callback or self._tracker.closed
+        return self._sent.finished or (self.done and no_more_calls)
 
     def _still(self, deadline: Deadline) -> str:
         if self.done:
             return (
-                f"{self._client.name}: goal {self.goal_id} has ended ({self.status.name}), but the "
+                f"{self._tracker.name}: goal {self.goal_id} has ended ({self.status.name}), but the "
                 f"transition callback for it has not returned after {deadline.seconds:g} s"
             )
-        text = f"{self._client.name}: goal {self.goal_id} is still {self.state.name}"
+        text = f"{self._tracker.name}: goal {self.goal_id} is still {self.state.name}"
         text += f" after {deadline.seconds:g} s"
         if self.state is CommState.WAITING_FOR_GOAL_ACK:
             return text + "; the server has not mentioned it: it may not have received it, or reject its type"

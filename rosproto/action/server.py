@@ -1,9 +1,9 @@
-"""ActionServer: receives goals, has a handler work on them, tells clients how they stand.
+"""ActionServer: receives goals, has a handler work on them, and reports their status.
 
 The states of a goal and the list of goals are in `rosproto.protocol.goal_server`. Every change of the list
-is published at once, and the list 5 times a second besides, also when it is empty: clients tell a silent
-server from a dead one by it. One lock covers list and publishing, so that status messages leave in the
-order of the changes.
+is published at once, and the whole list 5 times a second, even when it is empty, so that clients can tell an
+idle server from a dead one. One lock covers the list and publishing: status messages are sent in the order
+of the changes.
 
 Source: wiki.ros.org/actionlib/DetailedDescription, actionlib/action_server.py and simple_action_server.py.
 """
@@ -14,10 +14,12 @@ import itertools
 import sys
 import threading
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rosproto.action.server_goal import ServerGoal
-from rosproto.action.types import action_type, part_from
+from rosproto.action.types import action_type as classes_of
+from rosproto.action.types import part_from
 from rosproto.errors import LocalProtocolError, RosError
 from rosproto.logs import get_logger
 from rosproto.node.call_site import CallSite
@@ -40,10 +42,32 @@ _counter = itertools.count(1)
 REPLACED = "canceled: another goal was received"
 STATUS_SECONDS = 0.2
 MOST_GOALS = 100
-_QUEUE = 1000  # messages: a goal or a result that is dropped leaves a client waiting
+_QUEUE = 1000  # messages: after a dropped goal or result, a client would wait
 _CLOSE_SECONDS = 2.0
 
 Handler = Callable[[ServerGoal], Any]
+
+
+class _LiveGoal:
+    """A goal that has not ended: its entry in the list, its cancel request, and what the handler gets.
+
+    Attributes:
+        record: Its entry in the `GoalList`.
+        cancel: Set when its handler should stop.
+        handle: What the handler gets; made once the rest exists.
+    """
+
+    __slots__ = ("cancel", "handle", "record")
+    handle: ServerGoal
+
+    def __init__(self, record: GoalRecord) -> None:
+        self.record = record
+        self.cancel = threading.Event()
+
+    @property
+    def ended(self) -> bool:
+        """True when its status is terminal."""
+        return self.record.status.is_terminal
 
 
 class ActionServer:
@@ -65,8 +89,8 @@ class ActionServer:
         action_type: A `FooAction` class, "package/FooAction" or "package/Foo".
         handler: As above.
         concurrent: Work on many goals at once.
-        check: Called with a new goal message, in the receiving thread, so it must be quick; returns why the
-            goal is rejected, or None to accept it.
+        check: Called with each new goal message, in the receiving thread, so it must be quick. Returns None
+            to accept the goal, or why it is rejected.
         most_goals: More goals than this under way or waiting are rejected.
 
     Raises:
@@ -98,13 +122,13 @@ class ActionServer:
         self._concurrent = concurrent
         self._most_goals = most_goals
         self._clock = clock
-        self.type = _resolve(action_type, getattr(node, "revisions", None))
+        self.type = classes_of(action_type, getattr(node, "revisions", None))
         self.name = node.resolve_name(name)
         self._lock = threading.RLock()
         self._goals = GoalList()
-        self._live: dict[str, ServerGoal] = {}
-        self._waiting: ServerGoal | None = None  # simple policy: the goal that starts next
-        self._current: ServerGoal | None = None  # simple policy: the goal whose handler runs
+        self._live: dict[str, _LiveGoal] = {}
+        self._waiting: _LiveGoal | None = None  # simple policy: the goal that starts next
+        self._current: _LiveGoal | None = None  # simple policy: the goal whose handler runs
         self._workers: set[threading.Thread] = set()
         self._closing = threading.Event()
         self._closed = False
@@ -155,7 +179,7 @@ class ActionServer:
     def goals(self) -> list[ServerGoal]:
         """Goals that have not ended, the oldest first."""
         with self._lock:
-            return list(self._live.values())
+            return [live.handle for live in self._live.values()]
 
     def close(self) -> None:
         """Ask handlers to stop, wait up to 2 s for them, abort the rest, unregister. May be called twice."""
@@ -166,7 +190,7 @@ class ActionServer:
             goals, workers = list(self._live.values()), list(self._workers)
         self._closing.set()
         for goal in goals:
-            goal._cancel.set()
+            goal.cancel.set()
         deadline = Deadline(_CLOSE_SECONDS, self._clock)
         for worker in workers:
             if worker is not threading.current_thread():
@@ -182,7 +206,7 @@ class ActionServer:
     # -- what arrives ------------------------------------------------------------------------
 
     def _on_goal(self, message: Any) -> None:
-        self._site.wait()  # a client may be quicker than the program that made this server
+        self._site.wait()  # a goal may arrive before the program has returned from making this server
         header = message._connection_header or {}
         stamp = message.goal_id.stamp
         if not stamp:
@@ -193,7 +217,16 @@ class ActionServer:
                 return
             record, new = self._goals.goal_received(goal_id, stamp.to_nsec(), self._clock.monotonic())
             if new:
-                goal = ServerGoal(self, record, message.goal, stamp, header.get("callerid", ""))
+                goal = _LiveGoal(record)
+                goal.handle = ServerGoal(
+                    record,
+                    message.goal,
+                    stamp,
+                    header.get("callerid", ""),
+                    cancel=goal.cancel,
+                    publish_feedback=partial(self._publish_feedback, goal),
+                    end=partial(self._end, goal),
+                )
                 self._live[goal_id] = goal
                 self._admit(goal)
             elif record.status is GoalStatus.RECALLED:
@@ -211,15 +244,15 @@ class ActionServer:
                 goal = self._live.get(record.goal_id)
                 if goal is None:
                     continue
-                goal._cancel.set()
-                if goal is self._waiting:  # nothing was begun: it need not wait for its turn to be recalled
+                goal.cancel.set()
+                if goal is self._waiting:  # it was not started: it can be recalled at once
                     self._waiting = None
                     self._apply(goal, "cancel", None, "canceled before it was started")
             self._publish_status()
 
-    def _admit(self, goal: ServerGoal) -> None:
-        """Start a new goal, let it wait, or turn it down."""
-        reason = self._objection(goal)
+    def _admit(self, goal: _LiveGoal) -> None:
+        """Start a new goal, queue it, or reject it."""
+        reason = self._reason_to_reject(goal)
         if reason is not None:
             self._apply(goal, "reject", None, reason)
         elif self._concurrent:
@@ -227,28 +260,28 @@ class ActionServer:
         else:
             self._queue(goal)
 
-    def _objection(self, goal: ServerGoal) -> str | None:
+    def _reason_to_reject(self, goal: _LiveGoal) -> str | None:
         if len(self._live) > self._most_goals:
             return f"more than {self._most_goals} goals are under way"
         if self._check is None:
             return None
         try:
-            return self._check(goal.goal)
+            return self._check(goal.handle.goal)
         except Exception as problem:
             _log.exception("! %s: check raised", self.name)
             return f"the goal could not be checked: {problem}"
 
-    def _queue(self, goal: ServerGoal) -> None:
+    def _queue(self, goal: _LiveGoal) -> None:
         """The simple policy: the newest goal by stamp wins."""
-        rivals = [rival for rival in (self._current, self._waiting) if rival is not None]
-        if any(goal.stamp < rival.stamp for rival in rivals):
+        others = [other for other in (self._current, self._waiting) if other is not None]
+        if any(goal.handle.stamp < other.handle.stamp for other in others):
             self._apply(goal, "cancel", None, REPLACED)
             return
         if self._waiting is not None:
             self._apply(self._waiting, "cancel", None, REPLACED)
         self._waiting = goal
         if self._current is not None:
-            self._current._cancel.set()
+            self._current.cancel.set()
         else:
             self._start_waiting()
 
@@ -260,7 +293,7 @@ class ActionServer:
 
     # -- work --------------------------------------------------------------------------------
 
-    def _start(self, goal: ServerGoal) -> None:
+    def _start(self, goal: _LiveGoal) -> None:
         self._apply(goal, "accept", None, "")
         worker = threading.Thread(
             target=self._work, args=(goal,), name=f"rosproto:action goal {self.name}", daemon=True
@@ -268,15 +301,15 @@ class ActionServer:
         self._workers.add(worker)
         worker.start()
 
-    def _work(self, goal: ServerGoal) -> None:
-        """Call the handler, see that the goal ends, start the next one."""
+    def _work(self, goal: _LiveGoal) -> None:
+        """Call the handler, make sure that the goal ends, start the next one."""
         try:
-            result = self._handler(goal)
+            result = self._handler(goal.handle)
             if result is not None:
                 self._succeed_with(goal, result)
             self._finish_quietly(goal, "the handler returned without ending the goal")
         except BaseException as problem:  # a sys.exit() too: the client waits for an end
-            _log.exception("! %s: the handler of goal %s raised", self.name, goal.id)
+            _log.exception("! %s: the handler of goal %s raised", self.name, goal.record.goal_id)
             self._finish_quietly(goal, f"{type(problem).__name__}: {problem}", aborted=True)
         finally:
             with self._lock:
@@ -286,38 +319,38 @@ class ActionServer:
                     if not self._closed:
                         self._start_waiting()
 
-    def _succeed_with(self, goal: ServerGoal, result: Any) -> None:
+    def _succeed_with(self, goal: _LiveGoal, result: Any) -> None:
         result = part_from(result, self.type.result, f"what the handler of {self.name} returns")
-        if not goal.status.is_terminal:
-            goal.succeed(result)
+        if not goal.ended:
+            goal.handle.succeed(result)
 
-    def _finish_quietly(self, goal: ServerGoal, text: str, *, aborted: bool = False) -> None:
+    def _finish_quietly(self, goal: _LiveGoal, text: str, *, aborted: bool = False) -> None:
         """End a goal that its handler left open."""
         with self._lock:
-            if goal.status.is_terminal:
+            if goal.ended:
                 return
-            canceled = goal.cancel_requested and not aborted and not self._closed
-            waiting = goal.status in (GoalStatus.PENDING, GoalStatus.RECALLING)
+            canceled = goal.cancel.is_set() and not aborted and not self._closed
+            waiting = goal.record.status in (GoalStatus.PENDING, GoalStatus.RECALLING)
             try:
                 self._end(goal, "cancel" if canceled or waiting else "abort", None, "" if canceled else text)
             except RosError:
-                _log.exception("! %s: goal %s could not be ended", self.name, goal.id)
+                _log.exception("! %s: goal %s could not be ended", self.name, goal.record.goal_id)
 
-    # -- telling clients ---------------------------------------------------------------------
+    # -- what is sent ------------------------------------------------------------------------
 
-    def _end(self, goal: ServerGoal, command: str, result: Any, text: str) -> None:
+    def _end(self, goal: _LiveGoal, command: str, result: Any, text: str) -> None:
         with self._lock:
             self._apply(goal, command, result, text)
             self._publish_status()
 
-    def _apply(self, goal: ServerGoal, command: str, result: Any, text: str) -> None:
-        """Change a goal's state; an end is told with its result."""
+    def _apply(self, goal: _LiveGoal, command: str, result: Any, text: str) -> None:
+        """Change a goal's state; when it ends, publish the result."""
         if result is not None:
             result = part_from(result, self.type.result, f"a result of {self.name}")
-        self._goals.apply(goal._record, command, self._clock.monotonic(), text)
-        if goal.status.is_terminal:
-            self._live.pop(goal.id, None)
-            self._publish_result(goal._record, result)
+        self._goals.apply(goal.record, command, self._clock.monotonic(), text)
+        if goal.ended:
+            self._live.pop(goal.record.goal_id, None)
+            self._publish_result(goal.record, result)
 
     def _publish_result(self, record: GoalRecord, result: Any) -> None:
         message: Any = self.type.action_result(status=self._status_of(record))
@@ -326,12 +359,14 @@ class ActionServer:
             message.result = result
         self._publish(self._result_out, message)
 
-    def _publish_feedback(self, goal: ServerGoal, feedback: Any) -> None:
+    def _publish_feedback(self, goal: _LiveGoal, feedback: Any) -> None:
         with self._lock:
-            if goal.status.is_terminal:
-                raise LocalProtocolError(f"goal {goal.id} is {goal.status.name}: no feedback after the end")
+            if goal.ended:
+                raise LocalProtocolError(
+                    f"goal {goal.record.goal_id} is {goal.record.status.name}: no feedback after the end"
+                )
             part = part_from(feedback, self.type.feedback, f"feedback of {self.name}")
-            message: Any = self.type.action_feedback(status=self._status_of(goal._record), feedback=part)
+            message: Any = self.type.action_feedback(status=self._status_of(goal.record), feedback=part)
             message.header.stamp = self._node.clock.now()
             self._publish(self._feedback_out, message)
 
@@ -348,7 +383,7 @@ class ActionServer:
             publisher.publish(message)
         except LocalProtocolError:
             if not self._closed and not self._node.closed:
-                raise  # a handler that ends while everything closes is no mistake of anybody
+                raise  # a handler may well end while everything closes
 
     def _status_of(self, record: GoalRecord) -> Any:
         stamp = Time.from_nsec(record.stamp)
@@ -361,6 +396,3 @@ class ActionServer:
                 self._publish_status()
             except RosError:
                 _log.exception("! %s: status could not be published", self.name)
-
-
-_resolve = action_type

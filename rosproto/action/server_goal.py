@@ -1,21 +1,19 @@
-"""ServerGoal: a goal in the hands of the program that works on it."""
+"""ServerGoal: the handle that a server's handler has of one goal."""
 
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 from rosproto.protocol.goal_server import GoalRecord, GoalStatus
 from rosproto.time import Time
-
-if TYPE_CHECKING:
-    from rosproto.action.server import ActionServer
 
 __all__ = ["ServerGoal"]
 
 
 class ServerGoal:
-    """What the handler of an `ActionServer` gets. All methods may be called from any thread.
+    """What the handler of an `ActionServer` is called with. All methods may be called from any thread.
 
     Attributes:
         id: Goal id on the wire.
@@ -24,10 +22,21 @@ class ServerGoal:
         client: Caller id of the node that sent it.
     """
 
-    def __init__(self, server: ActionServer, record: GoalRecord, goal: Any, stamp: Time, client: str) -> None:
-        self._server = server
+    def __init__(
+        self,
+        record: GoalRecord,
+        goal: Any,
+        stamp: Time,
+        client: str,
+        *,
+        cancel: threading.Event,
+        publish_feedback: Callable[[Any], None],
+        end: Callable[[str, Any, str], None],
+    ) -> None:
         self._record = record
-        self._cancel = threading.Event()
+        self._cancel = cancel
+        self._publish_feedback = publish_feedback
+        self._end = end
         self.id = record.goal_id
         self.stamp = stamp
         self.goal = goal
@@ -38,7 +47,7 @@ class ServerGoal:
 
     @property
     def status(self) -> GoalStatus:
-        """Where the goal is."""
+        """Status of the goal."""
         return self._record.status
 
     @property
@@ -51,30 +60,30 @@ class ServerGoal:
         return self._cancel.wait(timeout)
 
     def publish_feedback(self, feedback: Any) -> None:
-        """Tell how far the work is: a feedback message, or a dict of its fields.
+        """Publish the progress: a feedback message, or a dict of its fields.
 
         Raises:
             LocalProtocolError: The goal has ended.
             CodecError: It is not this action's feedback.
         """
-        self._server._publish_feedback(self, feedback)
+        self._publish_feedback(feedback)
 
     def succeed(self, result: Any = None, text: str = "") -> None:
         """End the goal: done.
 
         Args:
             result: Result message, or a dict of its fields; None for one with default values.
-            text: Words to go with it.
+            text: Sent with it, for people.
 
         Raises:
             LocalProtocolError: It has ended already.
         """
-        self._server._end(self, "succeed", result, text)
+        self._end("succeed", result, text)
 
     def abort(self, result: Any = None, text: str = "") -> None:
         """End the goal: it cannot be done. Arguments and errors as for `succeed`."""
-        self._server._end(self, "abort", result, text)
+        self._end("abort", result, text)
 
     def preempted(self, result: Any = None, text: str = "") -> None:
         """End the goal: it was cancelled. Arguments and errors as for `succeed`."""
-        self._server._end(self, "cancel", result, text)
+        self._end("cancel", result, text)

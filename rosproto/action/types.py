@@ -39,17 +39,17 @@ class ActionType:
     status_array: type[Any]
 
 
-def action_type(given: type[Message] | str, revisions: Revisions | None = None) -> ActionType:
-    """Take an action type apart.
+def action_type(action: type[Message] | str, revisions: Revisions | None = None) -> ActionType:
+    """The classes of an action type.
 
     Args:
-        given: A `FooAction` class, or "package/FooAction", or "package/Foo" as the .action file is named.
-        revisions: Where a name that is not bundled is looked for: a node's own folders.
+        action: A `FooAction` class, or "package/FooAction", or "package/Foo" as the .action file is named.
+        revisions: Where to look for a type that is not bundled: a node's own folders.
 
     Raises:
-        DefinitionError: It is not known, or no action.
+        DefinitionError: It is unknown, or not an action.
     """
-    cls = _class_of(given, revisions) if isinstance(given, str) else given
+    cls = _class_of(action, revisions) if isinstance(action, str) else action
     whole: Any = cls()
     try:
         goal, result, feedback = whole.action_goal, whole.action_result, whole.action_feedback
@@ -72,25 +72,25 @@ def action_type(given: type[Message] | str, revisions: Revisions | None = None) 
         ) from None
 
 
-def part_from(given: Any, part: type[Any], what: str) -> Any:
-    """The goal, result or feedback message that a program means.
+def part_from(value: Any, part: type[Any], what: str) -> Any:
+    """A goal, result or feedback message from what a program passed.
 
     Args:
-        given: A message of the type (of any class that has its name), or a dict of its fields.
+        value: A message of the type (of any class that has its name), or a dict of its fields.
         part: Class of the message.
         what: For the error: "a goal of /move_base".
 
     Raises:
         CodecError: It is neither, or names a field that is not there.
     """
-    if isinstance(given, Mapping):
+    if isinstance(value, Mapping):
         try:
-            return part(**given)
+            return part(**value)
         except (AttributeError, TypeError) as error:
             raise CodecError(f"{what}: {error}", type_name=part._type) from None
-    if getattr(given, "_type", None) == part._type:
-        return given
-    shown = getattr(given, "_type", type(given).__name__)
+    if getattr(value, "_type", None) == part._type:
+        return value
+    shown = getattr(value, "_type", type(value).__name__)
     fields = ", ".join(part.__slots__) or "no fields"
     raise CodecError(
         f"{what} is a {part._type} or a dict of its fields ({fields}), not a {shown}", type_name=part._type

@@ -15,16 +15,20 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from rosproto.bag.reader import BagReader
+    from rosproto.bag.records import Connection
 
 __all__ = ["to_numpy"]
 
 
-def to_numpy(bag: BagReader, topic: str, fields: Iterable[str]) -> dict[str, NDArray[Any]]:
+def to_numpy(
+    bag: BagReader, topic: str, connections: Iterable[Connection], fields: Iterable[str]
+) -> dict[str, NDArray[Any]]:
     """Read fields of all messages of a topic into arrays.
 
     Args:
         bag: The bag.
         topic: A topic of it.
+        connections: That topic's.
         fields: Paths such as "pose.pose.position.x".
 
     Returns:
@@ -34,12 +38,12 @@ def to_numpy(bag: BagReader, topic: str, fields: Iterable[str]) -> dict[str, NDA
         the name `_receive_time`.
 
     Raises:
-        BagError: No such topic, or no such field; the message lists what there is.
+        BagError: No such field; the message lists what there is.
     """
     import numpy as np
 
     paths = list(fields)
-    connections = bag._topic(topic).connections
+    connections = list(connections)
     for connection in connections:
         for path in paths:
             _check_path(bag.message_class(connection)(), path, topic)
@@ -65,7 +69,7 @@ def _cut_out(
         return None
     times: list[NDArray[np.float64]] = []
     pieces: list[list[NDArray[Any]]] = []
-    for batch in bag._batches(bag._wanted(topic, None), None, None):
+    for batch in bag.batches(topic):
         rows = batch.rows
         if batch.chunk is None:  # chunks that overlap in time
             return None

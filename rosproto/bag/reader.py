@@ -285,10 +285,22 @@ class BagReader:
         return message_class_of(which)
 
     def to_numpy(self, topic: str, fields: Iterable[str]) -> dict[str, NDArray[Any]]:
-        """Columns of a topic: see `rosproto.bag.columns.to_numpy`."""
+        """Columns of a topic: see `rosproto.bag.columns.to_numpy`.
+
+        Raises:
+            BagError: No such topic, or no such field; the message lists what there is.
+        """
         from rosproto.bag.columns import to_numpy
 
-        return to_numpy(self, topic, fields)
+        return to_numpy(self, topic, self._topic(topic).connections, fields)
+
+    def batches(self, topic: str) -> Iterator[Batch]:
+        """Where the messages of a topic lie, chunk by chunk: for those who take bytes and need no objects.
+
+        Raises:
+            BagError: A chunk is damaged (see `skip_damaged`).
+        """
+        return self._batches(self._wanted(topic, None), None, None)
 
     def _topic(self, topic: str) -> TopicInfo:
         try:
@@ -394,7 +406,7 @@ class BagReader:
             if piece != held:
                 held, blob = piece, batch.blob_of(piece)[1]
             topic, decode = takers[conn]
-            yield topic, decode(blob, start, end), Time._raw(secs, nsecs)
+            yield topic, decode(blob, start, end), Time.from_wire(secs, nsecs)
 
     def _raw_messages(self, batch: Batch) -> Iterator[tuple[str, RawMessage, Time]]:
         rows = batch.rows
@@ -429,7 +441,7 @@ class BagReader:
 
 
 def _as_time(nanoseconds: int) -> Time:
-    return Time._raw(nanoseconds // NS, nanoseconds % NS)
+    return Time.from_wire(nanoseconds // NS, nanoseconds % NS)
 
 
 def _one(index: int) -> NDArray[np.intp]:

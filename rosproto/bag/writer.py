@@ -252,7 +252,7 @@ class BagWriter:
         try:
             tail = _pack_tail(secs, nsecs, size)
         except error:
-            raise out_of_range(Time._raw(secs, nsecs)) from None
+            raise out_of_range(Time.from_wire(secs, nsecs)) from None
         if not out.head:
             self._announce(out)
         full = self._size + MESSAGE_HEAD + size >= self._limit

@@ -91,7 +91,7 @@ def _build_one(binding: Binding, field: FieldLayout, value: Any) -> Any:
         return _build(binding, field.layout, value)
     if field.kind == "time":
         flavour = binding.flavour
-        return (flavour.time if field.base == "time" else flavour.duration)._raw(*value)
+        return (flavour.time if field.base == "time" else flavour.duration).from_wire(*value)
     return value
 
 

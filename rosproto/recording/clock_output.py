@@ -28,7 +28,7 @@ class ClockOutput:
 
     def publish(self, time_ns: int) -> None:
         """Tell this time (ns)."""
-        self._publisher.publish(clock=Time._raw(*divmod(time_ns, NS)))
+        self._publisher.publish(clock=Time.from_wire(*divmod(time_ns, NS)))
 
     def advance(self, now: float) -> None:
         """The next moment; those missed are left out."""

@@ -299,7 +299,7 @@ class Player:
             raise
         self.published += 1
         if self._on_message is not None:
-            self._on_message(entry.message.connection.topic, Time._raw(*divmod(entry.time_ns, NS)))
+            self._on_message(entry.message.connection.topic, Time.from_wire(*divmod(entry.time_ns, NS)))
 
     def _wait_for(self, time_ns: int) -> bool:
         """Wait until the bags' time is `time_ns`; False after `stop`."""

@@ -37,7 +37,7 @@ class TopicTap:
             self._leave_out(header)
             return
         connection = self._connection_for(header)
-        stamp = Time._raw(*divmod(self._clock.now_nsec(), NS))
+        stamp = Time.from_wire(*divmod(self._clock.now_nsec(), NS))
         raw = RawMessage(connection.type, message._buff, connection.md5sum, (0, 0), connection)
         self._put(Entry(self._topic, raw, stamp))
 

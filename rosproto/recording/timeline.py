@@ -134,4 +134,4 @@ def _ns(stamp: Time | None) -> int:
 
 
 def _time(nanoseconds: int) -> Time:
-    return Time._raw(*divmod(nanoseconds, NS))
+    return Time.from_wire(*divmod(nanoseconds, NS))

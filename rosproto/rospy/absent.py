@@ -1,4 +1,4 @@
-"""Modules of ROS that programs import and that cannot be served: why, and what to use instead."""
+"""Modules of ROS that programs import and that cannot be provided: why, and what to use instead."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ _WITH_DEFINITIONS = frozenset({"beginner_tutorials", "roscpp_tutorials", "rospy_
 
 
 def absence(name: str) -> str | None:
-    """The text for a module that nobody found; None for one that has nothing to do with ROS."""
+    """What to say about a module that was not found; None for one that has nothing to do with ROS."""
     why = _ABSENT.get(name)
     if why is None and (name.endswith(("_msgs", "_srvs", "_interfaces")) or name in _WITH_DEFINITIONS):
         why = _DEFINITIONS % name
@@ -54,6 +54,6 @@ def absence(name: str) -> str | None:
 
 
 def is_imported() -> bool:
-    """True when the finder that asks was called by an import, not by importlib.util.find_spec."""
+    """True when the calling finder was called by an import, not by importlib.util.find_spec."""
     frame = sys._getframe(2).f_back  # the finder's caller: importlib's _find_spec
     return frame is not None and frame.f_code.co_name == "_find_and_load_unlocked"

@@ -1,4 +1,4 @@
-"""Where message definitions come from: the bundled ones, behind those of `--msg-path`."""
+"""Where message definitions come from: the folders of `--msg-path` first, then the bundled ones."""
 
 from __future__ import annotations
 
@@ -19,6 +19,6 @@ MSG_PATH = "ROSPROTO_MSG_PATH"
 
 @cache
 def library() -> DefinitionLibrary:
-    """The definitions of this process; what the environment says when it is first asked for."""
+    """The definitions of this process. The environment is read on the first call."""
     folders = [folder for folder in os.environ.get(MSG_PATH, "").split(os.pathsep) if folder]
     return bundled().fork(folders) if folders else bundled()

@@ -27,7 +27,7 @@ __all__ = ["serve"]
 KINDS = ("msg", "srv")
 MODULES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modules")
 """The stand-ins for ROS's modules: a folder, also inside a zip."""
-INSIDE = "_inside"
+SUBMODULES = "_submodules"
 """In `modules/`: what message packages have besides messages."""
 SPARE = frozenset({"PyKDL", "rospkg"})
 """Served only when they are not installed: the real ones know more and need no ROS."""
@@ -37,30 +37,30 @@ def serve() -> None:
     """Put the finder at the front; a second call does nothing."""
     if not any(isinstance(finder, RosFinder) for finder in sys.meta_path):
         sys.meta_path.insert(0, RosFinder())
-        sys.meta_path.append(SpareFinder())
+        sys.meta_path.append(FallbackFinder())
         if "multiprocessing.spawn" in sys.modules:
             _serve_children(sys.modules["multiprocessing.spawn"])
 
 
 class RosFinder:
-    """Finds what is served; everything else is left to the finders behind."""
+    """Finds the modules that this layer provides; leaves everything else to the finders behind it."""
 
     def __init__(self) -> None:
         self._modules = _names_in(MODULES) - SPARE
-        # Asked for now: every import of the process comes by here, those of the library itself too.
+        # Read once: every import of the process calls find_spec, the library's own imports too.
         self._packages = frozenset(library().packages())
         self._ours: dict[str, bool] = {}
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> importlib.machinery.ModuleSpec | None:
-        """The spec of a served module, None for any other."""
+        """The spec of a module that this layer provides, None for any other."""
         if fullname == "multiprocessing.spawn":
-            return self._watched(fullname, path)
+            return self._patched(fullname, path)
         package, _, rest = fullname.partition(".")
         if not rest:
             if package in self._modules:
-                return _stand_in(package)
+                return _spec_of_module(package)
             return self._message_spec(fullname) if self._is_ours(package) else None
         kind, _, base = rest.partition(".")
         of_rospy = package in self._modules
@@ -70,7 +70,7 @@ class RosFinder:
             and (package in self._packages if of_rospy else self._is_ours(package))
         ):
             return self._message_spec(fullname)
-        return _stand_in(fullname, *([] if of_rospy else [INSIDE]))
+        return _spec_of_module(fullname, *([] if of_rospy else [SUBMODULES]))
 
     @staticmethod
     def _message_spec(name: str) -> importlib.machinery.ModuleSpec:
@@ -88,20 +88,20 @@ class RosFinder:
             return False
         known = self._ours.get(package)
         if known is None:
-            known = self._ours[package] = not _is_brought(package)
+            known = self._ours[package] = not _has_generated_code(package)
         return known
 
     @staticmethod
-    def _watched(name: str, path: Sequence[str] | None) -> importlib.machinery.ModuleSpec | None:
-        """multiprocessing.spawn itself, but its children get the finder too."""
+    def _patched(name: str, path: Sequence[str] | None) -> importlib.machinery.ModuleSpec | None:
+        """The real multiprocessing.spawn, changed so that child processes get the finder too."""
         spec = importlib.machinery.PathFinder.find_spec(name, path)
         if spec is not None and spec.loader is not None:
-            spec.loader = _Watched(spec.loader)  # type: ignore[assignment]
+            spec.loader = _PatchedLoader(spec.loader)  # type: ignore[assignment]
         return spec
 
 
-class _Watched:
-    """A loader that adds to one module; the one it stands for is left alone: a zip has one in all."""
+class _PatchedLoader:
+    """Wraps the loader of one module and adds to it. The wrapped one is unchanged: a zip has one for all."""
 
     def __init__(self, loader: object) -> None:
         self._loader = loader
@@ -114,19 +114,19 @@ class _Watched:
         _serve_children(module)
 
 
-class SpareFinder:
-    """Behind all others: what programs import that is not installed; for what cannot be served, why."""
+class FallbackFinder:
+    """The last finder: provides what is not installed, and says why a module cannot be provided."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> importlib.machinery.ModuleSpec | None:
-        """The spec of a spare module, None for any other.
+        """The spec of a module that is provided when nobody else has it, None for any other.
 
         Raises:
             ModuleNotFoundError: An import asks for what cannot be served; it says what to use instead.
         """
         if fullname.partition(".")[0] in SPARE:
-            return _stand_in(fullname)
+            return _spec_of_module(fullname)
         from rosproto.rospy.absent import absence, is_imported
 
         text = absence(fullname)
@@ -148,15 +148,15 @@ def _names_in(folder: str) -> frozenset[str]:
     return frozenset(name for name in names if not name.startswith(("_", ".")))
 
 
-def _stand_in(name: str, *folders: str) -> importlib.machinery.ModuleSpec | None:
-    """How Python loads a module of `modules/`, folders named as packages; None when there is none."""
+def _spec_of_module(name: str, *folders: str) -> importlib.machinery.ModuleSpec | None:
+    """The spec of a module in `modules/`, None when there is none of that name."""
     place = os.path.join(MODULES, *folders, *name.split(".")[:-1])
     spec = importlib.machinery.PathFinder.find_spec(name, [place])
-    return spec if spec is not None and spec.has_location else None  # a folder without __init__.py is none
+    return spec if spec is not None and spec.has_location else None  # without __init__.py it is no package
 
 
-def _is_brought(package: str) -> bool:
-    """True when the user's own path has generated code of that package."""
+def _has_generated_code(package: str) -> bool:
+    """True when the user has generated code of that package on sys.path."""
     for entry in sys.path:
         folder = os.path.join(entry or os.curdir, package)
         if any(os.path.isfile(os.path.join(folder, kind, "__init__.py")) for kind in KINDS):

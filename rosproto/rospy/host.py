@@ -18,7 +18,7 @@ __all__ = ["Caller", "ProgramNode", "refusal"]
 
 
 class ProgramNode(Node):
-    """A `Node` whose clock and /rosout are the program's, and whose end is the program's to do.
+    """A `Node` for rospy: the layer has its own clock and /rosout, and decides when the node is closed.
 
     Args:
         on_shutdown_request: Called with the reason when the master or a tool ends this node, in a thread of
@@ -53,7 +53,7 @@ class ProgramNode(Node):
 
 
 def refusal(fields: Mapping[str, str], error: Md5sumMismatch) -> str:
-    """What rospy says of a peer that it refuses; `fields` are the peer's connection header."""
+    """rospy's message about a peer that it refuses; `fields` is the peer's connection header."""
     who, ours, md5sum = fields.get("callerid", ""), error.type_name, error.md5sum
     theirs, asked = fields.get("type", ours), fields["md5sum"]
     if "service" in fields:

@@ -1,4 +1,4 @@
-"""Runs a program file as Python itself would, with this layer's modules in reach.
+"""Runs a program file as Python itself would, with this layer's modules importable.
 
 `__main__` with an absolute `__file__`, `sys.argv`, `sys.path[0]`, tracebacks and exit codes are what `python
 program.py` gives; the program's arguments are not touched, nor is its name in `sys.argv[0]`.
@@ -6,10 +6,13 @@ program.py` gives; the program's arguments are not touched, nor is its name in `
 
 from __future__ import annotations
 
+import atexit
 import builtins
 import os
+import signal
 import sys
 from collections.abc import Sequence
+from functools import cache
 from importlib.machinery import SourceFileLoader
 from types import ModuleType, TracebackType
 from typing import TYPE_CHECKING
@@ -25,7 +28,7 @@ DEFAULT_PORT = 11311
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options, then the program, then everything that is the program's."""
+    """Add the options, the program, and the program's own arguments."""
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
         "--chassis", metavar="HOST", help="the chassis: sets ROS_MASTER_URI, and ROS_IP to our address there"
@@ -65,7 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(argv: Sequence[str] | None = None, *, prog: str = "python -m rosproto.rospy") -> int:
-    """Run what these words say (by default the process's own); the exit code."""
+    """Run a command line (by default the one of this process); returns the exit code."""
     from rosproto.errors import RosError
 
     words = list(sys.argv[1:] if argv is None else argv)
@@ -86,17 +89,18 @@ def main(argv: Sequence[str] | None = None, *, prog: str = "python -m rosproto.r
     except RosError as error:
         print(f"{prog}: {error}", file=sys.stderr)
         return 1
-    except (ValueError, OSError) as error:  # of the options; what the program raises is told by run_program
+    except (ValueError, OSError) as error:  # in the options; run_program prints the program's own errors
         print(f"{prog}: {error}", file=sys.stderr)
         return 2
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Set the environment up and run the program; its exit code.
+    """Set up the environment and run the program; returns its exit code.
 
     Raises:
-        RosError, ValueError, OSError: What the options ask for cannot be had.
+        RosError, ValueError, OSError: An option cannot be carried out.
     """
+    _interrupt()
     if (arguments.mark or arguments.marks) and not arguments.sim:
         raise ValueError("--mark and --marks are for --sim: a real chassis has its own marks")
     if arguments.msg_path:
@@ -122,7 +126,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _go_to(host: str) -> None:
-    """The master of a chassis, and our own address towards it.
+    """Point the environment at the master of a chassis, and set our own address on that route.
 
     Raises:
         RosError: There is no route to it.
@@ -146,6 +150,7 @@ def run_program(path: str, arguments: Sequence[str] = ()) -> int:
     """
     from rosproto.rospy.finder import serve
 
+    interrupt = _interrupt()
     file_name = _absolute(path)
     try:
         with open(path, "rb") as file:
@@ -161,7 +166,7 @@ def run_program(path: str, arguments: Sequence[str] = ()) -> int:
     vars(main_module).update(__file__=file_name, __loader__=loader, __builtins__=builtins, __cached__=None)
     sys.modules["__main__"] = main_module
     sys.argv[:] = [path, *arguments]
-    # With -P, -I and in an embeddable Python the first entry is no folder of a program, and none is wanted.
+    # With -P or -I, and in an embeddable Python, sys.path does not begin with the program's folder.
     if not getattr(sys.flags, "safe_path", sys.flags.isolated):
         sys.path[:1] = [os.path.dirname(os.path.realpath(path))]
     try:
@@ -172,13 +177,13 @@ def run_program(path: str, arguments: Sequence[str] = ()) -> int:
         error.__traceback__ = _from_program(error.__traceback__)
         sys.excepthook(type(error), error, error.__traceback__)
         if isinstance(error, KeyboardInterrupt) and type(error) is KeyboardInterrupt:
-            _end_by_interrupt()
+            interrupt.happened = True
         return 1
     return 0
 
 
 def _absolute(path: str) -> str:
-    """As Python itself makes it of the word on its command line: not tidied up, except on Windows."""
+    """The path as Python sets `__file__` for a script: absolute, but normalised only on Windows."""
     try:
         return os.path.abspath(path) if os.name == "nt" else os.path.join(os.getcwd(), path)
     except OSError:  # the present folder was deleted
@@ -202,7 +207,7 @@ def _show_library_log(verbosity: int) -> None:
 
 
 def _forget_logging() -> None:
-    """The command's own log set-up is not the program's: it finds `logging` as Python starts it."""
+    """Undo the command's own log set-up: the program finds `logging` as a new Python has it."""
     import logging
 
     for handler in list(logging.root.handlers):
@@ -210,17 +215,28 @@ def _forget_logging() -> None:
     logging.root.setLevel(logging.WARNING)
 
 
-def _end_by_interrupt() -> None:
-    """Die of SIGINT, as Python does after a KeyboardInterrupt nobody caught: a shell looks at that."""
-    if os.name != "posix":
-        return
-    import atexit
-    import signal
-    import threading
+class _Interrupt:
+    """Ends the process by SIGINT after an uncaught KeyboardInterrupt, as Python does; shells check for that.
 
-    threading._shutdown()  # type: ignore[attr-defined]
-    atexit._run_exitfuncs()
-    sys.stdout.flush()
-    sys.stderr.flush()
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    os.kill(os.getpid(), signal.SIGINT)
+    Created before the program is loaded, so that its exit function runs last: after the program's threads
+    have ended and its own exit functions have run.
+    """
+
+    def __init__(self) -> None:
+        self.happened = False
+        if os.name == "posix":
+            atexit.register(self._die)
+
+    def _die(self) -> None:
+        if not self.happened:
+            return
+        import logging
+
+        logging.shutdown()  # registered earlier than this, so it would not be called
+        sys.stdout.flush()
+        sys.stderr.flush()
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        os.kill(os.getpid(), signal.SIGINT)
+
+
+_interrupt = cache(_Interrupt)

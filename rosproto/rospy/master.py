@@ -1,4 +1,4 @@
-"""Calls to the master as Python's xmlrpc.client would make them: raw triples, OSError when nobody answers."""
+"""Calls to the master with the results of xmlrpc.client: raw triples, OSError when nobody answers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rosproto.transport.xmlrpc_client import XmlRpcClient
 
 __all__ = ["call"]
 
-TIMEOUT = 60.0  # seconds; rospy waits for ever, but then for a master that hangs
+TIMEOUT = 60.0  # seconds; rospy has no limit, and hangs with a master that hangs
 
 _clients: dict[tuple[int, str], XmlRpcClient] = {}
 _lock = threading.Lock()
@@ -23,9 +23,9 @@ def call(uri: str, method: str, *params: object) -> object:
     """Call a method of the master (or a node) and return the reply as it is.
 
     Raises:
-        OSError: It cannot be reached; the operating system's own error where there is one.
+        OSError: It cannot be reached; the operating system's own error, if there is one.
         TypeError, OverflowError: An argument cannot be sent.
-        xmlrpc.client.Fault: It answered a fault.
+        xmlrpc.client.Fault: It answered with a fault.
     """
     try:
         return _with_binaries(_client(uri).call(method, *params))
@@ -60,7 +60,7 @@ def _refuse(error: RosError, params: tuple[object, ...]) -> NoReturn:
 
 
 def _refuse_argument(error: LocalProtocolError, params: tuple[object, ...]) -> NoReturn:
-    """In the words of xmlrpc.client, which programs may have met before."""
+    """Raise the error that xmlrpc.client raises for an argument that cannot be sent."""
     for value in _leaves(params):
         if value is None:
             raise TypeError("cannot marshal None unless allow_none is enabled") from None
@@ -72,7 +72,7 @@ def _refuse_argument(error: LocalProtocolError, params: tuple[object, ...]) -> N
 
 
 def _with_binaries(value: object) -> object:
-    """Bytes as xmlrpc.client gives them."""
+    """The reply with bytes as `xmlrpc.client.Binary`."""
     if isinstance(value, list):
         return [_with_binaries(item) for item in value]
     if isinstance(value, dict):

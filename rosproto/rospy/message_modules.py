@@ -23,10 +23,10 @@ __all__ = ["MessageModuleLoader"]
 
 
 class MessageModuleLoader:
-    """Fills a module by what its name says."""
+    """Fills a module according to its name."""
 
     def create_module(self, spec: ModuleSpec) -> None:
-        """Python's own kind of module will do."""
+        """None: an ordinary module will do."""
 
     def exec_module(self, module: ModuleType) -> None:
         """Give it `__getattr__`, `__dir__` and, for a single class, that class.
@@ -51,7 +51,7 @@ class MessageModuleLoader:
 
 def _file(parts: list[str]) -> str:
     folder = library().folder(parts[0])
-    if folder is None:  # in no folder: where it would be if the bundled ones were
+    if folder is None:  # definitions without a folder: where the bundled ones would be
         folder = os.path.join(
             os.path.dirname(os.path.dirname(os.path.dirname(__file__))), "msgdefs", parts[0]
         )
@@ -73,7 +73,7 @@ def _open(module: ModuleType, package: str, kind: str) -> None:
             found = made(package, kind, name)
         except DefinitionError as error:
             if error.file is not None:
-                raise  # it is there, but wrong: not to be taken for a missing name
+                raise  # it exists but is wrong, which must not look like a missing name
             raise AttributeError(f"module {module.__name__!r} has no attribute {name!r}", name=name) from None
         setattr(module, name, found)
         return found

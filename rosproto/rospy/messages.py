@@ -1,7 +1,7 @@
-"""Message and service classes as genpy makes them, from definitions: the third family beside numpy's.
+"""Message and service classes made from definitions, with genpy's values in place of numpy's.
 
-The classes' base and their values (genpy.Time, tuples, bytes, genpy's errors) are in `modules/genpy`; here is
-where definitions come from, and how classes that other code generated travel through a node.
+The base of the classes and their values (genpy.Time, tuples, bytes, genpy's errors) are in `modules/genpy`.
+Here they are joined to the definitions, and classes that genpy itself generated are prepared for a node.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from typing import Any
 from rosproto.codec import Flavour, Message, message_class, service_class
 from rosproto.rospy.definitions import library
 
-__all__ = ["Encoded", "carried", "carried_service", "is_known", "message", "service"]
+__all__ = ["Encoded", "is_ours", "message", "node_class", "node_service", "service"]
 
 
 @cache
 def flavour() -> Flavour:
-    """What the classes are made of."""
+    """The flavour of these classes: base, values and errors."""
     made: Flavour = import_module("genpy.message").FLAVOUR  # our own, in modules/
     return made
 
@@ -41,13 +41,13 @@ def service(name: str) -> Any:
     return made
 
 
-def is_known(cls: Any) -> bool:
+def is_ours(cls: Any) -> bool:
     """True for a class made from a definition; False for one that genpy generated."""
     return isinstance(cls, type) and issubclass(cls, Message)
 
 
 class Encoded:
-    """A message that is bytes already; the node takes it in a message's place."""
+    """A message that is already encoded; a node accepts it in place of a message."""
 
     __slots__ = ("_data", "_type")
 
@@ -60,13 +60,13 @@ class Encoded:
 
 
 @cache
-def carried(cls: Any) -> Any:
-    """What a node is given in place of a message class: itself, or for one made by genpy a stand-in.
+def node_class(cls: Any) -> Any:
+    """The class to hand to a node for a message class: itself, or a stand-in for one that genpy generated.
 
-    A stand-in has genpy's names for the wire, and the three functions that the node calls; what they return
-    and take are instances of the foreign class.
+    A stand-in has genpy's attributes for the wire, and the three functions that the node calls; these take
+    and return instances of the generated class.
     """
-    if is_known(cls):
+    if is_ours(cls):
         return cls
 
     def encode(message: Any) -> bytes:
@@ -87,7 +87,7 @@ def carried(cls: Any) -> Any:
             "_md5sum": cls._md5sum,
             "_full_text": cls._full_text,
             "_has_header": bool(getattr(cls, "_has_header", False)),
-            "_has_views": False,  # what it decodes is copied first
+            "_has_views": False,  # decoding copies the bytes first
             "_binding": None,
             "_encode": staticmethod(encode),
             "_decode": staticmethod(decode),
@@ -98,9 +98,9 @@ def carried(cls: Any) -> Any:
 
 
 @cache
-def carried_service(cls: Any) -> Any:
+def node_service(cls: Any) -> Any:
     """The same for a service class."""
-    if is_known(cls._request_class) and is_known(cls._response_class):
+    if is_ours(cls._request_class) and is_ours(cls._response_class):
         return cls
     return type(
         cls.__name__,
@@ -108,7 +108,7 @@ def carried_service(cls: Any) -> Any:
         {
             "_type": cls._type,
             "_md5sum": cls._md5sum,
-            "_request_class": carried(cls._request_class),
-            "_response_class": carried(cls._response_class),
+            "_request_class": node_class(cls._request_class),
+            "_response_class": node_class(cls._response_class),
         },
     )

@@ -1,7 +1,6 @@
 """`rosproto run --sim`: a simulated chassis in this process.
 
-The only import of woosh_pure below it: nothing else in rosproto may know the chassis, and this module is
-loaded by that option alone.
+The only module of rosproto that imports woosh_pure; it is loaded for that option alone.
 """
 
 from __future__ import annotations
@@ -13,14 +12,14 @@ __all__ = ["start"]
 
 
 def start(marks: Iterable[str] = (), files: Iterable[str] = ()) -> str:
-    """Start a simulated chassis that lives as long as the program; the URI of its master.
+    """Start a simulated chassis that runs as long as the program; returns the URI of its master.
 
     Args:
         marks: "NAME=X,Y,YAW" in m, m and degrees.
         files: Lists of marks as `woosh marks` keeps them.
 
     Raises:
-        ValueError: A mark is written wrong, or lies in a wall.
+        ValueError: A mark is malformed, or lies in a wall.
         FileNotFoundError: There is no such list.
     """
     from woosh_pure import SimulatedChassis
@@ -28,6 +27,6 @@ def start(marks: Iterable[str] = (), files: Iterable[str] = ()) -> str:
 
     simulated = SimulatedChassis(site=site_of(None, marks, files))
     simulated.__enter__()
-    # Registered before the program's own: so it ends after them.
+    # Registered before the program's own exit functions, so it runs after them.
     atexit.register(simulated.close)
     return simulated.master_uri

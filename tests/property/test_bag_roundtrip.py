@@ -14,7 +14,7 @@ from rosproto.time import Time
 String = message_class("std_msgs/String")
 Numbers = message_class("std_msgs/Float64MultiArray")
 
-stamps = st.builds(Time._raw, st.integers(0, 2**32 - 1), st.integers(0, 2**32 - 1)) | st.builds(
+stamps = st.builds(Time.from_wire, st.integers(0, 2**32 - 1), st.integers(0, 2**32 - 1)) | st.builds(
     Time, st.integers(0, 20), st.sampled_from([0, 1, 999_999_999])
 )
 strings = st.builds(lambda text: String(data=text), st.text(max_size=30))

@@ -72,7 +72,7 @@ async def test_a_goal_is_awaited_to_its_end(sim):
     async with aio.Chassis(sim.master_uri) as robot:
         outcome = await robot.go_to_mark("A1")
         assert outcome.arrived
-        assert outcome.goal.endswith("to A1")
+        assert outcome.description.endswith("to A1")
         assert sim.pose.distance_to(Pose2D(3.0, 1.0)) < 0.2
         with pytest.raises(MotionRefused):
             await robot.go_to_mark("nowhere")

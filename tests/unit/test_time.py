@@ -31,7 +31,7 @@ def test_constructor_refuses_nonsense() -> None:
 
 def test_wire_values_are_kept_raw() -> None:
     """canon() brings them to normal form, nothing else does, not even a copy or a pickle."""
-    raw = Time._raw(1, 1_500_000_000)
+    raw = Time.from_wire(1, 1_500_000_000)
     for same in (raw, copy.copy(raw), copy.deepcopy(raw), pickle.loads(pickle.dumps(raw))):
         assert (same.secs, same.nsecs) == (1, 1_500_000_000)
     assert raw.to_nsec() == 2_500_000_000

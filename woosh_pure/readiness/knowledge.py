@@ -124,8 +124,9 @@ class Knowledge:
         elif outcome.kind in (OutcomeKind.FAILED, OutcomeKind.REJECTED):
             self._has_moved = False
             status = self._status_known()[0] if told else None
+            why = outcome.text or "no reason given"
             self.refusals.note(
-                f"the last motion was not carried out ({outcome.goal}: {outcome.text or 'no reason given'})",
+                f"the last motion was not carried out ({outcome.description}: {why})",
                 time.monotonic(),
                 None if status is None else status.robot_state,
             )

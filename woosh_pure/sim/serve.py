@@ -289,11 +289,11 @@ class Server:
         last = 0.0
         while True:
             with sim.lock:
-                if not motion.state.is_final and not goal.cancel_requested and not sim.closing:
+                if not motion.state.is_final and not goal.cancel_arrived() and not sim.closing:
                     sim.lock.wait(0.1)
                 state, code = motion.state, motion.code
                 report = feedback(motion) if time.monotonic() - last > 0.1 else None
-                if goal.cancel_requested and not state.is_final:
+                if goal.cancel_arrived() and not state.is_final:
                     self._preempt(motion)
                     outcome = result(False)
                     break
@@ -303,7 +303,7 @@ class Server:
             if report is not None:
                 last = time.monotonic()
                 goal.publish_feedback(report)
-        if goal.cancel_requested and state is not MotionState.DONE:
+        if goal.cancel_arrived() and state is not MotionState.DONE:
             goal.preempted(outcome, text="preempted")
         elif state is MotionState.DONE:
             goal.succeed(outcome)
@@ -338,9 +338,9 @@ class Server:
         sim = self._sim
         with sim.lock:
             end = self._world.time + 2.0
-            while self._world.time < end and not goal.cancel_requested and not sim.closing:
+            while self._world.time < end and not goal.cancel_arrived() and not sim.closing:
                 sim.lock.wait(0.1)
-        if goal.cancel_requested:
+        if goal.cancel_arrived():
             goal.preempted(_success(action_type, ok=False), text="cancelled")
         else:
             goal.succeed(_success(action_type))
@@ -352,20 +352,22 @@ class DistantGoal:
     def __init__(self, goal: Any, network: Network) -> None:
         self._goal = goal
         self._network = network
-        self._cancel_seen: float | None = None
+        self._cancel_arrives: float | None = None
         network.travel()
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._goal, name)
 
-    @property
-    def cancel_requested(self) -> bool:
-        """True when the request to cancel has arrived."""
+    def cancel_arrived(self) -> bool:
+        """Look for a request to cancel; True when it has come all the way.
+
+        Its way through the network begins with the first call that finds it, so call this again and again.
+        """
         if not self._goal.cancel_requested:
             return False
-        if self._cancel_seen is None:
-            self._cancel_seen = self._network.arrival()
-        return time.monotonic() >= self._cancel_seen
+        if self._cancel_arrives is None:
+            self._cancel_arrives = self._network.arrival()
+        return time.monotonic() >= self._cancel_arrives
 
 
 def _success(action_type: str, *, ok: bool = True) -> Any:

@@ -114,6 +114,11 @@ class ServiceClient:
     def __exit__(self, *exc_info: object) -> None:
         self.close()
 
+    @property
+    def address(self) -> tuple[str, int] | None:
+        """Host and port of the provider, as the last call found it; None when it is to be looked up."""
+        return self._address
+
     def call(self, request: Any = None, timeout: float | None = 10.0, **fields: Any) -> Any:
         """Call the service and wait for its response.
 

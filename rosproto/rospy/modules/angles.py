@@ -15,7 +15,7 @@ def normalize_angle(angle):
 
 
 def shortest_angular_distance(from_angle, to_angle):
-    """How far to turn, the short way."""
+    """The angle to turn, by the shorter way."""
     return normalize_angle(to_angle - from_angle)
 
 
@@ -46,9 +46,9 @@ def _room(from_angle, left_limit, right_limit):
 
 
 def shortest_angular_distance_with_limits(from_angle, to_angle, left_limit, right_limit):
-    """(whether both angles are within the limits, how far to turn); limits in -pi to pi.
+    """(whether both angles are within the limits, the angle to turn); limits in -pi to pi.
 
-    Limits with the left one greater leave out the zero: the room is the part of the circle with pi.
+    When the left limit is the greater one, the allowed range is the arc that contains pi.
     """
     inside, left, right = _room(from_angle, left_limit, right_limit)
     way = shortest_angular_distance(from_angle, to_angle)

@@ -1,6 +1,6 @@
-"""image_geometry: pixels and rays of cameras, as their CameraInfo tells (wiki.ros.org/image_geometry).
+"""image_geometry: pixels and rays of cameras, from their CameraInfo (wiki.ros.org/image_geometry).
 
-Only undoing a lens's distortion needs OpenCV.
+OpenCV is needed only to remove lens distortion.
 """
 
 import copy
@@ -48,7 +48,7 @@ class PinholeCameraModel:
                 matrix[i, 2] = (matrix[i, 2] - offset) / binning
 
     def rectifyImage(self, raw, rectified):
-        """Write the image without the lens's distortion into `rectified`."""
+        """Write the image without lens distortion into `rectified`."""
         import cv2
 
         self.mapx = numpy.ndarray((self.height, self.width, 1), dtype="float32")
@@ -58,14 +58,14 @@ class PinholeCameraModel:
         cv2.remap(raw, self.mapx, self.mapy, cv2.INTER_CUBIC, rectified)
 
     def rectifyPoint(self, uv_raw):
-        """Where a pixel is without the lens's distortion."""
+        """The position of a pixel without lens distortion."""
         import cv2
 
         point = numpy.array(uv_raw, dtype="float64").reshape(1, 1, 2)
         return cv2.undistortPoints(point, self.K, self.D, R=self.R, P=self.P)[0, 0]
 
     def project3dToPixel(self, point):
-        """The pixel that sees a point; NaN for a point in the camera's own plane."""
+        """The pixel that shows a point; NaN for a point in the camera's own plane."""
         x, y, w = numpy.dot(numpy.asarray(self.P), (point[0], point[1], point[2], 1.0)).tolist()
         return (x / w, y / w) if w != 0 else (float("nan"), float("nan"))
 
@@ -154,7 +154,7 @@ class StereoCameraModel:
         return self.left.tfFrame()
 
     def project3dToPixel(self, point):
-        """The pixels of both cameras that see a point."""
+        """The pixels that show a point, in both cameras."""
         return self.left.project3dToPixel(point), self.right.project3dToPixel(point)
 
     def projectPixelTo3d(self, left_uv, disparity):

@@ -12,19 +12,19 @@ _HINT = "Use the 'allow_headerless' constructor option to auto-assign ROS time t
 
 
 class SimpleFilter:
-    """Something that has callbacks called with messages."""
+    """Base of the filters: calls callbacks with messages."""
 
     def __init__(self):
         self.callbacks = {}
 
     def registerCallback(self, cb, *args):
-        """Call `cb(message, ..., *args)`; a handle for `disconnect`."""
+        """Call `cb(message, ..., *args)`; returns a handle for `disconnect`."""
         conn = len(self.callbacks)
         self.callbacks[conn] = (cb, args)
         return conn
 
     def signalMessage(self, *msg):
-        """Call all of them."""
+        """Call all callbacks."""
         for cb, args in list(self.callbacks.values()):
             cb(*(msg + args))
 
@@ -39,7 +39,7 @@ class Subscriber(SimpleFilter):
         self.sub = rospy.Subscriber(*args, **kwargs)
 
     def callback(self, msg):
-        """A message came."""
+        """A message arrived."""
         self.signalMessage(msg)
 
     def getTopic(self):
@@ -47,7 +47,7 @@ class Subscriber(SimpleFilter):
         return self.topic
 
     def unregister(self):
-        """Receive no more."""
+        """Unsubscribe."""
         self.sub.unregister()
 
     def __getattr__(self, key):
@@ -106,7 +106,7 @@ class Cache(SimpleFilter):
         """Time of the newest; None when there is none."""
         return self.cache_times[-1] if self.cache_times else None
 
-    getLastestTime = getLatestTime  # the name it had first
+    getLastestTime = getLatestTime  # its first name
 
     def getOldestTime(self):
         """Time of the oldest; None when there is none."""
@@ -118,7 +118,7 @@ class Cache(SimpleFilter):
 
 
 class TimeSynchronizer(SimpleFilter):
-    """Messages of several filters with the very same stamp, together."""
+    """Groups messages of several filters that have the same stamp."""
 
     def __init__(self, fs, queue_size, reset=False):
         SimpleFilter.__init__(self)
@@ -147,7 +147,7 @@ class TimeSynchronizer(SimpleFilter):
                 self.signalMessage(*found)
 
     def _settled_after_jump(self, queue, index):
-        """With `reset`, a queue forgets when simulated time jumped back; True when all queues have."""
+        """With `reset`, clear a queue when simulated time jumped back; True when all queues are settled."""
         if not self.enable_reset or index is None or rospy.rostime.is_wallclock():
             return True
         now = rospy.Time.now()
@@ -164,7 +164,7 @@ class TimeSynchronizer(SimpleFilter):
 
 
 class ApproximateTimeSynchronizer(TimeSynchronizer):
-    """Messages of several filters whose stamps differ by less than `slop` seconds, together."""
+    """Groups messages of several filters whose stamps differ by less than `slop` seconds."""
 
     def __init__(self, fs, queue_size, slop, allow_headerless=False, reset=False):
         TimeSynchronizer.__init__(self, fs, queue_size, reset)

@@ -31,7 +31,7 @@ class ROSNodeIOException(ROSNodeException):
 
 
 def _succeed(args):
-    """The value of a reply of a node's API."""
+    """The value in a reply of the master or a node."""
     code, text, value = args
     if code != 1:
         raise ROSNodeException("remote call failed: %s" % text)
@@ -69,7 +69,7 @@ def _hosts():
     master = rosgraph.Master("/rosnode")
     for name in get_node_names():
         uri = get_api_uri(master, name)
-        if uri:  # it may have gone meanwhile
+        if uri:  # it may be gone by now
             yield name, urlsplit(uri).hostname
 
 
@@ -130,7 +130,7 @@ def _api(name):
 
 
 def rosnode_ping(node_name, max_count=None, verbose=False, skip_cache=False):
-    """True when the node answers; `max_count` tries, without it for ever while it does."""
+    """True when the node answers. Makes `max_count` tries; without it, goes on as long as it answers."""
     from rosproto.rospy.master import call
 
     uri = get_api_uri(rosgraph.Master("/rosnode"), node_name)
@@ -184,7 +184,7 @@ def _unregister(master, unwanted):
 
 
 def cleanup_master_blacklist(master, blacklist):
-    """Take what these nodes registered off the master: they are dead."""
+    """Remove the registrations of these dead nodes from the master."""
     for name in blacklist:
         print("Unregistering", name)
         _unregister(master, name.__eq__)
@@ -196,7 +196,7 @@ def cleanup_master_whitelist(master, whitelist):
 
 
 def kill_nodes(node_names):
-    """Ask nodes to end; (those that will, those that were not reached)."""
+    """Ask nodes to shut down; returns (those that will, those that were not reached)."""
     from rosproto.rospy.master import call
 
     done, failed = [], []

@@ -3,7 +3,7 @@
 import os
 import sys
 
-from roslib.packages import _find, _packages, _served
+from roslib.packages import definitions_folder, find_package, list_packages
 
 __all__ = ["ResourceNotFound", "RosPack", "get_log_dir", "get_ros_home", "get_ros_paths"]
 
@@ -47,7 +47,7 @@ class RosPack:
 
     def list(self):
         """Names of all packages."""
-        return [name for name, _ in _packages(os.pathsep.join(self.ros_paths))]
+        return [name for name, _ in list_packages(os.pathsep.join(self.ros_paths))]
 
     def get_path(self, name):
         """The folder of a package; of a message package that is served, that of its definitions.
@@ -55,7 +55,11 @@ class RosPack:
         Raises:
             ResourceNotFound: There is none of that name.
         """
-        found = _find(name, os.pathsep.join(self.ros_paths)) or self._around(name) or _served(name)
+        found = (
+            find_package(name, os.pathsep.join(self.ros_paths))
+            or self._around(name)
+            or definitions_folder(name)
+        )
         if found is None:
             raise ResourceNotFound(name, self.ros_paths)
         return found

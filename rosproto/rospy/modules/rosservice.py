@@ -110,7 +110,7 @@ def get_service_class_by_name(service_name):
 
 
 def call_service(service_name, service_args, service_class=None):
-    """(request, response) of a call with a list of values, or a list of one dict."""
+    """Call a service with a list of values, or of one dict; returns (request, response)."""
     import rospy
     from genpy.message import fill_message_args
 

@@ -13,7 +13,7 @@ def _frame(rotation, translation):
 
 
 def to_msg_msg(msg):
-    """A message is one already."""
+    """Returns the message: nothing is to be converted."""
     return msg
 
 

@@ -7,7 +7,7 @@ from tf2_ros import ConvertRegistration, TransformRegistration
 
 
 def to_msg_msg(msg):
-    """A message is one already."""
+    """Returns the message: nothing is to be converted."""
     return msg
 
 

@@ -6,8 +6,7 @@ import threading
 
 import pytest
 
-from rosproto.action import ActionClient, CommState, GoalStatus
-from rosproto.action import client as client_module
+from rosproto.action import ActionClient, CommState, GoalStatus, goal_tracker
 from rosproto.errors import CodecError, ConnectionLost, DefinitionError, LocalProtocolError, RosTimeout
 from rosproto.time import Time
 from tests.support.clock import FakeClock
@@ -355,9 +354,9 @@ def test_a_server_that_fell_silent_is_not_ready(graph, client, clock):
 
 
 def test_finished_goals_are_forgotten_and_followed_ones_are_bounded(graph, client, monkeypatch):
-    monkeypatch.setattr(client_module, "MOST_GOALS", 3)
+    monkeypatch.setattr(goal_tracker, "MOST_GOALS", 3)
     handles = [client.send_goal(Goal()) for _ in range(4)]
     assert handles[0].status is GoalStatus.LOST
     for handle in handles[1:]:
         graph.result(handle.goal_id, SUCCEEDED)
-    assert client._handles == {}
+    assert client._goals.followed == {}

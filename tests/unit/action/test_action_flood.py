@@ -20,9 +20,9 @@ def test_servers_under_invented_names_are_forgotten(
     for number in range(1000):
         clock.advance(0.001)
         graph.status(server=f"/stranger{number}")
-    assert len(client._heard) <= MOST_SERVERS
-    assert "/srv" in client._heard
-    assert len(client._arrivals._runs) <= MOST_SERVERS
+    assert len(client._goals.heard) <= MOST_SERVERS
+    assert "/srv" in client._goals.heard
+    assert len(client._goals.arrivals._runs) <= MOST_SERVERS
 
 
 def test_goals_that_have_ended_are_told_of_within_bounds() -> None:

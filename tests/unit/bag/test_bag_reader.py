@@ -98,7 +98,7 @@ def test_equal_times_keep_the_order_of_the_file():
 
 
 def test_times_are_kept_as_recorded():
-    stamps = [Time._raw(0, 0), Time._raw(1, 1_999_999_999), Time._raw(4294967295, 999_999_999)]
+    stamps = [Time.from_wire(0, 0), Time.from_wire(1, 1_999_999_999), Time.from_wire(4294967295, 999_999_999)]
     what = [("/chatter", String(data="x"), s) for s in stamps]
     found = [s for _, _, s in read(bag_bytes(what))]
     assert [(s.secs, s.nsecs) for s in found] == [(s.secs, s.nsecs) for s in stamps]

@@ -138,7 +138,7 @@ def test_a_message_that_does_not_encode_leaves_no_trace():
     assert [t for t, _, _ in bag] == ["/good"]
 
 
-@pytest.mark.parametrize("t", [-1.0, 2.0**32, Time._raw(-1, 0)])
+@pytest.mark.parametrize("t", [-1.0, 2.0**32, Time.from_wire(-1, 0)])
 def test_a_time_that_does_not_fit_is_refused(t):
     file = io.BytesIO()
     with BagWriter(file) as writer, pytest.raises(ValueError, match="unsigned 32-bit"):

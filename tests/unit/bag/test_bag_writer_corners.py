@@ -48,7 +48,7 @@ def test_a_time_out_of_range_adds_nothing_whatever_the_size(size):
     file = io.BytesIO()
     with BagWriter(file) as writer:
         writer.write("/said", String(data="x" * size), 1)
-        for t in (-1.0, 2.0**32, Time._raw(1 << 33, 0)):
+        for t in (-1.0, 2.0**32, Time.from_wire(1 << 33, 0)):
             with pytest.raises(ValueError, match="unsigned 32-bit"):
                 writer.write("/said", String(data="y" * size), t)
         writer.write("/said", String(data="z" * size), 2)

@@ -211,7 +211,7 @@ def test_raw_wire_times_are_kept() -> None:
     assert encode(message) == data
     durations = define("a/D", "duration d\nduration[] many")
     data = b"\xff\xff\xff\xff\0\0\0\x80" * 1 + b"\1\0\0\0" + b"\0\0\0\x80\xff\xff\xff\xff"
-    assert decode(durations, data).many[0] == Duration._raw(-(1 << 31), -1)
+    assert decode(durations, data).many[0] == Duration.from_wire(-(1 << 31), -1)
     assert encode(decode(durations, data)) == data
 
 

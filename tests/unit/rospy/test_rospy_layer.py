@@ -261,7 +261,7 @@ def test_a_loader_of_many_modules_is_left_alone(tmp_path: Path) -> None:
     with zipfile.ZipFile(archive, "w") as file:
         file.writestr("one.py", "")
         file.writestr("other.py", "")
-    one = RosFinder._watched("one", [str(archive)])
+    one = RosFinder._patched("one", [str(archive)])
     other = importlib.machinery.PathFinder.find_spec("other", [str(archive)])
     assert one is not None
     assert other is not None

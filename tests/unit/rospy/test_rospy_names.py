@@ -59,8 +59,8 @@ def test_packages_of_the_package_path(tmp_path: Path) -> None:
     (robot / "maps" / "hall.yaml").touch()
     code = """
         from importlib.util import module_from_spec
-        from rosproto.rospy.finder import SpareFinder
-        spec = SpareFinder().find_spec("rospkg", None)  # ours also where another one is installed
+        from rosproto.rospy.finder import FallbackFinder
+        spec = FallbackFinder().find_spec("rospkg", None)  # ours also where another one is installed
         rospkg = module_from_spec(spec)
         spec.loader.exec_module(rospkg)
         import roslib.packages

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from rosproto.rospy.finder import MODULES, RosFinder, SpareFinder
+from rosproto.rospy.finder import MODULES, FallbackFinder, RosFinder
 
 ROOT = Path(__file__).resolve().parents[3]
 PROGRAM = """
@@ -70,11 +70,11 @@ def check(done: subprocess.CompletedProcess[str], loader: str) -> None:
 
 def test_every_file_is_found_under_its_name() -> None:
     """And nothing else is: no folder without modules, no name that only begins alike."""
-    finder, spare = RosFinder(), SpareFinder()
+    finder, spare = RosFinder(), FallbackFinder()
     for path in Path(MODULES).rglob("*.py"):
         inner = path.relative_to(MODULES)
         parts = list(inner.parent.parts if path.stem == "__init__" else inner.with_suffix("").parts)
-        if parts[0] == "_inside":
+        if parts[0] == "_submodules":
             parts = parts[1:]
             if len(parts) < 2:
                 continue  # the message package itself is made from its definitions
@@ -83,5 +83,5 @@ def test_every_file_is_found_under_its_name() -> None:
         assert spec is not None, name
         assert spec.origin == str(path), name
         assert (spec.submodule_search_locations is not None) is (path.stem == "__init__")
-    for absent in ("rospy.nothing", "angles.inside", "rosp", "_inside"):
+    for absent in ("rospy.nothing", "angles.inside", "rosp", "_submodules"):
         assert finder.find_spec(absent, None) is None, absent

@@ -4,14 +4,14 @@ Served when the real one is not installed. Source: orocos-kdl 1.5, as measured: 
 """
 
 from ._frame import Frame
-from ._numbers import Equal
+from ._numbers import Equal, dot
 from ._rotation import Rotation
 from ._vectors import Twist, Vector, Wrench
 
 __all__ = ["Equal", "Frame", "Rotation", "Twist", "Vector", "Wrench", "addDelta", "diff", "dot"]
 
 for _made in (Equal, Frame, Rotation, Twist, Vector, Wrench):
-    _made.__module__ = __name__  # as pickles name them
+    _made.__module__ = __name__  # pickles name them so
 
 
 def __getattr__(name):
@@ -25,13 +25,8 @@ def __getattr__(name):
     )
 
 
-def dot(a, b):
-    """The product of two vectors, or of a twist and a wrench."""
-    return sum(one * other for one, other in zip(a._n, b._n))
-
-
 def diff(a, b, dt=1.0):
-    """What leads from `a` to `b` in `dt` seconds, told where both are told."""
+    """The velocity that takes `a` to `b` in `dt` seconds, in the frame in which both are given."""
     if isinstance(a, Rotation):
         return a * (a.Inverse() * b).GetRot() / dt
     if isinstance(a, Frame):
@@ -40,7 +35,7 @@ def diff(a, b, dt=1.0):
 
 
 def addDelta(a, da, dt=1.0):
-    """Where that leads from `a`."""
+    """Where `a` is after moving with the velocity `da` for `dt` seconds."""
     if isinstance(a, Rotation):
         own = a.Inverse() * da
         return a * Rotation.Rot(own, own.Norm() * dt)

@@ -61,27 +61,27 @@ class Frame(Numbers):
         return NotImplemented
 
     def Inverse(self, *args):
-        """The opposite pose, or what it makes of a vector, twist or wrench."""
+        """The inverse pose, or a vector, twist or wrench transformed by it."""
         turn = self.M.Inverse()
         inverse = Frame(turn, -(turn * self.p))
         return inverse * args[0] if args else inverse
 
     def Integrate(self, t_this, frequency):
-        """Move on with a twist told in this frame, for one period."""
+        """Move on with a twist in this frame's coordinates, for one period of `frequency`."""
         self.p += self.M * (t_this.vel / frequency)
         self.M = self.M * Rotation.Rot(t_this.rot, t_this.rot.Norm() / frequency)
 
     @staticmethod
     def Identity():
-        """No movement."""
+        """The identity."""
         return Frame()
 
     @staticmethod
     def DH(a, alpha, d, theta):
-        """By Denavit and Hartenberg."""
+        """The frame of Denavit-Hartenberg parameters."""
         return Frame(Rotation.RotZ(theta), Vector(0, 0, d)) * Frame(Rotation.RotX(alpha), Vector(a, 0, 0))
 
     @staticmethod
     def DH_Craig1989(a, alpha, d, theta):
-        """The same as Craig has it."""
+        """The same in Craig's (modified) convention."""
         return Frame(Rotation.RotX(alpha), Vector(a, 0, 0)) * Frame(Rotation.RotZ(theta), Vector(0, 0, d))

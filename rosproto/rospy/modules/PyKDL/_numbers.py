@@ -1,10 +1,10 @@
-"""What vectors, rotations and frames share: their numbers."""
+"""Base classes of vectors and rotations: lists of numbers."""
 
 EPS = 1e-6
 
 
 def numbers_of(made, args, count):
-    """Of a constructor: none, a thing of the same kind, or `count` numbers."""
+    """The numbers of a constructor's arguments: none, an object of the class `made`, or `count` numbers."""
     if not args:
         return None
     if len(args) == 1 and isinstance(args[0], made):
@@ -19,7 +19,7 @@ def text(numbers):
 
 
 class Numbers:
-    """What all of them share: numbers in a list `_n`, copies, pickles, comparison, no hash."""
+    """Numbers in a list `_n`: copying, pickling, comparing; not hashable."""
 
     __hash__ = None
 
@@ -37,7 +37,7 @@ class Numbers:
 
 
 class Sum(Numbers):
-    """And those that can be added and scaled."""
+    """Numbers that can be added and scaled."""
 
     def _of(self, numbers):
         made = type(self)()
@@ -90,7 +90,7 @@ class Sum(Numbers):
         return "[%s]" % text(self._n)
 
     def ReverseSign(self):
-        """The opposite."""
+        """Negate it in place."""
         self._n = (-self)._n
 
     @classmethod
@@ -100,5 +100,10 @@ class Sum(Numbers):
 
 
 def Equal(a, b, eps=EPS):
-    """True when no number differs by `eps`."""
+    """True when all numbers differ by less than `eps`."""
     return all(abs(one - other) < eps for one, other in zip(a._n, b._n))
+
+
+def dot(a, b):
+    """The product of two vectors, or of a twist and a wrench."""
+    return sum(one * other for one, other in zip(a._n, b._n))

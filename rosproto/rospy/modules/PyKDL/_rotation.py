@@ -3,13 +3,13 @@
 from math import atan2, cos, pi, sin, sqrt
 
 from ._numbers import EPS, Numbers, numbers_of, text
-from ._vectors import Pair, Vector
+from ._vectors import Pair, Vector, rotated
 
 _TINY = 1e-12
 
 
 class Rotation(Numbers):
-    """A rotation: the nine numbers of its matrix, row by row, or the three vectors it makes of x, y, z."""
+    """A rotation: nine numbers of its matrix, row by row, or its three columns as vectors."""
 
     def __init__(self, *args):
         if len(args) == 3:
@@ -40,16 +40,16 @@ class Rotation(Numbers):
         if isinstance(other, Rotation):
             return Rotation(*[self * Vector(*other._n[i::3]) for i in range(3)])
         if isinstance(other, Pair):
-            return type(other)(self * other._first, self * other._second)
+            return rotated(other, self)
         return NotImplemented
 
     def Inverse(self, *args):
-        """The opposite rotation, or what it makes of a vector, twist or wrench."""
+        """The inverse, or a vector, twist or wrench rotated by it."""
         inverse = Rotation(*[self._n[3 * column + row] for row in range(3) for column in range(3)])
         return inverse * args[0] if args else inverse
 
     def SetInverse(self):
-        """Turn it round."""
+        """Invert it in place."""
         self._n = self.Inverse()._n
 
     def _unit(index):
@@ -70,25 +70,25 @@ class Rotation(Numbers):
 
     @staticmethod
     def RotX(angle):
-        """About x."""
+        """A rotation about x."""
         s, c = sin(angle), cos(angle)
         return Rotation(1, 0, 0, 0, c, -s, 0, s, c)
 
     @staticmethod
     def RotY(angle):
-        """About y."""
+        """A rotation about y."""
         s, c = sin(angle), cos(angle)
         return Rotation(c, 0, s, 0, 1, 0, -s, 0, c)
 
     @staticmethod
     def RotZ(angle):
-        """About z."""
+        """A rotation about z."""
         s, c = sin(angle), cos(angle)
         return Rotation(c, -s, 0, s, c, 0, 0, 0, 1)
 
     def _turn(about):
         def turn(self, angle):
-            """Turn it further, about one of its own axes."""
+            """Rotate it in place about one of its own axes."""
             self._n = (self * about(angle))._n
 
         return turn
@@ -97,14 +97,14 @@ class Rotation(Numbers):
 
     @staticmethod
     def Rot(axis, angle):
-        """About any axis."""
+        """A rotation about any axis."""
         axis = Vector(axis)
         axis.Normalize()
         return Rotation.Rot2(axis, angle)
 
     @staticmethod
     def Rot2(axis, angle):
-        """About an axis of length 1."""
+        """A rotation about a unit vector."""
         (x, y, z), s, c = axis._n, sin(angle), cos(angle)
         r = 1 - c
         return Rotation(
@@ -115,22 +115,22 @@ class Rotation(Numbers):
 
     @staticmethod
     def RPY(roll, pitch, yaw):
-        """About the fixed axes x, y, z."""
+        """From angles about the fixed axes x, y, z."""
         return Rotation.RotZ(yaw) * Rotation.RotY(pitch) * Rotation.RotX(roll)
 
     @staticmethod
     def EulerZYX(alfa, beta, gamma):
-        """About the own axes z, y, x."""
+        """From angles about the rotated axes z, y, x."""
         return Rotation.RPY(gamma, beta, alfa)
 
     @staticmethod
     def EulerZYZ(alfa, beta, gamma):
-        """About the own axes z, y, z."""
+        """From angles about the rotated axes z, y, z."""
         return Rotation.RotZ(alfa) * Rotation.RotY(beta) * Rotation.RotZ(gamma)
 
     @staticmethod
     def Quaternion(x, y, z, w):
-        """Of a quaternion; it is not normalized."""
+        """From a quaternion, which is not normalized."""
         return Rotation(
             w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y),
             2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x),
@@ -146,7 +146,7 @@ class Rotation(Numbers):
             return (n[7] - n[5]) * s, (n[2] - n[6]) * s, (n[3] - n[1]) * s, 0.25 / s
         i = 0 if n[0] > n[4] and n[0] > n[8] else 1 if n[4] > n[8] else 2  # the longest of x, y, z
         j, k = (i + 1) % 3, (i + 2) % 3
-        low, high = min(j, k), max(j, k)  # the order in which KDL takes the sum
+        low, high = min(j, k), max(j, k)  # KDL adds in this order
         s = 2.0 * sqrt(1.0 + n[4 * i] - n[4 * low] - n[4 * high])
         found = [0.0, 0.0, 0.0, (n[3 * k + j] - n[3 * j + k]) / s]
         found[i], found[j], found[k] = (
@@ -157,7 +157,7 @@ class Rotation(Numbers):
         return tuple(found)
 
     def GetRPY(self):
-        """(roll, pitch, yaw); roll is 0 where only their sum is known."""
+        """(roll, pitch, yaw); roll is 0 where only the sum of roll and yaw is determined."""
         n = self._n
         pitch = atan2(-n[6], sqrt(n[0] * n[0] + n[3] * n[3]))
         if abs(pitch) > pi / 2 - _TINY:
@@ -169,7 +169,7 @@ class Rotation(Numbers):
         return self.GetRPY()[::-1]
 
     def GetEulerZYZ(self):
-        """(z, y, z); the last is 0 where only their sum is known."""
+        """(z, y, z); the last is 0 where only their sum is determined."""
         n = self._n
         if abs(n[8]) > 1 - _TINY:
             return (atan2(n[3], n[0]), 0.0, 0.0) if n[8] > 0 else (atan2(-n[3], -n[0]), pi, 0.0)
@@ -186,7 +186,7 @@ class Rotation(Numbers):
         return angle, axis
 
     def _half_turn(self, eps):
-        """No turn, or half a turn: the matrix is symmetric."""
+        """(angle, axis) of a symmetric matrix: no rotation, or half a turn."""
         n = self._n
         if (
             all(abs(n[i] + n[j]) < eps for i, j in ((1, 3), (2, 6), (5, 7)))
@@ -198,6 +198,6 @@ class Rotation(Numbers):
         return pi, Vector(*[own if k == i else (n[3 * i + k] + n[3 * k + i]) / 4 / own for k in range(3)])
 
     def GetRot(self):
-        """The axis, as long as the angle."""
+        """The rotation vector: the axis, its length the angle."""
         angle, axis = self.GetRotAngle()
         return axis * angle

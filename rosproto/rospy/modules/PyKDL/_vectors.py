@@ -36,7 +36,7 @@ class Vector(Sum):
         return sqrt(sum(a * a for a in self._n))
 
     def Normalize(self, eps=EPS):
-        """Make its length 1 (x when it has none); the length before."""
+        """Scale it to length 1 (a zero vector becomes x); returns the length before."""
         length = self.Norm()
         self._n = [1.0, 0.0, 0.0] if length < eps else [a / length for a in self._n]
         return length
@@ -77,13 +77,18 @@ class Pair(Sum):
         return property(get, put)
 
 
+def rotated(pair, rotation):
+    """Both vectors of a pair, rotated."""
+    return type(pair)(rotation * pair._first, rotation * pair._second)
+
+
 class Twist(Pair):
-    """A velocity `vel` of a point and a rate `rot`."""
+    """A linear velocity `vel` and an angular velocity `rot`."""
 
     vel, rot = Pair._named("_first"), Pair._named("_second")
 
     def RefPoint(self, v):
-        """The same movement, told of another point."""
+        """The same motion, with `v` as reference point."""
         return Twist(self.vel + self.rot * v, self.rot)
 
 
@@ -93,5 +98,5 @@ class Wrench(Pair):
     force, torque = Pair._named("_first"), Pair._named("_second")
 
     def RefPoint(self, v):
-        """The same load, told of another point."""
+        """The same load, with `v` as reference point."""
         return Wrench(self.force, self.torque + self.force * v)

@@ -1,7 +1,7 @@
 """ActionClient: sends goals and follows them through the states of actionlib's client.
 
-The states and transitions are `rosproto.protocol.goal_client`'s table; here is what rospy's client does with
-them: callbacks at once, in the thread that brought the message, in the order of the states passed.
+The states and transitions are `rosproto.protocol.goal_client`'s table; this file
+has the manners of rospy's client: callbacks run at once, in the receiving thread, in the order of the states.
 """
 
 import itertools
@@ -20,13 +20,13 @@ from .exceptions import ActionException
 
 _counter = itertools.count(1)
 ZERO = rospy.Duration(0.0)
-# Seconds that a result waits for feedback which the server sent before it: the two come by two connections,
-# and what is read after the result is told to nobody. rospy is that much slower (measured).
+# Seconds that a result waits for feedback that was sent before it. They come by two connections, and feedback
+# read after the result is not reported. rospy is slower by about that much (measured).
 GRACE = 0.002
 
 
 def get_name_of_constant(C, n):
-    """Name of the integer constant of a class that has this value."""
+    """Name of the integer constant with this value in a class."""
     for name, value in C.__dict__.items():
         if isinstance(value, int) and value == n:
             return name
@@ -70,7 +70,7 @@ _ENDS = {
 
 
 class ClientGoalHandle:
-    """One goal, as a program holds it; when the last handle goes, the goal is followed no more."""
+    """A program's handle of one goal. When the last handle is dropped, the goal is no longer followed."""
 
     def __init__(self, comm_state_machine):
         self.comm_state_machine = comm_state_machine
@@ -124,10 +124,10 @@ class ClientGoalHandle:
 
 
 class CommStateMachine:
-    """What is known of one goal.
+    """State of one goal.
 
     Attributes:
-        feedback_awaited: Somebody wants the feedback; it is told before the result.
+        feedback_awaited: Somebody wants feedback; it is delivered before the result.
     """
 
     def __init__(self, action_goal, transition_cb, feedback_cb, send_goal_fn, send_cancel_fn):
@@ -141,7 +141,7 @@ class CommStateMachine:
         self.mutex = threading.RLock()
         self.latest_goal_status = GoalStatus(status=GoalStatus.PENDING)
         self.latest_result = None
-        self._active_since = None  # stamp of the feedback that told it, until a status array does
+        self._active_since = None  # stamp of the feedback that showed it, until a status array does
 
     @property
     def goal_id(self):
@@ -149,7 +149,7 @@ class CommStateMachine:
         return self.action_goal.goal_id.id
 
     def update_status(self, status_array):
-        """A status array came."""
+        """A status array arrived."""
         with self.mutex:
             if self.state == CommState.DONE:
                 return
@@ -184,7 +184,7 @@ class CommStateMachine:
             self.transition_to(int(state))
 
     def transition_to(self, state):
-        """Now it is in that state."""
+        """Enter a state and report it."""
         rospy.logdebug(
             "Transitioning to %s (from %s, goal: %s)",
             CommState.to_string(state),
@@ -196,7 +196,7 @@ class CommStateMachine:
             self.transition_cb(ClientGoalHandle(self))
 
     def update_result(self, action_result):
-        """A result came, perhaps another goal's."""
+        """A result arrived, perhaps of another goal."""
         if self.goal_id != action_result.status.goal_id.id:
             return
         with self.mutex:
@@ -210,7 +210,7 @@ class CommStateMachine:
             self.transition_to(CommState.DONE)
 
     def update_feedback(self, action_feedback):
-        """Feedback came, perhaps another goal's."""
+        """Feedback arrived, perhaps of another goal."""
         if self.goal_id != action_feedback.status.goal_id.id:
             return
         with self.mutex:
@@ -224,7 +224,7 @@ class CommStateMachine:
             self.feedback_cb(ClientGoalHandle(self), action_feedback.feedback)
 
 
-def _parts(spec):
+def message_classes(spec):
     """Classes of an action's goal, result and feedback messages."""
     try:
         action = spec()
@@ -240,7 +240,7 @@ class ActionClient:
         self.ns = ns
         self.last_status_msg = None
         self.ActionSpec = ActionSpec
-        self.ActionGoal, self.ActionResult, self.ActionFeedback = _parts(ActionSpec)
+        self.ActionGoal, self.ActionResult, self.ActionFeedback = message_classes(ActionSpec)
         self._machines = []
         self._lock = threading.RLock()
         self.pub_queue_size = rospy.get_param("actionlib_client_pub_queue_size", 10)
@@ -261,18 +261,18 @@ class ActionClient:
         self.feedback_sub = subscribe("/feedback", self.ActionFeedback, self._feedback_cb)
 
     def stop(self):
-        """Take everything off the master."""
+        """Unregister all topics."""
         for part in (self.pub_goal, self.pub_cancel, self.status_sub, self.result_sub, self.feedback_sub):
             part.unregister()
 
     def send_goal(self, goal, transition_cb=None, feedback_cb=None):
-        """Send a goal; `transition_cb(handle)`, `feedback_cb(handle, feedback)`. Its handle."""
-        handle = self._new_goal(goal, transition_cb, feedback_cb)
+        """Send a goal; `transition_cb(handle)`, `feedback_cb(handle, feedback)`; returns its handle."""
+        handle = self.track_goal(goal, transition_cb, feedback_cb)
         self.pub_goal.publish(handle.comm_state_machine.action_goal)
         return handle
 
-    def _new_goal(self, goal, transition_cb, feedback_cb):
-        """The handle of a goal that is followed, but not sent yet."""
+    def track_goal(self, goal, transition_cb, feedback_cb):
+        """Follow a goal that the caller publishes afterwards (answers may be quick); returns its handle."""
         now = rospy.Time.now()
         goal_id = GoalID(stamp=now, id="%s-%i-%.3f" % (rospy.get_caller_id(), next(_counter), now.to_sec()))
         action_goal = self.ActionGoal(goal_id=goal_id, goal=goal)
@@ -289,7 +289,7 @@ class ActionClient:
         self.pub_cancel.publish(GoalID(stamp=rospy.Time.from_sec(0.0), id=""))
 
     def cancel_goals_at_and_before_time(self, time):
-        """Ask the server to cancel every goal sent until then."""
+        """Ask the server to cancel every goal sent at or before a time."""
         self.pub_cancel.publish(GoalID(stamp=time, id=""))
 
     def wait_for_action_server_to_start(self, timeout=ZERO):
@@ -297,7 +297,7 @@ class ActionClient:
         return self.wait_for_server(timeout)
 
     def wait_for_server(self, timeout=ZERO):
-        """Wait until a server is connected in all ways; False when none was in time. Zero: no limit."""
+        """Wait until a server is connected on all topics; False when time is up. Zero means no limit."""
         end = rospy.get_rostime() + timeout
         while not rospy.is_shutdown():
             if self.last_status_msg and self._is_connected(

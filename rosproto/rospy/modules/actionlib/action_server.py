@@ -7,7 +7,7 @@ from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
 from rosproto.protocol.goal_server import is_before, is_meant, next_status
 
-from .action_client import _parts
+from .action_client import message_classes
 from .goal_id_generator import GoalIDGenerator
 from .handle_tracker_deleter import HandleTrackerDeleter
 from .server_goal_handle import ServerGoalHandle
@@ -19,12 +19,12 @@ def nop_cb(goal_handle):
 
 
 class ActionServer:
-    """Any number of goals at a time; what to do with them is up to `goal_cb(handle)`."""
+    """Serves any number of goals at a time; `goal_cb(handle)` decides what happens to each."""
 
     def __init__(self, ns, ActionSpec, goal_cb, cancel_cb=nop_cb, auto_start=True):
         self.ns = ns
         self.ActionSpec = ActionSpec
-        self.ActionGoal, self.ActionResult, self.ActionFeedback = _parts(ActionSpec)
+        self.ActionGoal, self.ActionResult, self.ActionFeedback = message_classes(ActionSpec)
         self.ActionResultType = type(self.ActionResult().result)
         self.goal_sub = self.cancel_sub = None
         self.status_pub = self.result_pub = self.feedback_pub = None
@@ -62,7 +62,7 @@ class ActionServer:
             self.publish_status()
 
     def stop(self):
-        """Serve no more."""
+        """Stop serving."""
         with self.lock:
             self.started = False
             self.status_timer.shutdown()
@@ -119,7 +119,7 @@ class ActionServer:
             self.publish_status()
 
     def publish_feedback(self, status, feedback):
-        """Tell the clients how a goal goes."""
+        """Tell the clients about the progress of a goal."""
         with self.lock:
             message = self.ActionFeedback(status=status, feedback=feedback)
             message.header.stamp = rospy.Time.now()
@@ -127,7 +127,7 @@ class ActionServer:
                 self.feedback_pub.publish(message)
 
     def internal_cancel_callback(self, goal_id):
-        """A cancel came: of one goal, of those until a time, or (neither given) of all."""
+        """A cancel arrived: for one goal, for those up to a time, or (neither given) for all."""
         with self.lock:
             if not self.started:
                 return
@@ -143,7 +143,7 @@ class ActionServer:
                 handle = ServerGoalHandle(tracker, self, tracker.handle_tracker)
                 if handle.set_cancel_requested():
                     self.cancel_callback(handle)
-            if goal_id.id != "" and not found:  # the goal may be still on its way
+            if goal_id.id != "" and not found:  # the goal may still be on its way
                 tracker = StatusTracker(goal_id, GoalStatus.RECALLING)
                 tracker.handle_destruction_time = rospy.Time.now()
                 self.status_list.append(tracker)
@@ -151,13 +151,13 @@ class ActionServer:
                 self.last_cancel = goal_id.stamp
 
     def internal_goal_callback(self, goal):
-        """A goal came."""
+        """A goal arrived."""
         with self.lock:
             if not self.started:
                 return
             for tracker in self.status_list[:]:
                 if goal.goal_id.id == tracker.status.goal_id.id:
-                    self._come_again(tracker)
+                    self._received_again(tracker)
                     return
             tracker = StatusTracker(None, None, goal)
             tracker.handle_tracker = HandleTrackerDeleter(self, tracker)
@@ -172,8 +172,8 @@ class ActionServer:
             else:
                 self.goal_callback(handle)
 
-    def _come_again(self, tracker):
-        """A goal that is known: a cancel came before it, or it was sent twice."""
+    def _received_again(self, tracker):
+        """A goal whose id is known: its cancel arrived first, or it was sent twice."""
         if tracker.status.status == GoalStatus.RECALLING:
             tracker.status.status = int(next_status(GoalStatus.RECALLING, "cancel"))
             self.publish_result(tracker.status, self.ActionResultType())

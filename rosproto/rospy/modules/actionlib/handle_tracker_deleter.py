@@ -1,10 +1,10 @@
-"""HandleTrackerDeleter: notes when the last handle of a goal is given up."""
+"""HandleTrackerDeleter: notes when the last handle of a goal is dropped."""
 
 import rospy
 
 
 class HandleTrackerDeleter:
-    """Called when it is; from then on the goal's status is kept for a while only."""
+    """Called when the last handle is dropped; the goal's status is kept for a limited time from then on."""
 
     def __init__(self, action_server, status_tracker):
         self.action_server, self.status_tracker = action_server, status_tracker

@@ -1,4 +1,4 @@
-"""ServerGoalHandle: one goal, as the program that serves it holds it."""
+"""ServerGoalHandle: a server program's handle of one goal."""
 
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus
@@ -29,11 +29,11 @@ class ServerGoalHandle:
         return self.action_server.ActionResultType()
 
     def set_accepted(self, text=""):
-        """The goal is being worked on from now on."""
+        """Start working on the goal."""
         self._do("accept", text)
 
     def set_canceled(self, result=None, text=""):
-        """The goal is cancelled: RECALLED before it was begun, PREEMPTED afterwards."""
+        """The goal is cancelled: RECALLED before it was accepted, PREEMPTED afterwards."""
         self._do("cancel", text, result)
 
     def set_rejected(self, result=None, text=""):
@@ -67,7 +67,7 @@ class ServerGoalHandle:
             self.action_server.publish_result(status, result or self.get_default_result())
 
     def publish_feedback(self, feedback):
-        """Tell the clients how it goes."""
+        """Tell the clients about its progress."""
         if not self.goal:
             rospy.logerr("Attempt to publish feedback on an uninitialized ServerGoalHandle")
             return
@@ -106,7 +106,7 @@ class ServerGoalHandle:
         return hash(self.get_goal_id().id)
 
     def set_cancel_requested(self):
-        """A client wants it cancelled; True when the program is to be told."""
+        """A client asks to cancel it; True when the program has to be told."""
         if not self.goal:
             return False
         with self.action_server.lock:

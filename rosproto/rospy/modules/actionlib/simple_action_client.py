@@ -32,7 +32,7 @@ class SimpleActionClient:
         self.done_cb = self.active_cb = self.feedback_cb = None
 
     def wait_for_server(self, timeout=FOREVER):
-        """Wait until a server is connected; False when none was in time. Zero: no limit."""
+        """Wait until a server is connected; False when time is up. Zero means no limit."""
         return self.action_client.wait_for_server(timeout)
 
     def send_goal(self, goal, done_cb=None, active_cb=None, feedback_cb=None):
@@ -41,23 +41,23 @@ class SimpleActionClient:
         Args:
             goal: The goal message.
             done_cb: Called with (status, result) when it has ended.
-            active_cb: Called with nothing when the server has begun.
-            feedback_cb: Called with each feedback.
+            active_cb: Called without arguments when the server has started.
+            feedback_cb: Called with each feedback message.
         """
         self.stop_tracking_goal()
         self.done_cb = done_cb
         self.active_cb = active_cb
         self.feedback_cb = feedback_cb
         self.simple_state = SimpleGoalState.PENDING
-        # Known before it is sent: the server's answer may be faster than the return from publish().
+        # Followed before it is sent: the server may answer before publish() returns.
         client = self.action_client
-        self.gh = client._new_goal(goal, self._handle_transition, self._handle_feedback)
+        self.gh = client.track_goal(goal, self._handle_transition, self._handle_feedback)
         machine = self.gh.comm_state_machine
         machine.feedback_awaited = feedback_cb is not None
         client.pub_goal.publish(machine.action_goal)
 
     def send_goal_and_wait(self, goal, execute_timeout=FOREVER, preempt_timeout=FOREVER):
-        """Send a goal, wait for its end, cancel it when that takes too long; its state."""
+        """Send a goal and wait for its end; cancel it when that takes too long. Returns its state."""
         self.send_goal(goal)
         if not self.wait_for_result(execute_timeout):
             rospy.logdebug("Canceling goal")
@@ -71,7 +71,7 @@ class SimpleActionClient:
         return self.get_state()
 
     def wait_for_result(self, timeout=FOREVER):
-        """Wait until the goal has ended, well or not; False when it has not in time. Zero: no limit."""
+        """Wait until the goal has ended, whatever its result; False when time is up. Zero means no limit."""
         if not self.gh:
             rospy.logerr("Called wait_for_result when no goal exists")
             return False
@@ -116,7 +116,7 @@ class SimpleActionClient:
         self.action_client.cancel_all_goals()
 
     def cancel_goals_at_and_before_time(self, time):
-        """Ask the server to cancel every goal sent until then."""
+        """Ask the server to cancel every goal sent at or before a time."""
         self.action_client.cancel_goals_at_and_before_time(time)
 
     def cancel_goal(self):

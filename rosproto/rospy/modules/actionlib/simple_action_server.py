@@ -1,4 +1,4 @@
-"""SimpleActionServer: one goal at a time; a new one asks the present one to give way."""
+"""SimpleActionServer: one goal at a time; a new one preempts the current one."""
 
 import threading
 import traceback
@@ -52,7 +52,7 @@ class SimpleActionServer:
         self.action_server.start()
 
     def accept_new_goal(self):
-        """Take the waiting goal; the one before counts as preempted. Its message, None when none waits."""
+        """Accept the waiting goal and preempt the one before; returns its message, None when none waits."""
         with self.action_server.lock, self.lock:
             if not self.new_goal or not self.next_goal.get_goal():
                 rospy.logerr("Attempting to accept the next goal when a new goal is not available")
@@ -71,7 +71,7 @@ class SimpleActionServer:
         return self.new_goal
 
     def is_preempt_requested(self):
-        """True when the present goal should give way."""
+        """True when the current goal should be preempted."""
         return self.preempt_request
 
     def is_active(self):
@@ -91,12 +91,12 @@ class SimpleActionServer:
             self.current_goal.set_aborted(result or self.get_default_result(), text)
 
     def set_preempted(self, result=None, text=""):
-        """The goal gave way."""
+        """The goal was preempted."""
         with self.action_server.lock, self.lock:
             self.current_goal.set_canceled(result or self.get_default_result(), text)
 
     def publish_feedback(self, feedback):
-        """Tell the clients how it goes."""
+        """Tell the clients about its progress."""
         self.current_goal.publish_feedback(feedback)
 
     def get_default_result(self):
@@ -114,11 +114,11 @@ class SimpleActionServer:
             self.goal_callback = cb
 
     def register_preempt_callback(self, cb):
-        """Call this when the present goal should give way."""
+        """Call this when the current goal should be preempted."""
         self.preempt_callback = cb
 
     def internal_goal_callback(self, goal):
-        """A goal came; the action server's lock is held."""
+        """A goal arrived; the action server's lock is held."""
         with self.execute_condition:
             try:
                 self._take(goal)
@@ -144,7 +144,7 @@ class SimpleActionServer:
         self.execute_condition.notify()
 
     def internal_preempt_callback(self, preempt):
-        """A cancel came; the action server's lock is held."""
+        """A cancel arrived; the action server's lock is held."""
         with self.lock:
             if preempt == self.current_goal:
                 self.preempt_request = True

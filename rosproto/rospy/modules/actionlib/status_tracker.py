@@ -7,7 +7,7 @@ from .goal_id_generator import GoalIDGenerator
 
 
 class StatusTracker:
-    """One goal: made from the goal, or from a cancel that came before it."""
+    """One goal: created by the goal, or by a cancel that arrived before it."""
 
     def __init__(self, goal_id=None, status=None, goal=None):
         self.goal = None

@@ -1,11 +1,12 @@
-"""From one encoding to another, as cv_bridge's C++ part does it.
+"""Converting between encodings, as cv_bridge's C++ part does.
 
 Source: cv_bridge.cpp (which conversions make sense, how depths are scaled, the texts).
 """
 
 from .encodings import NUMPY, layout
 
-_BAYER = {"RGGB": "BG", "BGGR": "RG", "GBRG": "GR", "GRBG": "GB"}  # OpenCV names the second row's pixels
+# OpenCV names a pattern by the pixels of its second row.
+_BAYER = {"RGGB": "BG", "BGGR": "RG", "GBRG": "GR", "GRBG": "GB"}
 _SAME = "same"
 
 

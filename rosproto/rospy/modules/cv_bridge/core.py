@@ -71,7 +71,7 @@ class CvBridge:
         """An array (height, width[, channels]) of an Image, read-only when nothing had to be converted.
 
         Raises:
-            CvBridgeError: An encoding is unknown, or there is no way between them.
+            CvBridgeError: An encoding is unknown, or the two cannot be converted into each other.
         """
         import numpy
 

@@ -19,7 +19,7 @@ _DEPTH = {"u1": "8U", "u2": "16U"}
 _COLOURS = {
     name: (_DEPTH[entry.kind], entry.channels, entry.colour)
     for name, entry in ENCODINGS.items()
-    if name not in ("uyvy", "yuv422_yuy2", "yuyv")  # cv_bridge knows these no more than its C++ part does
+    if name not in ("uyvy", "yuv422_yuy2", "yuyv")  # not known to the C++ part of cv_bridge either
 }
 
 

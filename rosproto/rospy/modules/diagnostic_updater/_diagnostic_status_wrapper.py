@@ -1,4 +1,4 @@
-"""A status that tasks fill."""
+"""A status to be filled by tasks."""
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
@@ -16,7 +16,7 @@ class DiagnosticStatusWrapper(DiagnosticStatus):
     """A DiagnosticStatus; its summary and values are set by methods."""
 
     def summary(self, *args):
-        """Set level and message: by `(level, message)`, or as another status has them."""
+        """Set level and message: from `(level, message)`, or from another status."""
         self.level, text = _level_and_text(args)
         self.message = text if len(args) == 1 else str(text)
 

@@ -43,7 +43,7 @@ class CompositeDiagnosticTask(DiagnosticTask):
         self.tasks = []
 
     def addTask(self, t):
-        """Run this one too."""
+        """Add a task."""
         self.tasks.append(t)
 
     def run(self, stat):
@@ -91,7 +91,7 @@ class DiagnosticTaskVector:
         self.lock = threading.Lock()
 
     def addedTaskCallback(self, task):
-        """One was added."""
+        """Called when a task was added."""
 
     def add(self, *args):
         """Add a task: `add(task)`, or `add(name, function)`."""
@@ -127,7 +127,7 @@ class Updater(DiagnosticTaskVector):
         self.hwid = hwid
 
     def update(self):
-        """Run and publish when it is time."""
+        """Run the tasks and publish, if the period has passed."""
         self._check_diagnostic_period()
         if rospy.Time.now() >= self.last_time + rospy.Duration(self.period):
             self.force_update()
@@ -176,7 +176,7 @@ class Updater(DiagnosticTaskVector):
         self.publisher.publish(message)
 
     def addedTaskCallback(self, task):
-        """Say that it begins."""
+        """Publish that it is starting up."""
         status = _status(task.name)
         status.summary(OK, "Node starting up")
         self.publish(status)

@@ -15,7 +15,7 @@ class HeaderlessTopicDiagnostic(CompositeDiagnosticTask):
         diag.add(self)
 
     def tick(self):
-        """It was published."""
+        """Note that a message was published."""
         self.freq.tick()
 
     def clear_window(self):
@@ -32,7 +32,7 @@ class TopicDiagnostic(HeaderlessTopicDiagnostic):
         self.addTask(self.stamp)
 
     def tick(self, stamp):
-        """It was published with this stamp."""
+        """Note that a message with this stamp was published."""
         self.stamp.tick(stamp)
         self.freq.tick()
 
@@ -45,6 +45,6 @@ class DiagnosedPublisher(TopicDiagnostic):
         self.publisher = pub
 
     def publish(self, message):
-        """Note it and publish it."""
+        """Publish a message and note it."""
         self.tick(message.header.stamp)
         self.publisher.publish(message)

@@ -30,7 +30,7 @@ class FrequencyStatus(DiagnosticTask):
         self.clear()
 
     def clear(self):
-        """Begin anew."""
+        """Start over."""
         with self.lock:
             self.count = 0
             self.hist_indx = 0
@@ -38,7 +38,7 @@ class FrequencyStatus(DiagnosticTask):
             self.seq_nums = [0] * self.params.window_size
 
     def tick(self):
-        """It happened."""
+        """Count an event."""
         with self.lock:
             self.count += 1
 
@@ -102,7 +102,7 @@ class TimeStampStatus(DiagnosticTask):
         self.max_delta = self.min_delta = 0
 
     def tick(self, stamp):
-        """A stamp, as Time or seconds (a float)."""
+        """Note a stamp: a Time, or float seconds."""
         seconds = stamp if isinstance(stamp, float) else stamp.to_sec()
         with self.lock:
             if seconds == 0:
@@ -118,7 +118,7 @@ class TimeStampStatus(DiagnosticTask):
         with self.lock:
             stat.summary(OK, "Timestamps are reasonable.")
             if self.deltas_valid:
-                self._judge(stat)
+                self._summarize_state(stat)
             else:
                 stat.summary(WARN, "No data since last update.")
             for key, seconds in (
@@ -134,8 +134,8 @@ class TimeStampStatus(DiagnosticTask):
             self._begin()
         return stat
 
-    def _judge(self, stat):
-        """The last thing that is wrong is what is said."""
+    def _summarize_state(self, stat):
+        """Set the summary; of several problems the last one is reported."""
         if self.min_delta < self.params.min_acceptable:
             stat.summary(ERROR, "Timestamps too far in future seen.")
             self.early_count += 1
@@ -154,6 +154,6 @@ class Heartbeat(DiagnosticTask):
         super().__init__("Heartbeat")
 
     def run(self, stat):
-        """Say so."""
+        """Report OK."""
         stat.summary(OK, "Alive")
         return stat

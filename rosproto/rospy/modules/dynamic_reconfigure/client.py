@@ -15,7 +15,7 @@ from . import DynamicReconfigureCallbackException, DynamicReconfigureParameterEx
 from .encoding import decode_config, decode_description, encode_config, extract_params
 
 _TYPES = {"int": int, "double": float, "str": str, "bool": bool}
-SLICE = 0.1  # seconds between two looks whether the node is shut down
+SLICE = 0.1  # seconds between checks for shutdown
 
 
 class Client:
@@ -54,17 +54,17 @@ class Client:
     # -- asking ---------------------------------------------------------------------------------------------
 
     def get_configuration(self, timeout=None):
-        """The newest configuration, a dict with attributes; None when it did not come in time."""
+        """The newest configuration, a dict with attributes; None when time is up."""
         if not timeout and self._waited("config", 1.0) is None:
             print("Waiting for configuration...", file=sys.stderr)
         return self._waited("config", timeout)
 
     def get_parameter_descriptions(self, timeout=None):
-        """A dict for each parameter; None when they did not come in time."""
+        """A dict for each parameter; None when time is up."""
         return self._waited("param_description", timeout)
 
     def get_group_descriptions(self, timeout=None):
-        """The tree of groups; None when it did not come in time."""
+        """The tree of groups; None when time is up."""
         return self._waited("group_description", timeout)
 
     def _waited(self, attribute, timeout):
@@ -80,7 +80,7 @@ class Client:
     # -- setting --------------------------------------------------------------------------------------------
 
     def update_configuration(self, changes):
-        """Set some parameters; the configuration that results.
+        """Set some parameters; returns the resulting configuration.
 
         Raises:
             DynamicReconfigureParameterException: One of them is unknown, or its value does not fit.
@@ -119,7 +119,7 @@ class Client:
             ) from None
 
     def _constant(self, name, value):
-        """What a name of an enumeration stands for."""
+        """The value of an enumeration's name."""
         described = next(one for one in self.param_description if one["name"].lower() == name.lower())
         if not described["edit_method"]:
             return None
@@ -142,7 +142,7 @@ class Client:
         return groups
 
     def close(self):
-        """Listen no more."""
+        """Unsubscribe."""
         self._descriptions_sub.unregister()
         self._updates_sub.unregister()
 
@@ -150,7 +150,7 @@ class Client:
 
     @property
     def config_callback(self):
-        """Called with every configuration; when it is set, with the present one."""
+        """Called with every new configuration, and with the current one when the callback is set."""
         return self._config_callback
 
     @config_callback.setter
@@ -161,7 +161,7 @@ class Client:
 
     @property
     def description_callback(self):
-        """Called with the descriptions of the parameters; when it is set, with the present ones."""
+        """Called with every new description, and with the current one when the callback is set."""
         return self._description_callback
 
     @description_callback.setter

@@ -42,7 +42,7 @@ class Config(dict):
 
 
 def encode_config(config, flat=True):
-    """A message from a dict; what is none of the four kinds of values is left out."""
+    """A message from a dict; values of types other than the four that exist are left out."""
     message = ConfigMsg()
     for name, value in config.items():
         if type(value) in _FIELDS:
@@ -66,7 +66,7 @@ def _states(group):
 
 
 def encode_description(descr):
-    """A message from a module that a .cfg file became."""
+    """A message from the module generated from a .cfg file."""
     return ConfigDescrMsg(
         groups=encode_groups(None, descr.config_description),
         max=encode_config(descr.max),
@@ -86,7 +86,7 @@ def encode_groups(parent, group):
 
 
 def group_dict(group):
-    """A group without what is in it."""
+    """A group without its parameters and subgroups."""
     return Config(
         {
             "id": group.id,

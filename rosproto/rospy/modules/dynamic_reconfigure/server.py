@@ -26,7 +26,7 @@ class Server:
     """Calls `callback(config, level)` with every change; what it returns is the configuration.
 
     Args:
-        type: The module that a .cfg file became.
+        type: The module generated from a .cfg file.
         namespace: Below the node's name, where the service and the topics are.
     """
 
@@ -61,7 +61,7 @@ class Server:
         return [one["name"] for one in self._parameters()]
 
     def update_configuration(self, changes):
-        """Set some parameters from within; the configuration that results."""
+        """Set some parameters from the program itself; returns the resulting configuration."""
         with self.mutex:
             config = copy.deepcopy(self.config)
             config.update(changes)

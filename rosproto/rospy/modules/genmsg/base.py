@@ -10,4 +10,4 @@ class InvalidMsgSpec(Exception):
 
 
 class MsgGenerationException(Exception):
-    """A file is no definition."""
+    """A file is not a definition."""

@@ -8,7 +8,7 @@ from .srvs import SrvSpec
 
 
 def compute_md5_text(msg_context, spec):
-    """What the md5sum of a message is made of: constants, then fields, md5sums in place of message types."""
+    """The text behind a message's md5sum: constants, then fields, with md5sums for message types."""
     lines = ["%s %s=%s" % (one.type, one.name, one.val_text) for one in spec.constants]
     for type_, name in zip(spec.types, spec.names):
         bare = bare_msg_type(type_)
@@ -28,7 +28,7 @@ compute_md5_v2 = compute_md5
 
 
 def compute_full_text(msg_context, spec):
-    """A message's text and those of all that it is made of, once each."""
+    """A message's text, followed by those of all types it uses, once each."""
     parts = [spec.text + "\n"]
     for name in dict.fromkeys(msg_context.get_all_depends(spec.full_name)):
         parts.append("%s\nMSG: %s\n%s\n" % ("=" * 80, name, msg_context.get_registered(name).text))

@@ -96,7 +96,7 @@ def load_msg_from_string(msg_context, text, full_name):
     """Read a text into the table.
 
     Raises:
-        InvalidMsgSpec: It is no definition.
+        InvalidMsgSpec: It is not a definition.
     """
     package, base = package_resource_name(full_name)
     try:
@@ -141,7 +141,7 @@ def load_srv_from_file(msg_context, file_path, full_name):
 
 
 def load_msg_depends(msg_context, spec, search_path):
-    """Read what a message is made of; the types of its own fields."""
+    """Read the types that a message uses; returns those of its own fields."""
     depends = []
     for type_ in spec.types:
         name = resolve_type(bare_msg_type(type_), spec.package)
@@ -157,7 +157,7 @@ def load_msg_depends(msg_context, spec, search_path):
 
 
 def load_depends(msg_context, spec, msg_search_path):
-    """Read what a message or service is made of."""
+    """Read the types that a message or service uses."""
     halves = [spec.request, spec.response] if isinstance(spec, SrvSpec) else [spec]
     if not isinstance(halves[0], MsgSpec):
         raise ValueError("spec does not appear to be a message or service")
@@ -172,14 +172,14 @@ class MsgContext:
 
     @staticmethod
     def create_default():
-        """With time and duration in it."""
+        """A table with time and duration."""
         made = MsgContext()
         load_msg_from_string(made, TIME_MSG, TIME)
         load_msg_from_string(made, DURATION_MSG, DURATION)
         return made
 
     def register(self, full_msg_type, msgspec):
-        """Take a message."""
+        """Add a message."""
         self._specs[bare_msg_type(full_msg_type)] = msgspec
 
     def is_registered(self, full_msg_type):
@@ -195,7 +195,7 @@ class MsgContext:
         self._files[full_msg_type] = file_path
 
     def get_file(self, full_msg_type):
-        """Where it was read; None when nobody knows."""
+        """Where it was read; None when unknown."""
         return self._files.get(full_msg_type)
 
     def set_depends(self, full_msg_type, dependencies):
@@ -203,9 +203,9 @@ class MsgContext:
         self._depends[full_msg_type] = dependencies
 
     def get_depends(self, full_msg_type):
-        """The types of its own fields; None when nobody knows."""
+        """The types of its own fields; None when unknown."""
         return self._depends.get(full_msg_type)
 
     def get_all_depends(self, full_msg_type):
-        """And those of theirs, in the order of the full text."""
+        """All types it uses, directly or not, in the order of the full text."""
         return [name for own in self._depends[full_msg_type] for name in (own, *self.get_all_depends(own))]

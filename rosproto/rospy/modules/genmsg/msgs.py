@@ -21,17 +21,17 @@ def is_header_type(msg_type):
 
 
 def is_builtin(msg_type_name):
-    """True when it is no message."""
+    """True for a built-in type."""
     return msg_type_name in BUILTIN_TYPES
 
 
 def bare_msg_type(msg_type):
-    """Without the brackets of an array."""
+    """The type without array brackets."""
     return None if msg_type is None else msg_type.partition("[")[0]
 
 
 def resolve_type(msg_type, package_context):
-    """With its package."""
+    """The type with its package."""
     bare = bare_msg_type(msg_type)
     if bare == HEADER:
         return HEADER_FULL_NAME
@@ -39,7 +39,7 @@ def resolve_type(msg_type, package_context):
 
 
 def parse_type(msg_type):
-    """(type of one, whether it is an array, its fixed length or None)."""
+    """(element type, whether it is an array, its fixed length or None)."""
     if not msg_type:
         raise ValueError("Invalid empty type")
     base, bracket, length = msg_type.partition("[")
@@ -80,7 +80,7 @@ class Equal:
 
 
 class Constant(Equal):
-    """A constant: `val` as Python has it, `val_text` as it is written."""
+    """A constant: `val` is its Python value, `val_text` the text in the definition."""
 
     def __init__(self, type_, name, val, val_text):
         if any(part is None for part in (type_, name, val, val_text)):
@@ -92,7 +92,7 @@ class Constant(Equal):
 
 
 class Field(Equal):
-    """A field: its type with brackets, and taken apart."""
+    """A field: its type as written, and in parts."""
 
     def __init__(self, name, type):
         self.name, self.type = name, type
@@ -131,7 +131,7 @@ class MsgSpec(Equal):
         return list(zip(self.types, self.names))
 
     def parsed_fields(self):
-        """As Field."""
+        """The fields as `Field` objects."""
         return self._parsed_fields
 
     def has_header(self):

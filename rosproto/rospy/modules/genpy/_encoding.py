@@ -1,9 +1,10 @@
-"""A message's bytes, and what genpy says of one that has none."""
+"""Encoding messages, with genpy's errors for those that cannot be encoded."""
 
 import copy
 import struct
 
 from rosproto.codec import Message as CodecMessage
+from rosproto.codec import encode
 from rosproto.errors import CodecError
 
 from ._errors import SerializationError
@@ -26,19 +27,19 @@ def encode_message(message):
         message.serialize(buffer)
         return buffer.getvalue()
     try:
-        return type(message)._encode(message)
+        return encode(message)
     except _REFUSED:
-        return type(message)._encode(sendable(message))
+        return encode(sendable(message))
 
 
 def sendable(message):
-    """A message of our codec as it can be encoded: itself, or a copy when a field must be walked through.
+    """A message that our codec can encode: itself, or a copy in which some values became tuples.
 
     Raises:
         SerializationError: A value does not fit its field.
     """
     try:
-        type(message)._encode(message)
+        encode(message)
     except _REFUSED as error:
         walked = _with_walked_fields(message)
         if walked is None:
@@ -50,7 +51,7 @@ def sendable(message):
 def refuse(message, error):
     """Raise what genpy raises for a message that cannot be encoded."""
     _touch(message)
-    if "out of range for float32" in str(error):  # genpy looks at no range there, struct does
+    if "out of range for float32" in str(error):  # genpy does not check the range there, struct does
         message._check_types()
         raise OverflowError("float too large to pack with f format")
     message._check_types(struct.error(error))
@@ -58,7 +59,7 @@ def refuse(message, error):
 
 
 def _touch(value):
-    """Read every field as genpy's code does: one that is no message or text at all is an AttributeError."""
+    """Read every field as genpy's code does: a value that is no message or no text is an AttributeError."""
     for name, type_ in zip(value.__slots__, value._slot_types):
         inner = getattr(value, name)
         base = type_.partition("[")[0]
@@ -89,13 +90,13 @@ def _is_message(base):
     return "/" in base or base == "Header"
 
 
-# -- what genpy's code only walks through -------------------------------------------------------------------
+# -- values that genpy only iterates over -------------------------------------------------------------------
 
 
 def _with_walked_fields(message):
     """A copy that can be encoded, of a message that gives bytes for numbers or a text for a list of texts.
 
-    genpy walks through any value that has a length: the bytes are the numbers, the letters are the texts.
+    genpy iterates over any value that has a length: bytes give numbers, a text gives its letters.
     None for a message that has no such field.
     """
     if not any(True for _ in _walked_fields(message)):

@@ -1,4 +1,4 @@
-"""genpy's errors; their names in tracebacks are those of genpy.message."""
+"""genpy's errors; tracebacks name them as part of genpy.message."""
 
 
 class MessageException(Exception):

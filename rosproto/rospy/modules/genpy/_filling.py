@@ -1,4 +1,4 @@
-"""fill_message_args: a message from what YAML on a command line gives."""
+"""fill_message_args: a message from values written as YAML on a command line."""
 
 from ._errors import MessageException
 from .rostime import TVal
@@ -8,7 +8,7 @@ def fill_message_args(msg, msg_args, keys={}):  # noqa: B006  genpy's signature
     """Fill a message from a list of values, or from a dict by field name.
 
     Raises:
-        MessageException: A value is missing, is of another kind, or has no field.
+        MessageException: A value is missing or of the wrong kind, or there is no such field.
     """
     if msg_args is None:
         msg_args = []

@@ -7,7 +7,7 @@ from rosproto.time import Time, TVal
 def strify_message(
     val, indent="", time_offset=None, current_time=None, field_filter=None, fixed_numeric_width=None
 ):
-    """The text of a value; below the top level it begins on a line of its own where genpy's does."""
+    """The text of a value; nested values start on a new line where they do in genpy."""
     from .message import Message
 
     def text_of(value, indent):

@@ -6,7 +6,7 @@ from .message import FLAVOUR, MessageException
 
 
 def generate_dynamic(core_type, msg_cat):
-    """Classes of a type and all it uses, by "package/Type"."""
+    """Classes of a type and of all types it uses, by "package/Type"."""
     from rosproto.codec import message_class
     from rosproto.errors import DefinitionError
 
@@ -16,6 +16,6 @@ def generate_dynamic(core_type, msg_cat):
         made = {name: message_class(name, library, flavour=FLAVOUR) for name in names}
     except DefinitionError as error:
         raise MessageException(str(error)) from None
-    for name, cls in made.items():  # a library of this call's own: nobody else has these classes
+    for name, cls in made.items():  # its own library, so that these classes are shared with nobody
         cls.__name__ = cls.__qualname__ = "_" + name.replace("/", "__")
     return made

@@ -1,7 +1,7 @@
 """genpy.message: the bases of message classes, and where classes are found by their name.
 
-Two families are messages here. Classes that genpy generated derive from `Message`, a plain class. Classes
-made from definitions derive from `RosMessage`, which is our codec's with genpy's manners. `isinstance(x,
+There are two kinds of messages. Classes that genpy generated derive from `Message`, a plain class. Classes
+made from definitions derive from `RosMessage`, our codec's base with genpy's behaviour. `isinstance(x,
 Message)` holds for both.
 """
 
@@ -45,10 +45,10 @@ struct_I = struct.Struct("<I")
 
 
 class RosMsgUnicodeErrors:
-    """The codec error handler "rosmsg": text that is not UTF-8 is replaced, and told once per type.
+    """The codec error handler "rosmsg": text that is not UTF-8 is replaced, and reported once per type.
 
     Attributes:
-        msg_type: What generated classes say they decode.
+        msg_type: The type that a generated class says it decodes.
     """
 
     def __init__(self):
@@ -86,7 +86,7 @@ class _EitherFamily(type):
 
 
 def _assign(self, slots, args, kwds, default=None):
-    """Values by position or by name, as genpy's constructors take them; None is left for the default."""
+    """Assign values by position or by name, as genpy's constructors do; None keeps the default."""
     if args and kwds:
         raise TypeError("Message constructor may only use args OR keywords, not both")
     if args:
@@ -105,7 +105,7 @@ def _assign(self, slots, args, kwds, default=None):
 
 
 class _Checked:
-    """What both families have."""
+    """What both kinds of messages share."""
 
     __slots__ = ()
 
@@ -172,7 +172,7 @@ class Message(_Checked, metaclass=_EitherFamily):
 
 
 def _rename(cls, spec):
-    """Names that Python reserves as genpy spells them: a field `in` is `in_`, in texts and by keyword."""
+    """Spell reserved names as genpy does: a field `in` is `in_`, in texts and as keyword."""
     names = [field.name for field in spec.fields]
     renamed = [attribute_name(name, names) for name in names]
     if renamed != names:
@@ -198,7 +198,7 @@ class _RosMeta(MessageMeta):
         return made
 
     def __instancecheck__(cls, instance):
-        # A message with numpy arrays is one of its type all the same.
+        # A message with numpy arrays is still a message of its type.
         kind = type(instance)
         return issubclass(kind, cls) or getattr(kind, "_tuple_class", None) is cls
 
@@ -222,9 +222,10 @@ class RosMessage(_Checked, CodecMessage, metaclass=_RosMeta):
     """Base of the classes made from definitions."""
 
     __slots__ = ()
+    _tuple_class = None  # of a class with numpy arrays: the class of the same type with tuples
 
     def __init__(self, *args, **kwds):
-        # The metaclass has done it; this is for `super().__init__(...)` in a program's subclass.
+        # The metaclass fills the message; this is for `super().__init__(...)` in a program's subclass.
         if args or kwds:
             _assign(self, self.__slots__, args, kwds)
 
@@ -236,7 +237,7 @@ class RosMessage(_Checked, CodecMessage, metaclass=_RosMeta):
         buff.write(encode_message(self))
 
     def deserialize(self, str):
-        """Take the values from encoded bytes; returns this message. What follows them is left alone."""
+        """Take the values from encoded bytes; returns this message. Bytes after the message are ignored."""
         try:
             return CodecMessage.deserialize(self, str)
         except CodecError as error:

@@ -58,5 +58,5 @@ class Duration(_Duration):
         return "genpy.Duration[%d]" % self.to_nsec()
 
 
-# What goes through the slots of messages goes through those of times alike; the slots themselves are TVal's.
+# For code that goes through the slots of messages and of times alike; the slots themselves are TVal's.
 Time.__slots__ = Duration.__slots__ = ["secs", "nsecs"]

@@ -1,4 +1,4 @@
-"""rosbag's errors; tracebacks name them as those of rosbag.bag."""
+"""rosbag's errors; tracebacks name them as part of rosbag.bag."""
 
 from contextlib import contextmanager
 
@@ -17,7 +17,7 @@ class ROSBagException(Exception):
 
 
 class ROSBagFormatException(ROSBagException):
-    """It is no bag, or damaged."""
+    """It is not a bag, or it is damaged."""
 
 
 class ROSBagUnindexedException(ROSBagException):
@@ -28,7 +28,7 @@ class ROSBagUnindexedException(ROSBagException):
 
 
 class ROSBagEncryptNotSupportedException(ROSBagException):
-    """It is encrypted, and that cannot be undone here."""
+    """It is encrypted, and this layer cannot decrypt it."""
 
 
 class ROSBagEncryptException(ROSBagException):
@@ -40,8 +40,8 @@ for _error in (ROSBagException, *ROSBagException.__subclasses__()):
 
 
 @contextmanager
-def in_its_words():
-    """Raise rosbag's errors in place of rosproto's; the operating system's own where there is one."""
+def rosbag_errors():
+    """Raise rosbag's errors for rosproto's, or the operating system's own error if there is one."""
     try:
         yield
     except BagError as error:

@@ -18,9 +18,9 @@ from ._errors import (
     ROSBagException,
     ROSBagFormatException,
     ROSBagUnindexedException,
-    in_its_words,
+    rosbag_errors,
 )
-from ._told import Compression, Told
+from ._info import BagInfo, Compression
 
 __all__ = [
     "Bag",
@@ -42,7 +42,7 @@ BagMessageWithConnectionHeader = namedtuple(
 _ALLOWED = (Compression.NONE, Compression.BZ2, Compression.LZ4)
 
 
-class Bag(Told):
+class Bag(BagInfo):
     """A bag file, opened for reading ("r"), writing ("w") or appending ("a")."""
 
     def __init__(
@@ -89,7 +89,7 @@ class Bag(Told):
             self._append()
 
     def _is_new(self):
-        """Nothing is there to be appended to; an empty file that is there is refused, as by rosbag."""
+        """True when there is no file to append to; an existing empty file is refused, as by rosbag."""
         return self._filename is not None and not os.path.exists(self._filename)
 
     def _read_version(self):
@@ -111,17 +111,17 @@ class Bag(Told):
         return 100 * int(found.group(1)) + int(found.group(2))
 
     def _writing(self, append=False):
-        with in_its_words():
+        with rosbag_errors():
             return BagWriter(self._file, self._compression, max(1, self._chunk_threshold), append=append)
 
     def _append(self):
-        """Go on behind what the reader found."""
+        """Continue after what the reader found."""
         self._connections = {one.topic: one for one in self._reader.connections.values()}
         self._reader.close()
         self._writer = self._writing(append=True)
 
     def _opened(self, allow_unindexed=True):
-        with in_its_words():
+        with rosbag_errors():
             reader = BagReader(self._file)
         if not allow_unindexed and not reader.indexed:
             reader.close()
@@ -190,11 +190,11 @@ class Bag(Told):
     # -- reading --------------------------------------------------------------------------------------------
 
     def _readable(self):
-        """A reader of everything that is in the file by now."""
+        """A reader of everything in the file so far."""
         self._require_open()
         if self._writer is None:
             return self._reader
-        with in_its_words():
+        with rosbag_errors():
             self._writer.flush()
             if self._reader is not None:
                 self._reader.close()
@@ -226,7 +226,7 @@ class Bag(Told):
                 for one in reader.connections.values()
                 if wanted(one.topic, one.type, one.md5sum, one.definition, dict(one.header))
             ]
-        with in_its_words():
+        with rosbag_errors():
             for topic, message, stamp in reader.read_messages(
                 topics or None, start_time, end_time, raw=True, connections=connections
             ):
@@ -247,7 +247,7 @@ class Bag(Told):
         return {key: value.encode() for key, value in connection.header.items()}
 
     def _class(self, connection):
-        """The class that the bag's own definition gives."""
+        """The class made from the bag's own definition."""
         key = connection.type, connection.md5sum
         found = self._classes.get(key)
         if found is None:
@@ -288,7 +288,7 @@ class Bag(Told):
                 topic, type_, md5sum, cls, connection_header
             )
         self._mend()
-        with in_its_words():
+        with rosbag_errors():
             self._writer.write_raw(connection, data, t)
 
     @staticmethod
@@ -319,17 +319,17 @@ class Bag(Told):
         return Connection(0, topic, type_, md5sum, definition, fields)
 
     def flush(self):
-        """Write what is collected, so that readers find it."""
+        """Write the buffered messages, so that readers find them."""
         self._require_open()
         if self._writer is not None:
-            with in_its_words():
+            with rosbag_errors():
                 self._writer.flush()
 
     def reindex(self):
-        """Give a bag opened with "a" and `allow_unindexed` its table of contents; yields chunks' positions.
+        """Give a bag opened with "a" and `allow_unindexed` its table of contents; yields chunk positions.
 
-        Nothing that can be read is lost, also of a chunk that is cut off. A bag opened with "r" is read in
-        any case, and left as it is.
+        Everything that can be read is kept, even of a chunk that is cut off. A bag opened with "r" is
+        readable without this, and is not changed.
 
         Raises:
             ROSBagFormatException: It is damaged before its end; `rosproto bag fix` writes a new one.
@@ -347,18 +347,18 @@ class Bag(Told):
         """Write the table of contents of an unindexed bag that is to be continued."""
         if self._writer is None:
             self._reader.close()
-            with in_its_words():
+            with rosbag_errors():
                 reindex(self._file)
                 self._reader = BagReader(self._file)
             self._append()
 
     def close(self):
-        """End it; a bag being written gets its table of contents."""
+        """Close the file; a bag being written gets its table of contents."""
         if self._closed:
             return
         self._closed = True
         if self._writer is not None:
-            with in_its_words():
+            with rosbag_errors():
                 self._writer.close()
         if self._reader is not None:
             self._reader.close()

@@ -32,7 +32,7 @@ __all__ = [
 
 
 def myargv(argv=None):
-    """sys.argv without the arguments that are ROS's."""
+    """sys.argv without the arguments meant for ROS."""
     import sys
 
     return [word for word in (sys.argv if argv is None else argv) if names.REMAP not in word]

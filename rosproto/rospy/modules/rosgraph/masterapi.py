@@ -1,4 +1,4 @@
-"""The master by its API: triples unpacked, "no" raised.
+"""The master's API: unpacks the triples and raises errors.
 
 Source: wiki.ros.org/ROS/Master_API.
 """
@@ -8,7 +8,7 @@ from .rosenv import get_master_uri
 
 
 class MasterException(Exception):
-    """Base of what a master says when it does not do as asked."""
+    """Base of a master's errors."""
 
 
 class MasterFailure(MasterException):
@@ -23,7 +23,7 @@ ROSMasterException = MasterException
 Error = MasterError
 Failure = MasterFailure
 
-_METHODS = {  # and how rosgraph calls their arguments
+_METHODS = {  # and rosgraph's names of their arguments
     "deleteParam": "key",
     "getParam": "key",
     "getParamNames": "",
@@ -54,7 +54,7 @@ def is_online(master_uri=None):
 
 
 class Master:
-    """One master; every method of its API by its name, without the caller id."""
+    """A master; has every method of its API, without the caller id."""
 
     def __init__(self, caller_id, master_uri=None):
         self._reinit(get_master_uri() if master_uri is None else master_uri)

@@ -1,8 +1,10 @@
-"""Names, as rosgraph handles them: nothing is refused that rospy takes."""
+"""Names, as rosgraph handles them: every name that rospy accepts is accepted."""
 
 import os
 import re
 import sys
+
+from rosproto.names import canonicalize
 
 from .rosenv import ROS_NAMESPACE
 
@@ -107,11 +109,8 @@ def is_legal_remap(arg):
 
 
 def canonicalize_name(name):
-    """Without double slashes and without one at the end."""
-    if not name or name == SEP:
-        return name
-    parts = SEP.join(part for part in name.split(SEP) if part)
-    return SEP + parts if name[0] == SEP else parts
+    """The name without double slashes and without one at the end."""
+    return canonicalize(name) if name else name
 
 
 def resolve_name(name, namespace_, remappings=None):
@@ -140,7 +139,7 @@ def script_resolve_name(script_name, name):
 
 
 def anonymous_name(id):
-    """A name nobody else has."""
+    """A unique name."""
     from rosproto.names import anonymous_name
 
     return anonymous_name(id)

@@ -8,14 +8,14 @@ from rosproto.errors import ProtocolError
 
 from .rosenv import ROS_HOSTNAME, ROS_IP, ROS_IPV6, get_master_uri
 
-MOST_BYTES = 1 << 24  # of a header; real ones have some hundreds
+MOST_BYTES = 1 << 24  # of a header; real ones have some hundred
 
 
 def parse_http_host_and_port(url):
     """Host and port of a URL.
 
     Raises:
-        ValueError: It is not one.
+        ValueError: It is not a URL with a host.
     """
     from urllib.parse import urlparse
 
@@ -45,7 +45,7 @@ def get_address_override():
 def get_local_address():
     """The address under which others reach this computer.
 
-    The one that routes to the master; with the master here, that of the first card.
+    The one on the route to the master; with a local master, that of the first interface.
     """
     override = get_address_override()
     if override:
@@ -100,7 +100,7 @@ _local_addresses = {}
 
 
 def get_local_addresses():
-    """Addresses of this computer's cards, whatever ROS_IP says; looked up once."""
+    """Addresses of this computer's interfaces, whatever ROS_IP says; looked up once."""
     from rosproto.transport.interfaces import interface_addresses
 
     families = (socket.AF_INET6, socket.AF_INET) if use_ipv6() else (socket.AF_INET,)
@@ -111,7 +111,7 @@ def get_local_addresses():
 
 
 def get_bind_address(address=None):
-    """Where servers listen: nowhere else, when only this computer is meant."""
+    """The address to listen on: the loopback one, when that is what ROS_IP or ROS_HOSTNAME asks for."""
     if address is None:
         address = get_address_override()
     if address and (address == "localhost" or _is_loopback(address)):
@@ -125,7 +125,7 @@ def get_bind_address(address=None):
 
 
 class ROSHandshakeException(Exception):
-    """These bytes are no connection header."""
+    """These bytes are not a connection header."""
 
 
 def encode_ros_handshake_header(header):
@@ -143,10 +143,10 @@ def _text(value):
 
 
 def decode_ros_handshake_header(header_str):
-    """The fields of a header with its length in front; what follows it is left alone.
+    """The fields of a header with its length in front; bytes after it are ignored.
 
     Raises:
-        ROSHandshakeException: It is none, or not whole.
+        ROSHandshakeException: It is not one, or is incomplete.
     """
     from rosproto.protocol.header import decode_header
 
@@ -162,12 +162,12 @@ def decode_ros_handshake_header(header_str):
 
 
 def read_ros_handshake_header(sock, b, buff_size):
-    """Read a header from a socket; bytes behind it that came along are left in the buffer `b` (BytesIO).
+    """Read a header from a socket; bytes received after it stay in the buffer `b` (BytesIO).
 
     The socket's own time-out is the limit of each read.
 
     Raises:
-        ROSHandshakeException: It is none, or the other side closed before it was whole.
+        ROSHandshakeException: It is not one, or the other side closed before it was complete.
     """
     while True:
         data = b.getvalue()[: b.tell()]
@@ -190,7 +190,7 @@ def read_ros_handshake_header(sock, b, buff_size):
 
 
 def write_ros_handshake_header(sock, header):
-    """Send a header; how many bytes it took."""
+    """Send a header; returns the number of bytes."""
     data = encode_ros_handshake_header(header)
     sock.sendall(data)
     return len(data)

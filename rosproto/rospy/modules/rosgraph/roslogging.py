@@ -14,7 +14,7 @@ _NAMES = {
 }
 _RESET = "\033[0m"
 _plain = logging.Formatter()
-MOST_BYTES = 50000000  # of a log file; the one before is kept
+MOST_BYTES = 50000000  # of a log file; the previous file is kept
 
 
 class LoggingException(Exception):
@@ -22,7 +22,7 @@ class LoggingException(Exception):
 
 
 class RosStreamHandler(logging.Handler):
-    """Writes `[INFO] [1234.567890]: text`, or what ROSCONSOLE_FORMAT says."""
+    """Writes `[INFO] [1234.567890]: text`, or the format of ROSCONSOLE_FORMAT."""
 
     def __init__(self, colorize=True, stdout=None, stderr=None):
         super().__init__()
@@ -37,7 +37,7 @@ class RosStreamHandler(logging.Handler):
 
         level, color = _NAMES.get(record.levelname, (record.levelname, None))
         text = os.environ.get("ROSCONSOLE_FORMAT", "[${severity}] [${time}]: ${message}")
-        # The message first, and what is in it is replaced too: so does rospy.
+        # The message first, and so keywords in it are replaced, too: as in rospy.
         for key, value in (
             ("severity", level),
             ("message", _plain.format(record)),
@@ -76,7 +76,7 @@ def _with_formats(text, begin, more):
 
 
 class _LazyFile(logging.Handler):
-    """The node's log file, opened with the first record; without a place to write, nothing is written.
+    """The node's log file, opened with the first record; if it cannot be written, nothing is.
 
     Not `logging.handlers.RotatingFileHandler`: importing that takes longer than the rest of init_node.
     """

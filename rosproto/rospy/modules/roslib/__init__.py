@@ -1,4 +1,4 @@
-"""roslib: `load_manifest` and what is left of it."""
+"""roslib: `load_manifest` and the other names still in use."""
 
 from . import message, names, packages
 from .launcher import load_manifest
@@ -9,7 +9,7 @@ _is_interactive = False
 
 
 def set_interactive(interactive):
-    """In an interactive session rospy leaves the signals alone."""
+    """Say whether the session is interactive; if so, rospy handles no signals."""
     global _is_interactive
     _is_interactive = interactive
 

@@ -2,4 +2,4 @@
 
 
 def load_manifest(package_name, bootstrap_version="0.7"):
-    """Nothing is to be done: what a package needs is importable anyway."""
+    """Does nothing: every package is importable anyway."""

@@ -13,7 +13,9 @@ class InvalidROSPkgException(ROSPkgException):
 
 def get_pkg_dir(package, required=True, ros_root=None, ros_package_path=None):
     """Folder of a package of ROS_PACKAGE_PATH (it holds a package.xml), or of one's definitions."""
-    found = _find(package, ros_package_path or os.environ.get("ROS_PACKAGE_PATH", "")) or _served(package)
+    found = find_package(
+        package, ros_package_path or os.environ.get("ROS_PACKAGE_PATH", "")
+    ) or definitions_folder(package)
     if found is None and required:
         raise InvalidROSPkgException("Cannot locate installation of package %s" % package)
     return found
@@ -48,7 +50,7 @@ def find_node(pkg, node_type, rospack=None):
     return find_resource(pkg, node_type, lambda path: os.access(path, os.X_OK), rospack)
 
 
-def _packages(path):
+def list_packages(path):
     """(name, folder) of every package below the folders of a path."""
     for root in filter(None, path.split(os.pathsep)):
         for folder, inner, files in os.walk(root):
@@ -57,11 +59,11 @@ def _packages(path):
                 yield os.path.basename(folder), folder
 
 
-def _find(package, path):
-    return next((folder for name, folder in _packages(path) if name == package), None)
+def find_package(package, path):
+    return next((folder for name, folder in list_packages(path) if name == package), None)
 
 
-def _served(package):
+def definitions_folder(package):
     """The folder of a message package's definitions, None when there is none."""
     from rosproto.rospy.definitions import library
 

@@ -1,10 +1,10 @@
-"""The functions that log: `loginfo` and its kin, once, throttled, or when the text is another one."""
+"""The logging functions: `loginfo` and the like; also once, throttled, or only when the text changes."""
 
 import logging
 import sys
 import threading
 
-_FRAMES = 3  # from the logger's method to the program: _log, the function, its caller
+_FRAMES = 3  # from the logger's method up to the program: _log, the function, its caller
 _last_times = {}
 _last_texts = {}
 _said = set()

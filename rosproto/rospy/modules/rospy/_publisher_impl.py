@@ -4,16 +4,17 @@ import threading
 
 import genpy
 
+from rosproto.codec import encoder
 from rosproto.errors import CodecError, LocalProtocolError, RosError, RosTimeout
-from rosproto.rospy.messages import carried, is_known
+from rosproto.rospy.messages import is_ours, node_class
 
 from . import core
-from ._topic_impl import UNBOUNDED, _Connection, _TopicImpl
+from ._topic_impl import UNBOUNDED, Connection, TopicImpl
 from .exceptions import ROSException
 from .msg import AnyMsg
 
 
-class _PublisherImpl(_TopicImpl):
+class PublisherImpl(TopicImpl):
     KIND = "publication"
 
     def __init__(self, name, data_class):
@@ -25,7 +26,7 @@ class _PublisherImpl(_TopicImpl):
         self.headers = {}
         self.subscriber_listeners = []
         self.publock = threading.RLock()
-        self._class = carried(data_class)
+        self._class = node_class(data_class)
         self._peers = set()
 
     def attach(self, node):
@@ -34,7 +35,7 @@ class _PublisherImpl(_TopicImpl):
             self.resolved_name,
             self._class,
             latch=self.is_latch,
-            queue_size=_room(self.queue_size),
+            queue_size=_queue_limit(self.queue_size),
             on_connect=self._connected,
             on_disconnect=self._left,
             header=self._fields,
@@ -49,14 +50,14 @@ class _PublisherImpl(_TopicImpl):
         """The subscribers connected now."""
         if self.handle is None or self.closed:
             return []
-        return [_Connection(name, name) for name in self.handle.subscribers]
+        return [Connection(name, name) for name in self.handle.subscribers]
 
     def add_subscriber_listener(self, listener):
-        """Tell this one too."""
+        """Add a listener."""
         self.subscriber_listeners.append(listener)
 
     def add_headers(self, headers):
-        """Say this too to subscribers that connect from now on; what has a meaning of its own is replaced."""
+        """Add header fields for subscribers that connect from now on; standard fields keep their values."""
         self.headers.update(headers)
 
     def enable_latch(self):
@@ -66,13 +67,13 @@ class _PublisherImpl(_TopicImpl):
             self.handle.latch = True
 
     def set_queue_size(self, queue_size):
-        """So many messages may wait for a slow subscriber; 0 for any number."""
+        """Set how many messages may wait for a slow subscriber; 0 for any number."""
         self.queue_size = queue_size
         if self.handle is not None:
-            self.handle.queue_size = _room(queue_size)
+            self.handle.queue_size = _queue_limit(queue_size)
 
     def close(self):
-        """End it; who still holds it holds no message and no listener."""
+        """Close the topic; drops the latched message and the listeners."""
         super().close()
         self.latch = None
         self.subscriber_listeners = []
@@ -82,7 +83,7 @@ class _PublisherImpl(_TopicImpl):
         self.publock.acquire()
 
     def release(self):
-        """Let them again."""
+        """Let other threads publish again."""
         self.publock.release()
 
     def _connected(self, caller_id):
@@ -100,7 +101,7 @@ class _PublisherImpl(_TopicImpl):
         self.handle.publish_to(caller_id, self._bytes(message))
 
     def publish(self, message):
-        """Send to all."""
+        """Send a message to all subscribers."""
         if self.closed or self.handle is None:
             if core.is_shutdown() or self.refused:
                 return
@@ -116,7 +117,7 @@ class _PublisherImpl(_TopicImpl):
             self._send(message)
 
     def _keep(self, message):
-        """Nobody is there to get it: wrong values are not noticed, and not kept."""
+        """Latch a message that nobody receives yet; one with wrong values is ignored."""
         self.latch = message
         try:
             self._send(message)
@@ -137,7 +138,7 @@ class _PublisherImpl(_TopicImpl):
             else:
                 self.handle.publish(message)
         except CodecError:
-            self.handle.publish(self._bytes(message))  # by genpy's rules, or with its errors
+            self.handle.publish(self._bytes(message))  # encoded by genpy's rules, or its error raised
         except LocalProtocolError:
             if not core.is_shutdown():
                 raise ROSException("publish() to a closed topic") from None
@@ -161,13 +162,13 @@ class _PublisherImpl(_TopicImpl):
             if message._buff is None:
                 raise ROSException("AnyMsg is not initialized")
             return bytes(message._buff)
-        if is_known(type(message)):
+        if is_ours(type(message)):
             from genpy.message import encode_message
 
             return encode_message(message)
-        return carried(type(message))._encode(message)
+        return encoder(node_class(type(message)))(message)
 
 
-def _room(queue_size):
-    """The queue behind a `queue_size`; rospy takes anything there, and only a number above 0 bounds."""
+def _queue_limit(queue_size):
+    """The size of the queue; rospy accepts any value, and only a number above 0 is a bound."""
     return queue_size if isinstance(queue_size, int) and queue_size > 0 else UNBOUNDED

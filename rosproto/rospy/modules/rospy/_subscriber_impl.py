@@ -2,17 +2,17 @@
 
 import traceback
 
-from rosproto.rospy.messages import carried
+from rosproto.rospy.messages import node_class
 
 from . import core
-from ._topic_impl import UNBOUNDED, _Connection, _TopicImpl
+from ._topic_impl import UNBOUNDED, Connection, TopicImpl
 from .exceptions import ROSException
 from .impl import statistics
 from .impl.tcpros_base import DEFAULT_BUFF_SIZE
 from .msg import AnyMsg
 
 
-class _SubscriberImpl(_TopicImpl):
+class SubscriberImpl(TopicImpl):
     KIND = "subscription"
 
     def __init__(self, name, data_class):
@@ -30,7 +30,7 @@ class _SubscriberImpl(_TopicImpl):
         self._statistics = statistics.of_subscriber(self)
         self.handle = node.subscriber(
             self.resolved_name,
-            None if anything else carried(self.data_class),
+            None if anything else node_class(self.data_class),
             self._receive_raw if anything else self._receive,
             queue_size=self.queue_size or UNBOUNDED,
             raw=anything,
@@ -40,7 +40,7 @@ class _SubscriberImpl(_TopicImpl):
         )
 
     def close(self):
-        """End it."""
+        """Close the topic."""
         super().close()
         if self._statistics is not None:
             self._statistics.close()
@@ -50,10 +50,10 @@ class _SubscriberImpl(_TopicImpl):
         """The publishers connected now."""
         if self.handle is None or self.closed:
             return []
-        return [_Connection(uri, caller_id) for uri, caller_id in self.handle.publisher_uris.items()]
+        return [Connection(uri, caller_id) for uri, caller_id in self.handle.publisher_uris.items()]
 
     def set_queue_size(self, queue_size):
-        """Of what one read brings, the last so many messages are called with; None for all."""
+        """Set how many messages of one read are delivered, the latest ones; None for all."""
         if queue_size == -1:
             queue_size = None
         elif queue_size == 0:
@@ -65,7 +65,7 @@ class _SubscriberImpl(_TopicImpl):
             self.handle.queue_size = queue_size or UNBOUNDED
 
     def set_buff_size(self, buff_size):
-        """Checked, not needed: messages of any size are received whole."""
+        """Check and keep the size. It has no effect: messages of any size are received whole."""
         if type(buff_size) is not int:
             raise ROSException("buffer size must be an integer")
         if buff_size <= 0:
@@ -79,7 +79,7 @@ class _SubscriberImpl(_TopicImpl):
             self.handle.tcp_nodelay = tcp_nodelay
 
     def add_callback(self, cb, cb_args):
-        """One more; it gets the latched messages that came before it."""
+        """Add a callback; it is called with the latched messages received before."""
         if self.closed:
             raise ROSException("subscriber [%s] has been closed" % self.resolved_name)
         with self.c_lock:
@@ -89,10 +89,10 @@ class _SubscriberImpl(_TopicImpl):
             self._invoke(message, cb, cb_args)
 
     def remove_callback(self, cb, cb_args):
-        """Take one away.
+        """Remove a callback.
 
         Raises:
-            KeyError: It is not there.
+            KeyError: It was not added.
         """
         if self.closed:
             return
@@ -128,9 +128,9 @@ class _SubscriberImpl(_TopicImpl):
             else:
                 cb(message, cb_args)
         except SystemExit:
-            pass  # ends a thread of rospy's, not the program
+            pass  # in rospy it ends a receiving thread, not the program
         except BaseException:
             if core.is_shutdown():
-                core._logger.warning("during shutdown, bad callback: %s\n%s", cb, traceback.format_exc())
+                core.logger.warning("during shutdown, bad callback: %s\n%s", cb, traceback.format_exc())
             else:
                 core.logerr("bad callback: %s\n%s" % (cb, traceback.format_exc()))

@@ -1,4 +1,4 @@
-"""What a topic of this process has in either direction; Publisher and Subscriber objects share it."""
+"""Base of published and subscribed topics; the Publisher or Subscriber objects of a topic share one."""
 
 import sys
 import threading
@@ -6,8 +6,8 @@ import threading
 UNBOUNDED = sys.maxsize  # messages that may wait; rospy has no bound by default
 
 
-class _Connection:
-    """A peer, as programs look at it.
+class Connection:
+    """A peer, with the attributes that programs use.
 
     Attributes:
         endpoint_id: Its node name for a subscriber of ours, its URI for a publisher.
@@ -20,13 +20,13 @@ class _Connection:
         self.done = False
 
 
-class _TopicImpl:
+class TopicImpl:
     """One topic of this process, in one direction.
 
     Attributes:
         handle: The node's Publisher or Subscriber; None before there is a node.
         site: Where the program made it (`rosproto.node.call_site`).
-        refused: The master did not take the registration; nothing comes or goes.
+        refused: The master did not take the registration; nothing is sent or received.
     """
 
     def __init__(self, name, data_class):
@@ -45,19 +45,19 @@ class _TopicImpl:
         return []
 
     def get_num_connections(self):
-        """How many they are."""
+        """The number of peers connected now."""
         return 0 if self.handle is None or self.closed else self.handle.connections
 
     def has_connection(self, endpoint_id):
-        """True when that one is connected."""
+        """True when this peer is connected."""
         return any(connection.endpoint_id == endpoint_id for connection in self.connections)
 
     def has_connections(self):
-        """True when any is."""
+        """True when any peer is connected."""
         return self.get_num_connections() > 0
 
     def close(self):
-        """End it."""
+        """Close the topic."""
         self.closed = True
         if self.handle is not None:
             self.handle.close()

@@ -6,13 +6,13 @@ from rosproto.errors import MasterError, RosError
 from rosproto.names import is_usable_name
 
 from . import core
-from ._publisher_impl import _PublisherImpl
-from ._subscriber_impl import _SubscriberImpl
+from ._publisher_impl import PublisherImpl
+from ._subscriber_impl import SubscriberImpl
 from .exceptions import ROSException
 from .impl.registration import Registration, get_registration_listeners
 
 
-class _TopicManager:
+class TopicManager:
     """The topics of this process."""
 
     def __init__(self):
@@ -22,7 +22,7 @@ class _TopicManager:
         self._node = None
 
     def attach(self, node):
-        """There is a node: open what was made before."""
+        """Take the node, and open the topics made before it existed."""
         with self.lock:
             self._node = node
             for impl in [*self.pubs.values(), *self.subs.values()]:
@@ -32,12 +32,12 @@ class _TopicManager:
         return self.pubs if reg_type == Registration.PUB else self.subs
 
     def acquire_impl(self, reg_type, resolved_name, data_class, options):
-        """The implementation of a topic, made when it is the first use; `options(impl)` sets it up."""
+        """The implementation of a topic, created with the first use; `options(impl)` sets it up."""
         with self.lock:
             table = self._table(reg_type)
             impl = table.get(resolved_name)
             if impl is None:
-                kind = _PublisherImpl if reg_type == Registration.PUB else _SubscriberImpl
+                kind = PublisherImpl if reg_type == Registration.PUB else SubscriberImpl
                 impl = kind(resolved_name, data_class)
                 options(impl)
                 if self._node is not None:
@@ -63,12 +63,12 @@ class _TopicManager:
 
     @staticmethod
     def _refuse(impl, text):
-        """The program goes on, as with rospy; nobody hears it on that topic."""
+        """Mark a topic as refused; the program goes on without it, as with rospy."""
         impl.refused = True
         core.logfatal("unable to register %s [%s] with master: %s" % (impl.KIND, impl.resolved_name, text))
 
     def release_impl(self, reg_type, resolved_name):
-        """One use less; the last one closes it."""
+        """Release a topic; the last release closes it."""
         with self.lock:
             table = self._table(reg_type)
             impl = table.get(resolved_name)
@@ -106,4 +106,4 @@ class _TopicManager:
         return [[name, impl.type] for name, impl in list(self.subs.items())]
 
 
-manager = _TopicManager()
+manager = TopicManager()

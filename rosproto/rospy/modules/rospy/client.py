@@ -50,7 +50,7 @@ TIMEOUT_READY = 15.0
 
 
 def myargv(argv=None):
-    """sys.argv without the arguments that are ROS's."""
+    """sys.argv without the arguments meant for ROS."""
     return [word for word in (sys.argv if argv is None else argv) if not rosgraph.names.is_legal_remap(word)]
 
 
@@ -58,7 +58,7 @@ def load_command_line_node_params(argv):
     """The `_name:=value` of a command line, the values typed as YAML.
 
     Raises:
-        ROSInitException: A value is not.
+        ROSInitException: A value is not valid YAML.
     """
     found = {}
     try:
@@ -96,7 +96,7 @@ def spin():
     )
     try:
         while not core.is_shutdown():
-            # Not in slices: after a signal, rospy's threads have this long before the main thread goes on.
+            # As rospy: after a signal, other threads have this long before the main one goes on.
             time.sleep(0.5)
     except KeyboardInterrupt:
         core.logdebug("keyboard interrupt, shutting down")
@@ -117,7 +117,7 @@ def init_node(
     xmlrpc_port=0,
     tcpros_port=0,
 ):
-    """Make this process a node; waits until there is a master.
+    """Make this process a node; waits for the master.
 
     Raises:
         ROSInitException: It was shut down meanwhile, or the time cannot be initialized.
@@ -223,7 +223,7 @@ def wait_for_message(topic, topic_type, timeout=None):
     """Subscribe, take one message, unsubscribe.
 
     Raises:
-        ROSException: None came in time.
+        ROSException: None arrived in time.
         ROSInterruptException: The node was shut down meanwhile.
     """
     if isinstance(timeout, Duration):
@@ -235,7 +235,7 @@ def wait_for_message(topic, topic_type, timeout=None):
         while not core.is_shutdown() and not received:
             time.sleep(0.01)
             if end is not None and time.time() >= end:
-                # As rospy: what came within the last pause is too late as well.
+                # As in rospy: a message that arrived within the last pause is too late.
                 raise ROSException("timeout exceeded while waiting for message on topic %s" % topic)
     finally:
         subscriber.unregister()
@@ -269,7 +269,7 @@ def get_param(param_name, default=_unspecified):
 
 
 def get_param_cached(param_name, default=_unspecified):
-    """As `get_param`; the value is asked for once and then kept up to date by the master."""
+    """As `get_param`; the value is fetched once and then kept up to date by the master."""
     try:
         return get_master().get_param_cached(param_name)
     except KeyError:

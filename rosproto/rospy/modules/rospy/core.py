@@ -1,4 +1,4 @@
-"""rospy.core: the log functions, and the life and end of the node."""
+"""rospy.core: the log functions, and the start and shutdown of the node."""
 
 import atexit
 import logging
@@ -57,7 +57,7 @@ __all__ = [
 MASTER_NAME = "master"
 ROSRPC = "rosrpc://"
 
-_logger = logging.getLogger("rospy.core")
+logger = _logger = logging.getLogger("rospy.core")  # `_logger` is rospy's name for it
 
 
 def parse_rosrpc_uri(uri):
@@ -103,7 +103,7 @@ def get_node_uri():
 
 
 def set_node_uri(uri):
-    """Note the URI."""
+    """Set that URI."""
     global _uri
     _uri = uri
 
@@ -119,8 +119,8 @@ def get_ros_root(required=False, env=None):
     return root
 
 
-class _Remote:
-    """A master or node by its API: any method, the raw reply."""
+class Remote:
+    """The API of a master or node: has any method, and returns the raw reply."""
 
     def __init__(self, uri):
         self._uri = uri
@@ -137,7 +137,7 @@ _proxies = {}
 
 
 def xmlrpcapi(uri, cache=True):
-    """A master or node by its URI, an xmlrpc.client.ServerProxy; None when that is none."""
+    """The xmlrpc.client.ServerProxy of a master or node; None when `uri` is not a URI."""
     from urllib.parse import urlparse
 
     parts = urlparse(uri) if uri else None
@@ -151,20 +151,20 @@ def xmlrpcapi(uri, cache=True):
 
 
 def _proxy(uri):
-    """One whose calls go by our client: any thread may use it, and none waits for ever."""
+    """A ServerProxy that calls through our client: usable from any thread, and with a time-out."""
     from xmlrpc.client import ServerProxy
 
-    remote = _Remote(uri)
+    remote = Remote(uri)
 
     class Proxy(ServerProxy):
-        def _ServerProxy__request(self, methodname, params):  # all calls come by here
+        def _ServerProxy__request(self, methodname, params):  # all calls go through this
             return getattr(remote, methodname)(*params)
 
     Proxy.__name__ = Proxy.__qualname__ = "ServerProxy"
     return Proxy(uri)
 
 
-# -- life and end -------------------------------------------------------------------------------------------
+# -- start and shutdown -------------------------------------------------------------------------------------
 
 _client_ready = False
 _shutdown_flag = False
@@ -177,12 +177,12 @@ _signalChain = {}
 
 
 def is_initialized():
-    """True when init_node has done its work."""
+    """True when init_node has finished."""
     return _client_ready
 
 
 def set_initialized(initialized):
-    """Note that it has."""
+    """Say that init_node has finished."""
     global _client_ready
     _client_ready = initialized
 
@@ -201,7 +201,7 @@ def _add_hook(hook, hooks, *reason):
     if not callable(hook):
         raise TypeError("shutdown hook [%s] must be a function or callable object: %s" % (hook, type(hook)))
     if _shutdown_flag:
-        _logger.warning("add_shutdown_hook called after shutdown")
+        logger.warning("add_shutdown_hook called after shutdown")
         hook(*reason)
         return
     with _shutdown_lock:
@@ -214,7 +214,7 @@ def add_client_shutdown_hook(h):
 
 
 def add_preshutdown_hook(h):
-    """Call `h(reason)` after those, before the node counts as shut down."""
+    """Call `h(reason)` after the client hooks, before the node counts as shut down."""
     _add_hook(h, _preshutdown_hooks, "already shutdown")
 
 
@@ -224,9 +224,9 @@ def add_shutdown_hook(h):
 
 
 def signal_shutdown(reason):
-    """Shut the node down: the program's hooks, then everything else. Returns when that is done."""
+    """Shut the node down: run the program's hooks, then close everything. Returns when done."""
     global _shutdown_flag, _in_shutdown
-    _logger.info("signal_shutdown [%s]", reason)
+    logger.info("signal_shutdown [%s]", reason)
     if _shutdown_flag or _in_shutdown:
         return
     with _shutdown_lock:
@@ -261,7 +261,7 @@ atexit.register(_ros_atexit)
 
 
 class _Uninterrupted:
-    """While the main thread is in here, a signal waits until it is out.
+    """A block of the main thread that no signal handler interrupts; the signal is handled after it.
 
     The handler runs hooks that publish, and closes the node, in the main thread: it must not do that while
     the same thread holds one of the node's locks.
@@ -283,7 +283,7 @@ class _Uninterrupted:
                 _handle(*pending)
 
     def defer(self, number, frame):
-        """Keep a signal for later; False when it need not wait."""
+        """Keep a signal for later; False when it can be handled now."""
         if self._depth:
             self._pending = (number, frame)
         return bool(self._depth)

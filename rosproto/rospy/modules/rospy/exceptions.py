@@ -14,7 +14,7 @@ __all__ = [
 
 
 class ROSException(Exception):
-    """Base of what a client may see."""
+    """Base of the exceptions that programs see."""
 
 
 class ROSSerializationException(ROSException):
@@ -22,7 +22,7 @@ class ROSSerializationException(ROSException):
 
 
 class ROSInitException(ROSException):
-    """The node is not initialized, or cannot be."""
+    """The node is not initialized, or cannot be initialized."""
 
 
 class ROSInterruptException(ROSException, KeyboardInterrupt):
@@ -33,7 +33,7 @@ class ROSTimeMovedBackwardsException(ROSInterruptException):
     """Simulated time jumped back while something slept.
 
     Attributes:
-        time: By how many seconds.
+        time: How far, in seconds.
     """
 
     def __init__(self, time):

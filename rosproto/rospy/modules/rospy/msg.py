@@ -1,4 +1,4 @@
-"""rospy.msg: AnyMsg, and what publish() makes of its arguments."""
+"""rospy.msg: AnyMsg, and the message from the arguments of publish()."""
 
 import struct
 

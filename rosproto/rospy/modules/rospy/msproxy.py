@@ -32,7 +32,7 @@ class MasterProxy:
 
     def __init__(self, uri):
         self._uri = uri
-        self._remote = core._Remote(uri)
+        self._remote = core.Remote(uri)
         self._cached = {}
         self._lock = threading.Lock()
 
@@ -42,7 +42,7 @@ class MasterProxy:
         return core.xmlrpcapi(self._uri)
 
     def is_cached(self, key):
-        """True when `get_param_cached` was asked for this global name."""
+        """True when `get_param_cached` was called for this global name."""
         return key in self._cached
 
     def __getattr__(self, key):
@@ -99,7 +99,7 @@ class MasterProxy:
         raise ROSException("cannot search for parameter: %s" % text)
 
     def get_param_cached(self, key):
-        """Value of a parameter, asked for once and then kept up to date by the master's updates."""
+        """Value of a parameter, fetched once and then kept up to date by the master."""
         from .impl import init
 
         resolved = names.resolve_name(key)

@@ -63,7 +63,7 @@ canonicalize_name = rosgraph.names.canonicalize_name
 
 
 def reload_mappings(argv):
-    """Take the remappings of another command line."""
+    """Read the remappings of another command line."""
     global _mappings
     _mappings = load_mappings(argv)
 
@@ -102,14 +102,18 @@ def get_namespace():
     return _caller_namespace
 
 
-def _set_caller_id(caller_id):
+def set_caller_id(caller_id):
+    """Set the name of this node."""
     global _caller_id, _caller_namespace
     _caller_id = caller_id
     _caller_namespace = namespace(caller_id)
 
 
+_set_caller_id = set_caller_id  # rospy's name for it
+
+
 def resolve_name(name, caller_id=None):
-    """The global name that a name means here, remapped."""
+    """The global name for a name, remapped."""
     if not caller_id:
         caller_id = get_name()
     if not name:

@@ -1,6 +1,6 @@
 """numpy_msg: a message type whose arrays are numpy's."""
 
-from rosproto.rospy.messages import is_known
+from rosproto.rospy.messages import is_ours
 
 __all__ = ["numpy_msg"]
 
@@ -10,18 +10,18 @@ _made = {}
 def numpy_msg(msg_type):
     """The type with numpy arrays in place of tuples and bytes; for Publisher and Subscriber."""
     if msg_type not in _made:
-        _made[msg_type] = _known(msg_type) if is_known(msg_type) else _brought(msg_type)
+        _made[msg_type] = _of_definition(msg_type) if is_ours(msg_type) else _of_generated(msg_type)
     return _made[msg_type]
 
 
-def _known(msg_type):
+def _of_definition(msg_type):
     from genpy.message import numpy_class
 
     return numpy_class(msg_type)
 
 
-def _brought(msg_type):
-    """One that genpy generated has the two functions itself."""
+def _of_generated(msg_type):
+    """The same for a class that genpy generated, which has the two functions itself."""
     import numpy
 
     def serialize(self, buff):

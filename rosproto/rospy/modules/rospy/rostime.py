@@ -24,7 +24,7 @@ _rostime_initialized = False
 _rostime_current = None
 _rostime_cond = threading.Condition()
 
-SLICE = 0.1  # seconds between two looks whether the node is shut down
+SLICE = 0.1  # seconds between checks for shutdown
 
 
 class Duration(genpy.Duration):
@@ -55,17 +55,20 @@ class Time(genpy.Time):
         return cls.from_sec(float_secs)
 
 
-Duration.__slots__ = Time.__slots__ = []  # what they add to genpy's
+Duration.__slots__ = Time.__slots__ = []  # they add no slots to genpy's
 
 
-def _set_rostime(t):
-    """Simulated time is now `t`."""
+def set_rostime(t):
+    """Set the simulated time."""
     if not isinstance(t, genpy.Time):
         raise ValueError("must be Time instance: %s" % t.__class__)
     global _rostime_current
     with _rostime_cond:
         _rostime_current = Time(t.secs, t.nsecs)
         _rostime_cond.notify_all()
+
+
+_set_rostime = set_rostime  # rospy's name for it
 
 
 def get_rostime():
@@ -89,18 +92,18 @@ def get_time():
 
 
 def set_rostime_initialized(val):
-    """From here on the time can be asked for."""
+    """Say whether the time is available."""
     global _rostime_initialized
     _rostime_initialized = val
 
 
 def is_rostime_initialized():
-    """True when the time can be asked for."""
+    """True when the time is available."""
     return _rostime_initialized
 
 
 def get_rostime_cond():
-    """Notified with every step of simulated time."""
+    """The condition that is notified with every step of simulated time."""
     return _rostime_cond
 
 
@@ -120,7 +123,7 @@ def switch_to_wallclock():
 def wallsleep(duration):
     """Sleep by this computer's clock; ends early when the node is shut down meanwhile.
 
-    In slices, because time.sleep goes on after a signal, and an Event must not be set in a signal handler.
+    In steps, because time.sleep continues after a signal, and an Event must not be set in a signal handler.
     """
     from . import core
 

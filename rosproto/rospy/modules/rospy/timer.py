@@ -62,7 +62,7 @@ class Rate:
         return self.sleep_dur - (now - self.last_time)
 
     def remaining(self):
-        """What is left of this round."""
+        """The time left of this round."""
         return self._remaining(rostime.get_rostime())
 
     def sleep(self):
@@ -81,7 +81,7 @@ class Rate:
             self.last_time = rostime.get_rostime()
             return
         self.last_time = self.last_time + self.sleep_dur
-        if now - self.last_time > self.sleep_dur * 2:  # too slow, or time jumped: begin anew
+        if now - self.last_time > self.sleep_dur * 2:  # too slow, or time jumped: start over
             self.last_time = now
 
 
@@ -89,7 +89,7 @@ class TimerEvent:
     """What a timer's callback gets.
 
     Attributes:
-        last_expected, last_real: When the call before should have been, and was; None in the first.
+        last_expected, last_real: When the previous call was due, and made; None in the first.
         current_expected, current_real: The same of this call.
         last_duration: Seconds the callback took then.
     """
@@ -116,7 +116,7 @@ class Timer(threading.Thread):
         self.start()
 
     def shutdown(self):
-        """No more calls."""
+        """Stop calling."""
         self._shutdown = True
 
     def run(self):

@@ -14,10 +14,10 @@ import rosgraph.names
 from rosproto.node.call_site import CallSite
 
 from . import core, names
-from ._publisher_impl import _PublisherImpl
-from ._subscriber_impl import _SubscriberImpl
-from ._topic_impl import _TopicImpl
-from ._topic_manager import _TopicManager, manager
+from ._publisher_impl import PublisherImpl
+from ._subscriber_impl import SubscriberImpl
+from ._topic_impl import TopicImpl
+from ._topic_manager import TopicManager, manager
 from .exceptions import ROSException, ROSSerializationException
 from .impl.registration import Registration
 from .impl.tcpros_base import DEFAULT_BUFF_SIZE
@@ -37,6 +37,9 @@ __all__ = [
 ]
 
 Message = genpy.Message
+# rospy's names for them
+_PublisherImpl, _SubscriberImpl, _TopicImpl = PublisherImpl, SubscriberImpl, TopicImpl
+_TopicManager = TopicManager
 
 
 def get_topic_manager():
@@ -74,7 +77,7 @@ class Topic:
         self.md5sum = data_class._md5sum
         self.reg_type = reg_type
         frame = sys._getframe(1)
-        site = CallSite(frame.f_back or frame)  # whoever made the Publisher or Subscriber
+        site = CallSite(frame.f_back or frame)  # where the Publisher or Subscriber was created
 
         def prepared(impl):
             impl.site = impl.site or site
@@ -88,7 +91,7 @@ class Topic:
         return self.impl.get_num_connections()
 
     def unregister(self):
-        """Give the topic up; the last one of it takes it off the master."""
+        """Give up the topic; it is unregistered with its last Publisher or Subscriber."""
         if self.resolved_name and self.impl:
             with core.uninterrupted:
                 manager.release_impl(self.reg_type, self.resolved_name)
@@ -96,7 +99,7 @@ class Topic:
 
 
 class Subscriber(Topic):
-    """Has `callback(message)`, or `callback(message, callback_args)`, called with each message."""
+    """Calls `callback(message)`, or `callback(message, callback_args)`, with each message."""
 
     def __init__(
         self,
@@ -123,7 +126,7 @@ class Subscriber(Topic):
         super().__init__(name, data_class, Registration.SUB, options)
 
     def unregister(self):
-        """Give the topic up; may be called in the callback."""
+        """Give up the topic; may be called in the callback."""
         if self.impl:
             if self.callback is not None:
                 self.impl.remove_callback(self.callback, self.callback_args)
@@ -132,13 +135,13 @@ class Subscriber(Topic):
 
 
 class SubscribeListener:
-    """Told when subscribers come and go; derive from it."""
+    """Base of listeners: called when subscribers connect and disconnect."""
 
     def peer_subscribe(self, topic_name, topic_publish, peer_publish):
-        """One came: `topic_publish(message)` sends to all, `peer_publish(message)` to this one."""
+        """A subscriber connected: `topic_publish(message)` sends to all, `peer_publish(message)` to it."""
 
     def peer_unsubscribe(self, topic_name, num_peers):
-        """One went; so many are left."""
+        """A subscriber disconnected; `num_peers` are left."""
 
 
 class Publisher(Topic):
@@ -192,5 +195,5 @@ class Publisher(Topic):
             with core.uninterrupted:
                 self.impl.publish(message)
         except genpy.SerializationError as error:
-            core._logger.error(traceback.format_exc())
+            core.logger.error(traceback.format_exc())
             raise ROSSerializationException(str(error)) from error

@@ -1,4 +1,4 @@
-"""rostopic as far as programs import it: types of topics, who is at them, how often and how much comes."""
+"""rostopic as far as programs import it: types and peers of topics, their rates and bandwidth."""
 
 import sys
 
@@ -61,7 +61,7 @@ def _typed(topic):
     known = dict(_types())
     name = topic if topic in known else None
     if name is None:
-        # The longest first; one whose messages have no such field is not meant.
+        # The longest name first; a topic whose messages have no such field is skipped.
         below = sorted((one for one in known if topic.startswith(one + "/")), reverse=True)
         name = next((one for one in below if _has_field(known[one], topic[len(one) + 1 :])), None)
     if name is None or known[name] == "*":
@@ -70,7 +70,7 @@ def _typed(topic):
 
 
 def _has_field(type_, path):
-    """True when messages of a type have it, as far as up to a bracket; also when nobody knows the type."""
+    """True when messages of a type have the field (up to the first bracket), or the type is unknown."""
     from genpy.message import get_message_class
 
     found = get_message_class(type_)
@@ -141,7 +141,7 @@ def get_info_text(topic):
 
 
 def create_publisher(topic_name, topic_type, latch, disable_rostime=True):
-    """(publisher, class) of a type's name; makes this process the node /rostopic_... when it is none."""
+    """(publisher, class) of a type's name; makes this process a node, /rostopic_..., if it is none yet."""
     import rospy
     from genpy.message import get_message_class
 

@@ -1,4 +1,4 @@
-"""What a pattern like "/poses[1:]/pose/position/x" takes out of a message."""
+"""Selecting a part of a message by a pattern like "/poses[1:]/pose/position/x"."""
 
 import sys
 
@@ -8,8 +8,8 @@ _PARTS = ("start", "stop", "step")
 def msgevalgen(pattern):
     """A function that takes what the pattern names out of a message; None when it names nothing.
 
-    A message that has no such field, or no such element, gives None, and stderr says why; so it is with a
-    pattern that is none.
+    A message that has no such field, or no such element, gives None, and stderr says why; so does
+    a malformed pattern.
     """
     steps = []
     for part in (part for part in pattern.split("/") if part):
@@ -42,13 +42,13 @@ def _walk(value, steps, pattern):
         except IndexError as error:
             _tell("%s: %s" % (error, pattern))
             return None
-        if isinstance(value, list):  # of messages: the rest is taken out of each
+        if isinstance(value, list):  # of messages: the rest of the pattern applies to each
             return [_walk(one, steps[number:], pattern) for one in value]
     return value
 
 
 def _index(text):
-    """What stands between brackets, as Python has it.
+    """The Python index or slice that stands between brackets.
 
     Raises:
         ValueError: It is not one.
@@ -60,7 +60,7 @@ def _index(text):
     parts = text.split(":")
     bounds = [
         _integer(part, "slice " + name) if part else None for part, name in zip(parts, _PARTS)
-    ]  # the first that is none is told
+    ]  # the first malformed one is reported
     if len(parts) > len(_PARTS):
         raise ValueError("too many slice arguments")
     return slice(*bounds)

@@ -1,4 +1,4 @@
-"""What programs that watch topics use: callbacks that measure rate, delay and bandwidth."""
+"""Callbacks that measure rate, delay and bandwidth."""
 
 import math
 import threading
@@ -6,7 +6,7 @@ import time
 
 import rospy
 
-MOST = 50000  # values kept where no window is given
+MOST = 50000  # values kept without a given window
 
 
 def _summary(values):
@@ -24,7 +24,7 @@ class _Series:
         self.first, self.last, self.told = -1, 0, 0
 
     def take(self, now, value, window):
-        """A message came; the first one, and one from the past, begin anew without a value."""
+        """Note a message; the first one, and one from the past, start a new series without a value."""
         if self.first < 0 or self.first > now:
             self.first, self.values = now, []
         else:
@@ -34,7 +34,7 @@ class _Series:
             del self.values[0]
 
     def take_zero(self):
-        """Simulated time has begun anew."""
+        """Simulated time has restarted."""
         if self.values:
             print("time has reset, resetting counters")
             self.values = []
@@ -61,7 +61,7 @@ class ROSTopicHz:
         return self._topics.setdefault(topic, _Series())
 
     def callback_hz(self, m, topic=None):
-        """A message came."""
+        """Count a message."""
         if self.filter_expr is not None and not self.filter_expr(m):
             return
         with self.lock:
@@ -113,7 +113,7 @@ def _table(found):
 
 
 class ROSTopicDelay:
-    """Delay between a message's stamp and its coming: give `callback_delay` to a Subscriber."""
+    """Delay between a message's stamp and its arrival: give `callback_delay` to a Subscriber."""
 
     def __init__(self, window_size):
         self.lock = threading.Lock()
@@ -126,7 +126,7 @@ class ROSTopicDelay:
         return self._series.values
 
     def callback_delay(self, msg):
-        """A message came."""
+        """Count a message."""
         if not msg._has_header:
             rospy.logerr("msg does not have header")
             return
@@ -161,7 +161,7 @@ class ROSTopicBandwidth:
         self.sizes, self.times = [], []
 
     def callback(self, data):
-        """A message came."""
+        """Count a message."""
         with self.lock:
             self.times.append(time.time())
             self.sizes.append(len(data._buff))

@@ -1,4 +1,4 @@
-"""rosunit: runs unittest cases as ROS has it: a summary on stdout, a JUnit file, exit code 1 for failures.
+"""rosunit: runs unittest cases the way ROS does: a summary on stdout, a JUnit file, exit code 1 for failures.
 
 The file is what `--gtest_output=xml:FILE` says, or PACKAGE/rosunit-NAME.xml in $ROS_TEST_RESULTS_DIR or
 ~/.ros/test_results. `--text` prints unittest's own report instead of writing one.
@@ -116,7 +116,7 @@ class _XmlRunner:
 
 
 def _printable(text):
-    """Without what XML cannot hold."""
+    """The text without characters that XML cannot hold."""
     return "".join(c if c.isprintable() or c in "\t\n\r" else "&#x%04X;" % ord(c) for c in text)
 
 

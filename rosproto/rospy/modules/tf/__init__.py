@@ -1,4 +1,4 @@
-"""tf: the listener and broadcaster of before tf2, and transformations."""
+"""tf: the listener and broadcaster from before tf2, and transformations."""
 
 from tf2_ros import ConnectivityException, ExtrapolationException, LookupException
 from tf2_ros import TransformException as Exception

@@ -1,11 +1,11 @@
-"""Turning things with a mouse: K. Shoemake's Arcball (Graphics Gems IV), with names and results of tf's."""
+"""Rotating objects with a mouse: K. Shoemake's Arcball (Graphics Gems IV), with tf's names and results."""
 
 import math
 
 import numpy
 
+from ._tolerance import EPS
 from .transformations import (
-    _EPS,
     quaternion_from_matrix,
     quaternion_matrix,
     quaternion_multiply,
@@ -29,7 +29,7 @@ def arcball_constrain_to_axis(point, axis):
     point, axis = numpy.array(point, dtype=float), numpy.array(axis, dtype=float)
     flat = point - axis * numpy.dot(axis, point)
     length = vector_norm(flat)
-    if length > _EPS:
+    if length > EPS:
         return (-flat if flat[2] < 0.0 else flat) / length
     if axis[2] == 1.0:
         return numpy.array((1.0, 0.0, 0.0))
@@ -69,7 +69,7 @@ class Arcball:
         self._axes = [unit_vector(axis) for axis in axes]
 
     def setconstrain(self, constrain):
-        """Whether it turns about those axes only."""
+        """Say whether it turns about those axes only."""
         self._constrained = bool(constrain is True or constrain == 1)
 
     def getconstrain(self):
@@ -95,13 +95,13 @@ class Arcball:
         at = self._on_ball(point)
         self._before = self._turn
         across = numpy.cross(self._grip, at)
-        if numpy.dot(across, across) < _EPS:
+        if numpy.dot(across, across) < EPS:
             self._turn = self._at_down
         else:
             self._turn = quaternion_multiply((*across, numpy.dot(self._grip, at)), self._at_down)
 
     def next(self, acceleration=0.0):
-        """Turn on as the last drag did."""
+        """Continue the rotation of the last drag."""
         turn = quaternion_slerp(self._before, self._turn, 2.0 + acceleration, False)
         self._before, self._turn = self._turn, turn
 

@@ -1,4 +1,4 @@
-"""More (4, 4) matrices: rotations about axes, scalings, mirrors, shears; putting together and taking apart.
+"""More (4, 4) matrices: rotations about axes, scalings, mirrors, shears; composing and decomposing.
 
 Source: wiki.ros.org/tf, tf.transformations (names, arguments, results).
 """
@@ -7,9 +7,8 @@ import math
 
 import numpy
 
+from ._tolerance import EPS
 from .transformations import euler_from_matrix, euler_matrix, identity_matrix, unit_vector, vector_norm
-
-_EPS = numpy.finfo(float).eps * 4.0
 
 
 def _array(values):
@@ -32,7 +31,7 @@ def rotation_matrix(angle, direction, point=None):
 
 
 def _fixed_direction(matrix, value=1.0):
-    """What a matrix multiplies by `value`: the last such eigenvector, real."""
+    """The real eigenvector of an eigenvalue, the last one of several."""
     values, vectors = numpy.linalg.eig(matrix)
     found = numpy.where(abs(numpy.real(values) - value) < 1e-8)[0]
     if not len(found):
@@ -73,7 +72,7 @@ def scale_matrix(factor, origin=None, direction=None):
 
 
 def scale_from_matrix(matrix):
-    """(factor, origin, direction) of a scaling; direction None when it is the same in all."""
+    """(factor, origin, direction) of a scaling; direction None for a uniform scaling."""
     m = numpy.array(matrix, dtype=numpy.float64)
     factor = float(numpy.trace(m[:3, :3]) - 2.0)
     try:
@@ -176,7 +175,7 @@ def projection_from_matrix(matrix, pseudo=False):
 
 
 def _lost_direction(matrix):
-    """The direction that a (3, 3) matrix makes nothing of, None when there is none."""
+    """The direction that a (3, 3) matrix maps to zero, None when there is none."""
     values, vectors = numpy.linalg.eig(matrix)
     lost = numpy.where(abs(numpy.real(values)) < 1e-8)[0]
     return unit_vector(numpy.real(vectors[:, lost[0]])) if len(lost) else None
@@ -186,7 +185,7 @@ def clip_matrix(left, right, bottom, top, near, far, perspective=False):
     """What brings a box, or a truncated pyramid with its eye at the origin, to -1 to 1 in all directions."""
     if left >= right or bottom >= top or near >= far:
         raise ValueError("invalid frustrum")
-    if perspective and near <= _EPS:
+    if perspective and near <= EPS:
         raise ValueError("invalid frustrum: near <= 0")
     low, high = numpy.array((left, bottom, near), dtype=float), numpy.array((right, top, far), dtype=float)
     size, middle = high - low, (high + low) / (high - low)
@@ -218,7 +217,7 @@ def orthogonalization_matrix(lengths, angles):
 
 
 def superimposition_matrix(v0, v1, scaling=False, usesvd=True):
-    """The movement that takes points v0 nearest to points v1, both (3, N) or (4, N)."""
+    """The motion that brings points v0 closest to points v1, both (3, N) or (4, N)."""
     v0 = numpy.array(v0, dtype=numpy.float64)[:3]
     v1 = numpy.array(v1, dtype=numpy.float64)[:3]
     if v0.shape != v1.shape or v0.shape[1] < 3:
@@ -271,7 +270,7 @@ def decompose_matrix(matrix):
         ValueError: It has no such parts.
     """
     m = numpy.array(matrix, dtype=numpy.float64).T
-    if abs(m[3, 3]) < _EPS:
+    if abs(m[3, 3]) < EPS:
         raise ValueError("M[3, 3] is zero")
     m /= m[3, 3]
     straight = m.copy()
@@ -279,7 +278,7 @@ def decompose_matrix(matrix):
     if not numpy.linalg.det(straight):
         raise ValueError("matrix is singular")
     perspective = numpy.array((0.0, 0.0, 0.0, 1.0))
-    if any(abs(m[:3, 3]) > _EPS):
+    if any(abs(m[:3, 3]) > EPS):
         perspective = numpy.dot(m[:, 3], numpy.linalg.inv(straight.T))
         m[:, 3] = 0.0, 0.0, 0.0, 1.0
     translation = m[3, :3].copy()

@@ -11,7 +11,7 @@ class TransformBroadcaster:
         self.tf2_broadcaster = tf2_ros.TransformBroadcaster()
 
     def sendTransform(self, translation, rotation, time, child, parent):
-        """The pose of `child` in `parent`: (x, y, z), (x, y, z, w), at a time."""
+        """Publish the pose of `child` in `parent`: (x, y, z), (x, y, z, w), at a time."""
         message = TransformStamped()
         message.header.frame_id, message.header.stamp, message.child_frame_id = parent, time, child
         t, r = message.transform.translation, message.transform.rotation
@@ -20,5 +20,5 @@ class TransformBroadcaster:
         self.sendTransformMessage(message)
 
     def sendTransformMessage(self, transform):
-        """A TransformStamped."""
+        """Publish a TransformStamped."""
         self.tf2_broadcaster.sendTransform([transform])

@@ -8,7 +8,7 @@ __all__ = ["TransformListener", "Transformer", "TransformerROS", "strip_leading_
 
 
 class TransformerROS(Transformer):
-    """And transforming of stamped messages."""
+    """A Transformer that also transforms stamped messages."""
 
     def asMatrix(self, target_frame, hdr):
         """The (4, 4) matrix that takes data with that header to a frame."""

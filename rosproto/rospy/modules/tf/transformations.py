@@ -11,7 +11,7 @@ import math
 
 import numpy
 
-_EPS = numpy.finfo(float).eps * 4.0
+from ._tolerance import EPS as _EPS  # its name in tf
 
 
 def identity_matrix():
@@ -20,14 +20,14 @@ def identity_matrix():
 
 
 def translation_matrix(direction):
-    """(4, 4) of a translation."""
+    """(4, 4) matrix of a translation."""
     matrix = numpy.identity(4)
     matrix[:3, 3] = direction[:3]
     return matrix
 
 
 def translation_from_matrix(matrix):
-    """(3,) of a matrix."""
+    """The (3,) translation of a matrix."""
     return numpy.array(matrix)[:3, 3].copy()
 
 
@@ -45,7 +45,7 @@ def inverse_matrix(matrix):
 
 
 def is_same_transform(matrix0, matrix1):
-    """True for two matrices that do the same."""
+    """True for two matrices of the same transform."""
     one, other = (numpy.array(m, dtype=float) / m[3][3] for m in (matrix0, matrix1))
     return numpy.allclose(one, other)
 
@@ -167,7 +167,7 @@ def euler_from_matrix(matrix, axes="sxyz"):
             )
         else:
             angles = (math.atan2(-m[j, k], m[j, j]), math.atan2(-m[k, i], middle), 0.0)
-    if odd:  # an odd order of the axes turns the other way round
+    if odd:  # an odd order of the axes reverses the sense of rotation
         angles = tuple(-angle for angle in angles)
     return angles[::-1] if reverse else angles
 
@@ -197,13 +197,13 @@ def quaternion_multiply(quaternion1, quaternion0):
 
 
 def quaternion_conjugate(quaternion):
-    """The opposite rotation of a unit quaternion."""
+    """The conjugate, which is the inverse of a unit quaternion."""
     x, y, z, w = quaternion
     return numpy.array((-x, -y, -z, w), dtype=numpy.float64)
 
 
 def quaternion_inverse(quaternion):
-    """The opposite rotation."""
+    """The inverse."""
     return quaternion_conjugate(quaternion) / numpy.dot(quaternion, quaternion)
 
 
@@ -268,7 +268,7 @@ def quaternion_slerp(quat0, quat1, fraction, spin=0, shortestpath=True):
 
 
 def random_quaternion(rand=None):
-    """A rotation drawn evenly."""
+    """A uniformly random rotation."""
     u = numpy.random.rand(3) if rand is None else rand
     a, b = math.sqrt(1.0 - u[0]), math.sqrt(u[0])
     s, t = 2.0 * math.pi * u[1], 2.0 * math.pi * u[2]

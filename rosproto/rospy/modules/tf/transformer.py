@@ -1,4 +1,4 @@
-"""tf.Transformer: tf2's buffer in the clothes of before, poses as [x, y, z], [x, y, z, w]."""
+"""tf.Transformer: tf2's buffer with the older interface; poses are [x, y, z], [x, y, z, w]."""
 
 import tf2_ros
 
@@ -6,8 +6,14 @@ _ALONE = "cannot wait for transform without a dedicated thread that listens to i
 
 
 def strip_leading_slash(name):
-    """tf2 has none."""
+    """The name as tf2 knows it: without the leading slash."""
     return name[1:] if name.startswith("/") else name
+
+
+def _between(target_frame, target_time, source_frame, source_time, fixed_frame):
+    """Arguments of a lookup between two times, with the frames as tf2 knows them."""
+    target, source, fixed = map(strip_leading_slash, (target_frame, source_frame, fixed_frame))
+    return target, target_time, source, source_time, fixed
 
 
 def _parts(message):
@@ -16,7 +22,7 @@ def _parts(message):
 
 
 class Transformer:
-    """Lookups in lists."""
+    """A buffer whose lookups return lists."""
 
     def __init__(self, interpolate=True, cache_time=None):
         self._buffer = tf2_ros.Buffer(cache_time, debug=False)
@@ -24,7 +30,7 @@ class Transformer:
 
     def allFramesAsDot(self, current_time=None):
         """The frames as a graph for graphviz; with their ages when the time is given."""
-        return self._buffer._allFramesAsDot(*([current_time] if current_time else []))
+        return self._buffer.all_frames_as_dot(*([current_time] if current_time else []))
 
     def allFramesAsString(self):
         """Every frame and its parent."""
@@ -43,18 +49,14 @@ class Transformer:
     def canTransformFull(self, target_frame, target_time, source_frame, source_time, fixed_frame):
         """The same between two times."""
         return self._buffer.can_transform_full(
-            strip_leading_slash(target_frame),
-            target_time,
-            strip_leading_slash(source_frame),
-            source_time,
-            strip_leading_slash(fixed_frame),
+            *_between(target_frame, target_time, source_frame, source_time, fixed_frame),
         )
 
     def waitForTransform(self, target_frame, source_frame, time, timeout, polling_sleep_duration=None):
-        """Wait until it can be had.
+        """Wait until the transform is known.
 
         Raises:
-            tf.Exception: It cannot, in time.
+            tf.Exception: It is not known in time.
         """
         self._require_thread()
         done, why = self._buffer.can_transform(
@@ -79,11 +81,7 @@ class Transformer:
         """The same between two times."""
         self._require_thread()
         done, why = self._buffer.can_transform_full(
-            strip_leading_slash(target_frame),
-            target_time,
-            strip_leading_slash(source_frame),
-            source_time,
-            strip_leading_slash(fixed_frame),
+            *_between(target_frame, target_time, source_frame, source_time, fixed_frame),
             timeout,
             return_debug_tuple=True,
         )
@@ -101,8 +99,8 @@ class Transformer:
             )
 
     def chain(self, target_frame, target_time, source_frame, source_time, fixed_frame):
-        """Frames on the way."""
-        return self._buffer._chain(target_frame, target_time, source_frame, source_time, fixed_frame)
+        """The frames between the two."""
+        return self._buffer.chain(target_frame, target_time, source_frame, source_time, fixed_frame)
 
     def lookupTransform(self, target_frame, source_frame, time):
         """[x, y, z], [x, y, z, w] of the source frame in the target frame."""
@@ -116,11 +114,7 @@ class Transformer:
         """The same between two times."""
         return _parts(
             self._buffer.lookup_transform_full(
-                strip_leading_slash(target_frame),
-                target_time,
-                strip_leading_slash(source_frame),
-                source_time,
-                strip_leading_slash(fixed_frame),
+                *_between(target_frame, target_time, source_frame, source_time, fixed_frame),
             )
         )
 
@@ -146,7 +140,7 @@ class Transformer:
         time,
         averaging_interval,
     ):
-        """The same, told in a third frame."""
+        """The same, expressed in a third frame."""
         from .twist import between
 
         return between(
@@ -160,7 +154,7 @@ class Transformer:
         )
 
     def getLatestCommonTime(self, source_frame, dest_frame):
-        """The newest time for which it is known."""
+        """The newest time for which the transform is known."""
         return self._buffer.get_latest_common_time(
             strip_leading_slash(source_frame), strip_leading_slash(dest_frame)
         )
@@ -171,16 +165,16 @@ class Transformer:
 
     def getFrameStrings(self):
         """Names of those frames."""
-        return self._buffer._children()
+        return self._buffer.child_frames()
 
     def clear(self):
-        """Forget what moves."""
+        """Forget everything but static transforms."""
         self._buffer.clear()
 
     def setUsingDedicatedThread(self, value):
-        """Whether something fills this meanwhile, so that waiting makes sense."""
+        """Say whether another thread fills this buffer, so that waiting makes sense."""
         self._using_dedicated_thread = value
 
     def getTFPrefix(self):
-        """tf2 has none."""
+        """Always empty: tf2 has no prefixes."""
         return ""

@@ -1,4 +1,4 @@
-"""How a frame moves as another sees it, over an interval."""
+"""The velocity of a frame relative to another, averaged over an interval."""
 
 import numpy
 import rospy
@@ -7,7 +7,7 @@ from . import transformations
 
 
 def between(tf, tracking, observation, reference, reference_point, time, interval):
-    """Velocity m/s and rate rad/s of `tracking` seen from `observation`, told in `reference`."""
+    """Velocity m/s and rate rad/s of `tracking` relative to `observation`, expressed in `reference`."""
     latest = tf.getLatestCommonTime(observation, tracking)
     at = time or latest
     end = min(at + rospy.Duration(0.5 * interval.to_sec()), latest)

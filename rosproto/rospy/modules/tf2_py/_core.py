@@ -1,4 +1,4 @@
-"""BufferCore: what is known of all frames, and lookups that do not wait.
+"""BufferCore: the transforms of all frames, and lookups that do not wait.
 
 Source: tf2 buffer_core.cpp and tf2_py.cpp (names, texts, what is a warning on stderr).
 """
@@ -21,8 +21,8 @@ _NOT_TAKEN = {
     " (Possible reasons are listed at http://wiki.ros.org/tf/Errors%%20explained)",
     REPEATED: "TF_REPEATED_DATA ignoring data with redundant timestamp",
 }
-UNIT_TOLERANCE = 10e-3  # of a rotation's squared length
-# tf2 says where in its source (0.7.6) each message comes from.
+UNIT_TOLERANCE = 10e-3  # of the squared norm of a quaternion
+# tf2 names the line of its source (0.7.6) with each message.
 _LINES = {
     "TF_SELF_TRANSFORM": 221,
     "TF_NO_CHILD_FRAME_ID": 227,
@@ -33,7 +33,7 @@ _LINES = {
 
 
 def nanoseconds(time):
-    """Time as tf2's module takes it: over a double of seconds."""
+    """Time in nanoseconds, rounded as tf2's module does: through a double of seconds."""
     try:
         seconds = time.to_sec()
     except AttributeError:
@@ -43,7 +43,7 @@ def nanoseconds(time):
 
 
 def _say(kind, text, line):
-    """As console_bridge writes it, which tf2 logs by."""
+    """Write a message as console_bridge does, tf2's logger."""
     sys.stderr.write("%-9s%s\n         at line %d in ./tf2/src/buffer_core.cpp\n" % (kind, text, line))
 
 
@@ -62,7 +62,7 @@ class BufferCore:
         self._set(transform, authority, False)
 
     def set_transform_static(self, transform, authority):
-        """Take one that holds at all times."""
+        """Take a static one."""
         self._set(transform, authority, True)
 
     def _set(self, transform, authority, static):
@@ -75,7 +75,7 @@ class BufferCore:
         with self._lock:
             self._tree.names.update({child: None, parent: None})
             edge = self._tree.edges.get(child)
-            if edge is None:  # whether it moves is settled with the first pose, as in tf2
+            if edge is None:  # the first pose decides whether it is static, as in tf2
                 edge = self._tree.edges[child] = History(self._duration, static=static)
             why = edge.add(Sample(stamp, parent, translation, rotation))
             if why is None:
@@ -94,7 +94,7 @@ class BufferCore:
         return bool(problems)
 
     def clear(self):
-        """Forget what moves."""
+        """Forget everything but static transforms."""
         with self._lock:
             for edge in self._tree.edges.values():
                 edge.clear()
@@ -112,7 +112,7 @@ class BufferCore:
             return _message(*self._lookup(target_frame, source_frame, stamp), target_frame, source_frame)
 
     def lookup_transform_full_core(self, target_frame, target_time, source_frame, source_time, fixed_frame):
-        """The same between two times, by way of a frame that did not move."""
+        """The same between two times, through a frame that did not move."""
         then, now = nanoseconds(source_time), nanoseconds(target_time)
         with self._lock:
             for which, frame in (("target", target_frame), ("source", source_frame), ("fixed", fixed_frame)):
@@ -140,7 +140,7 @@ class BufferCore:
             return 0, ""
         with self._lock:
             missing = self._missing(target=target_frame, source=source_frame)
-            if source_frame not in self._tree.names:  # tf2's words, and its condition
+            if source_frame not in self._tree.names:  # tf2's text and condition
                 missing += " fixed_frame: %sdoes not exist." % fixed_frame
             if any(frame not in self._tree.names for frame in frames.values()):
                 return 0, missing
@@ -249,7 +249,7 @@ class BufferCore:
                 for name, edge in self._in_order()
             )
 
-    def _allFramesAsDot(self, current_time=None):
+    def all_frames_as_dot(self, current_time=None):
         """The same as a graph for graphviz."""
         if current_time is not None and not hasattr(current_time, "to_sec"):
             raise TypeError("time must have a to_sec method, e.g. rospy.Time or rospy.Duration")
@@ -257,18 +257,20 @@ class BufferCore:
         with self._lock:
             return all_frames_as_dot(list(self._tree.names), self._tree.edges, now)
 
-    def _children(self):
+    def child_frames(self):
         """Names of the frames whose pose in another is known."""
         with self._lock:
             return [name for name, edge in self._in_order() if edge]
 
-    def _frameExists(self, frame):
+    def frame_exists(self, frame):
+        """True for a frame that has been named, the root too."""
         return frame in self._tree.names
 
-    def _getFrameStrings(self):
+    def frame_names(self):
+        """Names of all frames, the root's too."""
         return list(self._tree.names)
 
-    def _chain(self, target_frame, target_time, source_frame, source_time, fixed_frame):
+    def chain(self, target_frame, target_time, source_frame, source_time, fixed_frame):
         """Frames on the way from the source to the target."""
         with self._lock:
             there = self._walk(fixed_frame, source_frame, nanoseconds(source_time))
@@ -285,9 +287,13 @@ class BufferCore:
             raise error_of(no_way, target, source) from None
         return way.source_side, way.target_side[::-1]
 
+    # tf2's names for them
+    _allFramesAsDot, _chain = all_frames_as_dot, chain
+    _frameExists, _getFrameStrings = frame_exists, frame_names
+
 
 def _problems(child, parent, translation, rotation, authority):
-    """What may be wrong with a transform: (whether it is, tf2's words)."""
+    """What may be wrong with a transform: (whether it is, tf2's text)."""
     x, y, z, w = rotation
     yield (
         child == parent,
@@ -342,7 +348,7 @@ def _dot(a, b):
 
 
 def combined(second, first):
-    """(translation, rotation) of `first`, then `second`: by way of matrices, as tf2 joins two times' lookups.
+    """(translation, rotation) of `first`, then `second`: by matrices, as tf2 combines two lookups.
 
     Source: tf2/LinearMath/Transform.h (the order of each sum).
     """

@@ -11,7 +11,7 @@ ROOT = (
 
 
 def span(edge):
-    """(newest, oldest) stamp, nanoseconds; what does not move has no time of its own."""
+    """(newest, oldest) stamp, nanoseconds; a static transform has no time of its own."""
     return (0, 0) if edge.static else (edge.newest.stamp, edge.earliest)
 
 
@@ -19,12 +19,12 @@ def all_frames_as_dot(names, edges, now):
     """The graph's text.
 
     Args:
-        names: All frames, in the order in which they were heard of.
-        edges: What is known of each frame that has a parent.
+        names: All frames, in the order in which they became known.
+        edges: The history of each frame that has a parent.
         now: Seconds, for the age of each transform; 0 for none.
     """
     if not names:
-        return 'digraph G {\n"no tf data recieved"}'  # its spelling
+        return 'digraph G {\n"no tf data recieved"}'  # spelled as tf2 does
     lines = ["digraph G {\n"]
     roots = []
     for name in names:

@@ -5,7 +5,7 @@ from rosproto.tf.tree import Gap
 
 
 class TransformException(Exception):
-    """A transform cannot be had."""
+    """A transform is not available."""
 
 
 class ConnectivityException(TransformException):
@@ -52,7 +52,7 @@ def _why(gap):
         return (
             "Lookup would require extrapolation at time %.09f, but only time %.09f is in the buffer"
             % (seconds(stamp), seconds(known.earliest))
-        )[:115]  # so much does tf2 make room for
+        )[:115]  # the size of tf2's buffer for it
     if stamp > known.newest.stamp:
         return _beyond(stamp, known.newest.stamp, "future", "latest")
     return _beyond(stamp, known.earliest, "past", "earliest")

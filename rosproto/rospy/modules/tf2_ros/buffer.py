@@ -1,4 +1,4 @@
-"""tf2_ros.Buffer: a buffer core that can wait, and tells others what it knows by ~tf2_frames."""
+"""tf2_ros.Buffer: a buffer core that can wait, and lists its frames with the service ~tf2_frames."""
 
 import rosgraph
 import rospy
@@ -31,7 +31,7 @@ class Buffer(BufferCore, BufferInterface):
         """The transform from source to target, waiting for it at most `timeout`.
 
         Raises:
-            LookupException, ConnectivityException, ExtrapolationException: It cannot be had.
+            LookupException, ConnectivityException, ExtrapolationException: It is not available.
         """
         self.can_transform(target_frame, source_frame, time, timeout)
         return self.lookup_transform_core(target_frame, source_frame, time)
@@ -74,7 +74,7 @@ class Buffer(BufferCore, BufferInterface):
         if timeout != ZERO:
             began = rospy.Time.now()
             pause = timeout * self.CAN_TRANSFORM_POLLING_SCALE
-            # A jump back of the clock is a bag that begins anew; then there is nothing to wait for.
+            # The clock jumps back when a bag is restarted; then there is nothing to wait for.
             while rospy.Time.now() < began + timeout and not ask()[0]:
                 if rospy.Time.now() + LONGEST_JUMP < began or rospy.is_shutdown():
                     break

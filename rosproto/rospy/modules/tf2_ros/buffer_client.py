@@ -1,4 +1,4 @@
-"""tf2_ros.BufferClient: lookups that a buffer server answers, by an action."""
+"""tf2_ros.BufferClient: lookups answered by a buffer server, through an action."""
 
 import actionlib
 import rospy
@@ -19,7 +19,7 @@ PADDING = rospy.Duration.from_sec(2.0)
 
 
 class BufferClient(BufferInterface):
-    """Asks the server of namespace `ns`."""
+    """A client of the buffer server in namespace `ns`."""
 
     def __init__(self, ns, check_frequency=None, timeout_padding=PADDING):
         super().__init__()

@@ -23,7 +23,7 @@ class NotImplementedException(Exception):
 
 
 def Stamped(obj, stamp, frame_id):
-    """The object, with a header."""
+    """An object with a header."""
     obj.header = Header(frame_id=frame_id, stamp=stamp)
     return obj
 
@@ -69,7 +69,7 @@ class TransformRegistration:
 
 
 class ConvertRegistration:
-    """Functions that convert between types: to a message, from one, or straight."""
+    """Functions that convert between types: to a message, from one, or directly."""
 
     _to = _Table("Type %s if not loaded or supported")
     _from = _Table("Type %s if not loaded or supported")
@@ -101,7 +101,7 @@ class ConvertRegistration:
 
 
 def convert(a, b_type):
-    """An object as another type, by way of a message when there is no direct one."""
+    """Convert an object to another type, through a message when there is no direct function."""
     table = ConvertRegistration()
     if type(a) is b_type:
         return deepcopy(a)
@@ -112,7 +112,7 @@ def convert(a, b_type):
 
 
 class BufferInterface:
-    """`transform`, over a `lookup_transform` that a subclass has."""
+    """Provides `transform` on top of a subclass's `lookup_transform`."""
 
     def __init__(self):
         self.registration = TransformRegistration()
@@ -139,21 +139,21 @@ class BufferInterface:
         return convert(moved, new_type) if new_type else moved
 
     def lookup_transform(self, target_frame, source_frame, time, timeout=ZERO):
-        """What a subclass does."""
+        """To be defined by a subclass."""
         raise NotImplementedException
 
     def lookup_transform_full(
         self, target_frame, target_time, source_frame, source_time, fixed_frame, timeout=ZERO
     ):
-        """What a subclass does."""
+        """To be defined by a subclass."""
         raise NotImplementedException
 
     def can_transform(self, target_frame, source_frame, time, timeout=ZERO):
-        """What a subclass does."""
+        """To be defined by a subclass."""
         raise NotImplementedException
 
     def can_transform_full(
         self, target_frame, target_time, source_frame, source_time, fixed_frame, timeout=ZERO
     ):
-        """What a subclass does."""
+        """To be defined by a subclass."""
         raise NotImplementedException

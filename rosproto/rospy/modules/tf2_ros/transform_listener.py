@@ -34,7 +34,7 @@ class TransformListener:
         self.unregister()
 
     def unregister(self):
-        """Listen no more."""
+        """Unsubscribe."""
         for part in ("tf_sub", "tf_static_sub"):
             if getattr(self, part, None) is not None:
                 getattr(self, part).unregister()
@@ -51,12 +51,12 @@ class TransformListener:
             self.last_update = now
 
     def callback(self, data):
-        """Transforms that move."""
+        """Take messages of /tf."""
         self._check_time()
         self._take(data, self.buffer.set_transform)
 
     def static_callback(self, data):
-        """Transforms that hold at all times."""
+        """Take messages of /tf_static."""
         self._check_time()
         self._take(data, self.buffer.set_transform_static)
 

@@ -6,7 +6,7 @@ __all__ = ["posemath", "transformations"]
 
 
 def __getattr__(name):
-    # Late: the one imports numpy, the other PyKDL.
+    # Imported late: the one needs numpy, the other PyKDL.
     if name == "transformations":
         return import_module("tf.transformations")
     if name in ("posemath", "fromMsg", "toMsg", "fromTf", "toTf", "fromMatrix", "toMatrix"):

@@ -11,7 +11,7 @@ __all__ += PyKDL.__dict__.get("__all__", ())
 
 
 def fromTf(tf):
-    """Of what `lookupTransform` gives: (position, quaternion)."""
+    """A frame from what `lookupTransform` returns: (position, quaternion)."""
     position, turn = tf
     return Frame(Rotation.Quaternion(*turn), Vector(*position))
 
@@ -22,7 +22,7 @@ def toTf(f):
 
 
 def fromMsg(p):
-    """Of a Pose."""
+    """A frame from a Pose."""
     position, turn = p.position, p.orientation
     return Frame(
         Rotation.Quaternion(turn.x, turn.y, turn.z, turn.w), Vector(position.x, position.y, position.z)
@@ -35,7 +35,7 @@ def toMsg(f):
 
 
 def fromMatrix(m):
-    """Of a (4, 4) matrix."""
+    """A frame from a (4, 4) matrix."""
     return Frame(
         Rotation(*[m[row, i] for row in range(3) for i in range(3)]), Vector(*[m[i, 3] for i in range(3)])
     )

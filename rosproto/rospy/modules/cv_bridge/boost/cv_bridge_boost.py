@@ -1,4 +1,4 @@
-"""cv_bridge.boost.cv_bridge_boost: what programs reach into."""
+"""cv_bridge.boost.cv_bridge_boost: the functions that programs import."""
 
 from ..colours import converted as cvtColor2
 from ..encodings import cv_type as getCvType

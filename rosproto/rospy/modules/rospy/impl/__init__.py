@@ -1,1 +1,1 @@
-"""rospy.impl: what programs reach into."""
+"""rospy.impl: rospy's internal modules, as far as programs import them."""

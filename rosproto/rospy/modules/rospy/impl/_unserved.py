@@ -1,10 +1,10 @@
-"""Names of rospy's own inner workings that programs import, and that have no counterpart here."""
+"""Stand-ins for rospy's internals that programs import and that have no counterpart here."""
 
 from .transport import BIDIRECTIONAL, Transport
 
 
 class Unserved(NotImplementedError):
-    """A part of rospy was called that this layer does without."""
+    """A part of rospy was used that this layer does not have."""
 
     def __init__(self, name):
         super().__init__(
@@ -24,7 +24,7 @@ def function(name):
 
 
 def class_of(name, base=object):
-    """A class that can be imported, derived from and asked with isinstance; making one raises."""
+    """A class that can be imported, derived from and used with isinstance; creating an instance raises."""
 
     def __init__(self, *args, **kwds):
         raise Unserved(name)
@@ -35,7 +35,7 @@ def class_of(name, base=object):
 
 
 class TCPROSTransportProtocol:
-    """What one end of a connection is about; for derived classes."""
+    """One end of a connection; for derived classes."""
 
     def __init__(self, resolved_name, recv_data_class, queue_size=None, buff_size=65536):
         if recv_data_class and not hasattr(recv_data_class, "_md5sum"):
@@ -45,7 +45,7 @@ class TCPROSTransportProtocol:
         self.direction = BIDIRECTIONAL
 
     def get_header_fields(self):
-        """Of the connection header."""
+        """The fields of its connection header."""
         return {}
 
 

@@ -18,7 +18,7 @@ _DEBUGGED = {10: "DEBUG", 20: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
 
 
 def start_node(resolved_name, port=0, tcpros_port=0):
-    """Open the node, waiting for the master as long as it takes; then open the topics made before.
+    """Open the node, waiting for the master as long as it takes; then open the topics made earlier.
 
     Raises:
         ROSInitException: It was shut down meanwhile.
@@ -28,7 +28,7 @@ def start_node(resolved_name, port=0, tcpros_port=0):
     from rosproto.rospy.host import ProgramNode
     from rosproto.transport.address import host_from_environment
 
-    names._set_caller_id(resolved_name)
+    names.set_caller_id(resolved_name)
     uri = rosgraph.get_master_uri()
     opened = None
     told = False
@@ -99,9 +99,9 @@ def _close(reason):
 
 
 def serve_loggers():
-    """Let tools see and set the levels of this process's loggers, from a moment later on.
+    """Provide the services that read and set this process's log levels.
 
-    In a thread, because it takes as long as the rest of init_node, and no program of its own waits for it.
+    In a thread and a moment later: it takes as long as the rest of init_node, and no program waits for it.
     """
     threading.Thread(target=_serve_loggers, name="rosproto:logger services", daemon=True).start()
 

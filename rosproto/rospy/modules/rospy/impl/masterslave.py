@@ -1,4 +1,4 @@
-"""rospy.impl.masterslave: the names that programs import of it."""
+"""rospy.impl.masterslave: the names that programs import from it."""
 
 from . import _unserved
 

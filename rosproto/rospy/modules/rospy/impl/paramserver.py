@@ -14,7 +14,7 @@ class ParamServerCache:
         """The present value.
 
         Raises:
-            KeyError: It was not asked for by `get_param_cached`, or is not set.
+            KeyError: `get_param_cached` was not called for it, or it is not set.
         """
         with self.lock:
             if key in self._set:
@@ -26,7 +26,7 @@ class ParamServerCache:
         return client.get_param_cached(key)
 
     def set(self, key, value):
-        """Have `get` give this value."""
+        """Set the value that `get` returns."""
         with self.lock:
             self._set[key] = value
 
@@ -34,7 +34,7 @@ class ParamServerCache:
         """Forget what was set here.
 
         Raises:
-            KeyError: It was not.
+            KeyError: It was not set here.
         """
         with self.lock:
             del self._set[key]

@@ -1,4 +1,4 @@
-"""rospy.impl.registration: the tables of this node's topics and services, and who is told of changes."""
+"""rospy.impl.registration: the tables of this node's topics and services, and listeners to changes."""
 
 import threading
 import traceback
@@ -19,39 +19,39 @@ class Registration:
 
 
 class RegistrationListener:
-    """Told when this node begins or ends to publish, subscribe or provide; derive from it."""
+    """Base of listeners: called when a topic or service of this node is registered or unregistered."""
 
     def reg_added(self, resolved_name, data_type_or_uri, reg_type):
-        """It has begun: the type of a topic, the URI of a service."""
+        """Something was registered; `data_type_or_uri` is a topic's type or a service's URI."""
 
     def reg_removed(self, resolved_name, data_type_or_uri, reg_type):
-        """It has ended."""
+        """Something was unregistered."""
 
 
 class RegistrationListeners:
-    """Those that are told."""
+    """The listeners."""
 
     def __init__(self):
         self.listeners = []
         self.lock = threading.Lock()
 
     def add_listener(self, l):  # noqa: E741  rospy's name of it
-        """Tell this one too."""
+        """Add a listener."""
         assert isinstance(l, RegistrationListener)
         with self.lock:
             self.listeners = [*self.listeners, l]
 
     def clear(self):
-        """Tell nobody any more."""
+        """Remove all listeners."""
         with self.lock:
             self.listeners = []
 
     def notify_added(self, resolved_name, data_type, reg_type):
-        """Tell all."""
+        """Notify all listeners."""
         self._notify("reg_added", resolved_name, data_type, reg_type)
 
     def notify_removed(self, resolved_name, data_type_or_uri, reg_type):
-        """Tell all."""
+        """Notify all listeners."""
         self._notify("reg_removed", resolved_name, data_type_or_uri, reg_type)
 
     def _notify(self, method, *arguments):
@@ -68,7 +68,7 @@ _listeners = RegistrationListeners()
 
 
 def get_registration_listeners():
-    """Those of this node."""
+    """The listeners of this node."""
     return _listeners
 
 

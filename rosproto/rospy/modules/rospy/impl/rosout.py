@@ -42,7 +42,7 @@ class RosOutHandler(logging.Handler):
         self._busy = False
 
     def emit(self, record):
-        """Publish one; a record that arises meanwhile is not published."""
+        """Publish one record; a record logged while doing so is not published."""
         if self._busy or _rosout_pub is None:
             return
         self._busy = True

@@ -1,4 +1,4 @@
-"""What went wrong in a service call, in rospy's words."""
+"""rospy's exceptions for failed service calls."""
 
 from rosproto.errors import ConnectionLost, MasterError, Md5sumMismatch, RosTimeout, ServiceError
 

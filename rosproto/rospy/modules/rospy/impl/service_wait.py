@@ -8,7 +8,7 @@ from .. import core, names
 from ..exceptions import ROSException, ROSInterruptException
 from ..rostime import Duration
 
-PAUSE = 0.1  # seconds between two looks for a service (rospy: 0.3)
+PAUSE = 0.1  # seconds between checks for a service (rospy: 0.3)
 
 
 def wait_for_service(service, timeout=None):

@@ -17,10 +17,10 @@ def init_simtime():
         code, _, value = client.get_master().getParam("/use_sim_time")
         if code == 1 and value and _clock_sub is None:
             _clock_sub = topics.Subscriber(
-                "/clock", Clock, lambda message: rostime._set_rostime(message.clock), queue_size=1
+                "/clock", Clock, lambda message: rostime.set_rostime(message.clock), queue_size=1
             )
-            if rostime._rostime_current is None:
-                rostime._set_rostime(rostime.Time(0, 0))
+            if rostime.is_wallclock():
+                rostime.set_rostime(rostime.Time(0, 0))
         rostime.set_rostime_initialized(True)
         return True
     except Exception as error:

@@ -1,4 +1,4 @@
-"""rospy.impl.statistics: with /enable_statistics set, what each link of a subscriber carries, on /statistics.
+"""rospy.impl.statistics: the traffic of each subscriber link on /statistics, if /enable_statistics is set.
 
 The first report of a link comes with its first message, later ones every second; the pace adapts to how many
 messages a report covers (wiki.ros.org/Topics, "Topic statistics").
@@ -10,13 +10,13 @@ _UNWATCHED = ("/clock", "/statistics")
 
 
 def of_subscriber(impl):
-    """What notes the messages of a subscriber; None when nobody wants to know."""
+    """The statistics of a subscriber; None when they are off."""
     from rospy import client
 
     if impl.resolved_name in _UNWATCHED:
         return None
     try:
-        wanted = client.get_param_cached("/enable_statistics", False)  # each asking is a call to the master
+        wanted = client.get_param_cached("/enable_statistics", False)  # get_param calls the master each time
     except Exception:  # no master: no statistics, but a subscriber all the same
         return None
     return SubscriberStatistics(impl) if wanted else None
@@ -37,7 +37,7 @@ class SubscriberStatistics:
         self.max_window = ask("/statistics_window_max_size", 64)
 
     def note(self, message):
-        """A message came."""
+        """Count a message."""
         from rospy import core
 
         publisher = (message._connection_header or {}).get("callerid", "unknown")
@@ -50,12 +50,11 @@ class SubscriberStatistics:
             core.logerr("Unexpected error during statistics measurement: %s", str(error))
 
     def received(self, publisher):
-        """Bytes that have come from a publisher."""
-        links = list(self._impl.handle._subscription.links.values())
-        return sum(link.stats().bytes for link in links if link.caller_id == publisher)
+        """Bytes received from a publisher."""
+        return sum(link.bytes for link in self._impl.handle.stats() if link.peer == publisher)
 
     def close(self):
-        """No more."""
+        """Stop publishing statistics."""
         for link in self._links.values():
             link.publisher.unregister()
         self._links.clear()

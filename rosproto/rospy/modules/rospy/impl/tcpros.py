@@ -1,4 +1,4 @@
-"""rospy.impl.tcpros: what programs import of it."""
+"""rospy.impl.tcpros: the names that programs import from it."""
 
 from . import _unserved
 from .tcpros_base import DEFAULT_BUFF_SIZE

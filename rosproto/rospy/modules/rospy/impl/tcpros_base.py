@@ -1,4 +1,4 @@
-"""rospy.impl.tcpros_base: what programs import of it."""
+"""rospy.impl.tcpros_base: the names that programs import from it."""
 
 from . import _unserved
 from ._unserved import TCPROSTransport, TCPROSTransportProtocol

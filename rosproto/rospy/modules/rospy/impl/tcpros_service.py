@@ -13,7 +13,7 @@ from rosproto.errors import Md5sumMismatch, RosError, ServiceError
 from rosproto.names import is_usable_name
 from rosproto.node.call_site import CallSite
 from rosproto.rospy.host import refusal
-from rosproto.rospy.messages import Encoded, carried_service, is_known
+from rosproto.rospy.messages import Encoded, is_ours, node_service
 
 from .. import core, names
 from ..msg import args_kwds_to_message
@@ -32,12 +32,12 @@ _lock = threading.RLock()
 _caller = None
 
 
-def _nobody_keeps_it(client):
-    """Before there is a node, nobody has a list of clients."""
+def _not_listed(client):
+    """Before there is a node, no list of clients has to be updated."""
 
 
 def attach(node):
-    """There is a node: provide the services that were made before."""
+    """Take the node, and provide the services made before it existed."""
     global _node
     with _lock:
         _node = node
@@ -46,7 +46,7 @@ def attach(node):
 
 
 def _caller_now():
-    """Who calls services: the node, or before there is one, a stand-in for the present environment."""
+    """The caller of services: the node, or before there is one a stand-in for the current environment."""
     global _caller
     if _node is not None:
         return _node
@@ -63,15 +63,15 @@ def _caller_now():
 # -- calling ------------------------------------------------------------------------------------------------
 
 
-def _carried(message):
-    """A request or response as the node takes it: ours as it is, so that another firmware can be served.
+def _for_node(message):
+    """A request or response for the node; one of our classes as it is, so that its revision can be converted.
 
     Raises:
         genpy.SerializationError: A value does not fit its field.
     """
     from genpy.message import encode_message, sendable
 
-    if is_known(type(message)):
+    if is_ours(type(message)):
         return sendable(message)
     return Encoded(message._type, encode_message(message))
 
@@ -121,8 +121,8 @@ class ServiceProxy(_Service):
         try:
             client = self._opened()
             response = client.call(self._sent(request), timeout=None)
-            if client._address is not None:
-                self.uri = "%s%s:%s" % (core.ROSRPC, *client._address)
+            if client.address is not None:
+                self.uri = "%s%s:%s" % (core.ROSRPC, *client.address)
             return response
         except RosError as error:
             raise service_exception(self.resolved_name, error) from error
@@ -130,7 +130,7 @@ class ServiceProxy(_Service):
             raise ServiceException("unable to contact master") from error
 
     def _get_service_uri(self, request=None):
-        """Where the service is at present.
+        """Look up the service.
 
         Raises:
             ServiceException: Nobody provides it, or the master cannot be asked.
@@ -147,29 +147,29 @@ class ServiceProxy(_Service):
         caller = _caller_now()
         client = self._client
         if client is None or self._client_of is not caller:
-            service = carried_service(self.service_class)
+            service = node_service(self.service_class)
             if caller is _node:
                 client = caller.service_client(self.resolved_name, service, persistent=self.persistent)
             else:
                 from rosproto.node.services.client import ServiceClient
 
                 client = ServiceClient(
-                    caller, self.resolved_name, service, persistent=self.persistent, on_close=_nobody_keeps_it
+                    caller, self.resolved_name, service, persistent=self.persistent, on_close=_not_listed
                 )
             client.add_headers({str(key): str(value) for key, value in self._headers.items()})
             self._client, self._client_of = client, caller
         return client
 
     def _sent(self, request):
-        """The request as the node takes it.
+        """The request for the node.
 
         Raises:
-            genpy.SerializationError: A value does not fit; but a missing provider is the more important news.
+            genpy.SerializationError: A value does not fit; but a missing provider is reported first.
         """
         if getattr(request, "_has_header", False) and request.header.frame_id is None:
             request.header.frame_id = "0"
         try:
-            return _carried(request)
+            return _for_node(request)
         except (genpy.SerializationError, AttributeError):
             try:
                 rosgraph.Master(names.get_caller_id()).lookupService(self.resolved_name)
@@ -188,10 +188,10 @@ class ServiceProxy(_Service):
 
 
 def convert_return_to_response(response, response_class):
-    """The response that a handler meant.
+    """The response that a handler's return value stands for.
 
     Raises:
-        ServiceException: It is none, or values are missing.
+        ServiceException: It is not a response, or values are missing.
     """
     if isinstance(response, genpy.Message) and response._type == response_class._type:
         return response
@@ -247,9 +247,7 @@ class Service(_Service):
             text = "ERROR: parameter [service] contains illegal chars"
             core.logfatal("unable to register service [%s] with master: %s" % (self.resolved_name, text))
             return
-        self._server = node.service_server(
-            self.resolved_name, carried_service(self.service_class), self._answer
-        )
+        self._server = node.service_server(self.resolved_name, node_service(self.service_class), self._answer)
         self.uri = node.rosrpc_uri
         self._server.on_refused = lambda fields, error: self._refused(node, fields, error)
 
@@ -267,7 +265,7 @@ class Service(_Service):
     def _answer(self, request):
         self._site.wait()
         try:
-            return _carried(convert_return_to_response(self.handler(request), self.response_class))
+            return _for_node(convert_return_to_response(self.handler(request), self.response_class))
         except ServiceException as error:
             core.rospydebug("handler raised ServiceException: %s", error)
             raise ServiceError(self.resolved_name, "service cannot process request: %s" % error) from None
@@ -276,7 +274,7 @@ class Service(_Service):
             raise ServiceError(self.resolved_name, "error processing request: %s" % error) from None
 
     def shutdown(self, reason=""):
-        """Provide it no more; calls that were begun are answered. The handler may call this."""
+        """Stop providing it; calls under way are still answered. The handler may call this."""
         self.done = True
         with core.uninterrupted:
             with _lock:
@@ -299,4 +297,4 @@ class Service(_Service):
             core.logdebug("keyboard interrupt, shutting down")
 
 
-ServiceImpl = Service  # rospy's name for what both a Service and a relay of one share
+ServiceImpl = Service  # rospy's name for the base of a Service and of its relay

@@ -1,4 +1,4 @@
-"""rospy.impl.transport: the classes of rospy's connections, for programs that name them or derive from them.
+"""rospy.impl.transport: rospy's connection classes, for programs that import them or derive from them.
 
 The connections themselves are the node's here; none of them is an instance of these.
 """
@@ -13,7 +13,7 @@ _ids = itertools.count(1)
 
 
 class Transport:
-    """A connection, as rospy counts what passes through it."""
+    """A connection with rospy's counters."""
 
     transport_type = "UNKNOWN"
 
@@ -34,7 +34,7 @@ class Transport:
         self.cleanup_cb = cleanup_callback
 
     def close(self):
-        """End it."""
+        """Close it."""
         self.done = True
         if self.cleanup_cb:
             self.cleanup_cb(self)
@@ -44,12 +44,12 @@ class Transport:
         raise Exception("not implemented")
 
     def get_transport_info(self):
-        """What getBusInfo says of it; for derived classes."""
+        """Its entry in getBusInfo; for derived classes."""
         raise NotImplementedError
 
 
 class DeadTransport(Transport):
-    """The numbers of a connection that is gone."""
+    """The counters of a closed connection."""
 
     def __init__(self, transport):
         super().__init__(transport.direction, transport.name)
@@ -61,16 +61,16 @@ class DeadTransport(Transport):
         self.done = True
 
     def get_transport_info(self):
-        """Whose it was."""
+        """The peer it was connected to."""
         kind, (_, port), (host, other) = self.transport_type, self.local_endpoint, self.remote_endpoint
         return "Closed %s connection on port %s to [%s:%s]" % (kind, port, host, other)
 
 
 class ProtocolHandler:
-    """What rospy asks of a protocol; for derived classes."""
+    """The interface of a transport protocol; for derived classes."""
 
     def shutdown(self):
-        """End it."""
+        """Close it."""
 
     def create_transport(self, topic, pub_uri, protocol_params):
         """Connect to a publisher."""

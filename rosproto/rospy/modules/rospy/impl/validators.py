@@ -2,7 +2,7 @@
 
 
 class ParameterInvalid(Exception):
-    """An argument is not what it should be."""
+    """An argument is invalid."""
 
 
 def non_empty(param_name):

@@ -1,4 +1,4 @@
-"""What a bag tells of itself: counts, times, types, and the text and YAML of `rosbag info`."""
+"""Facts about a bag: counts, times, types, and the text and YAML of `rosbag info`."""
 
 import itertools
 import sys
@@ -9,7 +9,7 @@ import genpy
 
 from rosproto.bag import BagReader
 
-from ._errors import ROSBagException, in_its_words
+from ._errors import ROSBagException, rosbag_errors
 
 _TopicTuple = namedtuple("TopicTuple", "msg_type message_count connections frequency")
 _TypesAndTopicsTuple = namedtuple("TypesAndTopicsTuple", "msg_types topics")
@@ -24,13 +24,13 @@ class Compression:
     LZ4 = "lz4"
 
 
-class Told:
+class BagInfo:
     """The part of a Bag that answers questions, also when it is closed."""
 
     @contextmanager
-    def _told(self):
+    def _reader_of_facts(self):
         """A reader that tells of the bag; a closed one is opened for it once more."""
-        with in_its_words():
+        with rosbag_errors():
             if self._closed and self._filename is not None:
                 with BagReader(self._filename) as reader:
                     yield reader
@@ -40,7 +40,7 @@ class Told:
     def get_message_count(self, topic_filters=None):
         """How many messages there are."""
         if topic_filters is None:
-            with self._told() as reader:
+            with self._reader_of_facts() as reader:
                 return reader.message_count
         info = self.get_type_and_topic_info(topic_filters)
         return sum(topic.message_count for topic in info.topics.values())
@@ -54,7 +54,7 @@ class Told:
         return self._stamp("end_time")
 
     def _stamp(self, which):
-        with self._told() as reader:
+        with self._reader_of_facts() as reader:
             stamp = getattr(reader, which)
         if stamp is None:
             raise ROSBagException("Bag contains no message")
@@ -64,7 +64,7 @@ class Told:
         """(types and their md5sums, topics with type, message count, connections, median frequency)."""
         if topic_filters is not None and not isinstance(topic_filters, list):
             topic_filters = [topic_filters]
-        with self._told() as reader:
+        with self._reader_of_facts() as reader:
             kinds = sorted(reader.connections.values(), key=lambda one: one.type)
             wanted = set(reader.topics if topic_filters is None else topic_filters) & set(reader.topics)
             topics = {topic: self._topic_tuple(reader, topic) for topic in sorted(wanted)}
@@ -88,7 +88,7 @@ class Told:
 
     def get_compression_info(self):
         """The compression that most chunks have, and their sizes."""
-        with self._told() as reader:
+        with self._reader_of_facts() as reader:
             found = reader.compression()
         if not found:
             return _CompressionTuple(Compression.NONE, 0, 0)
@@ -99,14 +99,14 @@ class Told:
     def __str__(self):
         from rosproto.bag.summary import facts, text
 
-        with in_its_words():
+        with rosbag_errors():
             return text(facts(self._readable(), freq=True))
 
     def _get_yaml_info(self, key=None):
         """What `rosbag info -y` prints, or one value of it: programs read it in this way."""
         from rosproto.bag.summary import facts, yaml, yaml_value
 
-        with in_its_words():
+        with rosbag_errors():
             found = facts(self._readable(), freq=True)
         if key is None:
             return yaml(found)

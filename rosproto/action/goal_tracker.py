@@ -1,0 +1,319 @@
+"""GoalTracker: the goals of one client that are under way, and the servers it hears.
+
+What arrives changes the goals at once, under one lock, in the node's threads. Callbacks are called by the
+client's own thread, without the lock, in the order of the changes (see `Dispatcher`). A waiter is woken after
+the callback for DONE.
+
+No topics here: `ActionClient` hands in what arrived and sends what is to be sent.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Collection, Mapping
+from typing import Any
+
+from rosproto.action.arrivals import MOST_SERVERS, Arrivals
+from rosproto.action.dispatcher import Dispatcher
+from rosproto.action.sent_goal import SentGoal
+from rosproto.errors import ConnectionLost, LocalProtocolError
+from rosproto.logs import PeerLog, get_logger
+from rosproto.protocol.goal_client import CommState
+from rosproto.transport.clock import Clock
+from rosproto.transport.deadline import Deadline
+
+__all__ = ["GoalTracker"]
+
+_log = get_logger("rosproto.action")
+
+RESULT_TIMEOUT = 10.0  # seconds between the status that says a goal has ended, and its result
+MOST_GOALS = 1000
+_LOOK_AGAIN = 0.25  # seconds between looks at how long the server has been silent
+
+
+class GoalTracker:
+    """Follows goals from sending to their end.
+
+    Args:
+        name: The action, for messages.
+        clock: For times and waiting.
+        status_timeout, ack_timeout: As for `ActionClient`.
+        send_cancel: Asks the server to cancel the goal of an id.
+        receivers: Caller ids of the nodes connected to the goal topic now.
+        node_closed: Says whether the node is closed.
+
+    Attributes:
+        followed: The goals under way by id, the oldest first.
+        heard: When each server was heard last, by caller id.
+        arrivals: Which goals were given up before they arrived.
+        closed: Set by `close`.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        clock: Clock,
+        *,
+        status_timeout: float | None,
+        ack_timeout: float | None,
+        send_cancel: Callable[[str], object],
+        receivers: Callable[[], Collection[str]],
+        node_closed: Callable[[], bool],
+    ) -> None:
+        self.name = name
+        self.followed: dict[str, SentGoal] = {}
+        self.heard: dict[str, float] = {}
+        self.arrivals = Arrivals()
+        self.closed = False
+        self._clock = clock
+        self._status_timeout = status_timeout
+        self._ack_timeout = ack_timeout
+        self._send_cancel = send_cancel
+        self._receivers = receivers
+        self._node_closed = node_closed
+        self._changed = threading.Condition(threading.RLock())
+        self._dispatcher = Dispatcher(name)
+        self._said = PeerLog("rosproto.action")
+
+    @property
+    def in_callback(self) -> bool:
+        """True when called from a callback."""
+        return self._dispatcher.is_current
+
+    def state(self, goal: SentGoal) -> CommState:
+        """Where a goal is; in a transition callback the state it was called for."""
+        if goal.on_transition is not None and self.in_callback:
+            return goal.told
+        return goal.machine.state
+
+    @property
+    def audible(self) -> list[str]:
+        """Servers whose status came lately, the latest last."""
+        with self._changed:
+            now = self._clock.monotonic()
+            limit = self._status_timeout
+            heard = [(at, server) for server, at in self.heard.items() if limit is None or now - at <= limit]
+        return [server for _, server in sorted(heard)]
+
+    def close(self) -> bool:
+        """Stop following and wake everybody who waits; False when that has been done before."""
+        with self._changed:
+            if self.closed:
+                return False
+            self.closed = True
+            self._changed.notify_all()
+        return True
+
+    def stop_callbacks(self) -> None:
+        """Call no more callbacks; waits for the one under way."""
+        self._dispatcher.close()
+
+    # -- goals -------------------------------------------------------------------------------
+
+    def follow(self, goal: SentGoal) -> None:
+        """Follow a goal; at `MOST_GOALS` the oldest is lost for it."""
+        with self._changed:
+            if len(self.followed) >= MOST_GOALS:
+                oldest = self.followed[next(iter(self.followed))]
+                self._report(oldest, oldest.machine.lose(f"more than {MOST_GOALS} goals are followed"))
+            self.followed[goal.goal_id] = goal
+
+    def forget(self, goal: SentGoal) -> None:
+        """Do not follow a goal that could not be sent."""
+        with self._changed:
+            self.followed.pop(goal.goal_id, None)
+
+    def cancel(self, goal: SentGoal) -> bool:
+        """Ask the server to cancel a goal; False when that cannot help."""
+        with self._changed:
+            if not goal.machine.cancel_helps:
+                return False
+        self._send_cancel(goal.goal_id)
+        with self._changed:
+            self._report(goal, goal.machine.cancel_sent())
+            self._changed.notify_all()
+        return True
+
+    def give_up(self, goal: SentGoal) -> bool:
+        """Consider a goal that no server has acknowledged as lost; False when one has."""
+        with self._changed:
+            if goal.acknowledged:
+                return False
+            self.arrivals.give_up(goal.goal_id, self._clock.monotonic())
+            self._report(goal, goal.machine.lose("it was given up before any server had mentioned it"))
+            self._changed.notify_all()
+        return True
+
+    def take_feedback(self, goal: SentGoal) -> Any:
+        """The oldest feedback message kept, or None."""
+        with self._changed:
+            return goal.feedback.popleft() if goal.feedback else None
+
+    # -- waiting -----------------------------------------------------------------------------
+
+    def deadline(self, timeout: float | None) -> Deadline:
+        """A deadline by the client's clock."""
+        return Deadline(timeout, self._clock)
+
+    def pause(self, seconds: float) -> None:
+        """Wait for the next change, for so many seconds at the most."""
+        with self._changed:
+            self._clock.wait(self._changed, seconds)
+
+    def wait_for(self, goal: SentGoal, condition: Callable[[], bool], deadline: Deadline) -> bool:
+        """Wait until `condition` holds.
+
+        Returns:
+            False when time is up.
+
+        Raises:
+            ConnectionLost: It cannot come to hold: see `connection_error`.
+        """
+        with self._changed:
+            while not condition():
+                error = self.connection_error(goal)
+                if error is not None:
+                    raise error
+                left = deadline.remaining()
+                if left is not None and left <= 0:
+                    return False
+                self._clock.wait(self._changed, _LOOK_AGAIN if left is None else min(left, _LOOK_AGAIN))
+        return True
+
+    def connection_error(self, goal: SentGoal) -> ConnectionLost | None:
+        """Why nothing more can be expected of a goal just now, or None."""
+        if goal.done:
+            return None
+        if self.closed or self._node_closed():
+            what = "client" if self.closed else "node"
+            return ConnectionLost(
+                f"{self.name}: the {what} was closed while goal {goal.goal_id} was under way"
+            )
+        if self._status_timeout is None:
+            return None
+        server = goal.machine.server
+        last = self.heard.get(server, 0.0) if server else max(self.heard.values(), default=0.0)
+        silence = self._clock.monotonic() - max(last, goal.sent_at)
+        if silence <= self._status_timeout:
+            return None
+        return ConnectionLost(
+            f"{self.name}: no status from {server or 'any server'} for {silence:.1f} s while goal "
+            f"{goal.goal_id} is {self.state(goal).name}; the server or the link is down, "
+            "the goal may still be running",
+            peer=server,
+        )
+
+    # -- what arrives ------------------------------------------------------------------------
+
+    def status_received(self, mentioned: Mapping[str, Any], server: str) -> None:
+        """A status array of `server` arrived.
+
+        Args:
+            mentioned: actionlib_msgs/GoalStatus by goal id.
+            server: Caller id of its sender.
+        """
+        with self._changed:
+            now = self._hear(server)
+            self.arrivals.heard(server, now)
+            too_late = self.arrivals.too_late(mentioned, now)
+            for goal in list(self.followed.values()):
+                status = mentioned.get(goal.goal_id)
+                if status is not None:
+                    path = goal.machine.status_received(status.status, status.text, server)
+                else:
+                    path = goal.machine.unmentioned(server) or self._not_arrived(goal, server, now)
+                self._report(goal, path + self._missed_result(goal))
+            self._changed.notify_all()
+        for goal_id in too_late:
+            self._cancel_late(goal_id, server)
+
+    def result_received(self, message: Any, server: str) -> None:
+        """A result of `server` arrived; it may be of another client's goal, or of one that is done."""
+        status = message.status
+        with self._changed:
+            goal = self.followed.get(status.goal_id.id)
+            if goal is None:
+                return
+            path = goal.machine.result_received(message.result, status.status, status.text, server)
+            self._report(goal, path)
+            self._changed.notify_all()
+
+    def feedback_received(self, message: Any, server: str) -> None:
+        """Feedback of `server` arrived."""
+        with self._changed:
+            goal = self.followed.get(message.status.goal_id.id)
+            if goal is None or goal.done or not goal.machine.is_from(server):
+                return
+            callback = goal.on_feedback
+            taken = goal.keep_feedback(message.feedback)
+            if callback is not None:
+                taken = self._dispatcher.call(lambda: callback(message.feedback), droppable=True)
+            goal.feedback_dropped += not taken
+            self._changed.notify_all()
+
+    def _hear(self, server: str) -> float:
+        """Note that status came, and from whom; anybody may publish it, under any number of names."""
+        heard = self.heard
+        if server not in heard and heard:
+            text = "= %s: status also from %s, before from %s"
+            self._said.info(self.name, text, self.name, server, list(heard)[-3:])
+        now = heard[server] = self._clock.monotonic()
+        if len(heard) > MOST_SERVERS:
+            needed = {server, *(goal.machine.server for goal in self.followed.values())}
+            others = [(at, other) for other, at in heard.items() if other not in needed]
+            del heard[min(others or [(0.0, next(iter(heard)))])[1]]
+        return now
+
+    def _not_arrived(self, goal: SentGoal, server: str, now: float) -> tuple[CommState, ...]:
+        """End a goal that is unknown to a server which takes goals and is heard (see `arrivals`)."""
+        timeout = self._ack_timeout
+        if timeout is None or goal.acknowledged or now - goal.sent_at < timeout:
+            return ()
+        takes_goals = server in goal.receivers or goal.receivers.isdisjoint(self._receivers())
+        if not takes_goals or not self.arrivals.is_steady(server, now):
+            return ()
+        self.arrivals.give_up(goal.goal_id, now)
+        return goal.machine.lose(
+            f"{server} has not mentioned it in {now - goal.sent_at:.1f} s, though it sends its status;"
+            " most likely it went into a connection that had ended; should it arrive late, it is cancelled"
+        )
+
+    def _missed_result(self, goal: SentGoal) -> tuple[CommState, ...]:
+        """End a goal whose result was lost with a connection: a result is sent once and never again."""
+        if goal.waited_for_result(self._clock.monotonic()) < RESULT_TIMEOUT:
+            return ()
+        ended = goal.machine.status.name
+        return goal.machine.lose(
+            f"the server says it ended ({ended}), but its result did not come within {RESULT_TIMEOUT:g} s;"
+            " it was lost with a connection"
+        )
+
+    def _cancel_late(self, goal_id: str, server: str) -> None:
+        text = "! %s: %s has got goal %s after it was given up; cancelling it"
+        self._said.warning(self.name, text, self.name, server, goal_id)
+        try:
+            self._send_cancel(goal_id)
+        except (ConnectionLost, LocalProtocolError) as error:
+            _log.warning("! %s: not cancelled, tried again with the next status: %s", self.name, error)
+
+    def _report(self, goal: SentGoal, path: tuple[CommState, ...]) -> None:
+        """Have the callbacks called for the states passed; the end wakes waiters after the last of them."""
+        for state in path:
+            _log.debug("= %s: %s %s", self.name, goal.goal_id, state.name)
+            if goal.on_transition is not None:
+                self._dispatcher.call(lambda state=state: self._call_transition(goal, state))  # type: ignore[misc]
+        if goal.done:
+            self.followed.pop(goal.goal_id, None)
+            if goal.on_transition is None:
+                goal.finished = True
+
+    def _call_transition(self, goal: SentGoal, state: CommState) -> None:
+        goal.told = state
+        assert goal.on_transition is not None
+        try:
+            goal.on_transition()
+        finally:
+            if state is CommState.DONE:
+                with self._changed:
+                    goal.finished = True
+                    self._changed.notify_all()

@@ -1,0 +1,5 @@
+"""The smallest number that tf.transformations takes for more than rounding."""
+
+import numpy
+
+EPS = numpy.finfo(float).eps * 4.0
