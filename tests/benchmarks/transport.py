@@ -1,10 +1,14 @@
 """Topics and services between two processes on loopback, beside rospy and roscpp, interleaved in one run.
 
-    python -m tests.benchmarks transport [--rounds 5] [--only burst,large,ping,steady,compute,start,service,fan]
+    python -m tests.benchmarks transport [--busy 2] [--rounds 5] [--table] [--busy-thread]
+                                         [--only burst,large,ping,steady,compute,start,service,fan]
 
 Every cell is the median over the rounds; in a round each pairing takes its turn, so that a busy computer hits all of
 them. Ratios are medians of the rounds' own ratios. Ours runs on Debian's /usr/bin/python3 where it is the same
-minor version as this one (rospy runs on it too), else on this one.
+minor version as this one (rospy runs on it too), else on this one. `--table` ends with the rows of the table in
+docs/performance.md, each cell with its spread. With `--busy-thread` the subscriber's own process has a thread that
+computes, ours and the peer's. "bare" is sockets alone (peers/bare_sockets.py), "sink" reads and throws away: what
+is left to win.
 
 Needs Debian's ROS 1 packages and g++; what is absent is left out.
 """
@@ -14,6 +18,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import shutil
 import socket
 import statistics
 import subprocess
@@ -25,6 +30,7 @@ from pathlib import Path
 from typing import Any
 
 from rosproto.master import Master
+from tests.benchmarks._figures import Table, print_ratio, ratios, spread
 from tests.support import ros
 
 HERE = Path(__file__).parent
@@ -38,10 +44,17 @@ def run(arguments: list[str]) -> None:
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--seconds", type=float, default=2.0)
     parser.add_argument("--only", default="burst,large,ping,steady,compute,start,service,fan")
+    parser.add_argument("--pairs", help="of `burst`: rospy-ours,rospy-rospy ...; all when not given")
+    parser.add_argument("--busy-thread", action="store_true")
+    parser.add_argument("--table", action="store_true")
     args = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as folder, Bench(Path(folder), args.rounds, args.seconds) as bench:
+        bench.wanted = set(args.pairs.split(",")) if args.pairs else None
+        bench.busy_thread = args.busy_thread
         for name in args.only.split(","):
             getattr(bench, f"measure_{name}")()
+        if args.table:
+            bench.table.print()
 
 
 class Bench:
@@ -49,6 +62,9 @@ class Bench:
 
     def __init__(self, folder: Path, rounds: int, seconds: float) -> None:
         self.folder, self.rounds, self.seconds = folder, rounds, seconds
+        self.wanted: set[str] | None = None
+        self.busy_thread = False
+        self.table = Table("beside rospy", "beside roscpp")
 
     def __enter__(self) -> Bench:
         (self.folder / "genpy").mkdir()
@@ -76,7 +92,8 @@ class Bench:
 
     def _env(self, library: str, uri: str) -> dict[str, str]:
         env = ros.environment(uri, packages=self.packages)
-        if library == "ours":
+        env["BENCH_FOLDER"] = str(self.folder / "bare")
+        if library.startswith("ours"):
             import numpy
 
             env["PYTHONPATH"] = f"{ROOT}{os.pathsep}{Path(numpy.__file__).parent.parent}"
@@ -101,7 +118,7 @@ class Bench:
             ]
             command = [str(self.cpp), role, *map(str, words)]
         else:
-            python = self.python if library == "ours" else "/usr/bin/python3"
+            python = self.python if library.startswith("ours") else "/usr/bin/python3"
             command = [python, str(PEER), library, role, json.dumps(options)]
         return subprocess.Popen(
             command,
@@ -122,12 +139,16 @@ class Bench:
     def _pair(self, pub: str, pub_role: str, sub: str, sub_role: str, **options: Any) -> tuple[dict, dict]:
         """Run two roles against each other; the second is started first. Results of both."""
         self.renew_master()
+        shutil.rmtree(self.folder / "bare", ignore_errors=True)
+        (self.folder / "bare").mkdir()
+        if self.busy_thread:
+            options["compute"] = 1
         second = self.start(sub, sub_role, **options)
         _answer(second, "ready")
         first = self.start(pub, pub_role, **options)
         try:
             result = _last(first, 25)
-            return result, (_last(second, 25) if sub_role in ("count", "one_way") else {})
+            return result, (_last(second, 25) if sub_role in ("count", "sink", "one_way") else {})
         finally:
             for process in (first, second):
                 process.kill()
@@ -137,7 +158,7 @@ class Bench:
 
     def measure_burst(self) -> None:
         """Twist as fast as possible, received and decoded."""
-        pairs = {
+        pairs: dict[str, tuple[str, str, int | None]] = {
             "rospy-rospy": ("rospy", "rospy", None),
             "rospy queue 1000": ("rospy", "rospy", 1000),
             # roscpp's publisher has a queue that loses nothing: with 1000 it drops nine of ten messages.
@@ -148,34 +169,60 @@ class Bench:
             "ours-rospy": ("ours", "rospy", 1000),
             "roscpp-ours": ("roscpp", "ours", 1_000_000),
             "rospy-ours": ("rospy", "ours", None),
+            "roscpp-sink": ("roscpp", "sink", 1_000_000),
+            "rospy-sink": ("rospy", "sink", None),
         }
+        if self.busy_thread:
+            pairs = {
+                label: pair
+                for label, pair in pairs.items()
+                if pair[1] in ("rospy", "ours") and "queue" not in label
+            }
+        if self.wanted is not None:
+            pairs = {label: pair for label, pair in pairs.items() if label in self.wanted}
         rates: dict[str, list[float]] = defaultdict(list)
         for _ in range(self.rounds):
             for label, (pub, sub, queue) in pairs.items():
                 sent, got = self.pair(
                     pub,
                     "publish_fast",
-                    sub,
-                    "count",
+                    "ours" if sub == "sink" else sub,
+                    "sink" if sub == "sink" else "count",
                     seconds=self.seconds,
                     queue_size=queue,
                     sub_queue_size=None if sub == "rospy" else 100_000,
                 )
                 rates[label].append(got["received"] / got["seconds"] / 1000)
                 rates[label + " lost"].append(1 - got["received"] / max(1, sent["sent"]))
+                rates[label + " sender"].append(sent["cpu"] / sent["seconds"])
+                rates[label + " cpu"].append(got["cpu"] / max(1, got["received"]) * 1e6)
+                rates[label + " sender cpu"].append(sent["cpu"] / max(1, sent["sent"]) * 1e6)
+                rates[label + " waits"].append(got.get("waits", 0) / max(1, got["received"]) * 1e3)
         print("\nTwist as fast as possible: k messages/s received and decoded")
         for label in pairs:
             lost = statistics.median(rates[label + " lost"])
-            print(f"  {label:20} {_spread(rates[label])}   lost {lost:.1%}")
-        for mine, theirs, must in (
-            ("ours-ours", "rospy-rospy", 3),
-            ("ours-ours", "roscpp-roscpp", 3),
-            ("ours-ours", "rospy queue 1000", 60),
-            ("ours-rospy", "rospy-rospy", 1.5),
-            ("roscpp-ours", "roscpp-rospy", 1.3),
-            ("rospy-ours", "rospy-rospy", 0.85),
+            print(f"  {label:20} {spread(rates[label])}   lost {lost:.1%}")
+        print("\nprocessor time for a message, us: receiver, sender; the sender's share of a processor;")
+        print("how often the receiver waited for 1000 messages")
+        for label in pairs:
+            figures = (
+                f"{statistics.median(rates[label + key]):7.2f}" for key in (" cpu", " sender cpu", " sender")
+            )
+            print(f"  {label:20} {' '.join(figures)} {spread(rates[label + ' waits'])}")
+        fast = "Twist as fast as possible, received and decoded"
+        for mine, theirs, must, row in (
+            ("ours-ours", "rospy-rospy", 3, fast),
+            ("ours-ours", "roscpp-roscpp", 3, fast),
+            ("ours-ours", "rospy queue 1000", 60, f"{fast}, rospy with `queue_size=1000`"),
+            ("ours-rospy", "rospy-rospy", 1.5, "the same from our publisher to a rospy subscriber"),
+            ("roscpp-ours", "roscpp-rospy", 1.5, "from a roscpp publisher to our subscriber"),
+            ("rospy-ours", "rospy-rospy", 0.85, "from a rospy publisher to our subscriber"),
+            ("rospy-sink", "rospy-rospy", 0.85, "from a rospy publisher to one that reads and throws away"),
+            ("roscpp-sink", "roscpp-rospy", 1.5, "from a roscpp publisher to one that reads and throws away"),
         ):
-            _ratio(f"{mine} / {theirs}", rates[mine], rates[theirs], must, more=True)
+            if mine in pairs and theirs in pairs:
+                column = "beside roscpp" if theirs == "roscpp-roscpp" else "beside rospy"
+                self._ratio(f"{mine} / {theirs}", rates[mine], rates[theirs], must, row, column, more=True)
 
     def measure_large(self) -> None:
         """Images and a cloud as fast as possible; beside a raw socket."""
@@ -204,29 +251,31 @@ class Bench:
                     values[name + " cpu"].append(got["cpu"] / max(1, got["received"]))
             print(f"\nImage {label}: messages/s")
             for name in ("raw socket", "rospy", "ours", "ours, ndarray"):
-                print(f"  {name:20} {_spread(values[name])}")
-            _ratio("ours / rospy", values["ours"], values["rospy"], 5, more=True)
-            _ratio("ours / raw socket", values["ours"], values["raw socket"], 0.85, more=True)
-            _ratio("ours, ndarray / rospy", values["ours, ndarray"], values["rospy"], 5, more=True)
-            _ratio("subscriber CPU per message", values["ours cpu"], values["rospy cpu"], 0.2, more=False)
+                print(f"  {name:20} {spread(values[name])}")
+            self._ratio("ours / rospy", values["ours"], values["rospy"], 5, f"Image {label}", more=True)
+            self._ratio("ours / raw socket", values["ours"], values["raw socket"], 0.85, more=True)
+            self._ratio("ours, ndarray / rospy", values["ours, ndarray"], values["rospy"], 5, more=True)
+            self._ratio(
+                "subscriber CPU per message", values["ours cpu"], values["rospy cpu"], 0.2, more=False
+            )
 
     def measure_ping(self) -> None:
-        """Round trips of a Twist."""
+        """Round trips of a Twist; over TCP, and by bare sockets, too."""
         p50: dict[str, list[float]] = defaultdict(list)
         p99: dict[str, list[float]] = defaultdict(list)
         for _ in range(self.rounds):
-            for lib in ("rospy", "roscpp", "ours"):
+            for lib in ("rospy", "roscpp", "ours", "ours tcp", "bare tcp", "bare"):
                 result, _ = self.pair(lib, "ping", lib, "pong", count=2000, life=60)
                 _percentiles(result["times"], p50[lib], p99[lib])
-        self._latency("ping-pong", p50, p99, 0.75, 0.75)
+        self._latency("ping and pong", p50, p99, 0.75, 0.75)
 
     def measure_steady(self) -> None:
         """One way at 2 kHz and at 50 Hz."""
-        for hz, count in ((2000, 6000), (50, 150)):
+        for hz, count in ((50, 150), (2000, 6000)):
             p50: dict[str, list[float]] = defaultdict(list)
             p99: dict[str, list[float]] = defaultdict(list)
             for _ in range(self.rounds):
-                for lib in ("rospy", "roscpp", "ours"):
+                for lib in ("rospy", "roscpp", "ours", "ours tcp", "bare tcp", "bare"):
                     _, got = self.pair(lib, "publish_steady", lib, "one_way", count=count, hz=hz)
                     _percentiles(got["times"], p50[lib], p99[lib])
             self._latency(f"one way at {hz} Hz", p50, p99, 0.8, 0.4)
@@ -234,10 +283,34 @@ class Bench:
     def _latency(self, title: str, p50: Any, p99: Any, rospy: float, roscpp: float) -> None:
         print(f"\n{title}: microseconds")
         for lib in p50:
-            print(f"  {lib:10} p50 {_spread(p50[lib])}   p99 {_spread(p99[lib])}")
+            print(f"  {lib:10} p50 {spread(p50[lib])}   p99 {spread(p99[lib])}")
+        rows = {
+            "ours": f"{title}: median; 99th percentile",
+            "ours tcp": f"{title}, over TCP",
+            "bare": f"{title}, bare sockets",
+            "bare tcp": f"{title}, bare sockets over TCP",
+        }
         for lib, must in (("rospy", rospy), ("roscpp", roscpp)):
-            _ratio(f"p50 ours / {lib}", p50["ours"], p50[lib], must, more=False)
-            _ratio(f"p99 ours / {lib}", p99["ours"], p99[lib], must, more=False)
+            for mine, row in rows.items():
+                for name, times in (("p50", p50), ("p99", p99)):
+                    label, column = f"{name} {mine} / {lib}", f"beside {lib}"
+                    self._ratio(label, times[mine], times[lib], must, row, column, more=False)
+
+    def _ratio(
+        self,
+        label: str,
+        ours: list[float],
+        theirs: list[float],
+        must: float,
+        row: str = "",
+        column: str = "beside rospy",
+        *,
+        more: bool,
+    ) -> None:
+        values = ratios(ours, theirs)
+        print_ratio(label, values, must, more=more)
+        if row:
+            self.table.add(row, column, values)
 
     def measure_compute(self) -> None:
         """VGA images at 100 Hz while a thread of the subscriber computes."""
@@ -286,8 +359,14 @@ class Bench:
         for lib, table in values.items():
             first, imported, memory = (statistics.median(table[k]) for k in ("first", "imported", "rss"))
             print(f"  {lib:10} {first * 1e3:6.0f} ms   {imported * 1e3:6.0f} ms   {memory / 1e6:6.1f} MB")
-        for key, must in (("first", 0.3), ("imported", 0.25), ("rss", 0.75)):
-            _ratio(f"{key} ours / rospy", values["ours"][key], values["rospy"][key], must, more=False)
+        for key, must, row in (
+            ("first", 0.3, "from starting Python to the first message"),
+            ("imported", 0.25, ""),
+            ("rss", 0.75, "resident memory"),
+        ):
+            self._ratio(
+                f"{key} ours / rospy", values["ours"][key], values["rospy"][key], must, row, more=False
+            )
 
     def measure_service(self) -> None:
         """Calls of a service, persistent and one-shot."""
@@ -302,8 +381,8 @@ class Bench:
                     _percentiles(result["times"], p50[lib], p99[lib])
             print(f"\nservice, {'persistent' if persistent else 'one-shot'}: microseconds")
             for lib in p50:
-                print(f"  {lib:10} p50 {_spread(p50[lib])}   p99 {_spread(p99[lib])}")
-            _ratio("p50 ours / rospy", p50["ours"], p50["rospy"], must, more=False)
+                print(f"  {lib:10} p50 {spread(p50[lib])}   p99 {spread(p99[lib])}")
+            self._ratio("p50 ours / rospy", p50["ours"], p50["rospy"], must, more=False)
 
     def measure_fan(self) -> None:
         """Memory and threads per link of a process that subscribes many topics."""
@@ -373,17 +452,3 @@ def _percentiles(times: list[float], p50: list[float], p99: list[float]) -> None
     times = sorted(times)
     p50.append(times[len(times) // 2])
     p99.append(times[len(times) * 99 // 100])
-
-
-def _spread(values: list[float]) -> str:
-    return f"{statistics.median(values):9.1f} [{min(values):.1f}-{max(values):.1f}]"
-
-
-def _ratio(label: str, ours: list[float], theirs: list[float], must: float, *, more: bool) -> None:
-    ratios = [a / b for a, b in zip(ours, theirs, strict=True) if b]
-    value = statistics.median(ratios)
-    good = value >= must if more else value <= must
-    sign = ">=" if more else "<="
-    print(
-        f"  {'ok ' if good else 'NO '} {label:36} {value:6.2f} (must {sign} {must}; {min(ratios):.2f}-{max(ratios):.2f})"
-    )

@@ -1,8 +1,8 @@
 """One role of a benchmark in a process of its own: `python_peer.py LIBRARY ROLE JSON`.
 
-LIBRARY is "ours" or "rospy"; both do the same in the words of their library. Results are one JSON line on stdout,
-"ready" before them when the other side may begin. Clock: time.monotonic(), which all processes of one Linux
-computer share.
+LIBRARY is "ours", "rospy" or "bare" (sockets alone, bare_sockets.py); all do the same in the words of their library.
+"ours tcp" and "bare tcp" do without the local socket of one computer. Results are one JSON line on stdout, "ready"
+before them when the other side may begin. Clock: time.monotonic(), which all processes of one Linux computer share.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import time
 
 STARTED = time.monotonic()
 LIBRARY, ROLE, OPTIONS = sys.argv[1], sys.argv[2], json.loads(sys.argv[3])
+LIBRARY, _, TRANSPORT = LIBRARY.partition(" ")
 TYPE = OPTIONS.get("type", "geometry_msgs/Twist")
 
 
@@ -26,6 +27,10 @@ class Ours:
         import rosproto
         import rosproto.node  # `rosproto` itself loads its parts on first use
 
+        if TRANSPORT == "tcp":
+            from rosproto.transport import tcp_server
+
+            tcp_server.listen_locally = lambda listener: None
         self.lib = rosproto
         self.imported = time.monotonic()
         self.node = rosproto.Node("/" + name, master_uri=os.environ["ROS_MASTER_URI"], intraprocess=False)
@@ -82,6 +87,11 @@ def cpu():
     return usage.ru_utime + usage.ru_stime
 
 
+def waits():
+    """How often this process has waited and was woken."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_nvcsw
+
+
 def make_message(cls):
     """A message of `size` bytes of payload (bytes, as both libraries take them), or a Twist."""
     message = cls()
@@ -98,6 +108,10 @@ def make_message(cls):
 
 
 def peer():
+    if LIBRARY == "bare":
+        from bare_sockets import Bare
+
+        return Bare(os.environ["BENCH_FOLDER"], local=TRANSPORT != "tcp")
     return (Ours if LIBRARY == "ours" else Rospy)(f"{ROLE}_{os.getpid()}")
 
 
@@ -122,32 +136,55 @@ def publish_fast():
 def count_messages():
     """Count what arrives; ends when nothing has for half a second after the first."""
     lib = peer()
-    state = {"count": 0, "first": 0.0}
+    state = {"count": 0}
 
     def callback(message):
         state["count"] += 1
-
-    def first(message):
-        state["first"] = time.monotonic()
 
     lib.subscribe("/bench", callback, OPTIONS.get("sub_queue_size"))
     if OPTIONS.get("compute"):
         threading.Thread(target=compute, daemon=True).start()
     say(ready=True)
-    busy = cpu()
-    while not state["count"]:
+    report_count(lambda: state["count"])
+
+
+def report_count(count):
+    """Say how many came, in which time; when nothing has for half a second after the first."""
+    while not count():
         time.sleep(0.001)
-    began, start_count, busy = time.monotonic(), state["count"], cpu()
+    began, start_count, busy, waited = time.monotonic(), count(), cpu(), waits()
     last_count, last = start_count, began
     while True:
         time.sleep(0.02)
         now = time.monotonic()
-        if state["count"] != last_count:
-            last_count, last, last_cpu = state["count"], now, cpu()
+        if count() != last_count:
+            last_count, last, last_cpu, last_waits = count(), now, cpu(), waits()
         elif now - last > 0.5:
             break
     took = last - began
-    say(received=last_count - start_count, seconds=took, cpu=last_cpu - busy)
+    say(received=last_count - start_count, seconds=took, cpu=last_cpu - busy, waits=last_waits - waited)
+
+
+def sink():
+    """As `count`, but nothing is cut or decoded, and few reads: what a publisher can do when its subscriber costs
+    nothing."""
+    from rosproto.node.incoming.frame_reader import FrameReader
+
+    size = OPTIONS.get("frame", 52)
+    taken = [0]
+
+    def drain(reader, *how):
+        buffer = bytearray(1 << 20)
+        while count := reader._sock.recv_into(buffer):
+            taken[0] += count
+            time.sleep(200e-6)
+        raise reader._ended(0)
+
+    FrameReader.receive = drain
+    lib = peer()
+    lib.subscribe("/bench", lambda message: None, 1000)
+    say(ready=True)
+    report_count(lambda: taken[0] // size)
 
 
 def compute():
@@ -220,6 +257,8 @@ def one_way():
         times.append(time.monotonic() - message.linear.x)
 
     lib.subscribe("/bench", callback, OPTIONS.get("sub_queue_size"))
+    if OPTIONS.get("compute"):
+        threading.Thread(target=compute, daemon=True).start()
     say(ready=True)
     end = time.monotonic() + 60
     last = 0
@@ -378,6 +417,7 @@ if __name__ == "__main__":
     ROLES = {
         "publish_fast": publish_fast,
         "count": count_messages,
+        "sink": sink,
         "ping": ping,
         "pong": pong,
         "publish_steady": publish_steady,

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
+from time import thread_time
+
+import pytest
 
 from rosproto.node.incoming.callbacks import SLOW_CALL, SURELY_SLOW, CallbackRunner
 from rosproto.node.incoming.inbox import Inbox
@@ -69,6 +73,56 @@ def test_a_slow_callback_gets_a_thread_and_sees_the_newest() -> None:
     assert finished.wait(20)
     inbox.close()
     assert seen == [0, 1, 99]
+
+
+def _sleep(seconds: float) -> None:
+    threading.Event().wait(seconds)
+
+
+def _wait_for_a_lock(seconds: float) -> None:
+    lock = threading.Lock()
+    lock.acquire()
+    timer = threading.Timer(seconds, lock.release)
+    timer.start()
+    assert lock.acquire(timeout=20)
+    timer.join(20)
+
+
+def _compute(seconds: float) -> None:
+    end = thread_time() + seconds
+    while thread_time() < end:
+        pass
+
+
+@pytest.mark.parametrize("takes_long", [_sleep, _wait_for_a_lock, _compute])
+def test_whatever_makes_a_callback_slow_it_gets_a_thread(takes_long: Callable[[float], None]) -> None:
+    """Slow time after time, but never surely slow at once: the receiving thread goes on, the newest is called."""
+    inbox = Inbox(1)
+    gate, entered, finished = threading.Event(), threading.Event(), threading.Event()
+    seen: list[int] = []
+
+    def callback(n: int) -> None:
+        seen.append(n)
+        if n < 2:
+            takes_long(SLOW_CALL * 3)
+        elif n == 2:
+            entered.set()
+            gate.wait(20)
+        else:
+            finished.set()
+
+    runner = CallbackRunner(callback, inbox, "/t")
+    runner.offer_one(0)
+    runner.offer_one(1)
+    assert runner.has_thread
+    runner.offer_one(2)
+    assert entered.wait(20)
+    for n in range(3, 100):
+        runner.offer_one(n)  # does not wait for the callback
+    gate.set()
+    assert finished.wait(20)
+    inbox.close()
+    assert seen == [0, 1, 2, 99]
 
 
 def test_one_call_that_took_long_proves_nothing_and_two_in_a_row_do() -> None:
