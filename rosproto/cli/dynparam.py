@@ -16,7 +16,7 @@ from rosproto.text import printable
 
 from .connection import CommandError, absolute, master_client, open_node, print_json, unknown, verbs
 from .option_types import folder_exists, positive
-from .yaml_text import load_text, to_text, value_of
+from .yaml_values import load_text, to_text, value_of
 
 __all__ = ["add_arguments"]
 

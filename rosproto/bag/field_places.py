@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from rosproto.codec import Message
 
-__all__ = ["Layout", "dtype_of"]
+__all__ = ["FieldPlaces", "dtype_of"]
 
 _DTYPES = {
     "bool": "?", "byte": "i1", "char": "u1", "int8": "i1", "uint8": "u1", "int16": "<i2", "uint16": "<u2",
@@ -39,7 +39,7 @@ class _Irregular(Exception):
     """There is a field that is not followed."""
 
 
-class Layout:
+class FieldPlaces:
     """Of one message; `take` cuts columns out of others that have the same.
 
     Args:
