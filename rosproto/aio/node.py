@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Generator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 from weakref import WeakSet
 
 from rosproto.aio.actions import ActionClient, ActionServer
 from rosproto.aio.mailbox import Mailbox
-from rosproto.aio.opening import Opening
+from rosproto.aio.opening import Closing, Opening
 from rosproto.aio.parameters import Parameters
 from rosproto.aio.pool import Pool
 from rosproto.aio.services import ServiceClient, ServiceServer, handler_in_loop
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from rosproto.node import Node as ThreadedNode
 
 __all__ = ["Node", "view"]
+
+T = TypeVar("T")
+V = TypeVar("V", bound=Closing)
 
 
 class Node:
@@ -104,15 +107,18 @@ class Node:
         self.node = node
         node.on_shutdown(self._end)
 
+    def _opens(self, view: Callable[[T, Pool], V], open_it: Callable[[], T]) -> Opening[V]:
+        """What calls `open_it` in a thread when it is awaited, and gives the view of what that opened."""
+
+        async def opened() -> V:
+            return view(await self._pool.run(open_it, dispose=_close), self._pool)
+
+        return Opening(opened)
+
     def publisher(self, topic: str, type: Any, **options: Any) -> Opening[Publisher]:
         """Publish a topic; arguments as `rosproto.Node.publisher`."""
         node = self._threaded
-
-        async def open_it() -> Publisher:
-            publisher = await self._pool.run(lambda: node.publisher(topic, type, **options), dispose=_close)
-            return Publisher(publisher, self._pool)
-
-        return Opening(open_it)
+        return self._opens(Publisher, lambda: node.publisher(topic, type, **options))
 
     def subscriber(
         self, topic: str, type: Any = None, *, queue_size: int = 10, **options: Any
@@ -133,14 +139,7 @@ class Node:
     def service_client(self, name: str, type: Any, *, persistent: bool = False) -> Opening[ServiceClient]:
         """A client of a service; arguments as `rosproto.Node.service_client`."""
         node = self._threaded
-
-        async def open_it() -> ServiceClient:
-            client = await self._pool.run(
-                lambda: node.service_client(name, type, persistent=persistent), dispose=_close
-            )
-            return ServiceClient(client, self._pool)
-
-        return Opening(open_it)
+        return self._opens(ServiceClient, lambda: node.service_client(name, type, persistent=persistent))
 
     def service_server(self, name: str, type: Any, handler: Callable[[Any], Any]) -> Opening[ServiceServer]:
         """Provide a service; `handler`, a coroutine function or a quick plain one, is called in this loop."""
@@ -155,15 +154,10 @@ class Node:
 
     def action_client(self, name: str, type: Any, **options: Any) -> Opening[ActionClient]:
         """A client of an action; arguments as `rosproto.ActionClient`."""
+        from rosproto.action import ActionClient as ThreadedClient
+
         node = self._threaded
-
-        async def open_it() -> ActionClient:
-            from rosproto.action import ActionClient as ThreadedClient
-
-            client = await self._pool.run(lambda: ThreadedClient(node, name, type, **options), dispose=_close)
-            return ActionClient(client, self._pool)
-
-        return Opening(open_it)
+        return self._opens(ActionClient, lambda: ThreadedClient(node, name, type, **options))
 
     def action_server(
         self, name: str, type: Any, handler: Callable[[Any], Any], **options: Any

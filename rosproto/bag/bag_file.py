@@ -9,10 +9,10 @@ from typing import BinaryIO
 from rosproto.bag.limits import BagLimits, Budget
 from rosproto.errors import BagError
 
-__all__ = ["Source"]
+__all__ = ["BagFile"]
 
 
-class Source:
+class BagFile:
     """A seekable file, read by position.
 
     Args:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from struct import Struct
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosproto.bag.bag_file import Source
+from rosproto.bag.bag_file import BagFile
 from rosproto.bag.compression import decompress, decompress_prefix
 from rosproto.bag.limits import Budget
 from rosproto.bag.records import (
@@ -53,7 +53,7 @@ class RecordHead(NamedTuple):
     data_size: int
 
 
-def read_head(source: Source, pos: int) -> RecordHead:
+def read_head(source: BagFile, pos: int) -> RecordHead:
     """The head of the record at `pos`.
 
     Raises:
@@ -152,7 +152,7 @@ class ChunkData:
         return rows.take(np.isin(rows.conn, np.fromiter(wanted, np.uint32)))
 
 
-def read_chunk(source: Source, info: ChunkInfo, span: int, *, with_index: bool = True) -> ChunkData:
+def read_chunk(source: BagFile, info: ChunkInfo, span: int, *, with_index: bool = True) -> ChunkData:
     """Read and decompress a chunk.
 
     Args:
@@ -201,14 +201,14 @@ def read_chunk(source: Source, info: ChunkInfo, span: int, *, with_index: bool =
     return ChunkData(info, plain, 0, len(plain), index, complete, True, source.records)
 
 
-def _chunk_head(source: Source, pos: int) -> RecordHead:
+def _chunk_head(source: BagFile, pos: int) -> RecordHead:
     head = read_head(source, pos)
     if head.op != OP_CHUNK:
         raise source.error(f"expected a chunk record, found op {head.op}", pos)
     return head
 
 
-def chunk_header(source: Source, info: ChunkInfo) -> tuple[ChunkHeader, int]:
+def chunk_header(source: BagFile, info: ChunkInfo) -> tuple[ChunkHeader, int]:
     """A chunk's header, and how many bytes it takes in the file.
 
     Raises:
@@ -220,7 +220,7 @@ def chunk_header(source: Source, info: ChunkInfo) -> tuple[ChunkHeader, int]:
 
 
 def read_index_times(
-    source: Source, info: ChunkInfo, span: int, wanted: Collection[int]
+    source: BagFile, info: ChunkInfo, span: int, wanted: Collection[int]
 ) -> NDArray[np.int64] | None:
     """Receive times (ns) of the wanted connections' messages, from the index records alone.
 

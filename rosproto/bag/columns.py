@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
-from rosproto.bag.layout import Layout, dtype_of
+from rosproto.bag.field_places import FieldPlaces, dtype_of
 from rosproto.errors import BagError
 from rosproto.time import TVal
 
@@ -64,8 +64,8 @@ def _cut_out(
     first = next(bag.read_messages(topic), None)
     if first is None:  # all of it is damaged, and to be left out
         return None
-    layout = Layout(first[1])
-    if not layout.has(paths):
+    places = FieldPlaces(first[1])
+    if not places.has(paths):
         return None
     times: list[NDArray[np.float64]] = []
     pieces: list[list[NDArray[Any]]] = []
@@ -73,7 +73,7 @@ def _cut_out(
         rows = batch.rows
         if batch.chunk is None:  # chunks that overlap in time
             return None
-        found = layout.take(batch.chunk.blob, rows.start, rows.end, paths)
+        found = places.take(batch.chunk.blob, rows.start, rows.end, paths)
         if found is None:
             return None
         times.append(rows.secs + rows.nsecs / 1e9)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from struct import Struct
 
-from rosproto.bag.bag_file import Source
+from rosproto.bag.bag_file import BagFile
 from rosproto.bag.chunk import read_head
 from rosproto.bag.contents import BagIndex
 from rosproto.bag.limits import MOST_CONNECTIONS
@@ -45,7 +45,7 @@ _NO_BAGS = {
 """What people take for a bag, by its first bytes."""
 
 
-def open_index(source: Source) -> BagIndex:
+def open_index(source: BagFile) -> BagIndex:
     """Find out what a bag holds, by its index or by a scan.
 
     Args:
@@ -60,7 +60,7 @@ def open_index(source: Source) -> BagIndex:
     return found
 
 
-def _open_behind(source: Source, start: int) -> BagIndex:
+def _open_behind(source: BagFile, start: int) -> BagIndex:
     """`open_index` behind the version line."""
     try:
         head = read_head(source, start)
@@ -90,7 +90,7 @@ def _open_behind(source: Source, start: int) -> BagIndex:
         return found
 
 
-def _nothing_follows(source: Source, header: FileHeader, first: int) -> BagIndex:
+def _nothing_follows(source: BagFile, header: FileHeader, first: int) -> BagIndex:
     """A file that is at most a file header: an empty bag, or the very beginning of another one."""
     found = BagIndex(end=min(first, source.size), closed=first == header.index_pos == source.size)
     if first > source.size:
@@ -103,14 +103,14 @@ def _nothing_follows(source: Source, header: FileHeader, first: int) -> BagIndex
     return found
 
 
-def _without_file_header(source: Source, start: int, problem: BagError) -> BagIndex:
+def _without_file_header(source: BagFile, start: int, problem: BagError) -> BagIndex:
     found = scan(source, start)
     found.resumed = True
     found.damage.insert(0, f"the file header is damaged: {problem}")
     return found
 
 
-def _read_version(source: Source) -> tuple[str, int]:
+def _read_version(source: BagFile) -> tuple[str, int]:
     """Version of the format, and where the first record begins; any 2.x is read, as rosbag does."""
     line = source.read_at(0, 64)
     if line.startswith(MAGIC):
@@ -132,7 +132,7 @@ def _read_version(source: Source) -> tuple[str, int]:
     )
 
 
-def _read_index_section(source: Source, header: FileHeader, first: int) -> BagIndex:
+def _read_index_section(source: BagFile, header: FileHeader, first: int) -> BagIndex:
     """Connections and chunk infos at the end of the file; BagError when they do not add up."""
     pos = header.index_pos
     if not first <= pos <= source.size:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from rosproto.bag.bag_file import Source
+from rosproto.bag.bag_file import BagFile
 from rosproto.bag.chunk import ChunkData, chunk_header, read_chunk
 from rosproto.bag.compression import keep_freed_memory
 from rosproto.bag.helpers import Helpers, Task, helper_count
@@ -30,7 +30,7 @@ class ReadAhead:
         helpers: Threads; a few more chunks than these are read ahead. None: what the processors allow.
     """
 
-    def __init__(self, source: Source, spans: dict[int, int], helpers: int | None = None) -> None:
+    def __init__(self, source: BagFile, spans: dict[int, int], helpers: int | None = None) -> None:
         self._source = source
         self._spans = spans
         helpers = helper_count() if helpers is None else helpers

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
-from rosproto.bag.bag_file import Source
+from rosproto.bag.bag_file import BagFile
 from rosproto.bag.chunk import ChunkData, chunk_header, read_chunk, read_index_times
 from rosproto.bag.index import open_index
 from rosproto.bag.limits import BagLimits
@@ -107,7 +107,7 @@ class BagReader:
         skip_damaged: bool = False,
         limits: BagLimits | None = None,
     ) -> None:
-        self._source = Source(file, limits)
+        self._source = BagFile(file, limits)
         try:
             found = open_index(self._source)
         except BaseException:

@@ -3,11 +3,11 @@
 A bag is the line `#ROSBAG V2.0`, then records. A record is a header (length, then fields `name=value`, each
 with its own length) and data (length, bytes); all integers little-endian. The `op` field tells what it is:
 
-    file header   where the index starts; padded with blanks to 4096 bytes so that it can be rewritten in
-    place chunk         many message and connection records, compressed together
-    index data    after each chunk, one for each connection in it: time and offset (uncompressed) of its
-    messages connection    topic, type, definition: once inside the chunk that first needs it, again at the
-    end chunk info    at the end, one for each chunk: position, time span, message counts
+    file header   where the index section begins; padded with blanks to 4096 bytes, to be rewritten in place
+    chunk         many message and connection records, compressed together
+    index data    behind a chunk, for each connection in it: times and (uncompressed) offsets of its messages
+    connection    topic, type, definition: inside the chunk that first needs it, and once more at the end
+    chunk info    at the end, one for each chunk: position, time span, message counts
     message       connection id, receive time, serialized message
 
 Fields have no order: C++ rosbag writes them sorted, Python's as they come.

@@ -8,7 +8,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import BinaryIO, Literal
 
-from rosproto.bag.bag_file import Source
+from rosproto.bag.bag_file import BagFile
 from rosproto.bag.compression import COMPRESSIONS
 from rosproto.bag.contents import BagIndex
 from rosproto.bag.index import open_index
@@ -50,7 +50,7 @@ def reindex(path: File) -> Report:
         BagError: It is no bag, or it is damaged before its end: use `recover`, which writes a new one; or
             there is no room for the index.
     """
-    source = Source(path)
+    source = BagFile(path)
     try:
         found = open_index(source)
     finally:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from rosproto.bag.bag_file import Source
+from rosproto.bag.bag_file import BagFile
 from rosproto.bag.chunk import ChunkData, RecordHead, read_chunk, read_head
 from rosproto.bag.compression import COMPRESSIONS
 from rosproto.bag.contents import BagIndex
@@ -42,7 +42,7 @@ __all__ = ["scan"]
 _WINDOW = 1 << 20
 
 
-def scan(source: Source, first: int) -> BagIndex:
+def scan(source: BagFile, first: int) -> BagIndex:
     """Follow the records from `first` to the end of the file, whatever the index says."""
     return _Scan(source).run(first)
 
@@ -50,7 +50,7 @@ def scan(source: Source, first: int) -> BagIndex:
 class _Scan:
     """One pass over a file's records."""
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: BagFile) -> None:
         self._source = source
         self._found = BagIndex()
 

@@ -18,7 +18,7 @@ from dataclasses import replace
 from struct import Struct, error
 from typing import Any, BinaryIO, Literal
 
-from rosproto.bag.bag_file import Source
+from rosproto.bag.bag_file import BagFile
 from rosproto.bag.compression import compressor
 from rosproto.bag.contents import BagIndex
 from rosproto.bag.index import open_index
@@ -331,7 +331,7 @@ class BagWriter:
 
     def _resume(self) -> None:
         """Take over the contents of an existing bag and cut its table of contents off."""
-        found = open_index(Source(self._output.file))
+        found = open_index(BagFile(self._output.file))
         if found.damage or not found.closed:
             raise BagError(
                 f"cannot append: {'; '.join(found.damage) or 'the bag has no index'}. Repair it first with "

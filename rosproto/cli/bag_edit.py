@@ -113,14 +113,14 @@ def filter(arguments: argparse.Namespace) -> int:
         topics = wanted_topics(bag, arguments)
         start, end = span(bag, arguments)
         entries = bag.read_messages(topics, start, end, raw=True)
-        keep = None if rule is None and shown is None else _Judge(bag, rule, shown)
+        keep = None if rule is None and shown is None else _MessageFilter(bag, rule, shown)
         kept = _write(arguments.output, entries, arguments.compression, bag.message_count, keep)
     print(f"{arguments.output}: {kept} of {counted(bag.message_count, 'message')}")
     return 0
 
 
-class _Judge:
-    """Decodes a message and asks the expressions; what is kept is written as it was."""
+class _MessageFilter:
+    """Evaluates the expressions on each decoded message; what is kept is written as it was."""
 
     def __init__(self, bag: BagReader, rule: Expression | None, shown: Expression | None) -> None:
         self._bag = bag

@@ -1,4 +1,4 @@
-"""The sub-commands of `rosproto`, one module each.
+"""The sub-commands of `rosproto`, and the module of each.
 
 A command module has
 
@@ -53,7 +53,7 @@ COMMANDS: dict[str, Command] = {
     "log": Command("rosproto.cli.log", "read what nodes log, filtered; set their levels (rosconsole)"),
     "dynparam": Command("rosproto.cli.dynparam", "read and set what can be reconfigured (dynparam)"),
     "doctor": Command("rosproto.cli.doctor", "find out why a graph does not work from here"),
-    "run": Command("rosproto.cli.run", "run a program written for rospy"),
+    "run": Command("rosproto.rospy.launch", "run a program written for rospy"),
     "master": Command("rosproto.cli.master", "run a ROS master (what roscore does) until interrupted"),
     "completion": Command("rosproto.cli.completion", "print what a shell needs to complete this command"),
 }

@@ -16,15 +16,15 @@ from rosproto.text import printable
 
 from .connection import CommandError, absolute, master_client, open_node, print_json, unknown, verbs
 from .option_types import folder_exists, positive
-from .yaml_text import load_text, to_text, value_of
+from .yaml_values import load_text, to_text, value_of
 
 __all__ = ["add_arguments"]
 
 SERVICE = "/set_parameters"
 SERVICE_TYPE = "dynamic_reconfigure/Reconfigure"
-LISTS = {"bools": bool, "ints": int, "strs": str, "doubles": float}
-"""Lists of dynamic_reconfigure/Config, and what is in them."""
 KINDS = {"bool": bool, "int": int, "str": str, "double": float}
+LISTS = {f"{kind}s": cast for kind, cast in KINDS.items()}
+"""Lists of dynamic_reconfigure/Config, and what is in them."""
 TRUE, FALSE = ("true", "yes", "on", "1", "t"), ("false", "no", "off", "0", "f")
 
 
@@ -189,11 +189,10 @@ def _change(arguments: argparse.Namespace, changes: Mapping[str, Any]) -> int:
 def _config(changes: Mapping[str, Any], kinds: Mapping[str, str], node: str) -> dict[str, Any]:
     """A dynamic_reconfigure/Config as a dict, every value of the type that the node says."""
     config: dict[str, Any] = {field: [] for field in LISTS}
-    fields = {"bool": "bools", "int": "ints", "str": "strs", "double": "doubles"}
     for name, value in changes.items():
         if name not in kinds:
             raise unknown("no parameter is called", name, kinds, f"dynparam describe {node}")
-        config[fields[kinds[name]]].append({"name": name, "value": _cast(kinds[name], value, name)})
+        config[f"{kinds[name]}s"].append({"name": name, "value": _cast(kinds[name], value, name)})
     return config
 
 

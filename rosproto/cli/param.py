@@ -14,7 +14,7 @@ from rosproto.text import printable
 from .connection import CommandError, absolute, below, master_client, print_json, unknown, verbs, warn_if_none
 from .json_text import json_text
 from .shared_options import argument
-from .yaml_text import load_text, to_text, value_of
+from .yaml_values import load_text, to_text, value_of
 
 __all__ = ["add_arguments"]
 

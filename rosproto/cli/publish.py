@@ -17,7 +17,7 @@ from rosproto.time import Time
 
 from .connection import CommandError, absolute, library_for, master_client, open_node, print_json, warn
 from .console import is_terminal
-from .yaml_text import load_documents, value_of
+from .yaml_values import load_documents, value_of
 
 __all__ = ["run"]
 

@@ -29,7 +29,7 @@ from .console import is_terminal
 from .option_types import positive
 from .parser import near
 from .shared_options import argument
-from .yaml_text import load_documents, to_flow, value_of
+from .yaml_values import load_documents, to_flow, value_of
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient

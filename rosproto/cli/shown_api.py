@@ -19,8 +19,6 @@ _VALUES = frozenset({"getParam", "subscribeParam"})
 class _Shown:
     """Mixed into a client: translates the strings of its answers, and of what is asked next."""
 
-    _theirs: dict[str, str]
-
     def call(self, method: str, *params: object, timeout: float | None = None) -> object:
         theirs = self.__dict__.setdefault("_theirs", {})
         asked = [theirs.get(p, p) if isinstance(p, str) else p for p in params]

@@ -60,10 +60,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _only(side: Side, asked: str) -> Side:
+    """Those below a namespace or of a pattern, in the master's order, in which -v shows them."""
     wanted = set(below(side, asked))
-    return {
-        name: nodes for name, nodes in side.items() if name in wanted
-    }  # in the master's order, as -v shows
+    return {name: nodes for name, nodes in side.items() if name in wanted}
 
 
 def row(name: str, state: SystemState, types: dict[str, str]) -> dict[str, object]:

@@ -17,7 +17,7 @@ from rosproto.msg.parser import (
     parse_service,
 )
 from rosproto.msg.revisions import Revision, Row, read_table, revision_source
-from rosproto.msg.sources import Source, bundled_source, folder_source
+from rosproto.msg.sources import DefinitionSource, bundled_source, folder_source
 from rosproto.msg.spec import ActionSpec, MessageSpec, ServiceSpec
 
 __all__ = ["DefinitionLibrary", "bundled"]
@@ -44,7 +44,7 @@ class DefinitionLibrary:
     def __init__(
         self, paths: Iterable[str | os.PathLike[str]] = (), *, base: DefinitionLibrary | None = None
     ) -> None:
-        self._sources: list[Source] = [folder_source(path) for path in paths]
+        self._sources: list[DefinitionSource] = [folder_source(path) for path in paths]
         self._base = base
         self._frozen = False
         self._added: dict[tuple[str, str], Spec] = {}

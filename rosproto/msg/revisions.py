@@ -17,7 +17,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rosproto.errors import DefinitionError
-from rosproto.msg.sources import Folder, Source
+from rosproto.msg.sources import DefinitionSource, Folder
 from rosproto.records import NamedTuple
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def read_table(folder: Folder) -> list[Row]:
     return list(rows.values())
 
 
-def revision_source(folder: Folder, package: str, label: str) -> Source:
+def revision_source(folder: Folder, package: str, label: str) -> DefinitionSource:
     """The definitions that differ in one revision."""
     place = Folder(folder.tree, *folder.parts, "revisions", label)
-    return Source(folder.tree.describe(*place.parts), {package: [place]})
+    return DefinitionSource(folder.tree.describe(*place.parts), {package: [place]})

@@ -14,7 +14,15 @@ from typing import Protocol
 from rosproto.errors import DefinitionError
 from rosproto.msg.parser import is_legal_base
 
-__all__ = ["KINDS", "FileTree", "Folder", "ResourceTree", "Source", "bundled_source", "folder_source"]
+__all__ = [
+    "KINDS",
+    "DefinitionSource",
+    "FileTree",
+    "Folder",
+    "ResourceTree",
+    "bundled_source",
+    "folder_source",
+]
 
 KINDS = ("msg", "srv", "action")
 SEARCH_DEPTH = 6
@@ -175,7 +183,7 @@ class Folder:
         return [(other.strip(), name.strip()) for other, equals, name in pairs if equals]
 
 
-class Source:
+class DefinitionSource:
     """Packages and where their folders are; the first folder that has a definition wins."""
 
     def __init__(self, where: str, folders: dict[str, list[Folder]]) -> None:
@@ -193,13 +201,15 @@ class Source:
         return {name for folder in self.folders.get(package, ()) for name in folder.names(kind)}
 
 
-def bundled_source() -> Source:
+def bundled_source() -> DefinitionSource:
     """The definitions that ship as package data in `msgdefs`."""
     tree = ResourceTree("msgdefs")
-    return Source("msgdefs", {name: [Folder(tree, name)] for name in tree.names() if is_legal_base(name)})
+    return DefinitionSource(
+        "msgdefs", {name: [Folder(tree, name)] for name in tree.names() if is_legal_base(name)}
+    )
 
 
-def folder_source(path: str | os.PathLike[str]) -> Source:
+def folder_source(path: str | os.PathLike[str]) -> DefinitionSource:
     """Definitions in a folder: a package, a folder of packages (`share`), or a workspace with packages below.
 
     Raises:
@@ -219,7 +229,7 @@ def folder_source(path: str | os.PathLike[str]) -> Source:
             f"<package>/srv/*.srv or <package>/action/*.action",
             file=root,
         )
-    return Source(root, folders)
+    return DefinitionSource(root, folders)
 
 
 def _package_folders(root: str) -> Iterator[str]:

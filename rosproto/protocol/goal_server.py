@@ -13,8 +13,7 @@ The list (`GoalList`) holds one entry for each goal id:
 
 * A goal whose id is known already is a repetition and is not started again.
 * A cancel names goals by id, by time ("at or before", stamp not zero), by both (either suffices), or all of
-  them (id
-  "" and stamp zero).
+  them (id "" and stamp zero).
 * A cancel may arrive before its goal, on another connection: an id not known is kept as RECALLING for 5 s,
   and the goal that follows is RECALLED at once. Likewise a goal not newer than the latest cancel stamp.
 * Terminal entries stay in the status array for 5 s, so that a client that missed one array still learns the
@@ -202,9 +201,8 @@ class GoalList:
 
     def _remember_early_cancel(self, goal_id: str, stamp: int, now: float) -> None:
         early = [r for r in self._records.values() if r.early_cancel]
-        if (
-            len(early) >= MOST_EARLY_CANCELS
-        ):  # a flood of cancels must not grow the status array without bound
+        # A flood of cancels must not grow the status array without bound.
+        if len(early) >= MOST_EARLY_CANCELS:
             del self._records[early[0].goal_id]
         record = GoalRecord(goal_id, stamp, GoalStatus.RECALLING)
         record.early_cancel = True

@@ -71,14 +71,14 @@ def _bounded(check: Check, limit: float) -> tuple[State, str]:
     """In a thread, which is left alone when it hangs: a check that waits for ever is a finding, too."""
     found: list[tuple[State, str]] = []
     thread = threading.Thread(
-        target=lambda: found.append(_judged(check)), name=f"rosproto:selftest:{check.name}", daemon=True
+        target=lambda: found.append(_outcome_of(check)), name=f"rosproto:selftest:{check.name}", daemon=True
     )
     thread.start()
     thread.join(limit)
     return found[0] if found else (State.FAILED, f"it did not end within {limit:g} s")
 
 
-def _judged(check: Check) -> tuple[State, str]:
+def _outcome_of(check: Check) -> tuple[State, str]:
     try:
         return State.FINE, check.work()
     except NotHere as reason:

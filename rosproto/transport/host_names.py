@@ -23,9 +23,8 @@ __all__ = ["VARIABLE", "HostNames", "hosts_advice", "hosts_file", "parse_host_na
 
 VARIABLE = "ROSPROTO_RESOLVE"
 """Read by the commands, by programs for rospy, and by `Node(use_environment=True)`: "NAME=IP,NAME=IP"."""
-PATIENCE = (
-    1.5  # seconds for a name server: one that is not there (a cable to a robot) is silent for half a minute
-)
+PATIENCE = 1.5
+"""Seconds for a name server: one that is not there (a cable to a robot) is silent for half a minute."""
 MOST = 64  # names remembered, and warned of: peers announce what they like
 AGAIN = 30.0  # seconds after which a name that was unknown is looked up again
 

@@ -22,10 +22,7 @@ __all__ = [
 
 _REFUSED = {errno.ECONNREFUSED, 10061}  # 100xx: Windows' own numbers
 _UNREACHABLE = {errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENETDOWN, 10051, 10065, 10050}
-_UNREACHABLE |= {
-    getattr(errno, "EHOSTDOWN", 10064),
-    10064,
-}  # macOS: nobody has that address
+_UNREACHABLE |= {getattr(errno, "EHOSTDOWN", 10064), 10064}  # macOS: nobody has that address
 _RESET = {errno.ECONNRESET, errno.EPIPE, errno.ECONNABORTED, errno.ENOTCONN, errno.EBADF, 10053, 10054, 10057}
 _RESET |= {getattr(errno, name) for name in ("EPROTOTYPE", "ESHUTDOWN") if hasattr(errno, name)}  # macOS
 _CLOSED_HERE = {10038, 10022, 10004}  # a read on Windows whose socket `tcp.interrupt` closed

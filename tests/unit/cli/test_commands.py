@@ -14,7 +14,7 @@ import pytest
 from rosproto import Master, Node
 from rosproto.cli import main
 from rosproto.cli.failure import CommandError
-from rosproto.cli.yaml_text import load_text, value_of
+from rosproto.cli.yaml_values import load_text, value_of
 
 
 @pytest.fixture(scope="module")

@@ -131,7 +131,7 @@ def test_a_message_is_offered_as_a_template(capsys, offers) -> None:
 )
 def test_what_is_offered_can_be_published(kind: str) -> None:
     from rosproto.cli.templates import template
-    from rosproto.cli.yaml_text import value_of
+    from rosproto.cli.yaml_values import value_of
     from rosproto.codec.dicts import from_dict
 
     cls = rosproto.message_class(kind)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosproto.cli.yaml_text import to_flow, value_of
+from rosproto.cli.yaml_values import to_flow, value_of
 
 
 @pytest.mark.parametrize(

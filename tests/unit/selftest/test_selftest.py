@@ -14,7 +14,7 @@ from rosproto.codec import reference
 from rosproto.errors import RosTimeout
 from rosproto.master import registry
 from rosproto.node.services.client import ServiceClient
-from rosproto.selftest import CHECKS, Check, CheckFailed, NotHere, State, beside, definitions, run
+from rosproto.selftest import CHECKS, Check, CheckFailed, NotHere, State, definitions, real_ros, run
 from woosh_pure.selftest import CHECKS as ALL
 from woosh_pure.sim.site import Site, built_in_site
 
@@ -102,7 +102,7 @@ def test_a_robot_that_does_not_arrive_is_found(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_without_ros_there_is_nothing_to_check(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(beside, "find_ros", lambda: None)
+    monkeypatch.setattr(real_ros, "find_ros", lambda: None)
     state, text = outcome_of("ros")
     assert state is State.NOT_HERE
     assert "no rospy" in text
@@ -111,8 +111,8 @@ def test_without_ros_there_is_nothing_to_check(monkeypatch: pytest.MonkeyPatch) 
 @pytest.mark.skipif(sys.flags.ignore_environment, reason="CPython for embedding takes no PYTHONPATH")
 def test_a_broken_ros_is_told_with_its_words(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / "rospy.py").write_text("raise RuntimeError('this ROS is broken')\n")
-    monkeypatch.setattr(beside, "find_ros", lambda: (sys.executable, {"PYTHONPATH": str(tmp_path)}))
-    monkeypatch.setattr(beside, "_PATIENCE", 2.0)
+    monkeypatch.setattr(real_ros, "find_ros", lambda: (sys.executable, {"PYTHONPATH": str(tmp_path)}))
+    monkeypatch.setattr(real_ros, "_PATIENCE", 2.0)
     state, text = outcome_of("ros")
     assert state is State.FAILED
     assert "this ROS is broken" in text

@@ -1,4 +1,4 @@
-"""Real ROS 1 beside us, where it is installed: rospy hears us and we hear it, at a master of ours."""
+"""Real ROS 1, where it is installed: rospy and a node of ours hear each other at a master of ours."""
 
 from __future__ import annotations
 

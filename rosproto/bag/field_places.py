@@ -9,18 +9,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosproto.codec.layout import DTYPES
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from rosproto.codec import Message
 
-__all__ = ["Layout", "dtype_of"]
+__all__ = ["FieldPlaces", "dtype_of"]
 
-_DTYPES = {
-    "bool": "?", "byte": "i1", "char": "u1", "int8": "i1", "uint8": "u1", "int16": "<i2", "uint16": "<u2",
-    "int32": "<i4", "uint32": "<u4", "int64": "<i8", "uint64": "<u8", "float32": "<f4", "float64": "<f8",
-}  # fmt: skip
 _TIMES = {"time": "<u4", "duration": "<i4"}
 _SIZES = {"?": 1, "i1": 1, "u1": 1} | {"<" + kind + size: int(size) for kind in "iuf" for size in "248"}
 MOST_ELEMENTS = 16  # of an array of messages that is still followed
@@ -39,7 +37,7 @@ class _Irregular(Exception):
     """There is a field that is not followed."""
 
 
-class Layout:
+class FieldPlaces:
     """Of one message; `take` cuts columns out of others that have the same.
 
     Args:
@@ -90,10 +88,10 @@ class Layout:
             if kind.is_array and kind.array_length is None:
                 self._lengths.append((at, len(value)))
                 at += 4
-            if kind.base in _DTYPES:
+            if kind.base in DTYPES:
                 count = len(value) if kind.is_array else None
-                self._places[path] = _Place(at, _DTYPES[kind.base], count)
-                at += _SIZES[_DTYPES[kind.base]] * (1 if count is None else count)
+                self._places[path] = _Place(at, DTYPES[kind.base], count)
+                at += _SIZES[DTYPES[kind.base]] * (1 if count is None else count)
             elif kind.is_array:
                 at = self._walk_elements(value, kind.base, at)
             elif kind.base in _TIMES:
@@ -129,7 +127,7 @@ def dtype_of(message: Any, path: str) -> str | None:
     for name in way:
         message = getattr(message, name)
     kind = {field.name: field.type for field in message._spec.fields}[last]
-    return _DTYPES.get(kind.base)
+    return DTYPES.get(kind.base)
 
 
 def _gather(blob: bytes, at: NDArray[np.int64], dtype: str, count: int) -> NDArray[Any]:
