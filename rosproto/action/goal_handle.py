@@ -103,7 +103,9 @@ class GoalHandle:
         """
         deadline = self._tracker.deadline(timeout)
         if not self._tracker.wait_for(self._sent, self._is_over, deadline):
-            raise RosTimeout(self._still(deadline), what=f"result of {self._tracker.name}", seconds=timeout)
+            raise RosTimeout(
+                self.why_unfinished(deadline), what=f"result of {self._tracker.name}", seconds=timeout
+            )
         if self._machine.result is None:
             raise ConnectionLost(
                 f"{self._tracker.name}: goal {self.goal_id} is lost: {self.text}",
@@ -125,7 +127,9 @@ class GoalHandle:
         while True:
             deadline = tracker.deadline(timeout)
             if not tracker.wait_for(sent, lambda: bool(sent.feedback) or sent.done, deadline):
-                raise RosTimeout(self._still(deadline), what=f"feedback of {tracker.name}", seconds=timeout)
+                raise RosTimeout(
+                    self.why_unfinished(deadline), what=f"feedback of {tracker.name}", seconds=timeout
+                )
             message = tracker.take_feedback(sent)
             if message is None:
                 return
@@ -159,7 +163,8 @@ class GoalHandle:
         no_more_calls = self._tracker.in_callback or self._tracker.closed
         return self._sent.finished or (self.done and no_more_calls)
 
-    def _still(self, deadline: Deadline) -> str:
+    def why_unfinished(self, deadline: Deadline) -> str:
+        """What a wait that was over at the deadline did not see, in words: for the text of a timeout."""
         if self.done:
             return (
                 f"{self._tracker.name}: goal {self.goal_id} has ended ({self.status.name}), but the "

@@ -132,7 +132,7 @@ class GoalHandle:
         while not await self._ended(deadline):
             if deadline.expired:
                 raise RosTimeout(
-                    self.handle._still(deadline),
+                    self.handle.why_unfinished(deadline),
                     what=f"result of goal {self.handle.goal_id}",
                     seconds=timeout,
                 )
@@ -164,7 +164,7 @@ class GoalHandle:
                     raise error from None
                 if deadline.expired:
                     raise RosTimeout(
-                        self.handle._still(deadline),
+                        self.handle.why_unfinished(deadline),
                         what=f"feedback of goal {self.handle.goal_id}",
                         seconds=timeout,
                     ) from None
