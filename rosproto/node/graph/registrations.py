@@ -13,7 +13,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from rosproto.errors import (
     ConnectionLost,
@@ -29,57 +29,13 @@ from rosproto.records import NamedTuple
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient
+    from rosproto.node.graph.registration import Registration, Together
     from rosproto.transport.deadline import Deadline
 
-__all__ = ["Announcement", "Registration", "Registrations", "Together"]
+__all__ = ["Registrations"]
 
 _log = get_logger("rosproto.node")
 _AT_ONCE = 100  # registrations in one request, so that neither it nor its time grows without a bound
-
-
-class Registration(Protocol):
-    """One thing the master knows about us.
-
-    Both calls must be repeatable: they read the node's present URIs each time, because after a change of
-    address the same registration is made again under another one.
-
-    Attributes:
-        kind: "publisher", "subscriber", "service" or "parameter".
-        name: Resolved name of the topic, service or parameter.
-    """
-
-    @property
-    def kind(self) -> str: ...
-
-    @property
-    def name(self) -> str: ...
-
-    def register(self, master: MasterClient) -> None:
-        """Tell the master; raise what the call raises."""
-
-    def unregister(self, master: MasterClient) -> None:
-        """Take it back; raise what the call raises."""
-
-
-class Announcement(NamedTuple):
-    """The call that registers something, to be made beside others.
-
-    Attributes:
-        method: Of the master.
-        params: Its parameters, without our name.
-        heard: Takes the value of the answer; TypeError when it is none.
-    """
-
-    method: str
-    params: tuple[object, ...]
-    heard: Callable[[object], object]
-
-
-class Together(Registration, Protocol):
-    """A registration that can be made in one request with others."""
-
-    def announce(self) -> Announcement:
-        """What to tell the master now; repeatable."""
 
 
 class _Held(NamedTuple):

@@ -33,7 +33,7 @@ from rosproto.transport.sleep import SleepDetector
 if TYPE_CHECKING:
     from rosproto.node.context import Context
     from rosproto.node.graph.master_client import MasterClient, SystemState
-    from rosproto.node.graph.registrations import Registration
+    from rosproto.node.graph.registration import Registration
 
 __all__ = ["Watchdog"]
 

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.codec import AnyMsg
 from rosproto.errors import LocalProtocolError, Md5sumMismatch
 from rosproto.node.graph import replies
-from rosproto.node.graph.registrations import Announcement
+from rosproto.node.graph.registration import Announcement
 from rosproto.node.incoming.delivery import RevisedSink, Sink, encoded
 from rosproto.node.incoming.links import make_link
 from rosproto.node.revisions.revisions import RevisedType, note_differences, revised_type
@@ -41,7 +41,7 @@ MOST_ERRORS = 32
 
 
 class Subscription:
-    """A topic this node subscribes (`registrations.Registration`).
+    """A topic this node subscribes (`registration.Registration`).
 
     Attributes:
         name: Resolved topic.

@@ -19,7 +19,7 @@ from rosproto.errors import CodecError, ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.node.events import Event, EventKind
 from rosproto.node.graph import replies
-from rosproto.node.graph.registrations import Announcement
+from rosproto.node.graph.registration import Announcement
 from rosproto.node.outgoing.answers import Answers
 from rosproto.node.outgoing.encoder import FrameEncoder
 from rosproto.node.outgoing.frames import LargeFrame, prefix, small_frame
@@ -67,7 +67,7 @@ class Handle(Protocol):
 
 
 class Publication:
-    """A topic this node publishes (`registrations.Registration`).
+    """A topic this node publishes (`registration.Registration`).
 
     Attributes:
         name: Resolved topic.

@@ -77,7 +77,7 @@ class ParameterSubscription:
 
 
 class ParameterRegistration:
-    """What the master knows about one subscribed key (`registrations.Registration`)."""
+    """What the master knows about one subscribed key (`registration.Registration`)."""
 
     kind = "parameter"
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import LocalProtocolError, RosError
 from rosproto.logs import get_logger
-from rosproto.node.graph.registrations import Announcement
+from rosproto.node.graph.registration import Announcement
 from rosproto.node.graph.tcpros_server import refuse
 from rosproto.node.services.client import ServiceClient
 from rosproto.node.services.server import ServiceServer
@@ -33,7 +33,7 @@ logger = get_logger("rosproto.node")
 
 
 class ServiceRegistration:
-    """What the master knows about one provider (`registrations.Registration`)."""
+    """What the master knows about one provider (`registration.Registration`)."""
 
     kind = "service"
 
