@@ -89,7 +89,7 @@ def test_silence(silent: float, stranger: RosProcess, network: Network) -> None:
     wait(3.0)
     late = [got - sent for got, sent in heard(stranger) if got > back]
     print(f"{silent:g} s of silence: heard again after {again:.2f} s, the oldest is {max(late):.2f} s old")
-    assert max(late) < OLDEST * crowd()
+    assert max(late) < OLDEST
     assert again < BACK * crowd()
     if silent < 4.0:
         sent = [sent for _, sent in heard(stranger) if sent > began - 0.5]
@@ -111,7 +111,7 @@ def test_a_program_that_is_stopped(stranger: RosProcess, network: Network) -> No
     print(
         f"{len(old)} old ones, sent within {max(old, default=0):.2f} s after the stop; again after {again:.2f} s"
     )
-    assert max(old, default=0.0) < OLDEST * crowd()
+    assert max(old, default=0.0) < OLDEST
     assert again < BACK * crowd()
 
 
@@ -130,5 +130,5 @@ def test_one_of_ours_on_the_same_computer_that_is_stopped(network: Network) -> N
     again = program.ask(f"heard.first_sent_after({back!r})") - back
     oldest = program.ask(f"heard.latest_after({back!r})")
     print(f"the oldest is {oldest:.2f} s old; again after {again:.2f} s")
-    assert oldest < OLDEST * crowd()
+    assert oldest < OLDEST
     assert again < BACK * crowd()
