@@ -17,6 +17,7 @@ __all__ = [
     "SILENCE_COUNT",
     "SILENCE_IDLE",
     "SILENCE_INTERVAL",
+    "bind_beside",
     "expect_data",
     "interrupt",
     "listen",
@@ -25,8 +26,8 @@ __all__ = [
 ]
 
 # A peer that vanished (power, Wi-Fi) is noticed after idle + count * interval = 30 s; the system's own
-# defaults are two hours, and a quarter of an hour when data is on its way. It is not less because most peers
-# whom we send to (rospy) never come back to a publisher that closed their connection.
+# defaults are two hours, and a quarter of an hour when data is on its way. What we send to subscribers is
+# looked after more closely (rosproto/node/outgoing/backlog.py).
 KEEPALIVE_IDLE = 10
 KEEPALIVE_INTERVAL = 5
 KEEPALIVE_COUNT = 4
@@ -75,6 +76,26 @@ def listen(host: str, port: int = 0, backlog: int = 1024) -> socket.socket:
             ) from error
         raise translate(error, f"listen on {peer}", peer) from error
     return sock
+
+
+def bind_beside(sock: socket.socket, listener: socket.socket, address: tuple[str, int]) -> None:
+    """Bind a socket that will connect to the address that another one listens on.
+
+    Linux allows that to sockets which both share their port. The listener does for this moment; afterwards
+    the port can be shared by programs of the same user which ask for that, and by nobody else.
+
+    Raises:
+        OSError: This system does not, or the address is not this computer's any more.
+    """
+    if sys.platform != "linux":
+        raise OSError("this system does not bind beside a listening socket")
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
+    try:
+        sock.bind(address)
+    finally:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 0)
 
 
 def _set_reuse(sock: socket.socket) -> None:

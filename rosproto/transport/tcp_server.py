@@ -28,7 +28,7 @@ from rosproto.transport.deadline import Deadline
 from rosproto.transport.forking import leave_to_parent, left_to_parent
 from rosproto.transport.local_socket import listen_locally, widen
 from rosproto.transport.os_errors import connection_is_over, no_file_left, program_ends
-from rosproto.transport.tcp import interrupt, listen, tune
+from rosproto.transport.tcp import bind_beside, interrupt, listen, tune
 from rosproto.transport.waking import open_selector, wake_pair
 
 __all__ = ["Allow", "OnConnection", "ServerStats", "TcpServer"]
@@ -135,6 +135,15 @@ class TcpServer:
             target=self._accept_loop, name=f"rosproto:{name} accept", daemon=True
         )
         self._acceptor.start()
+
+    def bind_beside(self, sock: socket.socket, address: tuple[str, int]) -> None:
+        """Bind a socket that is to connect from where this one listens; see `tcp.bind_beside`.
+
+        Raises:
+            OSError: It cannot.
+        """
+        with self._lock:
+            bind_beside(sock, self._listeners[0], address)
 
     def __enter__(self) -> TcpServer:
         return self

@@ -78,6 +78,10 @@ class TcprosServer:
         """Whether that peer may connect."""
         return self._server.allows(address)
 
+    def bind_beside(self, sock: socket.socket, address: tuple[str, int]) -> None:
+        """See `TcpServer.bind_beside`."""
+        self._server.bind_beside(sock, address)
+
     def close(self, timeout: float = 2.0) -> None:
         """Stop listening and end what is still in its handshake or in a service."""
         self._server.close(timeout)

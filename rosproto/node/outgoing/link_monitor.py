@@ -4,7 +4,8 @@
 
 * a subscriber's FIN or RST is only seen by reading, and subscribers never send anything to read;
 * a socket that was full becomes writable again: the link sends what waits in its outbox;
-* the last messages of a burst sit in a batch which nobody else would send (`flush_later`).
+* the last messages of a burst sit in a batch which nobody else would send (`flush_later`);
+* what a socket took may not arrive: twice a second each link looks how old that is (`backlog.py`).
 
 The selector belongs to the thread alone; others leave requests in a deque and wake it through a socket pair.
 Where the system only has select(), which takes a few hundred sockets (Windows), further ones go to a further
@@ -16,11 +17,14 @@ from __future__ import annotations
 import selectors
 import socket
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from typing import Protocol
 
 from rosproto.logs import get_logger
+from rosproto.node.outgoing.backlog import LOOK
+from rosproto.transport.local_socket import has_left, make_void
 from rosproto.transport.waking import open_selector, wake_pair
 
 __all__ = ["LinkMonitor", "MonitoredLink"]
@@ -45,6 +49,14 @@ class MonitoredLink(Protocol):
 
     def flush(self) -> None: ...
 
+    def look(self, now: float, before: float) -> None:
+        """Look after what is on its way.
+
+        Args:
+            now: `time.monotonic()`.
+            before: When the monitor looked before that.
+        """
+
 
 class LinkMonitor:
     """The thread; started with the first link, ended by `close`."""
@@ -68,6 +80,8 @@ class LinkMonitor:
         self._lock = threading.Lock()
         self._further: LinkMonitor | None = None
         self._elsewhere: set[MonitoredLink] = set()  # what the further one watches
+        self._looked = time.monotonic()
+        self._void: list[socket.socket] = []  # open until the other side has left: it may not have looked yet
 
     # -- from any thread ------------------------------------------------------------------------------------
 
@@ -87,6 +101,14 @@ class LinkMonitor:
         would watch somebody else's connection.
         """
         self._request(lambda: self._drop(link))
+
+    def remove_void(self, link: MonitoredLink) -> None:
+        """Stop watching a local link; the subscriber does not take what it has not read.
+
+        The socket is closed as soon as the subscriber has closed its end.
+        """
+        make_void(link.sock)
+        self._request(lambda: self._leave_open(link))
 
     def flush_later(self, link: MonitoredLink) -> None:
         """Call `link.flush()` about a millisecond from now."""
@@ -136,10 +158,11 @@ class LinkMonitor:
         while not self._closing:
             while self._requests:
                 self._requests.popleft()()
-            ready = self._selector.select(TICK if self._ticking else LONGEST_SLEEP)
+            ready = self._selector.select(TICK if self._ticking else self._sleep())
             for key, events in ready:
                 self._serve(key.data, events)
             idle = 0 if self._flush_due() else idle + 1
+            self._look()
             if self._ticking and idle > IDLE_TICKS:
                 self._ticking = False
                 # A link may have come between the look and the note: it saw `_ticking` and did not wake us.
@@ -166,6 +189,26 @@ class LinkMonitor:
         for _ in range(count):
             self._due.popleft().flush()
         return bool(count)
+
+    def _sleep(self) -> float:
+        """Until the next look; without a link nothing is to be looked at."""
+        return LOOK if self._void or len(self._selector.get_map()) > 1 else LONGEST_SLEEP
+
+    def _look(self) -> None:
+        now, before = time.monotonic(), self._looked
+        if now - before < LOOK:
+            return
+        self._looked = now
+        for sock in [sock for sock in self._void if has_left(sock)]:
+            self._void.remove(sock)
+            sock.close()
+        for key in list(self._selector.get_map().values()):
+            if key.data is not None:
+                try:
+                    key.data.look(now, before)
+                except Exception:
+                    _log.exception("! a link failed unexpectedly: %r", key.data)
+                    self._drop(key.data)
 
     def _watch(self, link: MonitoredLink, events: int) -> None:
         selector = self._selector
@@ -198,6 +241,18 @@ class LinkMonitor:
         except (ValueError, OSError):
             pass  # removed meanwhile
 
+    def _leave_open(self, link: MonitoredLink) -> None:
+        if link in self._elsewhere:
+            assert self._further is not None
+            self._elsewhere.discard(link)
+            self._further.remove_void(link)
+            return
+        try:
+            self._selector.unregister(link.sock)
+        except (ValueError, KeyError, OSError):
+            pass  # dropped already
+        self._void.append(link.sock)
+
     def _drop(self, link: MonitoredLink) -> None:
         if link in self._elsewhere:
             assert self._further is not None
@@ -220,6 +275,8 @@ class LinkMonitor:
         for key in list(self._selector.get_map().values()):
             if key.data is not None:
                 key.data.sock.close()
+        for sock in self._void:
+            sock.close()
         self._selector.close()
         self._wake_in.close()
         self._wake_out.close()

@@ -23,6 +23,7 @@ from rosproto.node.graph.registration import Announcement
 from rosproto.node.outgoing.answers import Answers
 from rosproto.node.outgoing.encoder import FrameEncoder
 from rosproto.node.outgoing.frames import LargeFrame, prefix, small_frame
+from rosproto.node.outgoing.lost_subscriber import LostSubscriber
 from rosproto.node.outgoing.outgoing_link import Frame, OutgoingLink, send_frame
 from rosproto.node.outgoing.revised_output import RevisedOutput
 from rosproto.node.outgoing.subscriber_link import SubscriberLink
@@ -258,10 +259,28 @@ class Publication:
     def link_closed(self, link: OutgoingLink, error: ConnectionLost | None) -> None:
         """A link has ended; `error` says why, None when we ended it."""
         self.detach(link)
+        if isinstance(link, SubscriberLink) and link.cut is not None:
+            self._bring_back(link, *link.cut)
         if error is not None:
             self.context.said.info(self.name, "= %s", error)
             kind = EventKind.DISCONNECTED
             self.context.emit(Event(kind, self.name, error.peer, error, peer=link.caller_id, direction="out"))
+
+    def _bring_back(self, link: SubscriberLink, local: tuple[str, int], remote: tuple[str, int]) -> None:
+        """A subscriber was cut off, which it may not even hear of: have it connect again."""
+
+        def is_back() -> bool:
+            later = [other for other in self.all_links if other.id > link.id]
+            return self._closed or any(other.caller_id == link.caller_id for other in later)
+
+        LostSubscriber(
+            self.context.closing,
+            link.caller_id,
+            bind=lambda sock: self.context.endpoints.tcpros.bind_beside(sock, local),
+            remote=remote,
+            announce=lambda: self.register(self.context.master),
+            is_back=is_back,
+        ).start()
 
     def detach(self, link: OutgoingLink) -> None:
         """Forget a subscriber that is gone; who asked to be told is told, but not of our own end."""

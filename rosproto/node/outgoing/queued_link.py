@@ -134,7 +134,12 @@ class QueuedLink:
         """The link ends in a moment; the lock is held."""
 
     def _hang_up(self, deliver: bool) -> None:
-        """The link has ended; the monitor closes the socket next."""
+        """The link has ended: the monitor closes the socket.
+
+        It is not interrupted (`tcp.interrupt`): nobody waits in it but the monitor's select, which must not
+        lose it.
+        """
+        self._monitor.remove(self)
 
     def _farewell(self, error: OSError | None) -> str:
         """What became of the subscriber, when it was not us who ended it."""
@@ -144,6 +149,9 @@ class QueuedLink:
 
     def flush(self) -> None:
         """Send what was left for a moment."""
+
+    def look(self, now: float, before: float) -> None:
+        """Look after what is on its way; see `MonitoredLink.look`."""
 
     def on_readable(self) -> None:
         """The socket has something to read, or an error to tell."""
@@ -202,8 +210,6 @@ class QueuedLink:
             self._outbox.dropped += self._outbox.clear()
             self._step(OutgoingEvent.ENDED)
         self._hang_up(deliver)
-        # Not `tcp.interrupt`: nobody waits in this socket but the monitor's select, which must not lose it.
-        self._monitor.remove(self)
         lost = None
         if told:
             lost = ConnectionLost(

@@ -14,11 +14,13 @@ import socket
 from collections.abc import Sequence
 from time import perf_counter, sleep
 
+from rosproto.node.outgoing.backlog import LOOK, Backlog
 from rosproto.node.outgoing.frames import LargeFrame
 from rosproto.node.outgoing.link_monitor import LinkMonitor
 from rosproto.node.outgoing.link_state import OutgoingEvent
 from rosproto.node.outgoing.queued_link import OnClosed, QueuedLink
 from rosproto.node.outgoing.socket_writes import send_some
+from rosproto.transport.send_queue import send_queue
 from rosproto.transport.tcp import set_linger
 
 __all__ = ["SubscriberLink"]
@@ -46,11 +48,25 @@ class SubscriberLink(QueuedLink):
     Attributes:
         id: Number of the connection in getBusInfo.
         caller_id: The subscriber's node name.
+        cut: The two ends (local, remote address) of a TCP connection that was reset because what was on its
+            way had become too old; None for any other end.
     """
 
     transport = "TCPROS"
 
-    __slots__ = ("_batch", "_batch_bytes", "_batch_due", "_noise", "_promised", "_tried")
+    __slots__ = (
+        "_backlog",
+        "_batch",
+        "_batch_bytes",
+        "_batch_due",
+        "_large",
+        "_noise",
+        "_promised",
+        "_seen",
+        "_tried",
+        "_void",
+        "cut",
+    )
 
     def __init__(
         self,
@@ -81,6 +97,11 @@ class SubscriberLink(QueuedLink):
         self._promised = False  # the monitor will call `flush`
         self._tried = 0.0
         self._noise = 0
+        self._backlog: Backlog | None = None  # while something is under way at each look
+        self._large = False  # a large message may be
+        self._void = False  # cut, and local: the other end is told
+        self._seen = -len(greeting)  # `_bytes` when nothing was
+        self.cut: tuple[tuple[str, int], tuple[str, int]] | None = None
         if greeting:
             # As a message of which a part is sent: it is never dropped, and all others wait behind it.
             self._outbox.begin([memoryview(greeting)])
@@ -169,7 +190,7 @@ class SubscriberLink(QueuedLink):
             if self._sending:
                 self._leave(frame.owned())
                 return
-            self._sending = True
+            self._sending = self._large = True
             try:
                 if self._batch:
                     error = self._send_batch()
@@ -301,6 +322,33 @@ class SubscriberLink(QueuedLink):
             error = reset
         self._end(error)
 
+    def look(self, now: float, before: float) -> None:
+        """Reset the connection when what is on its way has become too old (`backlog.py`)."""
+        with self._lock:
+            written = self._bytes
+            if self._closed or (self._backlog is None and written == self._seen):
+                return
+            queue = send_queue(self.sock)
+            if queue is None or not queue.waiting:
+                self._backlog, self._seen, self._large = None, written, False
+                return
+            if self._backlog is None:
+                self._backlog = Backlog(max(before, now - 2 * LOOK))
+            why = self._backlog.look(now, written, queue, large=self._large)
+        if why:
+            self._cut(why)
+
+    def _cut(self, why: str) -> None:
+        """Throw away what is on its way, here and in the system; the subscriber may connect again."""
+        try:
+            self._void = self.sock.family == getattr(socket, "AF_UNIX", None)
+            if not self._void:
+                self.cut = self.sock.getsockname(), self.sock.getpeername()
+        except OSError:
+            pass  # it has ended by itself
+        set_linger(self.sock, False)
+        self._end(OSError(why), deliver=False)
+
     # -- end ------------------------------------------------------------------------------------------------
 
     @property
@@ -319,6 +367,10 @@ class SubscriberLink(QueuedLink):
                 self.sock.shutdown(socket.SHUT_RDWR)
             except OSError:
                 pass  # the other side was faster
+        elif self._void:
+            self._monitor.remove_void(self)
+            return
+        super()._hang_up(deliver)
 
     def _farewell(self, error: OSError | None) -> str:
         return f"is gone: {error}" if error is not None else "is gone, it closed the connection"

@@ -139,3 +139,60 @@ def test_who_may_not_connect_may_not_here_either(greeter: Greeter) -> None:
 def test_an_address_of_tcp_names_no_local_socket() -> None:
     assert local_socket.name_of(("127.0.0.1", 1)) is None
     assert local_socket.name_of("") is None
+
+
+@pytest.fixture
+def local_pair() -> Iterator[tuple[socket.socket, socket.socket]]:
+    """(sender, receiver) on a local socket."""
+    with listen("127.0.0.1") as listener:
+        accepting = local_socket.listen_locally(listener)
+        if accepting is None:
+            pytest.skip("there are no local sockets here")
+        with accepting:
+            receiver = local_socket.connect_locally(*listener.getsockname())
+            assert receiver is not None
+            receiver.settimeout(20)
+            with receiver, accepting.accept()[0] as sender:
+                yield sender, receiver
+
+
+@pytest.mark.parametrize("pause", [0.0, 30.0])
+def test_what_was_called_void_is_not_handed_out_after_a_pause(
+    pause: float, local_pair: tuple[socket.socket, socket.socket], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sender, receiver = local_pair
+    now = [100.0]
+    monkeypatch.setattr(local_socket, "monotonic", lambda: now[0])
+    buffer = bytearray(100)
+    sender.send(b"new")
+    assert receiver.recv_into(buffer) == 3
+    sender.send(b"old")
+    local_socket.make_void(sender)
+    assert not local_socket.has_left(sender)
+    now[0] += pause
+    if pause:
+        with pytest.raises(ConnectionLost, match="too old"):
+            receiver.recv_into(buffer)
+    else:
+        assert receiver.recv_into(buffer) == 3, "it was about to read"
+    receiver.close()
+    assert local_socket.has_left(sender)
+
+
+@pytest.mark.parametrize("ends", [False, True])
+def test_the_last_words_of_a_quiet_sender_are_handed_out(
+    ends: bool, local_pair: tuple[socket.socket, socket.socket], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was silent for long, says something, and may leave at once: nothing is too old."""
+    sender, receiver = local_pair
+    now = [100.0]
+    monkeypatch.setattr(local_socket, "monotonic", lambda: now[0])
+    buffer = bytearray(100)
+    sender.send(b"first")
+    receiver.recv_into(buffer)
+    now[0] += 30.0
+    sender.send(b"last")
+    if ends:
+        sender.shutdown(socket.SHUT_RDWR)
+        sender.close()
+    assert receiver.recv_into(buffer) == 4

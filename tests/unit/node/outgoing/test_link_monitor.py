@@ -20,6 +20,7 @@ class Link:
         self.sock, self.other = socket.socketpair()
         self.sock.setblocking(False)
         self.readable, self.writable, self.flushed = threading.Event(), threading.Event(), threading.Event()
+        self.looked = threading.Event()
         self.monitor: LinkMonitor | None = None
 
     def on_readable(self) -> None:
@@ -33,6 +34,9 @@ class Link:
 
     def flush(self) -> None:
         self.flushed.set()
+
+    def look(self, now: float, before: float) -> None:
+        self.looked.set()
 
 
 @pytest.fixture

@@ -1,0 +1,134 @@
+"""Subscribers of other kinds (rospy, roscpp) get nothing that is older than five seconds, and get new messages soon."""
+
+from __future__ import annotations
+
+import itertools
+import signal
+from pathlib import Path
+
+import pytest
+
+from tests.support.hosts import LAPTOP
+from tests.support.load import crowd
+from tests.support.ros import PYTHON, environment, require_ros
+from tests.support.ros_code import build_cpp_node
+from tests.support.ros_process import RosProcess
+
+from .conftest import MASTER, Network, start_robot, wait
+
+pytestmark = pytest.mark.slow
+
+OLDEST = 5.0  # seconds
+BACK = 8.0  # seconds until new messages come again
+
+ROSPY = """
+import rospy, time
+from std_msgs.msg import String
+rospy.init_node("stranger")
+rospy.Subscriber("/t", String, lambda m: print("heard", repr(time.monotonic()), m.data.split()[1], flush=True))
+rospy.spin()
+"""
+ROSCPP = """
+#include <ros/ros.h>
+#include <std_msgs/String.h>
+#include <cstdio>
+#include <sstream>
+#include <time.h>
+void heard(const std_msgs::String::ConstPtr& m) {
+    timespec t; clock_gettime(CLOCK_MONOTONIC, &t);
+    std::istringstream words(m->data); std::string number, sent; words >> number >> sent;
+    printf("heard %.6f %s\\n", t.tv_sec + t.tv_nsec * 1e-9, sent.c_str()); fflush(stdout);
+}
+int main(int argc, char** argv) {
+    ros::init(argc, argv, "stranger");
+    ros::NodeHandle node;
+    ros::Subscriber s = node.subscribe("/t", 1000, heard);
+    ros::spin();
+}
+"""
+
+
+def heard(stranger: RosProcess) -> list[tuple[float, float]]:
+    """(received, sent) of every message."""
+    lines = [line.split() for line in stranger.output.splitlines() if line.startswith("heard")]
+    return [(float(line[1]), float(line[2])) for line in lines if len(line) == 3]
+
+
+def await_new(stranger: RosProcess, moment: float) -> float:
+    """Seconds from a moment until a message came that was sent after it."""
+    end = moment + 60 * crowd()
+    while True:
+        after = [got for got, sent in heard(stranger) if sent > moment]
+        if after:
+            return after[0] - moment
+        assert wait(0.05) < end, stranger.output[-2000:]
+
+
+@pytest.fixture(params=["rospy", "roscpp"])
+def stranger(request: pytest.FixtureRequest, network: Network, tmp_path: Path) -> RosProcess:
+    """It hears our publisher on the robot."""
+    require_ros("std_msgs")
+    command = [PYTHON, "-c", ROSPY]
+    if request.param == "roscpp":
+        command = [str(build_cpp_node("stranger", ROSCPP, tmp_path))]
+    start_robot(network.robot.python)
+    process = network.laptop.start(*command, env=environment(MASTER, extra={"ROS_IP": LAPTOP}))
+    process.wait_for("^heard")
+    return process
+
+
+@pytest.mark.parametrize("silent", [2.0, 10.0, 25.0])
+def test_silence(silent: float, stranger: RosProcess, network: Network) -> None:
+    """After a short one everything comes; after a long one only what is new, within seconds."""
+    wait(1.0)
+    network.air.silence()
+    began = wait(silent) - silent
+    back = wait(0.0)
+    network.air.clear()
+    again = await_new(stranger, back)
+    wait(3.0)
+    late = [got - sent for got, sent in heard(stranger) if got > back]
+    print(f"{silent:g} s of silence: heard again after {again:.2f} s, the oldest is {max(late):.2f} s old")
+    assert max(late) < OLDEST
+    assert again < BACK * crowd()
+    if silent < 4.0:
+        sent = [sent for _, sent in heard(stranger) if sent > began - 0.5]
+        assert max(b - a for a, b in itertools.pairwise(sent)) < 1.0, "TCP repeats what is lost"
+
+
+def test_a_program_that_is_stopped(stranger: RosProcess, network: Network) -> None:
+    """What its own system had taken nobody can take back; but nothing of the time after that comes."""
+    network.robot.python.do("flood = Ticker(node, '/t', 200, padding=4000)")
+    wait(1.0)
+    stranger.process.send_signal(signal.SIGSTOP)
+    stopped = wait(0.0)
+    back = wait(30.0)
+    stranger.process.send_signal(signal.SIGCONT)
+    again = await_new(stranger, back)
+    wait(2.0)
+    late = [(sent, got - sent) for got, sent in heard(stranger) if got > back]
+    old = [sent - stopped for sent, age in late if age > OLDEST]
+    print(
+        f"{len(old)} old ones, sent within {max(old, default=0):.2f} s after the stop; again after {again:.2f} s"
+    )
+    assert max(old, default=0.0) < OLDEST
+    assert again < BACK * crowd()
+
+
+def test_one_of_ours_on_the_same_computer_that_is_stopped(network: Network) -> None:
+    """On a local socket everything lies with it: it does not take what its publisher has called void."""
+    start_robot(network.robot.python)
+    program = network.robot.another()
+    program.do(
+        f"from rosproto import Node\nnode = Node('/program', master_uri={MASTER!r})\nheard = Heard(node, '/t')"
+    )
+    program.eventually("heard.messages")
+    program.process.send_signal(signal.SIGSTOP)
+    back = wait(30.0)
+    program.process.send_signal(signal.SIGCONT)
+    program.eventually(f"heard.first_sent_after({back!r})")
+    again = program.ask(f"heard.first_sent_after({back!r})") - back
+    oldest = program.ask(f"heard.latest_after({back!r})")
+    print(f"the oldest is {oldest:.2f} s old; again after {again:.2f} s")
+    assert oldest < OLDEST
+    assert again < BACK * crowd()

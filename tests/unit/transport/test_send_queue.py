@@ -1,0 +1,59 @@
+"""What the system says of bytes that were written and are not there yet."""
+
+from __future__ import annotations
+
+import socket
+import sys
+
+import pytest
+
+from rosproto.transport.send_queue import send_queue
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells")
+
+
+@linux
+def test_bytes_that_a_local_program_has_not_read() -> None:
+    """Exactly; whatever the system spends on keeping them."""
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        for _ in range(10):
+            ours.send(b"x" * 52)
+        assert send_queue(ours) == (520, False)
+        theirs.recv(500)
+        assert send_queue(ours) == (20, False)
+        theirs.recv(500)
+        assert send_queue(ours) == (0, False)
+
+
+@linux
+def test_bytes_that_do_not_fit_into_a_receiver_over_tcp() -> None:
+    """What its system has is there, as far as we can know; what it has no room for is not."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        ours = socket.create_connection(server.getsockname())
+        theirs = server.accept()[0]
+    with ours, theirs:
+        ours.setblocking(False)
+        written = 0
+        try:
+            while True:
+                written += ours.send(b"x" * 65536)
+        except BlockingIOError:
+            pass
+        queue = send_queue(ours)
+        assert queue is not None
+        assert 0 < queue.waiting <= written
+        theirs.settimeout(20)
+        while written:
+            written -= len(theirs.recv(1 << 20))
+        while (queue := send_queue(ours)) != (0, False):
+            assert queue is not None
+
+
+def test_nothing_is_known_of_a_closed_socket_or_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    ours, theirs = socket.socketpair()
+    with theirs:
+        ours.close()
+        assert send_queue(ours) is None
+        monkeypatch.setattr(sys, "platform", "win32")
+        assert send_queue(theirs) is None
