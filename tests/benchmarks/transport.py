@@ -26,6 +26,7 @@ import sys
 import tempfile
 import time
 from collections import defaultdict
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -90,6 +91,12 @@ class Bench:
         self.master.close()
         self.master = Master()
 
+    def renew(self) -> None:
+        """Nothing is left of the last pair: no registration, no port of bare sockets."""
+        self.renew_master()
+        shutil.rmtree(self.folder / "bare", ignore_errors=True)
+        (self.folder / "bare").mkdir()
+
     def _env(self, library: str, uri: str) -> dict[str, str]:
         env = ros.environment(uri, packages=self.packages)
         env["BENCH_FOLDER"] = str(self.folder / "bare")
@@ -101,8 +108,10 @@ class Bench:
             env.pop("PYTHONDONTWRITEBYTECODE", None)
         return env
 
-    def start(self, library: str, role: str, **options: Any) -> subprocess.Popen[str]:
-        """Start one role."""
+    def start(
+        self, library: str, role: str, before: Sequence[str] = (), **options: Any
+    ) -> subprocess.Popen[str]:
+        """Start one role; `before` is a program that runs it (strace)."""
         if library == "roscpp":
             queue = (
                 options.get("sub_queue_size")
@@ -121,7 +130,7 @@ class Bench:
             python = self.python if library.startswith("ours") else "/usr/bin/python3"
             command = [python, str(PEER), library, role, json.dumps(options)]
         return subprocess.Popen(
-            command,
+            [*before, *command],
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             text=True,
@@ -138,9 +147,7 @@ class Bench:
 
     def _pair(self, pub: str, pub_role: str, sub: str, sub_role: str, **options: Any) -> tuple[dict, dict]:
         """Run two roles against each other; the second is started first. Results of both."""
-        self.renew_master()
-        shutil.rmtree(self.folder / "bare", ignore_errors=True)
-        (self.folder / "bare").mkdir()
+        self.renew()
         if self.busy_thread:
             options["compute"] = 1
         second = self.start(sub, sub_role, **options)
