@@ -37,7 +37,12 @@ from tests.support import ros
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent
 PEER = HERE / "peers" / "python_peer.py"
-IMAGES = {"VGA": 640 * 480 * 3, "1080p": 1920 * 1080 * 3, "cloud 4.9 MB": 4_900_000}
+VGA = 640 * 480 * 3
+IMAGES = {
+    "Image 640 x 480": VGA,
+    "Image 1920 x 1080": 1920 * 1080 * 3,
+    "as much as a PointCloud2, 4.9 MB": 4_900_000,
+}
 
 
 def run(arguments: list[str]) -> None:
@@ -256,10 +261,10 @@ class Bench:
                     )
                     values[name].append(got["received"] / got["seconds"])
                     values[name + " cpu"].append(got["cpu"] / max(1, got["received"]))
-            print(f"\nImage {label}: messages/s")
+            print(f"\n{label}: messages/s")
             for name in ("raw socket", "rospy", "ours", "ours, ndarray"):
                 print(f"  {name:20} {spread(values[name])}")
-            self._ratio("ours / rospy", values["ours"], values["rospy"], 5, f"Image {label}", more=True)
+            self._ratio("ours / rospy", values["ours"], values["rospy"], 5, label, more=True)
             self._ratio("ours / raw socket", values["ours"], values["raw socket"], 0.85, more=True)
             self._ratio("ours, ndarray / rospy", values["ours, ndarray"], values["rospy"], 5, more=True)
             self._ratio(
@@ -330,7 +335,7 @@ class Bench:
                     lib,
                     "count",
                     type="sensor_msgs/Image",
-                    size=IMAGES["VGA"],
+                    size=VGA,
                     hz=100,
                     count=300,
                     compute=1,
