@@ -26,6 +26,7 @@ import sys
 import tempfile
 import time
 from collections import defaultdict
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +37,12 @@ from tests.support import ros
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent
 PEER = HERE / "peers" / "python_peer.py"
-IMAGES = {"VGA": 640 * 480 * 3, "1080p": 1920 * 1080 * 3, "cloud 4.9 MB": 4_900_000}
+VGA = 640 * 480 * 3
+IMAGES = {
+    "Image 640 x 480": VGA,
+    "Image 1920 x 1080": 1920 * 1080 * 3,
+    "as much as a PointCloud2, 4.9 MB": 4_900_000,
+}
 
 
 def run(arguments: list[str]) -> None:
@@ -90,6 +96,12 @@ class Bench:
         self.master.close()
         self.master = Master()
 
+    def renew(self) -> None:
+        """Nothing is left of the last pair: no registration, no port of bare sockets."""
+        self.renew_master()
+        shutil.rmtree(self.folder / "bare", ignore_errors=True)
+        (self.folder / "bare").mkdir()
+
     def _env(self, library: str, uri: str) -> dict[str, str]:
         env = ros.environment(uri, packages=self.packages)
         env["BENCH_FOLDER"] = str(self.folder / "bare")
@@ -101,8 +113,10 @@ class Bench:
             env.pop("PYTHONDONTWRITEBYTECODE", None)
         return env
 
-    def start(self, library: str, role: str, **options: Any) -> subprocess.Popen[str]:
-        """Start one role."""
+    def start(
+        self, library: str, role: str, before: Sequence[str] = (), **options: Any
+    ) -> subprocess.Popen[str]:
+        """Start one role; `before` is a program that runs it (strace)."""
         if library == "roscpp":
             queue = (
                 options.get("sub_queue_size")
@@ -121,7 +135,7 @@ class Bench:
             python = self.python if library.startswith("ours") else "/usr/bin/python3"
             command = [python, str(PEER), library, role, json.dumps(options)]
         return subprocess.Popen(
-            command,
+            [*before, *command],
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             text=True,
@@ -138,9 +152,7 @@ class Bench:
 
     def _pair(self, pub: str, pub_role: str, sub: str, sub_role: str, **options: Any) -> tuple[dict, dict]:
         """Run two roles against each other; the second is started first. Results of both."""
-        self.renew_master()
-        shutil.rmtree(self.folder / "bare", ignore_errors=True)
-        (self.folder / "bare").mkdir()
+        self.renew()
         if self.busy_thread:
             options["compute"] = 1
         second = self.start(sub, sub_role, **options)
@@ -249,10 +261,10 @@ class Bench:
                     )
                     values[name].append(got["received"] / got["seconds"])
                     values[name + " cpu"].append(got["cpu"] / max(1, got["received"]))
-            print(f"\nImage {label}: messages/s")
+            print(f"\n{label}: messages/s")
             for name in ("raw socket", "rospy", "ours", "ours, ndarray"):
                 print(f"  {name:20} {spread(values[name])}")
-            self._ratio("ours / rospy", values["ours"], values["rospy"], 5, f"Image {label}", more=True)
+            self._ratio("ours / rospy", values["ours"], values["rospy"], 5, label, more=True)
             self._ratio("ours / raw socket", values["ours"], values["raw socket"], 0.85, more=True)
             self._ratio("ours, ndarray / rospy", values["ours, ndarray"], values["rospy"], 5, more=True)
             self._ratio(
@@ -323,7 +335,7 @@ class Bench:
                     lib,
                     "count",
                     type="sensor_msgs/Image",
-                    size=IMAGES["VGA"],
+                    size=VGA,
                     hz=100,
                     count=300,
                     compute=1,
