@@ -6,13 +6,15 @@ import argparse
 import threading
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .connection import CommandError, absolute, below, master_client, open_node, print_json, warn
-from .expression import Expression
 from .option_types import count
 from .parser import near
-from .rates import Bandwidth, Window, bandwidth_text, delay_text, hz_text, table
+
+if TYPE_CHECKING:
+    from .expression import Expression
+    from .rates import Window
 
 __all__ = ["add_bw_arguments", "add_hz_arguments", "run_bw", "run_delay", "run_hz"]
 
@@ -46,7 +48,9 @@ def _common(parser: argparse.ArgumentParser, window: int) -> None:
 
 def run_hz(arguments: argparse.Namespace) -> int:
     """Intervals between arrivals, a report a second."""
-    wanted = Expression(arguments.filter) if arguments.filter else None
+    from .rates import Window, hz_text, table
+
+    wanted = _filter(arguments)
     # N messages have N - 1 intervals between them.
     windows = {topic: Window(arguments.window - 1) for topic in _topics(arguments)}
 
@@ -91,7 +95,9 @@ def _figures(window: Window, what: str) -> dict[str, float] | None:
 
 def run_delay(arguments: argparse.Namespace) -> int:
     """Arrival minus header stamp; both clocks must agree for it to mean anything."""
-    wanted = Expression(arguments.filter) if arguments.filter else None
+    from .rates import Window, delay_text
+
+    wanted = _filter(arguments)
     windows = {topic: Window(arguments.window - 1) for topic in _topics(arguments)}
     headless: list[str] = []
     seen: set[str] = set()
@@ -122,6 +128,8 @@ def run_delay(arguments: argparse.Namespace) -> int:
 
 def run_bw(arguments: argparse.Namespace) -> int:
     """Bytes a second, a report a second."""
+    from .rates import Bandwidth, bandwidth_text
+
     bandwidths = {topic: Bandwidth(arguments.window) for topic in _topics(arguments)}
 
     def arrived(topic: str, message: Any, now: float) -> None:
@@ -140,6 +148,13 @@ def run_bw(arguments: argparse.Namespace) -> int:
                 print(text if len(bandwidths) == 1 else f"{topic}: {text}", flush=True)
 
     return _watch(arguments, arrived, report, raw=True)
+
+
+def _filter(arguments: argparse.Namespace) -> Expression | None:
+    """What a message must fulfil."""
+    from .expression import Expression
+
+    return Expression(arguments.filter) if arguments.filter else None
 
 
 def _topics(arguments: argparse.Namespace) -> list[str]:

@@ -64,6 +64,26 @@ def test_rosnode(node, tool):
     assert "/our_node" in tool("rosnode", "machine", "127.0.0.1")
 
 
+def test_what_was_registered_in_one_request_is_all_there(node, tool):
+    """On both masters: topics, services, and the links that follow from them."""
+    with node.registering():
+        publishers = [node.publisher(f"/many/{number}", String) for number in range(12)]
+        node.subscriber("/orders", String, callback=print)
+        node.service_server("~trigger", "std_srvs/Trigger", lambda request: (True, ""))
+    assert not node._context.master._one_by_one  # neither lacks system.multicall
+    info = tool("rosnode", "info", "/our_node")
+    assert all(f"* /many/{number} [std_msgs/String]" in info for number in range(12))
+    assert "* /orders [" in info
+    assert "* /our_node/trigger" in info
+    with Node("/hears", master_uri=node.master_uri, intraprocess=False) as hears:
+        with hears.registering():
+            heard = [hears.subscriber(f"/many/{number}", String) for number in range(12)]
+        for publisher in publishers:
+            publisher.wait_for_connection(60)
+            publisher.publish(data=publisher.topic)
+        assert [subscriber.next(timeout=60).data for subscriber in heard] == [p.topic for p in publishers]
+
+
 def test_rosnode_info_shows_a_link_between_our_nodes(node, tool, any_master):
     with Node("/other", master_uri=any_master, intraprocess=False) as other:
         publisher = node.publisher("/chatter", String)

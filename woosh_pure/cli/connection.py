@@ -16,8 +16,6 @@ from rosproto.errors import ConnectionLost, RosTimeout
 from woosh_pure.cli import config
 from woosh_pure.cli.console import is_terminal
 from woosh_pure.cli.output import Output
-from woosh_pure.errors import ChassisError, MotionRefused
-from woosh_pure.outcome import OutcomeKind
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
@@ -29,7 +27,7 @@ __all__ = ["chosen", "connect", "follow", "names", "reaching", "report", "stop_a
 
 _LIVE, _PLAIN = 0.25, 2.0
 """Seconds between two looks at a motion: on a terminal, and where lines are kept."""
-_ENDED_THERE = (OutcomeKind.REPLACED, OutcomeKind.CANCELLED, OutcomeKind.REJECTED)
+_ENDED_THERE = ("REPLACED", "CANCELLED", "REJECTED")
 """Ends that the chassis has told: nothing of ours goes on."""
 
 
@@ -90,6 +88,8 @@ def connect(args: Namespace, out: Output, *, sim_speed: float = 1.0) -> Iterator
             stop_and_tell(chassis, out)
             if isinstance(error, BrokenPipeError):
                 # A motion is not followed by a command that nobody listens to.
+                from woosh_pure.errors import ChassisError
+
                 raise ChassisError("nobody reads the output any more: the motion was stopped") from error
             raise
 
@@ -120,9 +120,11 @@ def _may_move(chassis: Chassis, error: BaseException) -> bool:
     """
     if chassis.under_way or chassis._core.running.just_let_go:
         return True
+    from woosh_pure.errors import MotionRefused  # late: --help does not load the chassis
+
     outcome = getattr(error, "outcome", None)
     if outcome is not None:
-        return outcome.kind not in _ENDED_THERE
+        return outcome.kind.name not in _ENDED_THERE
     return chassis.moved and not isinstance(error, (MotionRefused, BrokenPipeError))
 
 

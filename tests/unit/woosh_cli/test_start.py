@@ -51,6 +51,16 @@ def test_help_imports_nothing_heavy(module, commands) -> None:
     assert done.stdout.count("usage:") == len(commands)
 
 
+@pytest.mark.parametrize(("module", "command"), [("woosh_pure", "ready"), ("rosproto", "topic list")])
+def test_help_of_a_command_loads_no_sockets(module, command) -> None:
+    """They come with the chassis, or the master, that it is asked for."""
+    words = [sys.executable, "-c", SEVERAL, module, "socket woosh_pure.errors rosproto.transport", command]
+    done = subprocess.run(
+        words, capture_output=True, text=True, encoding="utf-8", cwd=ROOT, timeout=60, check=False
+    )
+    assert done.stderr == ""
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("module", ["woosh_pure", "rosproto"])
 def test_help_takes_less_than_150_ms_of_the_processor_beyond_the_interpreter(module) -> None:

@@ -7,7 +7,6 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosTimeout
-from rosproto.transport import Deadline
 from woosh_pure.cli.arguments import seconds
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
@@ -29,6 +28,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
+    from rosproto.transport import Deadline
+
     with connect(args, out) as chassis:
         chassis.readiness()  # begins to listen
         deadline = Deadline(args.listen)
@@ -45,6 +46,8 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _wait(chassis: Chassis, longest: float) -> None:
+    from rosproto.transport import Deadline
+
     deadline = Deadline(longest)
     while not (is_there(chassis) or deadline.expired):
         time.sleep(0.1)
