@@ -19,7 +19,7 @@ _REQUIRED = object()
 
 
 class Parameters:
-    """`await node.params.get("/key")`; what each method does is told at `rosproto.node.Parameters`."""
+    """`await node.params.get("/key")`; see `rosproto.node.Parameters` for what each method does."""
 
     def __init__(
         self, params: ThreadedParameters, pool: Pool, make_mailbox: Callable[[int], Mailbox[Any]] = Mailbox

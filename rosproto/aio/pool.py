@@ -148,7 +148,7 @@ class _Call(Generic[T]):
         try:
             result = self._function()
         except BaseException as error:
-            problem = error  # the name in `except` is gone when it is told
+            problem = error  # the name in `except` is gone when the loop asks for it
             return lambda: notify(self._loop, _fail, self.future, problem)
         with self._lock:
             self._opened.append(result)

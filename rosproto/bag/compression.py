@@ -32,7 +32,7 @@ def compressor(name: str) -> Callable[[bytes], bytes]:
 
         return bz2.compress
     if name == "lz4":
-        _lz4()  # one that is missing is told now, not with the first chunk
+        _lz4()  # a missing package is reported now, not with the first chunk
         return _lz4_compress
     raise ValueError(f"compression {name!r}: a bag knows {', '.join(COMPRESSIONS)}")
 

@@ -1,6 +1,6 @@
 """What is in a bag, in the words of `rosbag info`: its text and its YAML, line by line.
 
-Only the index is read, so a bag of any size is told at once.
+Only the index is read, so the answer comes at once for a bag of any size.
 
 Source: rosbag/bag.py, Bag.__str__ and Bag._get_yaml_info.
 """

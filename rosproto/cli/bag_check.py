@@ -22,7 +22,7 @@ __all__ = ["add_check_arguments", "check", "problems_of"]
 
 
 def add_check_arguments(parser: argparse.ArgumentParser) -> None:
-    """Which bags, and how it is told."""
+    """Which bags, and the form of the report."""
     parser.add_argument("bags", nargs="+", metavar="BAG")
     add_json(parser)
     parser.add_argument("-q", "--quiet", action="store_true", help="print problems only")

@@ -1,7 +1,7 @@
 """`rosproto bag info`: what is in a bag, in the words of `rosbag info`, with a curve of each topic's rate.
 
-Only the index is read, so a bag of any size is told at once. Text and YAML are rosbag's, line by line (the
-curves stand behind them, where a program that reads the lines does not look; --plain leaves them out).
+Only the index is read, so the answer comes at once for a bag of any size. Text and
+YAML are rosbag's, line by line; the curves are appended to the lines, and --plain leaves them out.
 """
 
 from __future__ import annotations

@@ -147,7 +147,7 @@ def _named(master: MasterClient, host: str) -> Iterator[Finding]:
 
 
 def _nodes(master: MasterClient, state: SystemState, hosts: HostNames) -> Iterator[Finding]:
-    """Every node must be reachable at the URI it registered; one cause is told once, with all who have it."""
+    """Every node must answer at the URI it registered; a shared cause is reported once, with its nodes."""
     good = 0
     unknown: dict[str, dict[str, str]] = {}  # host name -> node -> why the master's address does not do
     for node in state.nodes:

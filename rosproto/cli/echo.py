@@ -34,7 +34,7 @@ __all__ = ["run"]
 REDRAW = 0.1
 """Least seconds between two pictures on a terminal."""
 PATIENCE = 3.0
-"""Seconds of silence after which a person is told how things stand, once."""
+"""Seconds of silence after which one warning says why nothing may be coming."""
 
 Arrival = tuple[str, Any, Time]
 """Topic, message, when it was received."""

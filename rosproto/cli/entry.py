@@ -69,7 +69,7 @@ _WITHOUT_VERBS = ("graph", "doctor", "run", "master", "completion")
 
 
 def behind_the_verb(words: Sequence[str]) -> list[str]:
-    """`rosproto --master URI topic list` is `rosproto topic list --master URI`: `woosh` takes both, too."""
+    """Move leading options behind the verb: `--master URI topic list` is `topic list --master URI`."""
     early: list[str] = []
     rest = list(words)
     while rest and rest[0].partition("=")[0] in (

@@ -299,7 +299,7 @@ def _answers(master: MasterClient, name: str, arguments: argparse.Namespace) -> 
 
 
 def _is_elsewhere(master: MasterClient, name: str, arguments: argparse.Namespace) -> bool:
-    """Whether its host is unknown here, so that its silence proves nothing."""
+    """Whether its host name cannot be resolved here, so that its silence proves nothing."""
     from rosproto.transport.address import parse_uri
 
     try:

@@ -68,7 +68,7 @@ class Parser(argparse.ArgumentParser):
         raise WrongUse(f"{self.prog}: {text}")
 
     def spoken(self, text: str) -> str:
-        """What is said on stderr, in the language of who reads it; who knows another one overrides this."""
+        """Text for stderr; a subclass that speaks another language translates it here."""
         return text
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
@@ -125,7 +125,7 @@ def verbs_of(action: argparse.Action) -> Mapping[str, Parser]:
 
 
 def _plain_words(rest: Sequence[str]) -> tuple[list[str], list[str]]:
-    """What is no option, or stands behind `--`; and the others."""
+    """The words that are values, with all behind `--`; and the options."""
     before, after = list(rest), []
     if "--" in before:
         at = before.index("--")
@@ -196,7 +196,7 @@ def sub_parsers(parser: argparse.ArgumentParser) -> Iterator[tuple[str, argparse
 
 
 def give_examples(parser: argparse.ArgumentParser, examples: Mapping[str, Sequence[str]]) -> None:
-    """Let a command and its verbs show theirs; the key is what stands behind the name of the program."""
+    """Give a command and its verbs their examples; keys are command lines without the program's name."""
     for one in {id(p): p for p in (parser, *leaves(parser))}.values():
         if isinstance(one, Parser):
             one.examples = examples.get(one.prog.partition(" ")[2], ())

@@ -36,7 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise ValueError(f"no values: write '{{{fields}}}', or the fields in order, or -f FILE")
     messages = [] if piped else _messages(arguments)
     for value in messages:
-        from_dict(cls, value, now=Time(1, 0))  # wrong values are told before anything is announced
+        from_dict(cls, value, now=Time(1, 0))  # wrong values are refused before anything is announced
     _warn_of_another_type(arguments)
     latch = arguments.latch or not (arguments.rate or arguments.n or piped or arguments.file)
     latch = latch or arguments.once

@@ -53,7 +53,7 @@ class Guarded:
         return len(text)
 
     def writelines(self, lines: Sequence[str]) -> None:
-        """Each of them."""
+        """Write each of them."""
         for line in lines:
             self.write(line)
 

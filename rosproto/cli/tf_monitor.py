@@ -16,7 +16,7 @@ from .parser import near
 __all__ = ["Arrivals", "monitor"]
 
 FIRST = 3.0
-"""Seconds of silence after which it is told that nothing comes."""
+"""Seconds of silence after which a warning says so."""
 
 
 @dataclass

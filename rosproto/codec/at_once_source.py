@@ -53,7 +53,7 @@ class _Part(NamedTuple):
 
 
 class AtOnceWriter:
-    """The part of the encode writer that does this."""
+    """The part of the encode writer that packs whole arrays."""
 
     src: Source
 

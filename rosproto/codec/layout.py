@@ -12,6 +12,7 @@ from collections.abc import Container
 from typing import TYPE_CHECKING, Protocol
 
 from rosproto.errors import DefinitionError
+from rosproto.msg.parser import INTEGER_RANGES
 
 if TYPE_CHECKING:
     from rosproto.msg.spec import Field, MessageSpec
@@ -47,17 +48,7 @@ FORMATS = {
 
 SIZES = {"?": 1, "b": 1, "B": 1, "h": 2, "H": 2, "i": 4, "I": 4, "q": 8, "Q": 8, "f": 4, "d": 8}
 
-RANGES_BY_CODE = {
-    "b": (-(1 << 7), (1 << 7) - 1),
-    "B": (0, (1 << 8) - 1),
-    "?": (0, (1 << 8) - 1),
-    "h": (-(1 << 15), (1 << 15) - 1),
-    "H": (0, (1 << 16) - 1),
-    "i": (-(1 << 31), (1 << 31) - 1),
-    "I": (0, (1 << 32) - 1),
-    "q": (-(1 << 63), (1 << 63) - 1),
-    "Q": (0, (1 << 64) - 1),
-}
+RANGES_BY_CODE = {"?": (0, 255), **{FORMATS[kind]: bounds for kind, bounds in INTEGER_RANGES.items()}}
 """Least and greatest integer; a bool may be any octet, as in genpy."""
 
 DTYPES = {

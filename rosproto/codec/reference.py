@@ -9,16 +9,12 @@ a str (bytes that are not UTF-8 as surrogates).
 from __future__ import annotations
 
 import struct
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from rosproto.codec.layout import RANGES_BY_CODE, FieldLayout, Layout, resolve
+from rosproto.codec.layout import RANGES_BY_CODE, FieldLayout, Layout
 from rosproto.errors import CodecError
 
-if TYPE_CHECKING:
-    from rosproto.codec.layout import SpecSource
-    from rosproto.msg.spec import MessageSpec
-
-__all__ = ["decode_layout", "decode_reference", "encode_layout", "encode_reference"]
+__all__ = ["decode_layout", "encode_layout"]
 
 
 LIGHT_SPARE = 1 << 18
@@ -28,28 +24,12 @@ each byte of it. (This codec, which decodes them, takes some four times as much 
 """
 
 
-def decode_reference(
-    spec: MessageSpec, library: SpecSource, data: Any, start: int = 0, end: int | None = None
-) -> dict[str, Any]:
+def decode_layout(layout: Layout, data: Any, start: int, end: int) -> dict[str, Any]:
     """Decode the bytes `data[start:end]`, all of them.
 
     Raises:
         CodecError: Bytes and definition disagree.
     """
-    return decode_layout(resolve(spec, library), data, start, len(data) if end is None else end)
-
-
-def encode_reference(spec: MessageSpec, library: SpecSource, value: dict[str, Any]) -> bytes:
-    """Encode a dict of fields.
-
-    Raises:
-        CodecError: A value does not fit its field.
-    """
-    return encode_layout(resolve(spec, library), value)
-
-
-def decode_layout(layout: Layout, data: Any, start: int, end: int) -> dict[str, Any]:
-    """`decode_reference` for a resolved definition."""
     reader = _Reader(layout.spec.name, data, start, end)
     value = reader.message(layout, "")
     if reader.position != end:
@@ -141,7 +121,11 @@ class _Reader:
 
 
 def encode_layout(layout: Layout, value: dict[str, Any]) -> bytes:
-    """`encode_reference` for a resolved definition."""
+    """Encode a dict of fields.
+
+    Raises:
+        CodecError: A value does not fit its field.
+    """
     parts: list[bytes] = []
     _Writer(layout.spec.name, parts).message(layout, value, "")
     return b"".join(parts)

@@ -36,7 +36,7 @@ class _Piece(NamedTuple):
 
 
 class TextWriter(ArrayWriter):
-    """The part of the decode writer that does this."""
+    """The part of the decode writer for messages like the one before."""
 
     def like_the_last(self) -> str:
         """Decode a message of a known size; where the size is new, the code that follows does.

@@ -147,7 +147,7 @@ class ParameterTree:
             return None
 
     def _updates(self, key: str, value: object, ignore: str | None, *, below: bool) -> list[ParamUpdate]:
-        """Who is told what after `key` became `value` (`{}`: deleted); `below`: also ask below the key."""
+        """Updates that follow from `key` becoming `value` (`{}`: deleted); `below`: also of keys below it."""
         if not self._subscribers:
             return []
         changed = subscription_key(key)

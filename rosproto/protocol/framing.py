@@ -141,7 +141,7 @@ class FrameDecoder:
             self._have += count
 
     def receive(self, data: bytes | bytearray | memoryview) -> None:
-        """Add bytes from the stream; they are copied. What is too long is refused when it is asked for."""
+        """Add bytes from the stream, copied. A frame that is too long is refused when it is taken out."""
         with memoryview(data) as source:
             done = 0
             while done < len(source):

@@ -255,7 +255,7 @@ class Recorder:
         """Stop receiving, write everything that waits, finish the bag. Twice is fine.
 
         Raises:
-            BagError: Writing failed, and nobody was told yet.
+            BagError: Writing failed, and the error has not been raised yet.
         """
         self._stopping.set()
         if self._finder.is_alive():

@@ -1,4 +1,4 @@
-"""The messages of one or several bags in the order of time, as a player needs them: encoded, with a span."""
+"""The encoded messages of one or several bags, a span of them in the order of time, for a player."""
 
 from __future__ import annotations
 

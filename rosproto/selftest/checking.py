@@ -44,7 +44,7 @@ class Check(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What came of a check.
+    """The result of a check.
 
     Attributes:
         name: Of the check.

@@ -22,7 +22,7 @@ IDENTITY: Pose = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
 
 
 class NoWay(Exception):
-    """There is no transform; a buffer makes an error of its own of it."""
+    """There is no transform; buffers turn this into errors of their own."""
 
 
 class Loop(NoWay):

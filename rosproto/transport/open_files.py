@@ -39,4 +39,4 @@ def allow_open_files(count: int) -> None:
     try:
         resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
     except (OSError, ValueError):
-        pass  # it stays as it is; who opens one too many is told so
+        pass  # the limit stays; opening one too many raises an error that says so

@@ -183,7 +183,7 @@ def _try_number(sock: socket.socket, level: int, option: int, value: int) -> Non
     try:
         sock.setsockopt(level, option, value)
     except OSError:
-        pass  # a comfort, not a need: socket pairs and odd systems lack some; macOS refuses on closed peers
+        pass  # optional: socket pairs and odd systems lack some; macOS refuses on closed peers
 
 
 def _probe_windows(sock: socket.socket, idle: float, interval: float) -> None:

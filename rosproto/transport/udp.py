@@ -31,7 +31,7 @@ def open_receiver(host: str) -> socket.socket:
 
 
 def open_sender(host: str, port: int, deadline: Deadline) -> socket.socket:
-    """A socket that sends there and nowhere else, so that it is told when nobody takes the datagrams.
+    """A connected socket: the system reports on it when nobody takes the datagrams.
 
     Raises:
         ConnectionLost: The host is unknown, or there is no way to it.
@@ -58,4 +58,4 @@ def _widen(sock: socket.socket, option: int) -> None:
     try:
         sock.setsockopt(socket.SOL_SOCKET, option, BUFFER_BYTES)
     except OSError:
-        pass  # a wish; some systems refuse what is too much in place of giving less
+        pass  # a wish: some systems refuse a large buffer instead of giving a smaller one

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from rosproto.codec import decode, define, encode, message_class
-from rosproto.codec.reference import decode_reference
+from rosproto.codec.layout import resolve
+from rosproto.codec.reference import decode_layout
 from rosproto.errors import CodecError, DefinitionError
 from rosproto.msg import bundled, parse_action, parse_message, parse_service
 
@@ -66,11 +67,11 @@ def message(data: bytes) -> str:
         decoded = decode(cls, body)
     except CodecError as error:
         try:
-            decode_reference(cls._spec, bundled(), body)
+            decode_layout(resolve(cls._spec, bundled()), body, 0, len(body))
         except CodecError:
             return f"{cls._type}: {str(error)[:40]}"
         raise AssertionError("the reference codec takes what the generated code refuses") from error
-    decode_reference(cls._spec, bundled(), body)
+    decode_layout(resolve(cls._spec, bundled()), body, 0, len(body))
     again = encode(decoded)
     # A bool of 7 is true, and true is written as 1: the one thing that does not come back as it was.
     assert len(again) == len(body)

@@ -31,7 +31,7 @@ from rosproto.codec import (
 from rosproto.codec.dicts import from_dict, to_dict
 from rosproto.codec.flavour import flavour_named
 from rosproto.codec.layout import resolve
-from rosproto.codec.reference import decode_reference, encode_reference
+from rosproto.codec.reference import decode_layout, encode_layout
 from rosproto.errors import CodecError, DefinitionError
 from rosproto.msg import Field, FieldType, MessageSpec, bundled
 from rosproto.time import Time
@@ -317,17 +317,18 @@ def test_layouts_of_definitions_that_no_parser_made() -> None:
 def test_the_reference_codec_by_definition() -> None:
     """Bytes to plain values and back, without a class."""
     spec = bundled().message("geometry_msgs/PointStamped")
+    layout = resolve(spec, bundled())
     value = {
         "header": {"seq": 1, "stamp": (2, 3), "frame_id": "map"},
         "point": {"x": 1.0, "y": 2.0, "z": 3.0},
     }
-    data = encode_reference(spec, bundled(), value)
+    data = encode_layout(layout, value)
     assert data == encode(from_dict(message_class(spec.name), {"header": {"seq": 1, "frame_id": "map",
         "stamp": {"secs": 2, "nsecs": 3}}, "point": [1.0, 2.0, 3.0]}))  # fmt: skip
-    assert decode_reference(spec, bundled(), data) == value
-    assert decode_reference(spec, bundled(), b"?" + data + b"?", 1, len(data) + 1) == value
+    assert decode_layout(layout, data, 0, len(data)) == value
+    assert decode_layout(layout, b"?" + data + b"?", 1, len(data) + 1) == value
     with pytest.raises(CodecError, match="header: a std_msgs/Header is expected, not int 5"):
-        encode_reference(spec, bundled(), {**value, "header": 5})
+        encode_layout(layout, {**value, "header": 5})
 
 
 def test_a_list_too_long_for_its_count() -> None:
@@ -337,10 +338,10 @@ def test_a_list_too_long_for_its_count() -> None:
         def __len__(self) -> int:
             return 1 << 32
 
-    spec = bundled().message("std_msgs/Int8MultiArray")
+    layout = resolve(bundled().message("std_msgs/Int8MultiArray"), bundled())
     value = {"layout": {"dim": [], "data_offset": 0}, "data": Endless()}
     with pytest.raises(CodecError, match="data: 4294967296 elements, at most 4294967295 fit"):
-        encode_reference(spec, bundled(), value)
+        encode_layout(layout, value)
 
 
 def test_a_message_of_plain_values() -> None:

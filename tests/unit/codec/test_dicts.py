@@ -8,7 +8,7 @@ import math
 import pytest
 
 from rosproto.codec import message_class
-from rosproto.codec.dicts import fill, from_dict, to_dict
+from rosproto.codec.dicts import fill, from_dict, plain, to_dict
 from rosproto.errors import CodecError
 from rosproto.time import Time
 
@@ -97,3 +97,13 @@ def test_fill_keeps_what_is_not_named() -> None:
     assert (twist.linear.x, twist.linear.y) == (1.0, 3.0)
     fill(twist, None)
     assert twist.linear.x == 1.0
+
+
+def test_values_of_parameters_become_plain() -> None:
+    """Namespaces are dicts, bytes lists of numbers, and what JSON has no word for is None on request."""
+    value = {"a": {"data": b"\x01\x02", "stamp": Time(1, 2)}, "b": [1.5, math.inf]}
+    assert plain(value, finite=True) == {
+        "a": {"data": [1, 2], "stamp": {"secs": 1, "nsecs": 2}},
+        "b": [1.5, None],
+    }
+    assert plain(value)["b"] == [1.5, math.inf]
