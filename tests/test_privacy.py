@@ -25,7 +25,6 @@ LEFT = (
     "rosproto.aio",
     "rosproto.codec",
     "rosproto.node",
-    "woosh_pure",
 )
 """Not watched yet: to watch a package, remove its line."""
 
