@@ -21,7 +21,7 @@ from rosproto.codec import Message
 
 ROOT = Path(__file__).resolve().parent.parent
 
-LEFT = ("woosh_pure",)
+LEFT: tuple[str, ...] = ()
 """Not watched yet: to watch a package, remove its line."""
 
 PUBLIC_IN_SPITE = frozenset(

@@ -14,8 +14,7 @@ from collections.abc import Generator, Iterator, Mapping
 
 import rosproto
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
-from rosproto.transport import Deadline, parse_uri
-from rosproto.transport.host_names import HostNames, hosts_advice
+from rosproto.transport import Deadline, HostNames, hosts_advice, parse_uri
 from woosh_pure import interface
 from woosh_pure.doctor.definitions import check_definitions
 from woosh_pure.doctor.finding import Finding, Level
@@ -167,7 +166,7 @@ def _is_there(row: Row, state: rosproto.node.SystemState) -> bool:
 
 
 def _competitors(state: rosproto.node.SystemState) -> Iterator[Finding]:
-    """Other programs that command it; the chassis's own nodes do so as well, and are none."""
+    """Programs that send it commands, apart from the chassis's own nodes."""
     others: dict[str, list[str]] = {}
     topics = {f"{row.name}/goal": row.name for row in interface.actions()}
     topics |= {row.name: row.name for row in interface.topics("write") if row.bypasses_protection}
