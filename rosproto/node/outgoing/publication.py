@@ -280,7 +280,7 @@ class Publication:
             link.caller_id,
             bind=lambda sock: self.context.endpoints.tcpros.bind_beside(sock, local),
             remote=remote,
-            announce=lambda: self.register(self.context.master),
+            announce=lambda: self.context.registrations.say_again(self),
             is_back=is_back,
         ).start()
 
