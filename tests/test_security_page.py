@@ -36,6 +36,7 @@ HOLDS = {
         "unit/node/incoming/test_link_state.py::test_another_definition_is_not_asked_again_and_again",
     ],
     "Your own folders and the bundled definitions come before it": [
+        "unit/node/revisions/test_own_first.py::test_the_order",
         "unit/cli/test_own_definitions.py::test_the_users_own_come_first_everywhere",
     ],
     "a type whose name no file can have is left out": [
