@@ -2,6 +2,7 @@
 
 import traceback
 
+from rosproto.node.interrupts import is_interrupt
 from rosproto.rospy.messages import node_class
 
 from . import core
@@ -129,7 +130,9 @@ class SubscriberImpl(TopicImpl):
                 cb(message, cb_args)
         except SystemExit:
             pass  # in rospy it ends a receiving thread, not the program
-        except BaseException:
+        except BaseException as error:
+            if is_interrupt(error):
+                raise
             if core.is_shutdown():
                 core.logger.warning("during shutdown, bad callback: %s\n%s", cb, traceback.format_exc())
             else:
