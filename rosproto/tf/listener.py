@@ -83,10 +83,11 @@ class TransformListener:
     def _refuse(self, child: str, authority: str, error: ValueError) -> None:
         with self._lock:
             self.refused += 1
+            child = child[:100]
             if child in self._named or len(self._named) >= MOST_NAMED:
                 return
             self._named.add(child)
-        logger.warning("transform of %s from %s is not taken: %s", child[:100], authority, error)
+        logger.warning("transform of %s from %s is not taken: %s", child, authority, error)
 
     def close(self) -> None:
         """End both subscriptions; the buffer stays as it is. May be called again."""
