@@ -11,6 +11,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 
 LAYERS = [
+    "rosproto.late",
     "rosproto.text",
     "rosproto.errors",
     "rosproto.bounded_cache",
@@ -45,6 +46,7 @@ LAYERS = [
 """From the ground up. `rosproto` alone is its public face: only woosh_pure may import that."""
 
 PURE = [
+    "rosproto.late",
     "rosproto.msg",
     "rosproto.text",
     "rosproto.errors",

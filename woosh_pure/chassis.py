@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.logs import get_logger
-from rosproto.msg.user_folder import learned_paths
+from rosproto.msg import learned_paths
 from rosproto.numbers import as_float
 from rosproto.transport import Deadline, HostNames
 from woosh_pure import interface

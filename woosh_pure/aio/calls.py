@@ -16,7 +16,7 @@ from collections.abc import Awaitable, Callable, Coroutine, Generator
 from typing import Any, Generic, TypeVar
 from weakref import WeakSet
 
-from rosproto.aio.pool import Pool
+from rosproto.aio import Pool
 from woosh_pure.connection.begun import Begun, beginning
 
 __all__ = ["Calls", "Later"]

@@ -6,8 +6,7 @@ import asyncio
 from collections.abc import AsyncIterator, Callable, Generator
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from rosproto.aio.mailbox import Mailbox
-from rosproto.aio.pool import notify
+from rosproto.aio import Mailbox, notify
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.transport import Deadline

@@ -8,8 +8,7 @@ from collections.abc import AsyncIterator, Callable, Coroutine, Generator
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from rosproto.aio.mailbox import Mailbox
-from rosproto.aio.pool import notify
+from rosproto.aio import Mailbox, notify
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from woosh_pure.aio.calls import Calls

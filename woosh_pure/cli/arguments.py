@@ -9,9 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from rosproto.cli.counts import counted
-from rosproto.cli.option_types import count, folder_exists, natural, port, positive, seconds
-from rosproto.cli.option_types import finite as number
+from rosproto.cli import count, counted, folder_exists, natural, port, positive, seconds
+from rosproto.cli import finite as number
 
 if TYPE_CHECKING:
     from woosh_pure.cli.output import Output

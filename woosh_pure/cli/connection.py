@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
-from rosproto.cli.bag_progress import Progress
+from rosproto.cli import Progress
 from rosproto.errors import ConnectionLost, RosTimeout
 from woosh_pure.cli import config
 from woosh_pure.cli.console import is_terminal
@@ -53,8 +53,8 @@ def chosen(args: Namespace) -> tuple[str | None, str | None]:
 
 def names(args: Namespace) -> dict[str, str]:
     """Host names given by hand: those of --resolve, then those of the environment."""
-    from rosproto.node.options import host_names
-    from rosproto.transport.host_names import parse_host_names
+    from rosproto.node import host_names
+    from rosproto.transport import parse_host_names
 
     return {**host_names(), **parse_host_names(getattr(args, "resolve", None) or ())}
 
@@ -62,7 +62,7 @@ def names(args: Namespace) -> dict[str, str]:
 @contextmanager
 def connect(args: Namespace, out: Output, *, sim_speed: float = 1.0) -> Iterator[Chassis]:
     """The chassis that the common options name."""
-    from rosproto.msg.user_folder import environment_paths
+    from rosproto.msg import environment_paths
     from woosh_pure.chassis import Chassis
 
     with ExitStack() as stack:

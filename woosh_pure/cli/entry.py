@@ -7,23 +7,27 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from rosproto.cli.closed_console import linger_when_closed
-from rosproto.cli.failure import (
+from rosproto.cli import (
     DONE,
     FAILED,
     INTERRUPTED,
     TERMINATED,
     UNREACHABLE,
     WRONG_USE,
+    Parser,
     Terminated,
+    WrongUse,
+    as_typed,
+    escape_what_cannot_be_printed,
     explain,
+    give_examples,
+    guarded,
+    linger_when_closed,
     output_is_gone,
+    positive,
     say,
     signals_unwind,
 )
-from rosproto.cli.option_types import positive
-from rosproto.cli.parser import Parser, WrongUse, give_examples
-from rosproto.cli.streams import as_typed, escape_what_cannot_be_printed, guarded
 from rosproto.version import __version__
 from woosh_pure.cli.examples import EXAMPLES
 from woosh_pure.cli.output import Output, spoken

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rosproto.cli.width import cut, width
-from rosproto.text import printable
+from rosproto.text import cut, printable, width
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rosproto.logs import get_logger
-from rosproto.node.services.client import Cancellation
+from rosproto.node import Cancellation
 from woosh_pure.errors import MotionRefused
 
 __all__ = ["Begun", "beginning", "current"]

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import rosproto
-from rosproto.codec.conversion import ValuesLost
+from rosproto.codec import ValuesLost
 from rosproto.errors import RosTimeout
-from rosproto.node.services.client import Cancellation
+from rosproto.node import Cancellation
 from rosproto.transport import Deadline
 from woosh_pure.connection.begun import current
 from woosh_pure.connection.connection import Connection

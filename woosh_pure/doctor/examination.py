@@ -14,8 +14,7 @@ from collections.abc import Generator, Iterator, Mapping
 
 import rosproto
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
-from rosproto.transport import Deadline, parse_uri
-from rosproto.transport.host_names import HostNames, hosts_advice
+from rosproto.transport import Deadline, HostNames, hosts_advice, parse_uri
 from woosh_pure import interface
 from woosh_pure.doctor.definitions import check_definitions
 from woosh_pure.doctor.finding import Finding, Level

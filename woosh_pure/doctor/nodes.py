@@ -11,8 +11,7 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
-from rosproto.transport import Deadline, connect, parse_uri
-from rosproto.transport.host_names import hosts_advice
+from rosproto.transport import Deadline, connect, hosts_advice, parse_uri
 from woosh_pure import interface
 from woosh_pure.doctor.finding import Finding, Level
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from rosproto.codec.comparison import differences
+from rosproto.codec import differences
 from rosproto.errors import DefinitionError
 from rosproto.msg import DefinitionLibrary, MessageSpec, bundled, library_from_full_text
 from woosh_pure.firmware.survey import Answer

@@ -16,8 +16,8 @@ from collections.abc import Callable, Iterable, Iterator
 from functools import lru_cache
 from importlib import resources
 
-from rosproto.cli.width import padded, width
 from rosproto.records import NamedTuple
+from rosproto.text import padded, width
 
 __all__ = ["Sentence", "Words", "read_table", "words_for"]
 

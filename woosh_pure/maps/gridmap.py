@@ -109,7 +109,7 @@ class GridMap:
 
     def save_png(self, path: str | Path) -> Path:
         """Write a grey PNG picture: white free, black occupied, grey unknown."""
-        from rosproto.numeric.pngfile import encode_png
+        from rosproto.numeric import encode_png
 
         out = Path(path)
         out.write_bytes(encode_png(self.to_grey()))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rosproto.numeric.pngfile import SIGNATURE, decode_png
+from rosproto.numeric import decode_png, is_png
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap
 
@@ -162,7 +162,7 @@ def _read_image(path: Path, limit_cells: int) -> NDArray[np.uint8]:
     """(height, width, channels) uint8."""
     data = path.read_bytes()
     try:
-        return decode_png(data, limit_cells) if data.startswith(SIGNATURE) else _decode_pnm(data, limit_cells)
+        return decode_png(data, limit_cells) if is_png(data) else _decode_pnm(data, limit_cells)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 

@@ -8,8 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import rosproto
-from rosproto.node.incoming.local_nodes import LocalNodes
-from rosproto.node.revisions.revisions import NoRevisions
+from rosproto.node import LocalNodes, NoRevisions
 from woosh_pure import interface
 from woosh_pure.firmware.revisions import Firmware
 from woosh_pure.interface.table import Row

@@ -13,8 +13,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rosproto.cli.width import width
 from rosproto.errors import ConnectionLost
+from rosproto.text import width
 from tests.support.png import read_png
 from woosh_pure.cli import config, entry
 from woosh_pure.cli.commands import watch

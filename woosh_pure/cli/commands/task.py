@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from rosproto.cli.option_types import whole
+from rosproto.cli import whole
 from woosh_pure.cli.arguments import POSE, add_timeout, natural, number, pose, word_of
 from woosh_pure.cli.connection import connect, follow, report
 from woosh_pure.cli.drive_line import DriveLine

@@ -13,12 +13,13 @@ def late_names(package: str, homes: Mapping[str, str]) -> Callable[[str], object
 
     Args:
         package: Its `__name__`.
-        homes: Each name, and the module it is defined in.
+        homes: Each name, and the module it is defined in; `module:name` where it has another name there.
     """
 
     def find(name: str) -> object:
         if name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        return getattr(import_module(f"{package}.{homes[name]}"), name)
+        module, _, known_as = homes[name].partition(":")
+        return getattr(import_module(f"{package}.{module}"), known_as or name)
 
     return find
