@@ -25,6 +25,7 @@ class Core:
         knowledge: What is known for and against moving.
         running: What was started and still runs.
         velocity: The velocity topics.
+        in_block: Whether the Chassis is in its own `with` block, which will close it.
     """
 
     def __init__(
@@ -47,6 +48,7 @@ class Core:
             resolve=resolve,
             before_close=self._before_close,
         )
+        self.in_block = False
         self.clients = Clients(self.connection)
         self.feeds = Feeds(self.connection)
         self.running = Running(leave=leave_running)

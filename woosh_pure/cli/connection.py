@@ -118,7 +118,9 @@ def _may_move(chassis: Chassis, error: BaseException) -> bool:
     """Whether something of ours may still move the robot. What moves it for others is left to them: a stop
     of ours would send zeros into it.
     """
-    if chassis.under_way or chassis._core.running.just_let_go:
+    from woosh_pure.chassis import core_of
+
+    if chassis.under_way or core_of(chassis).running.just_let_go:
         return True
     from woosh_pure.errors import MotionRefused  # late: --help does not load the chassis
 

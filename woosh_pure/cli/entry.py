@@ -173,21 +173,13 @@ def parser_for(words: Sequence[str], language: str = "en") -> argparse.ArgumentP
         if asked is not None:
             command.add_arguments(sub)
             give_examples(sub, EXAMPLES)
-            _add_below(sub, common)
+            sub.share_below(common)
     return parser
-
-
-def _add_below(parser: argparse.ArgumentParser, common: argparse.ArgumentParser) -> None:
-    """Let the verbs of a command understand the common options too."""
-    for action in parser._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            for verb in action.choices.values():
-                verb._add_container_actions(common)
 
 
 def _asked(words: Sequence[str]) -> str | None:
     """The command among the words; what follows an option of ours that takes a value is no command."""
-    takes_value = {text for a in _common()._actions if a.nargs != 0 for text in a.option_strings}
+    takes_value = _common().options_with_value()
     for before, word in zip(["", *words], words, strict=False):
         if before not in takes_value and not word.startswith("-"):
             return word if word in COMMANDS else None

@@ -17,16 +17,14 @@ from rosproto.logs import get_logger
 from rosproto.transport import Deadline
 from woosh_pure.connection.timeouts import require_limit, require_timeout
 from woosh_pure.errors import GoalFailed
-from woosh_pure.outcome import Outcome, OutcomeKind
+from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
 from woosh_pure.stopping.keeper import Job
+from woosh_pure.stopping.running import OwnGoal
 
 if TYPE_CHECKING:
     from woosh_pure.core import Core
 
-__all__ = ["NOT_CONFIRMED", "GoalHandle"]
-
-NOT_CONFIRMED = "cancelled, but the chassis has not confirmed it"
-"""Text of an outcome: the robot may not have heard the cancel."""
+__all__ = ["OWN_DEFAULT", "Default", "GoalHandle"]
 
 P = TypeVar("P")
 R = TypeVar("R")
@@ -40,17 +38,18 @@ _BY_US = (OutcomeKind.CANCELLED, OutcomeKind.REPLACED)
 _REPLACEABLE = (*_BY_US, OutcomeKind.FAILED)
 
 
-class _Default:
+class Default:
     """Stands for "not given" where None means "for ever"."""
 
     def __repr__(self) -> str:
         return "default_timeout"
 
 
-_OWN_DEFAULT = _Default()
+OWN_DEFAULT = Default()
+"""What `wait` is given where it is given no time."""
 
 
-class GoalHandle(Generic[P]):
+class GoalHandle(OwnGoal, Generic[P]):
     """A goal under way. Made by the verbs of `Chassis`.
 
     Attributes:
@@ -70,29 +69,13 @@ class GoalHandle(Generic[P]):
         self._calling: set[int] = set()
         self._cancelled_by_us = False
         self._why = ""  # this client's words for having cancelled it
-        self._replaced_by = ""  # in words, the goal of this client that takes its place
         self._may_go_on = False  # ended here, but the robot has not confirmed that it has ended there
         self._sending: threading.Thread | None = None
-
-    @property
-    def task_id(self) -> int:
-        """The id of a task; 0 for a goal of another kind."""
-        return 0
-
-    @property
-    def drives(self) -> bool:
-        """True while this goal may move the base."""
-        return False
 
     @property
     def holds_the_base(self) -> bool:
         """Whether another motion would disturb it: it drives, and is not being cancelled by us."""
         return self.drives and not self._cancelled_by_us
-
-    @property
-    def server(self) -> str:
-        """Which of the chassis's action servers has it: a second goal replaces it there; "" for a task."""
-        return ""
 
     def __repr__(self) -> str:
         outcome = self._outcome  # which is False unless it is an arrival
@@ -272,7 +255,7 @@ class GoalHandle(Generic[P]):
 
     def wait(
         self,
-        timeout: float | _Default | None = _OWN_DEFAULT,
+        timeout: float | Default | None = OWN_DEFAULT,
         *,
         raises: bool = True,
         meanwhile: Callable[[], object] | None = None,
@@ -295,7 +278,7 @@ class GoalHandle(Generic[P]):
             ValueError: `timeout` is negative or NaN.
             LocalProtocolError: Called in a callback that must return before the end can be heard.
         """
-        seconds = self.default_timeout if isinstance(timeout, _Default) else require_timeout(timeout)
+        seconds = self.default_timeout if isinstance(timeout, Default) else require_timeout(timeout)
         if not self.done and self._in_own_callback():
             raise LocalProtocolError(
                 f"{self.description}: waiting for it in a callback of its own news would wait for itself; "

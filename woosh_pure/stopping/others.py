@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from woosh_pure.connection.connection import Connection
     from woosh_pure.core import Core
     from woosh_pure.stopping.registrations import Registrations
-    from woosh_pure.stopping.stop import StopReport
+    from woosh_pure.stopping.report import StopReport
 
 __all__ = ["OtherPrograms", "cancel_others"]
 

@@ -9,70 +9,26 @@ from __future__ import annotations
 import math
 import threading
 import time
-from dataclasses import dataclass, field
-from functools import partial
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
 from rosproto.numbers import as_float
-from rosproto.text import printable
 from rosproto.transport import Deadline
-from woosh_pure.motion.goal import NOT_CONFIRMED
-from woosh_pure.outcome import OutcomeKind
-from woosh_pure.stopping.keeper import Job, begin
 from woosh_pure.stopping.others import OtherPrograms, cancel_others
 from woosh_pure.stopping.registrations import Registrations
+from woosh_pure.stopping.report import StopReport
+from woosh_pure.stopping.running import cancel_goals
 from woosh_pure.velocity.topics import VELOCITY_TOPICS
 
 if TYPE_CHECKING:
     import rosproto
     from woosh_pure.core import Core
-    from woosh_pure.motion.goal import GoalHandle
-    from woosh_pure.stopping.running import Running
 
-__all__ = ["StopReport", "cancel_goals", "stop", "stop_seconds"]
+__all__ = ["stop", "stop_seconds"]
 
 _REPEATS = 6
 _LISTENERS = 1.0  # seconds at least for those to connect who listen for velocities
 _STEADY = 1.0  # seconds for which it must stand beside another program that may drive it
-
-
-@dataclass(slots=True)
-class StopReport:
-    """What `stop` did.
-
-    Attributes:
-        standing: True when the measured velocity is zero, False when the robot still moves, None when not
-            known.
-        cancelled: What was cancelled, in words.
-        problems: What could not be done, in words.
-        looked: Whether it was looked for what others have started, too.
-    """
-
-    standing: bool | None = None
-    cancelled: list[str] = field(default_factory=list)
-    problems: list[str] = field(default_factory=list)
-    looked: bool = False
-
-    def __str__(self) -> str:
-        """`sentence()`."""
-        return self.sentence()
-
-    def sentence(self) -> str:
-        """One sentence for people."""
-        state = {
-            True: "the robot stands still",
-            False: "THE ROBOT STILL MOVES: use its emergency stop button",
-            None: "whether the robot stands still is not known: watch it",
-        }[self.standing]
-        parts = [state]
-        if self.cancelled:
-            parts.append(f"cancelled {', '.join(self.cancelled)}")
-        elif not self.problems:
-            parts.append("nothing was running" if self.looked else "nothing of ours was running")
-        if self.problems:
-            parts.append(f"not done: {'; '.join(self.problems)}")
-        return printable("; ".join(parts))
 
 
 def stop_seconds(given: float) -> float:
@@ -101,7 +57,7 @@ def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> 
     programs = (
         OtherPrograms(core.connection, deadline, end=end_drivers) if everything or end_drivers else None
     )
-    cancel_goals(core.running, report, min(timeout, 3.0), "stop() was called")
+    cancel_goals(core.running.take_goals(), report, min(timeout, 3.0), "stop() was called")
     if everything:
         cancel_others(core, registrations, report, deadline)
     zeros.join(max(_LISTENERS, deadline.remaining() or 0.0) + 0.5)
@@ -180,34 +136,3 @@ def _send_zeros(
                 report.problems.append(f"zero velocity on {topic} (nobody has connected to it)")
                 del waiting[topic]
         time.sleep(0.05 if sent else 0.01)
-
-
-def cancel_goals(running: Running, report: StopReport, timeout: float, why: str) -> None:
-    """Ask for the end of every goal this client started; all at once, not one after the other.
-
-    Args:
-        running: What was started.
-        report: Takes what was done, and what was not.
-        timeout: Seconds for the chassis to confirm.
-        why: In words, for the outcomes.
-    """
-    jobs = []
-    for goal in running.take_goals():
-        job = Job(partial(_cancel, goal, report, timeout, why), timeout + 1.0)
-        begin(job, "woosh:cancel")
-        jobs.append((job, goal))
-    for job, goal in jobs:
-        job.join()
-        if not job.over:
-            report.problems.append(f"cancelling {goal.description} (no answer yet)")
-
-
-def _cancel(goal: GoalHandle[object], report: StopReport, timeout: float, why: str) -> None:
-    try:
-        outcome = goal._cancel(timeout, why)
-        if outcome.kind is OutcomeKind.CANCELLED and outcome.text == NOT_CONFIRMED and not outcome.stopped:
-            report.problems.append(f"cancelling {goal.description} ({NOT_CONFIRMED})")
-        else:
-            report.cancelled.append(f"{goal.description} ({outcome.kind.value})")
-    except RosError as error:
-        report.problems.append(f"cancelling {goal.description} ({error})")
