@@ -159,7 +159,7 @@ class SimulatedChassis:
             own_master=self._master is not None,
         )
         self._graph.build()
-        self._navigation = NavigationClient(self)
+        self._navigation = NavigationClient(self._graph, self.firmware, self.lock)
         self.world.tasks.drive = self._navigation.drive
         self._publish_static()
 

@@ -17,9 +17,10 @@ from rosproto.errors import ConnectionLost
 from rosproto.text import width
 from tests.support.png import read_png
 from woosh_pure.cli import config, entry
+from woosh_pure.cli.canvas import ROBOT
 from woosh_pure.cli.commands import watch
 from woosh_pure.cli.output import Output, plain
-from woosh_pure.cli.picture import ROBOT, SCAN, blank_around, picture_of
+from woosh_pure.cli.picture import SCAN, blank_around, picture_of
 from woosh_pure.cli.png import encode_png, image_png
 from woosh_pure.cli.scene import Scene, scan_in_base, scan_in_map
 from woosh_pure.cli.screen import Screen
