@@ -84,7 +84,7 @@ class Feed(Generic[T]):
     def _subscribe(self) -> None:
         try:
             self.feed.open()
-        except RosError as error:  # who waits for a value is told
+        except RosError as error:  # whoever waits for a value gets the error
             logger.debug("! %s: not subscribed: %s", self.topic, error)
 
     @property

@@ -41,7 +41,7 @@ POSE = ("X", "Y", "DEGREES")
 
 
 def pose(values: Sequence[float]) -> Pose2D:
-    """Of metres, metres and degrees in the map."""
+    """A pose in the map, from metres, metres and degrees."""
     from woosh_pure.geometry import Pose2D, normalize_angle
 
     x, y, degrees = values

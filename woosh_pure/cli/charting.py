@@ -14,7 +14,7 @@ __all__ = ["chart_png"]
 
 
 def chart_png(grid: GridMap, out: Output, *, marks: bool = True, **what: Any) -> bytes:
-    """The PNG; names of marks that the picture cannot show are said in lines.
+    """The PNG; names that the picture cannot show are printed as lines.
 
     Args:
         grid: The map.

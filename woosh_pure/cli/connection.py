@@ -96,7 +96,7 @@ def connect(args: Namespace, out: Output, *, sim_speed: float = 1.0) -> Iterator
 
 @contextmanager
 def reaching() -> Iterator[None]:
-    """For scripts a master that keeps silent is the same as one that is not there: ConnectionLost."""
+    """A master that does not answer becomes ConnectionLost: for scripts it is not there."""
     try:
         yield
     except RosTimeout as error:
@@ -115,8 +115,8 @@ def simulated(args: Namespace, out: Output, stack: ExitStack, speed: float = 1.0
 
 
 def _may_move(chassis: Chassis, error: BaseException) -> bool:
-    """Whether something of ours may still move the robot. What moves it for others is left to them: a stop
-    of ours would send zeros into it.
+    """Whether something of ours may still move the robot. Motions of others are left alone: our stop would
+    send zeros into them.
     """
     from woosh_pure.chassis import core_of
 
@@ -196,7 +196,7 @@ def follow(
 
 
 def report(outcome: Outcome, out: Output, **more: Any) -> int:
-    """Say how a goal ended; the exit code."""
+    """Print how a goal ended, and return the exit code."""
     out.line(outcome.sentence())
     out.result(
         {"ok": outcome.arrived, "outcome": outcome.kind.value, "seconds": round(outcome.seconds, 2), **more}

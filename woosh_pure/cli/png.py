@@ -1,4 +1,4 @@
-"""Camera images as PNG: colours as they are, depth so that a person sees something, or as the data it is."""
+"""Camera images as PNG: colours as they are, depth as a visible picture or as data."""
 
 from __future__ import annotations
 

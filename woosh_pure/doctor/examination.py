@@ -166,7 +166,7 @@ def _is_there(row: Row, state: rosproto.node.SystemState) -> bool:
 
 
 def _competitors(state: rosproto.node.SystemState) -> Iterator[Finding]:
-    """Other programs that command it; the chassis's own nodes do so as well, and are none."""
+    """Programs that send it commands, apart from the chassis's own nodes."""
     others: dict[str, list[str]] = {}
     topics = {f"{row.name}/goal": row.name for row in interface.actions()}
     topics |= {row.name: row.name for row in interface.topics("write") if row.bypasses_protection}

@@ -1,6 +1,6 @@
 """`woosh doctor`'s look at the nodes of the chassis: whether each can be reached where it says it is.
 
-One cause is told once, with all the nodes that have it: a robot that announces itself by a name has twenty of
+Each cause is reported once, with all its nodes: a robot that announces an unknown host name has twenty of
 them.
 """
 

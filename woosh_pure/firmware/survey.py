@@ -1,4 +1,4 @@
-"""Ask a whole graph which definitions it speaks: each topic and each service once, many at a time.
+"""Ask a whole graph for its definitions: each topic and each service once, many at a time.
 
 Only headers are exchanged: no message is received, no service is called, nothing moves.
 """

@@ -32,7 +32,11 @@ logger = get_logger("woosh_pure.goal")
 
 # Waiting is cut into slices: on Windows a lock that waits cannot be interrupted by Ctrl-C.
 _SLICE = 0.1
-_TIME_OUT_SECONDS, _CANCEL_SECONDS, _LET_GO_SECONDS = 15.0, 10.0, 6.0  # bounds of what Ctrl-C does not end
+_TIME_OUT_SECONDS, _CANCEL_SECONDS, _LET_GO_SECONDS = (
+    15.0,
+    10.0,
+    6.0,
+)  # bounds of what Ctrl-C does not end
 
 _BY_US = (OutcomeKind.CANCELLED, OutcomeKind.REPLACED)
 _REPLACEABLE = (*_BY_US, OutcomeKind.FAILED)
@@ -68,8 +72,8 @@ class GoalHandle(OwnGoal, Generic[P]):
         self._callbacks: list[Callable[[P], object]] = []
         self._calling: set[int] = set()
         self._cancelled_by_us = False
-        self._why = ""  # this client's words for having cancelled it
-        self._may_go_on = False  # ended here, but the robot has not confirmed that it has ended there
+        self._why = ""  # why this client cancelled it, in words
+        self._may_go_on = False  # ended here, but the robot has not confirmed that it has ended it
         self._sending: threading.Thread | None = None
 
     @property
@@ -78,7 +82,7 @@ class GoalHandle(OwnGoal, Generic[P]):
         return self.drives and not self._cancelled_by_us
 
     def __repr__(self) -> str:
-        outcome = self._outcome  # which is False unless it is an arrival
+        outcome = self._outcome  # not `if outcome`: one that is no arrival is false
         state = "running" if outcome is None else outcome.kind.value
         return f"<{type(self).__name__} {self.description}: {state}>"
 
@@ -120,12 +124,12 @@ class GoalHandle(OwnGoal, Generic[P]):
                 pass
 
     def _mark_cancelled(self, why: str) -> None:
-        """It is this client that cancels it. The sending itself looks at this, before and after."""
+        """Note that this client cancels it. The sending thread checks this before and after it sends."""
         self._why = self._why or why
         self._cancelled_by_us = True
 
     def _letting_go(self, *, waited_for: bool = False) -> Job[None]:
-        """For the keeper, when nobody waits any more, or nobody has this handle: cancel it.
+        """The keeper's job when nobody waits any more, or nobody has this handle: cancel it.
 
         Args:
             waited_for: Somebody has the handle: `leave_running` leaves it running.
@@ -149,13 +153,13 @@ class GoalHandle(OwnGoal, Generic[P]):
         self._core.running.keeper.put(self._letting_go())
 
     def _cancel_confirmed(self, timeout: float) -> bool:
-        """Whether the chassis has confirmed a cancel that was sent, although the end was not told; a reply
-        does.
+        """Whether the chassis has confirmed a cancel whose end it did not report; the reply of a service
+        confirms it.
         """
         return True
 
     def _check(self) -> None:
-        """Look for an ending that comes without an event (a lost link)."""
+        """Check for an end that no event reports (a lost link)."""
 
     def _finish(
         self,
@@ -351,7 +355,7 @@ class GoalHandle(OwnGoal, Generic[P]):
         self._finish(OutcomeKind.TIMED_OUT, text, None, standing, may_go_on=not confirmed)
 
     def cancel(self, timeout: float = 5.0) -> Outcome:
-        """End it now and wait until the chassis confirms; in a callback of its own news, only ask for it.
+        """End it now and wait until the chassis confirms; in a callback of its own, only ask for it.
 
         Returns:
             The outcome: usually cancelled, but arrived when it got there first.

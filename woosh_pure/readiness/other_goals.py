@@ -25,7 +25,7 @@ _STALE = 3.0
 
 
 class OtherGoals:
-    """Who else has a goal under way. Opened by the first question; safe from any thread."""
+    """Who else has a goal under way. Subscribes when first asked; safe from any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()

@@ -234,7 +234,7 @@ class Graph:
         return self.publishers.get((row.providers[0], topic))
 
     def look_at_master(self) -> None:
-        """It is another one now: have every node register again."""
+        """The master was replaced: have every node register again."""
         for node in self.nodes.values():
             node.look_at_master()
 
@@ -250,4 +250,4 @@ def type_goal(action: Any) -> Any:
 
 
 def _ignore(message: Any) -> None:
-    """Subscribed because the real node is; nothing depends on it."""
+    """For topics that the real node subscribes to, and that change nothing here."""

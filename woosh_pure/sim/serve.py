@@ -295,7 +295,7 @@ class Server:
         return _new("woosh_msgs/StepControlResult", result=code, executeMode=mode, percent=motion.percent)
 
     def _attend(self, goal: Any, motion: Motion, feedback: Any, result: Any) -> None:
-        """Stay with a motion until it ends or the client wants it to end; never leave one without its
+        """Wait until a motion ends or its client cancels it; never leave one without its
         handler.
         """
         try:

@@ -18,7 +18,7 @@ class StopReport:
             known.
         cancelled: What was cancelled, in words.
         problems: What could not be done, in words.
-        looked: Whether it was looked for what others have started, too.
+        looked: Whether goals and tasks of others were looked for, too.
     """
 
     standing: bool | None = None

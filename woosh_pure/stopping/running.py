@@ -1,7 +1,7 @@
 """What this client has started and still runs: goals and velocity blocks, for `stop`, `close` and the end of
 the program.
 
-Everything that moves is added here before it is sent, so that nothing moves which nobody could stop.
+Every motion is added here before it is sent, so that nothing moves that could not be stopped.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ logger = get_logger("woosh_pure.core")
 _JUST = 5.0  # seconds
 _EXIT_SECONDS = 8.0
 _EXIT_CALLS = 32
-"""How often `_at_exit` is registered: an interrupt may end one call of it, and the next one waits on."""
+"""How often `_at_exit` is registered: when an interrupt ends one call, the next one goes on waiting."""
 
 
 class OwnGoal:
@@ -129,7 +129,7 @@ class Running:
             return list(self._drives)
 
     def note_stop(self) -> None:
-        """From now on nothing begins that was being prepared before."""
+        """From now on nothing begins that is being prepared now."""
         with self._lock:
             self.stops += 1
 
@@ -137,7 +137,7 @@ class Running:
         """From now on nothing begins.
 
         Args:
-            why: In words, as the text of the error that who begins something gets.
+            why: In words, for the error that later attempts get.
         """
         with self._lock:
             self.stops += 1
@@ -230,7 +230,7 @@ class Running:
         return [o for o in self.goals if o is not goal and not o.done and o.holds_the_base]
 
     def _make_way(self, goal: OwnGoal, others: list[OwnGoal], *, check: bool, replace: bool) -> None:
-        """Refuse a goal beside others of ours, or end those: two that move the base are no control."""
+        """Refuse a goal beside others of ours, or end those: two of them would fight for the base."""
         if others and check and not replace:
             names = ", ".join(each.description for each in others)
             raise MotionRefused(
@@ -239,7 +239,7 @@ class Running:
             )
         for other in others:
             other._replaced_by = goal.description
-            # Its own server passes smoothly from one goal to the next; what another does is not documented.
+            # One server passes smoothly from a goal to the next; between two servers nothing is documented.
             if replace and not (other.server and other.server == goal.server):
                 self._end_replaced(other)
 
@@ -253,13 +253,13 @@ class Running:
             ) from error
 
     def forget_replacing(self, goal: OwnGoal) -> None:
-        """A goal was not sent after all: what it was to replace goes on."""
+        """A goal was not sent after all: those it should have replaced go on."""
         for other in self.goals:
             if other._replaced_by == goal.description:
                 other._replaced_by = ""
 
     def note_abandoned(self, goal: OwnGoal) -> None:
-        """A goal is being cancelled that its caller hears no more of; a `stop` that follows tells its end."""
+        """A goal is cancelled whose caller no longer waits; the next `stop` reports how it ended."""
         with self._lock:
             self._abandoned = [*self._just_abandoned(), (time.monotonic(), goal)]
 
@@ -338,11 +338,11 @@ class Running:
         self.moved = True
 
     def _at_exit(self) -> None:
-        """A program that did not use `with`, or was interrupted again and again while it left the block.
+        """For a program that did not use `with`, or was interrupted again and again while leaving it.
 
         Registered after the node's own end, so called before it: the node still works.
         """
-        if os.getpid() == self._pid:  # what a fork has copied is its parent's
+        if os.getpid() == self._pid:  # in a forked child the motions are the parent's
             self.keeper.put(self._exit)
             self._exit.join()
 

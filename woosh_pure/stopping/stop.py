@@ -27,12 +27,12 @@ if TYPE_CHECKING:
 __all__ = ["stop", "stop_seconds"]
 
 _REPEATS = 6
-_LISTENERS = 1.0  # seconds at least for those to connect who listen for velocities
-_STEADY = 1.0  # seconds for which it must stand beside another program that may drive it
+_LISTENERS = 1.0  # seconds that subscribers of velocities have at least to connect
+_STEADY = 1.0  # seconds for which it must stand still while another program may drive it
 
 
 def stop_seconds(given: float) -> float:
-    """How long a stop may take. Whatever was given: a stop is not refused for its arguments."""
+    """How long a stop may take; 5 s for nonsense: a stop is not refused for its arguments."""
     try:
         seconds = as_float(given)
     except (TypeError, ValueError):
@@ -49,7 +49,7 @@ def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> 
         drive.halt("stop() was called")
         report.cancelled.append("the velocity block")
     registrations = Registrations(core.connection)
-    # Zero, cancelling and looking for others at the same time: none waits for another.
+    # Zeros, cancels and the search for other drivers run at the same time: none waits for another.
     zeros = threading.Thread(
         target=_zeros, args=(core, registrations, report, deadline), name="woosh:stop", daemon=True
     )
@@ -64,7 +64,7 @@ def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> 
     if programs is not None:
         programs.wait(report)
         if programs.ended:
-            _zeros(core, registrations, report, deadline)  # they may have ended without one
+            _zeros(core, registrations, report, deadline)  # they may have ended without sending zero
     report.standing = _standing(
         core, registrations, report, deadline, programs is not None and programs.drive_on
     )
@@ -76,7 +76,7 @@ def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> 
 def _standing(
     core: Core, registrations: Registrations, report: StopReport, deadline: Deadline, driven: bool
 ) -> bool | None:
-    """Whether it stands; where another program drives on, whether it goes on standing."""
+    """Whether it stands still, and stays so where another program may drive it."""
     try:
         feed = core.feeds.get("velocity").open()
         if not feed.publishers and registrations.lacks_publisher(feed.topic):

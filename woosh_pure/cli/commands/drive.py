@@ -69,7 +69,7 @@ def run(args: Namespace, out: Output) -> int:
         try:
             _drive(chassis, args, out)
         except MotionRefused:
-            if chassis.moved:  # and was stopped by something else than its keys
+            if chassis.moved:  # and was not stopped by its keys
                 stop_and_tell(chassis, out)
             raise
         try:
@@ -108,7 +108,7 @@ def _drive(chassis: Chassis, args: Namespace, out: Output) -> None:
                     share=args.share,
                 )
             )
-        keys.read(0.0)  # what was pressed before nobody meant for a robot that can move now
+        keys.read(0.0)  # keys pressed before the drive was open were not meant to move the robot
         linear = min(0.2, drive.limits.linear) if args.linear is None else args.linear
         turning = min(math.radians(25.0), drive.limits.angular) if angular is None else angular
         try:
