@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from rosproto.node.incoming.local_nodes import LocalNodes
     from rosproto.node.options import host_names
     from rosproto.node.params.parameters import Parameters, UnknownParameter
-    from rosproto.node.revisions.revisions import NoRevisions
+    from rosproto.node.revisions.revisions import NoRevisions, Unfit, revised_type
     from rosproto.node.revisions.topic_probe import probe_topic
+    from rosproto.node.revisions.topic_types import TopicType
     from rosproto.node.services.cancellation import Cancellation
     from rosproto.node.services.client import ServiceClient
     from rosproto.node.services.probe import probe as probe_service
@@ -49,10 +50,13 @@ __all__ = [
     "SystemState",
     "Timer",
     "TimerEvent",
+    "TopicType",
+    "Unfit",
     "UnknownParameter",
     "host_names",
     "probe_service",
     "probe_topic",
+    "revised_type",
 ]
 
 __getattr__ = late_names(
@@ -67,9 +71,12 @@ __getattr__ = late_names(
         "Parameters": "params.parameters",
         "ServiceClient": "services.client",
         "ServiceServer": "services.server",
+        "TopicType": "revisions.topic_types",
+        "Unfit": "revisions.revisions",
         "UnknownParameter": "params.parameters",
         "host_names": "options",
         "probe_service": "services.probe:probe",
         "probe_topic": "revisions.topic_probe",
+        "revised_type": "revisions.revisions",
     },
 )
