@@ -7,11 +7,13 @@ printable. So nothing is listed here that could be forgotten.
 
 Everything that is not printable becomes an escape as Python and YAML write it (`\\x1b`, `\\u202e`, `\\n`).
 Letters of any language stay as they are, and so does every kind of blank (Chinese has one of its own).
+
+And how many columns of a terminal a text takes: Chinese characters take two each.
 """
 
 from __future__ import annotations
 
-__all__ = ["printable"]
+__all__ = ["cut", "padded", "printable", "width"]
 
 _BLANKS = frozenset(
     "\xa0\u1680\u2000\u2001\u2002\u2003\u2004\u2005\u2006\u2007\u2008\u2009\u200a\u202f\u205f\u3000"
@@ -41,3 +43,33 @@ def _escape(code: int) -> str:
     if code < 0x100:
         return f"\\x{code:02x}"
     return f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
+
+
+def width(text: str) -> int:
+    """Columns that it takes; combining characters take none."""
+    return len(text) if text.isascii() else sum(map(_columns, text))
+
+
+def padded(text: str, columns: int) -> str:
+    """Followed by blanks up to so many columns, as `str.ljust` counts characters."""
+    return text + " " * max(0, columns - width(text))
+
+
+def cut(text: str, columns: int) -> str:
+    """What of it fits into so many columns; no character is halved."""
+    if text.isascii():
+        return text[: max(0, columns)]
+    taken = 0
+    for index, character in enumerate(text):
+        taken += _columns(character)
+        if taken > columns:
+            return text[:index]
+    return text
+
+
+def _columns(character: str) -> int:
+    import unicodedata
+
+    if unicodedata.combining(character):
+        return 0
+    return 2 if unicodedata.east_asian_width(character) in "WF" else 1

@@ -1,3 +1,5 @@
 """The version of the whole distribution; the build reads it here."""
 
+__all__ = ["__version__"]
+
 __version__ = "0.1.0"

@@ -11,6 +11,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 
 LAYERS = [
+    "rosproto.late",
     "rosproto.text",
     "rosproto.errors",
     "rosproto.bounded_cache",
@@ -36,6 +37,7 @@ LAYERS = [
     "rosproto.tf",
     "rosproto.recording",
     "rosproto.aio",
+    "rosproto.gateway",
     "rosproto.selftest",
     "rosproto.rospy",
     "rosproto.cli",
@@ -45,6 +47,7 @@ LAYERS = [
 """From the ground up. `rosproto` alone is its public face: only woosh_pure may import that."""
 
 PURE = [
+    "rosproto.late",
     "rosproto.msg",
     "rosproto.text",
     "rosproto.errors",
@@ -166,19 +169,19 @@ GROUND_ROOMS = {"graph", "revisions", "time"}
 """Rooms of rosproto.node that know none of the others."""
 
 
-def node_imports(module: str) -> set[str]:
-    """What a file of rosproto.node imports of rosproto.node, for types only or not."""
+def imports_within(module: str, files: dict[str, Path]) -> set[str]:
+    """Which of some files one of them imports: late, or for types only, or not."""
     found = set()
-    for node in ast.walk(ast.parse(NODE[module].read_text("utf-8"))):
+    for node in ast.walk(ast.parse(files[module].read_text("utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.module:
             names = [f"{node.module}.{alias.name}" for alias in node.names]
-            found |= {name if name in NODE else node.module for name in names}
+            found |= {name if name in files else node.module for name in names}
         elif isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
-    return (found & set(NODE)) - {module}
+    return (found & set(files)) - {module}
 
 
-NODE_IMPORTS = {module: node_imports(module) for module in NODE}
+NODE_IMPORTS = {module: imports_within(module, NODE) for module in NODE}
 
 
 def room(module: str) -> str:
@@ -187,12 +190,12 @@ def room(module: str) -> str:
     return parts[2] if len(parts) > 3 else module
 
 
-def reachable(start: str) -> set[str]:
-    """What a file of rosproto.node imports, and what that imports, and so on."""
+def reachable(start: str, imports: dict[str, set[str]]) -> set[str]:
+    """What a file imports, and what that imports, and so on."""
     found: set[str] = set()
     todo = [start]
     while todo:
-        new = NODE_IMPORTS[todo.pop()] - found
+        new = imports[todo.pop()] - found
         found |= new
         todo += new
     return found
@@ -201,7 +204,7 @@ def reachable(start: str) -> set[str]:
 @pytest.mark.parametrize("module", sorted(NODE))
 def test_no_files_of_the_node_import_one_another(module: str) -> None:
     """Imports for types count, too: of two files one can be read, and tested, without the other."""
-    cycle = {other for other in reachable(module) if module in reachable(other)}
+    cycle = {other for other in reachable(module, NODE_IMPORTS) if module in reachable(other, NODE_IMPORTS)}
     assert not cycle, sorted(cycle)
 
 
@@ -217,3 +220,18 @@ def test_the_ground_rooms_of_the_node_know_no_other(module: str) -> None:
     """The graph, definitions and time are what topics, services and parameters stand on."""
     above = {name for name in NODE_IMPORTS[module] if name != room(name)} - {module}
     assert {room(name) for name in above} <= GROUND_ROOMS
+
+
+CHASSIS = {name: path for name, path in MODULES if name.startswith("woosh_pure")}
+TWO_FACES = {"woosh_pure.chassis", "woosh_pure.aio", "woosh_pure.aio.chassis"}
+"""`Chassis.aio` is an `aio.Chassis`, and that one's `chassis` a `Chassis`: as users see them, they name each other."""
+CHASSIS_IMPORTS = {module: imports_within(module, CHASSIS) for module in CHASSIS}
+
+
+@pytest.mark.parametrize("module", sorted(CHASSIS))
+def test_no_two_files_of_the_chassis_need_each_other(module: str) -> None:
+    """Imports for types count, too: what is used below is handed down, or described by a protocol."""
+    cycle = {
+        other for other in reachable(module, CHASSIS_IMPORTS) if module in reachable(other, CHASSIS_IMPORTS)
+    }
+    assert cycle <= TWO_FACES, sorted(cycle)

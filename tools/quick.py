@@ -15,7 +15,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-ALWAYS = ("tests/test_layers.py", "tests/test_exports.py")
+ALWAYS = ("tests/test_layers.py", "tests/test_faces.py", "tests/test_exports.py")
 TESTS_OF = {
     "woosh_pure/cli": "tests/unit/woosh_cli",
     "woosh_pure/language": "tests/unit/language",

@@ -5,6 +5,7 @@ Importing this package is cheap; names load on first use.
 
 from __future__ import annotations
 
+from rosproto.late import late_names
 from rosproto.version import __version__ as __version__
 
 TYPE_CHECKING = False  # as in typing, which takes longer to load than all of this
@@ -33,34 +34,25 @@ __all__ = [
     "Velocity",
 ]
 
-_HOME = {
-    "Chassis": "chassis",
-    "ChassisError": "errors",
-    "FirmwareLimit": "errors",
-    "Footprint": "geometry",
-    "GoalFailed": "errors",
-    "MotionRefused": "errors",
-    "Outcome": "outcome",
-    "OutcomeKind": "outcome",
-    "Pose2D": "geometry",
-    "Readiness": "readiness",
-    "Ready": "readiness",
-    "SimulatedChassis": "sim",
-    "StaleState": "errors",
-    "Velocity": "geometry",
-}
-
-
-def __getattr__(name: str) -> object:
-    from importlib import import_module
-
-    try:
-        home = _HOME[name]
-    except KeyError:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}") from None
-    value = getattr(import_module(f"{__name__}.{home}"), name)
-    globals()[name] = value
-    return value
+__getattr__ = late_names(
+    __name__,
+    {
+        "Chassis": "chassis",
+        "ChassisError": "errors",
+        "FirmwareLimit": "errors",
+        "Footprint": "geometry",
+        "GoalFailed": "errors",
+        "MotionRefused": "errors",
+        "Outcome": "outcome",
+        "OutcomeKind": "outcome",
+        "Pose2D": "geometry",
+        "Readiness": "readiness",
+        "Ready": "readiness",
+        "SimulatedChassis": "sim",
+        "StaleState": "errors",
+        "Velocity": "geometry",
+    },
+)
 
 
 def __dir__() -> list[str]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.logs import get_logger
-from rosproto.msg.user_folder import learned_paths
+from rosproto.msg import learned_paths
 from rosproto.numbers import as_float
 from rosproto.transport import Deadline, HostNames
 from woosh_pure import interface
@@ -25,8 +25,9 @@ from woosh_pure.motion.moving import Moving
 from woosh_pure.motion.steps import MAX_SPEED, MAX_TURN_RATE
 from woosh_pure.peripherals import Peripherals
 from woosh_pure.readiness.assessment import Readiness
-from woosh_pure.stopping.stop import StopReport, stop_seconds
+from woosh_pure.stopping.report import StopReport
 from woosh_pure.stopping.stop import stop as _stop
+from woosh_pure.stopping.stop import stop_seconds
 from woosh_pure.values.messages import require_finite
 from woosh_pure.velocity.drive import Drive
 from woosh_pure.velocity.shaper import DEFAULT_ANGULAR, DEFAULT_LINEAR, DriveLimits
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
     import rosproto
     from woosh_pure import aio, values
 
-__all__ = ["Chassis"]
+__all__ = ["Chassis", "core_of"]
 
 _log = get_logger("woosh_pure.chassis")
 
@@ -67,7 +68,8 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         host: Our own address as the robot reaches it; None finds it from the route to the master.
         timeout: Seconds for connecting and for services, where a call does not say otherwise.
         leave_running: True leaves goals running at the end of the `with` block (velocity blocks end always).
-        msg_path: Folders with .msg, .srv and .action files: further revisions, for a robot that has those.
+        msg_path: Folders with .msg, .srv and .action files: further revisions, for a robot that has those,
+            and what `node` means by a type's name. Verbs and feeds keep the definitions they know.
         learned: Use also what `woosh learn` has kept for this user.
         resolve: Host name -> address, for names of the robot that this computer does not know. One that is
             not given and cannot be resolved is taken for the master's host; the log tells.
@@ -91,7 +93,6 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
     ) -> None:
         self.master_uri = master_uri_of(address)
         timeout = as_float(timeout)
-        self._in_block = False
         self._aio: aio.Chassis | None = None
         if not 0.0 < timeout < math.inf:
             raise ValueError(f"timeout={timeout}: expected more than 0 s, and not for ever")
@@ -107,7 +108,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
 
     def __enter__(self) -> Chassis:
         self._core.connection.open_node()  # an unreachable master is told here, not at the first verb
-        self._in_block = True
+        self._core.in_block = True
         return self
 
     def __exit__(
@@ -393,6 +394,11 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
             raise ValueError(f"{found.name} takes {found.type}, got {given}")
         require_finite(message, found.type)
         self._core.clients.send(found.name, message, require_timeout(timeout))
+
+
+def core_of(chassis: Chassis) -> Core:
+    """The parts of a Chassis, for what is built beside it: the face for asyncio, and the commands."""
+    return chassis._core
 
 
 def _lower(name: str, known: float, asked: float | None) -> float:

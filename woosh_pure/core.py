@@ -1,4 +1,4 @@
-"""The parts of one `Chassis`, put together: its verbs take the ones they need."""
+"""The parts of one `Chassis`, put together; each verb uses the ones it needs."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ class Core:
         connection: Our node, made on first use.
         clients: What is sent and called.
         feeds: What is heard.
-        knowledge: What is known for and against moving.
+        knowledge: What is known about whether it may move.
         running: What was started and still runs.
         velocity: The velocity topics.
+        in_block: Whether the Chassis is in its own `with` block, which will close it.
     """
 
     def __init__(
@@ -47,6 +48,7 @@ class Core:
             resolve=resolve,
             before_close=self._before_close,
         )
+        self.in_block = False
         self.clients = Clients(self.connection)
         self.feeds = Feeds(self.connection)
         self.running = Running(leave=leave_running)
@@ -62,7 +64,7 @@ class Core:
     def close(self) -> None:
         """Close feeds and node; goals and drives must have ended before.
 
-        May be called again: one that was interrupted by Ctrl-C is finished then.
+        May be called again, to finish a close that Ctrl-C interrupted.
         """
         self.connection.note_close()
         self.running.close()

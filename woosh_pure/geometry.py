@@ -207,7 +207,7 @@ class Footprint:
         return min(_distance_to_segment(a, b) for a, b in pairs)
 
 
-_LARGEST = 10.0  # m; no chassis with its load is larger: the numbers are in another unit
+_LARGEST = 10.0  # m; no loaded chassis is larger, so larger numbers are in another unit
 
 
 def _padded(value: float, padding: float) -> float:

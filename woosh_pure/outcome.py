@@ -7,7 +7,10 @@ from enum import Enum
 
 from rosproto.text import printable
 
-__all__ = ["Outcome", "OutcomeKind"]
+__all__ = ["NOT_CONFIRMED", "Outcome", "OutcomeKind"]
+
+NOT_CONFIRMED = "cancelled, but the chassis has not confirmed it"
+"""Text of an outcome: the robot may not have heard the cancel."""
 
 
 class OutcomeKind(Enum):

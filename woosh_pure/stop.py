@@ -1,7 +1,7 @@
-"""The name that programs import: all of it is in `woosh_pure.stopping.stop`."""
+"""The name that programs import: it is in `woosh_pure.stopping.report`."""
 
 from __future__ import annotations
 
-from woosh_pure.stopping.stop import StopReport
+from woosh_pure.stopping.report import StopReport
 
 __all__ = ["StopReport"]

@@ -10,8 +10,10 @@ longer to import than all of rosproto.
 """
 
 from rosproto.aio.actions import ActionClient, ActionServer, GoalHandle
+from rosproto.aio.mailbox import Mailbox
 from rosproto.aio.node import Node, view
 from rosproto.aio.parameters import Parameters, ParameterSubscription
+from rosproto.aio.pool import Pool, notify
 from rosproto.aio.services import ServiceClient, ServiceServer
 from rosproto.aio.topics import Publisher, Subscriber
 
@@ -19,12 +21,15 @@ __all__ = [
     "ActionClient",
     "ActionServer",
     "GoalHandle",
+    "Mailbox",
     "Node",
     "ParameterSubscription",
     "Parameters",
+    "Pool",
     "Publisher",
     "ServiceClient",
     "ServiceServer",
     "Subscriber",
+    "notify",
     "view",
 ]

@@ -28,11 +28,11 @@ def png_of(message: Any, *, scale_depth: bool = False) -> bytes:
         CommandError: An encoding that is not known, data that do not fit the size, or Pillow is needed and
             absent.
     """
-    from rosproto.numeric.pngfile import SIGNATURE, encode_png
+    from rosproto.numeric.pngfile import encode_png, is_png
 
     if message._type == "sensor_msgs/CompressedImage":
         data = bytes(message.data)
-        return data if data.startswith(SIGNATURE) else _converted(data)
+        return data if is_png(data) else _converted(data)
     pixels = pixels_of(message)
     if scale_depth and message.encoding in DEPTH:
         from rosproto.numeric.depth import visible_depth

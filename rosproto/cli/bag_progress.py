@@ -7,10 +7,9 @@ import sys
 import time
 from typing import TextIO
 
-from rosproto.text import printable
+from rosproto.text import cut, padded, printable, width
 
 from .streams import own
-from .width import cut, padded, width
 
 __all__ = ["Progress"]
 

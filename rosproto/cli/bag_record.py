@@ -21,7 +21,14 @@ if TYPE_CHECKING:
     from rosproto.node import Node
     from rosproto.recording import Recorder, RecorderStats
 
-__all__ = ["add_output_options", "add_record_arguments", "follow", "record", "recorder_options", "seconds_of"]
+__all__ = [
+    "add_output_options",
+    "add_record_arguments",
+    "follow_recording",
+    "record",
+    "recorder_options",
+    "seconds_of",
+]
 
 MB = 1 << 20
 
@@ -133,7 +140,7 @@ def record(arguments: argparse.Namespace) -> int:
         _await_clock(node, arguments.quiet)
         transport = {"tcp_nodelay": arguments.tcpnodelay, "unreliable": arguments.udp}
         recorder = Recorder(node, selection=selection, **transport, **options)
-        return follow(recorder, quiet=arguments.quiet)
+        return follow_recording(recorder, quiet=arguments.quiet)
 
 
 def _await_clock(node: Node, quiet: bool) -> None:
@@ -146,7 +153,7 @@ def _await_clock(node: Node, quiet: bool) -> None:
         pass
 
 
-def follow(recorder: Recorder, *, quiet: bool = False) -> int:
+def follow_recording(recorder: Recorder, *, quiet: bool = False) -> int:
     """Show how the recording goes until it ends or is interrupted; then finish it. 1 when messages were lost.
 
     Raises:

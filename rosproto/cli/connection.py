@@ -13,7 +13,7 @@ from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout
 from rosproto.text import printable
 
 from .failure import CommandError
-from .json_text import json_text
+from .json_output import json_text
 from .parser import near
 from .shared_options import AddArguments, add_json
 

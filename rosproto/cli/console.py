@@ -8,7 +8,7 @@ from typing import TextIO
 
 from .streams import own
 
-__all__ = ["clear", "enable_escapes", "is_terminal", "shows_unicode", "size"]
+__all__ = ["clear", "enable_escapes", "is_terminal", "shows_unicode", "terminal_size"]
 
 # learn.microsoft.com/windows/console/setconsolemode
 _STD_OUTPUT, _STD_ERROR = -11, -12
@@ -23,7 +23,7 @@ def is_terminal(stream: TextIO | None) -> bool:
         return False
 
 
-def size() -> tuple[int, int]:
+def terminal_size() -> tuple[int, int]:
     """Columns and lines of the terminal."""
     import shutil
 

@@ -18,7 +18,7 @@ from rosproto.text import printable
 from rosproto.time import Time
 
 from .connection import CommandError, absolute, below, master_client, open_node, print_json, warn
-from .console import clear, enable_escapes, is_terminal, shows_unicode, size
+from .console import clear, enable_escapes, is_terminal, shows_unicode, terminal_size
 from .counts import counted
 from .expression import Expression
 from .field_path import parse_field_path, split_topic
@@ -238,7 +238,7 @@ class _Printer:
         if live and time.monotonic() < self.due and not self.done:
             return
         self.due = time.monotonic() + REDRAW
-        columns, lines = size()
+        columns, lines = terminal_size()
         coloured = enable_escapes(sys.stdout) and not os.environ.get("NO_COLOR")
         titles = curves.legend(coloured)
         titles[-1] += time.strftime("  %H:%M:%S")

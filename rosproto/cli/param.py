@@ -12,7 +12,7 @@ from rosproto.errors import MasterError
 from rosproto.text import printable
 
 from .connection import CommandError, absolute, below, master_client, print_json, unknown, verbs, warn_if_none
-from .json_text import json_text
+from .json_output import json_text
 from .shared_options import argument
 from .yaml_values import load_text, to_text, value_of
 

@@ -89,6 +89,20 @@ class Parser(argparse.ArgumentParser):
             self.error(f"not understood: {' '.join(rest)}{hint}")
         return found, rest
 
+    def share_below(self, common: argparse.ArgumentParser) -> None:
+        """Let the verbs of this command understand the options of another parser, too."""
+        for _, verb in sub_parsers(self):
+            if isinstance(verb, Parser):
+                verb.take_options_of(common)
+
+    def take_options_of(self, other: argparse.ArgumentParser) -> None:
+        """As `parents=` does, for a parser that is made already."""
+        self._add_container_actions(other)
+
+    def options_with_value(self) -> set[str]:
+        """Options that take the word behind them: `--chassis`."""
+        return {text for action in self._actions if action.nargs != 0 for text in action.option_strings}
+
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         """A choice: argparse lists all of them; here what is near comes first."""
         if action.choices is None or value in action.choices:

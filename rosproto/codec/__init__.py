@@ -6,20 +6,30 @@ with the first array.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from rosproto.codec.classes import define, message_class, service_class
 from rosproto.codec.flavour import Flavour
 from rosproto.codec.functions import decode, decoder, encode, encode_parts, encoder
 from rosproto.codec.message import AnyMsg, Message, ServiceType
 from rosproto.codec.text import strify_message
+from rosproto.late import late_names
+
+if TYPE_CHECKING:
+    from rosproto.codec.comparison import differences
+    from rosproto.codec.conversion import Conversion, ValuesLost
 
 __all__ = [
     "AnyMsg",
+    "Conversion",
     "Flavour",
     "Message",
     "ServiceType",
+    "ValuesLost",
     "decode",
     "decoder",
     "define",
+    "differences",
     "encode",
     "encode_parts",
     "encoder",
@@ -27,3 +37,12 @@ __all__ = [
     "service_class",
     "strify_message",
 ]
+
+__getattr__ = late_names(
+    __name__,
+    {
+        "Conversion": "conversion",
+        "ValuesLost": "conversion",
+        "differences": "comparison",
+    },
+)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rosproto.late import late_names
 from rosproto.node.events import Event, EventKind
 from rosproto.node.graph.master_client import MasterClient, SystemState
 from rosproto.node.incoming.subscriber import Subscriber
@@ -16,16 +17,26 @@ from rosproto.node.time.clock import NodeClock, Rate, Timer, TimerEvent
 
 if TYPE_CHECKING:
     from rosproto.node.graph.slave_client import NodeClient
+    from rosproto.node.incoming.local_nodes import LocalNodes
+    from rosproto.node.options import host_names
     from rosproto.node.params.parameters import Parameters, UnknownParameter
+    from rosproto.node.revisions.revisions import NoRevisions, Unfit, revised_type
+    from rosproto.node.revisions.topic_probe import probe_topic
+    from rosproto.node.revisions.topic_types import TopicType
+    from rosproto.node.services.cancellation import Cancellation
     from rosproto.node.services.client import ServiceClient
+    from rosproto.node.services.probe import probe as probe_service
     from rosproto.node.services.server import ServiceServer
     from rosproto.node.stats import LinkStats, NodeStats
 
 __all__ = [
+    "Cancellation",
     "Event",
     "EventKind",
     "LinkStats",
+    "LocalNodes",
     "MasterClient",
+    "NoRevisions",
     "Node",
     "NodeClient",
     "NodeClock",
@@ -39,26 +50,33 @@ __all__ = [
     "SystemState",
     "Timer",
     "TimerEvent",
+    "TopicType",
+    "Unfit",
     "UnknownParameter",
+    "host_names",
+    "probe_service",
+    "probe_topic",
+    "revised_type",
 ]
 
-_LATE = {
-    "LinkStats": "rosproto.node.stats",
-    "NodeClient": "rosproto.node.graph.slave_client",
-    "NodeStats": "rosproto.node.stats",
-    "Parameters": "rosproto.node.params.parameters",
-    "ServiceClient": "rosproto.node.services.client",
-    "ServiceServer": "rosproto.node.services.server",
-    "UnknownParameter": "rosproto.node.params.parameters",
-}
-
-
-def __getattr__(name: str) -> object:
-    """Import what is heavy or rarely used when it is first asked for (PEP 562)."""
-    if name not in _LATE:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from importlib import import_module
-
-    value: object = getattr(import_module(_LATE[name]), name)
-    globals()[name] = value
-    return value
+__getattr__ = late_names(
+    __name__,
+    {
+        "Cancellation": "services.cancellation",
+        "LinkStats": "stats",
+        "LocalNodes": "incoming.local_nodes",
+        "NoRevisions": "revisions.revisions",
+        "NodeClient": "graph.slave_client",
+        "NodeStats": "stats",
+        "Parameters": "params.parameters",
+        "ServiceClient": "services.client",
+        "ServiceServer": "services.server",
+        "TopicType": "revisions.topic_types",
+        "Unfit": "revisions.revisions",
+        "UnknownParameter": "params.parameters",
+        "host_names": "options",
+        "probe_service": "services.probe:probe",
+        "probe_topic": "revisions.topic_probe",
+        "revised_type": "revisions.revisions",
+    },
+)

@@ -7,6 +7,9 @@ flavours are taken. numpy is imported with the first call.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+from rosproto.late import late_names
 from rosproto.numeric.clouds import cloud_to_array, cloud_to_points, points_to_cloud, scan_to_points
 from rosproto.numeric.grids import array_to_grid, grid_to_array
 from rosproto.numeric.images import array_to_image, compressed_image_bytes, image_to_array
@@ -20,21 +23,44 @@ from rosproto.numeric.poses import (
     yaw_to_quaternion,
 )
 
+if TYPE_CHECKING:
+    from rosproto.numeric.depth import depth_millimetres, visible_depth
+    from rosproto.numeric.encodings import picture_order
+    from rosproto.numeric.pngfile import decode_png, encode_png, is_png
+
 __all__ = [
     "array_to_grid",
     "array_to_image",
     "cloud_to_array",
     "cloud_to_points",
     "compressed_image_bytes",
+    "decode_png",
+    "depth_millimetres",
+    "encode_png",
     "grid_to_array",
     "image_to_array",
+    "is_png",
     "matrix_to_pose",
     "matrix_to_quaternion",
     "matrix_to_transform",
+    "picture_order",
     "points_to_cloud",
     "pose_to_matrix",
     "quaternion_to_matrix",
     "quaternion_to_yaw",
     "scan_to_points",
+    "visible_depth",
     "yaw_to_quaternion",
 ]
+
+__getattr__ = late_names(
+    __name__,
+    {
+        "decode_png": "pngfile",
+        "depth_millimetres": "depth",
+        "encode_png": "pngfile",
+        "is_png": "pngfile",
+        "picture_order": "encodings",
+        "visible_depth": "depth",
+    },
+)

@@ -14,7 +14,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["SIGNATURE", "decode_png", "encode_png"]
+__all__ = ["decode_png", "encode_png", "is_png"]
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
@@ -39,6 +39,11 @@ def encode_png(pixels: NDArray[np.generic]) -> bytes:
     header = struct.pack(">IIBBBBB", width, height, 8 * size, _KINDS[channels], 0, 0, 0)
     body = zlib.compress(scanlines.tobytes(), 6)
     return SIGNATURE + _chunk(b"IHDR", header) + _chunk(b"IDAT", body) + _chunk(b"IEND", b"")
+
+
+def is_png(data: bytes) -> bool:
+    """Whether these bytes begin as a PNG does."""
+    return data.startswith(SIGNATURE)
 
 
 def _chunk(kind: bytes, body: bytes) -> bytes:
@@ -75,7 +80,7 @@ def decode_png(data: bytes, limit_pixels: int) -> NDArray[np.uint8]:
 
 
 def _chunks(data: bytes) -> dict[bytes, bytes]:
-    if not data.startswith(SIGNATURE):
+    if not is_png(data):
         raise ValueError("not a PNG picture")
     found: dict[bytes, bytes] = {}
     at = len(SIGNATURE)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from rosproto.cli.width import width
+from rosproto.text import width
 from tests.support.sentences import english_left
 from woosh_pure import SimulatedChassis
 from woosh_pure.cli import main
@@ -47,7 +47,8 @@ def chinese(text: str) -> None:
         ("goto a b", 2, "请加引号"),
         ("goto 1 2", 2, "位姿要这样写"),
         ("move", 2, "缺少参数"),
-        ("move x", 2, "不是有限的数"),
+        ("move x", 2, "不是普通的十进制数；应类似 0.5 或 -12"),
+        ("move 1e999", 2, "不是有限的数"),
         ("move 50", 2, "更长的路程"),
         ("move 1 --speed 0", 2, "必须大于 0"),
         ("rotate 9999", 2, "十圈"),

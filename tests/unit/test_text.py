@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosproto.text import printable
+from rosproto.text import cut, padded, printable, width
 
 
 @pytest.mark.parametrize(
@@ -41,3 +41,12 @@ def test_no_control_character_is_left(text: str) -> None:
     """Of any text: no controls, formats, surrogates, line or paragraph separators."""
     assert not {unicodedata.category(c) for c in printable(text)} & {"Cc", "Cf", "Cs", "Zl", "Zp", "Co", "Cn"}
     assert printable(printable(text)) == printable(text)
+
+
+def test_chinese_takes_two_columns() -> None:
+    """Tables stand straight, and lines end before the edge, without half a character."""
+    assert [width(text) for text in ("A1", "仓库", "e\u0301", "")] == [2, 4, 1, 0]
+    assert padded("仓库", 6) == "仓库  "
+    assert padded("long", 2) == "long"
+    assert [cut("仓库1", columns) for columns in (5, 4, 3, 0)] == ["仓库1", "仓库", "仓", ""]
+    assert cut("abc", -1) == ""

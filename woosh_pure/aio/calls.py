@@ -1,4 +1,4 @@
-"""Calls of the verbs in threads, for tasks that may be cancelled. The one place that decides what ends then.
+"""Calls the verbs in threads, for tasks that may be cancelled; decides what is ended then.
 
 A task that is cancelled
 
@@ -16,7 +16,7 @@ from collections.abc import Awaitable, Callable, Coroutine, Generator
 from typing import Any, Generic, TypeVar
 from weakref import WeakSet
 
-from rosproto.aio.pool import Pool
+from rosproto.aio import Pool
 from woosh_pure.connection.begun import Begun, beginning
 
 __all__ = ["Calls", "Later"]
@@ -57,7 +57,7 @@ class Calls:
         return result
 
     async def or_end(self, function: Callable[[], T], end: Callable[[], object]) -> T:
-        """Call something that goes on with what was begun; cancelled, `end` ends that."""
+        """Call something that continues what was begun; when cancelled, `end` ends it."""
         try:
             return await self._pool.run(function)
         except asyncio.CancelledError:
@@ -68,15 +68,15 @@ class Calls:
             raise
 
     async def finish(self, function: Callable[[], T]) -> T:
-        """Call something that ends something, in bounded time: it completes, whoever is cancelled."""
+        """Call something that ends something, in bounded time; it completes even if the task is cancelled."""
         return await self._pool.run(function, always=True)
 
     async def opened(self, function: Callable[[], T], dispose: Callable[[T], object]) -> T:
-        """Call something that opens something; cancelled, that is closed again."""
+        """Call something that opens something; when cancelled, it is closed again."""
         return await self._pool.run(function, dispose=dispose)
 
     def let_go(self, function: Callable[[], object]) -> None:
-        """Call something in a thread, for who cannot await it. It must not raise."""
+        """Call something in a thread, for a caller that cannot await. It must not raise."""
         self._pool.spawn(function)
 
     def close(self) -> None:

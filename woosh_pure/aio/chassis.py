@@ -13,6 +13,7 @@ from woosh_pure.aio.goals import ActionHandle, NavigationHandle, StepHandle, Tas
 from woosh_pure.aio.readings import Readings
 from woosh_pure.aio.verbs import block, goal, like, stopping, verb
 from woosh_pure.chassis import Chassis as Threaded
+from woosh_pure.chassis import core_of
 from woosh_pure.faults.codes import Faults
 
 if TYPE_CHECKING:
@@ -80,7 +81,7 @@ class Chassis(Readings):
 
     async def _connect(self) -> Chassis:
         chassis = self.chassis
-        if chassis._in_block:
+        if core_of(chassis).in_block:
             await self._calls.call(lambda: chassis.node)
         else:
             await self._calls.opened(lambda: chassis.node, lambda _: chassis.close())
@@ -88,7 +89,7 @@ class Chassis(Readings):
 
     async def __aenter__(self) -> Chassis:
         if not self._depth:
-            self._shared = self.chassis._in_block
+            self._shared = core_of(self.chassis).in_block
         await self._connect()
         self._depth += 1
         return self
@@ -109,7 +110,7 @@ class Chassis(Readings):
             self._calls.close()
 
     def _end_begun(self) -> None:
-        running = self.chassis._core.running
+        running = core_of(self.chassis).running
         for drive in running.drives:
             if drive in self._calls.begun:
                 drive.abandon()

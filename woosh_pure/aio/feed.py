@@ -6,8 +6,7 @@ import asyncio
 from collections.abc import AsyncIterator, Callable, Generator
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from rosproto.aio.mailbox import Mailbox
-from rosproto.aio.pool import notify
+from rosproto.aio import Mailbox, notify
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.transport import Deadline
@@ -85,7 +84,7 @@ class Feed(Generic[T]):
     def _subscribe(self) -> None:
         try:
             self.feed.open()
-        except RosError as error:  # who waits for a value is told
+        except RosError as error:  # whoever waits for a value gets the error
             logger.debug("! %s: not subscribed: %s", self.topic, error)
 
     @property

@@ -8,12 +8,11 @@ from collections.abc import AsyncIterator, Callable, Coroutine, Generator
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from rosproto.aio.mailbox import Mailbox
-from rosproto.aio.pool import notify
+from rosproto.aio import Mailbox, notify
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from woosh_pure.aio.calls import Calls
-from woosh_pure.motion.goal import _OWN_DEFAULT, _Default
+from woosh_pure.motion.goal import OWN_DEFAULT, Default
 from woosh_pure.outcome import Outcome
 from woosh_pure.values.state import RobotStatus
 
@@ -122,7 +121,7 @@ class GoalHandle(Generic[P]):
         finally:
             newest.close()
 
-    async def wait(self, timeout: float | _Default | None = _OWN_DEFAULT, *, raises: bool = True) -> Outcome:
+    async def wait(self, timeout: float | Default | None = OWN_DEFAULT, *, raises: bool = True) -> Outcome:
         """Wait for the end, as `motion.goal.GoalHandle.wait`. Cancelling the task that waits cancels
         the goal, and waits for the chassis to confirm it.
 

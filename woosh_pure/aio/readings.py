@@ -11,7 +11,7 @@ from woosh_pure.geometry import Pose2D, Velocity
 
 if TYPE_CHECKING:
     from woosh_pure import values
-    from woosh_pure.chassis import Chassis
+    from woosh_pure.feed import readings
     from woosh_pure.feed.feed import Feed as Threaded
 
 __all__ = ["Readings"]
@@ -22,7 +22,7 @@ T = TypeVar("T")
 class Readings:
     """The part of the awaited `Chassis` that only listens; see there."""
 
-    chassis: Chassis
+    chassis: readings.Readings
     _calls: Calls
 
     def feed(self, name: str) -> Feed[Any]:

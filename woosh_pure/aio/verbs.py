@@ -16,7 +16,6 @@ from woosh_pure.aio.drive import VelocityBlock
 from woosh_pure.aio.goals import Goal, GoalHandle
 
 if TYPE_CHECKING:
-    from woosh_pure.chassis import Chassis
     from woosh_pure.motion import goal as threaded
     from woosh_pure.velocity.drive import Drive
 
@@ -31,7 +30,7 @@ class Face(Protocol):
     """What a verb finds in the awaited `Chassis`."""
 
     @property
-    def chassis(self) -> Chassis: ...
+    def chassis(self) -> object: ...
 
     @property
     def _calls(self) -> Calls: ...

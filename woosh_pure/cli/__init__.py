@@ -15,9 +15,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run `woosh` with these arguments (by default the process's own); the exit code."""
     try:
         if argv is None:
-            from rosproto.cli.bare_help import show
+            from rosproto.cli import show_bare_help
 
-            code = show(__file__, sys.argv[1:])
+            code = show_bare_help(__file__, sys.argv[1:])
             if code is not None:
                 return code
         from woosh_pure.cli.entry import main as command  # late: Ctrl-C while it loads is no traceback either

@@ -9,9 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from rosproto.cli.counts import counted
-from rosproto.cli.option_types import count, folder_exists, natural, port, positive, seconds
-from rosproto.cli.option_types import finite as number
+from rosproto.cli import count, counted, folder_exists, natural, port, positive, seconds
+from rosproto.cli import finite as number
 
 if TYPE_CHECKING:
     from woosh_pure.cli.output import Output
@@ -42,7 +41,7 @@ POSE = ("X", "Y", "DEGREES")
 
 
 def pose(values: Sequence[float]) -> Pose2D:
-    """Of metres, metres and degrees in the map."""
+    """A pose in the map, from metres, metres and degrees."""
     from woosh_pure.geometry import Pose2D, normalize_angle
 
     x, y, degrees = values

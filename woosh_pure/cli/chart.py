@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from woosh_pure.cli.letters import text_mask
+from woosh_pure.cli.letters import INK, PAPER, put_text, text_mask
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from woosh_pure.cli.picture import Picture
+    from woosh_pure.cli.canvas import Picture
 
-__all__ = ["draw_grid", "framed", "put_text", "step_of"]
+__all__ = ["draw_grid", "framed", "step_of"]
 
 LEFT, RIGHT, TOP, BOTTOM = 44, 12, 12, 44
 """Pixels of the margins."""
-_GRID, _INK, _PAPER = (206, 218, 232), (40, 50, 60), (255, 255, 255)
+_GRID = (206, 218, 232)
 _APART = 40
 """Least pixels between two lines of the grid."""
 
@@ -57,8 +57,8 @@ def draw_grid(picture: Picture) -> None:
 def framed(picture: Picture) -> NDArray[np.uint8]:
     """The picture in a white margin with the numbers of the grid, in m of the map, and a scale bar."""
     height, width = picture.pixels.shape[:2]
-    whole = np.full((TOP + height + BOTTOM, LEFT + width + RIGHT, 3), _PAPER, np.uint8)
-    whole[TOP - 1 : TOP + height + 1, LEFT - 1 : LEFT + width + 1] = _INK
+    whole = np.full((TOP + height + BOTTOM, LEFT + width + RIGHT, 3), PAPER, np.uint8)
+    whole[TOP - 1 : TOP + height + 1, LEFT - 1 : LEFT + width + 1] = INK
     whole[TOP : TOP + height, LEFT : LEFT + width] = picture.pixels
     columns, rows, step = _lines(picture)
     turned = picture.grid.origin.yaw != 0.0
@@ -77,7 +77,7 @@ def _label_bottom(
     for at in np.flatnonzero(fields[1:] != fields[:-1]) + 1:
         text = head + _number(max(fields[at], fields[at - 1]) * step)
         column, mask = LEFT + int(at), text_mask(text)
-        whole[TOP + height : TOP + height + 4, column] = _INK
+        whole[TOP + height : TOP + height + 4, column] = INK
         left = column - mask.shape[1] // 2
         if left > end + 4 and left >= 0 and left + mask.shape[1] < whole.shape[1]:
             put_text(whole, text, left, TOP + height + 7)
@@ -89,7 +89,7 @@ def _label_left(whole: NDArray[np.uint8], fields: NDArray[np.int64], step: float
     for at in np.flatnonzero(fields[1:] != fields[:-1]) + 1:
         text = head + _number(max(fields[at], fields[at - 1]) * step)
         row, mask = TOP + int(at), text_mask(text)
-        whole[row, LEFT - 5 : LEFT - 1] = _INK
+        whole[row, LEFT - 5 : LEFT - 1] = INK
         top = row - mask.shape[0] // 2
         if top > end + 3 and top >= 0:
             put_text(whole, text, max(1, LEFT - 8 - mask.shape[1]), top)
@@ -105,42 +105,11 @@ def _scale_bar(whole: NDArray[np.uint8], metre: float, width: int) -> None:
     length = step_of(metre, max(40.0, width / 8.0))
     pixels = min(width, round(length * metre))
     row = whole.shape[0] - 10
-    whole[row - 1 : row + 1, LEFT : LEFT + pixels] = _INK
+    whole[row - 1 : row + 1, LEFT : LEFT + pixels] = INK
     for column in (LEFT, LEFT + pixels - 1):
-        whole[row - 5 : row + 1, column : column + 2] = _INK
+        whole[row - 5 : row + 1, column : column + 2] = INK
     put_text(whole, f"{_number(length)} m", LEFT + pixels + 8, row - 8)
     note = "x, y in m"
     left = whole.shape[1] - RIGHT - text_mask(note).shape[1]
     if left > LEFT + pixels + 70:
         put_text(whole, note, left, row - 8)
-
-
-def put_text(
-    pixels: NDArray[np.uint8],
-    text: str,
-    left: int,
-    top: int,
-    color: tuple[int, int, int] = _INK,
-    *,
-    on_paper: bool = False,
-) -> None:
-    """Write into a picture; what lies outside is cut off.
-
-    Args:
-        pixels: (height, width, 3), changed.
-        text: One line.
-        left, top: Of its upper left corner, pixels.
-        color: Of the letters.
-        on_paper: A white box below them, for what stands on a map.
-    """
-    mask = text_mask(text)
-    if on_paper:
-        mask = np.pad(mask, 2)
-        left, top = left - 2, top - 2
-    height, width = pixels.shape[:2]
-    y0, x0 = max(0, top), max(0, left)
-    part = mask[y0 - top : max(0, height - top), x0 - left : max(0, width - left)]
-    target = pixels[y0 : y0 + part.shape[0], x0 : x0 + part.shape[1]]
-    if on_paper:
-        target[:] = _PAPER
-    target[part] = color

@@ -14,7 +14,7 @@ __all__ = ["chart_png"]
 
 
 def chart_png(grid: GridMap, out: Output, *, marks: bool = True, **what: Any) -> bytes:
-    """The PNG; names of marks that the picture cannot show are said in lines.
+    """The PNG; names that the picture cannot show are printed as lines.
 
     Args:
         grid: The map.
@@ -22,7 +22,7 @@ def chart_png(grid: GridMap, out: Output, *, marks: bool = True, **what: Any) ->
         marks: The marks of the user's list, too.
         what: `pose`, `scan`, `path`: see `chart_of`.
     """
-    from rosproto.numeric.pngfile import encode_png
+    from rosproto.numeric import encode_png
     from woosh_pure.cli.picture import chart_of
     from woosh_pure.maps.marks import MarkFile
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
-from rosproto.cli.bag_progress import Progress
+from rosproto.cli import Progress
 from rosproto.errors import ConnectionLost, RosTimeout
 from woosh_pure.cli import config
 from woosh_pure.cli.console import is_terminal
@@ -53,8 +53,8 @@ def chosen(args: Namespace) -> tuple[str | None, str | None]:
 
 def names(args: Namespace) -> dict[str, str]:
     """Host names given by hand: those of --resolve, then those of the environment."""
-    from rosproto.node.options import host_names
-    from rosproto.transport.host_names import parse_host_names
+    from rosproto.node import host_names
+    from rosproto.transport import parse_host_names
 
     return {**host_names(), **parse_host_names(getattr(args, "resolve", None) or ())}
 
@@ -62,7 +62,7 @@ def names(args: Namespace) -> dict[str, str]:
 @contextmanager
 def connect(args: Namespace, out: Output, *, sim_speed: float = 1.0) -> Iterator[Chassis]:
     """The chassis that the common options name."""
-    from rosproto.msg.user_folder import environment_paths
+    from rosproto.msg import environment_paths
     from woosh_pure.chassis import Chassis
 
     with ExitStack() as stack:
@@ -96,7 +96,7 @@ def connect(args: Namespace, out: Output, *, sim_speed: float = 1.0) -> Iterator
 
 @contextmanager
 def reaching() -> Iterator[None]:
-    """For scripts a master that keeps silent is the same as one that is not there: ConnectionLost."""
+    """A master that does not answer becomes ConnectionLost: for scripts it is not there."""
     try:
         yield
     except RosTimeout as error:
@@ -115,10 +115,12 @@ def simulated(args: Namespace, out: Output, stack: ExitStack, speed: float = 1.0
 
 
 def _may_move(chassis: Chassis, error: BaseException) -> bool:
-    """Whether something of ours may still move the robot. What moves it for others is left to them: a stop
-    of ours would send zeros into it.
+    """Whether something of ours may still move the robot. Motions of others are left alone: our stop would
+    send zeros into them.
     """
-    if chassis.under_way or chassis._core.running.just_let_go:
+    from woosh_pure.chassis import core_of
+
+    if chassis.under_way or core_of(chassis).running.just_let_go:
         return True
     from woosh_pure.errors import MotionRefused  # late: --help does not load the chassis
 
@@ -194,7 +196,7 @@ def follow(
 
 
 def report(outcome: Outcome, out: Output, **more: Any) -> int:
-    """Say how a goal ended; the exit code."""
+    """Print how a goal ended, and return the exit code."""
     out.line(outcome.sentence())
     out.result(
         {"ok": outcome.arrived, "outcome": outcome.kind.value, "seconds": round(outcome.seconds, 2), **more}

@@ -6,10 +6,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TextIO
 
-from rosproto.cli.console import enable_escapes, is_terminal, shows_unicode, size
-from rosproto.cli.streams import own
+from rosproto.cli import enable_escapes, is_terminal, own, shows_unicode, terminal_size
 
-__all__ = ["enable_escapes", "full_screen", "is_terminal", "shows_unicode", "size"]
+__all__ = ["enable_escapes", "full_screen", "is_terminal", "shows_unicode", "terminal_size"]
 
 
 @contextmanager

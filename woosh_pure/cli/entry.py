@@ -7,23 +7,27 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from rosproto.cli.closed_console import linger_when_closed
-from rosproto.cli.failure import (
+from rosproto.cli import (
     DONE,
     FAILED,
     INTERRUPTED,
     TERMINATED,
     UNREACHABLE,
     WRONG_USE,
+    Parser,
     Terminated,
+    WrongUse,
+    as_typed,
+    escape_what_cannot_be_printed,
     explain,
+    give_examples,
+    guarded,
+    linger_when_closed,
     output_is_gone,
+    positive,
     say,
     signals_unwind,
 )
-from rosproto.cli.option_types import positive
-from rosproto.cli.parser import Parser, WrongUse, give_examples
-from rosproto.cli.streams import as_typed, escape_what_cannot_be_printed, guarded
 from rosproto.version import __version__
 from woosh_pure.cli.examples import EXAMPLES
 from woosh_pure.cli.output import Output, spoken
@@ -169,21 +173,13 @@ def parser_for(words: Sequence[str], language: str = "en") -> argparse.ArgumentP
         if asked is not None:
             command.add_arguments(sub)
             give_examples(sub, EXAMPLES)
-            _add_below(sub, common)
+            sub.share_below(common)
     return parser
-
-
-def _add_below(parser: argparse.ArgumentParser, common: argparse.ArgumentParser) -> None:
-    """Let the verbs of a command understand the common options too."""
-    for action in parser._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            for verb in action.choices.values():
-                verb._add_container_actions(common)
 
 
 def _asked(words: Sequence[str]) -> str | None:
     """The command among the words; what follows an option of ours that takes a value is no command."""
-    takes_value = {text for a in _common()._actions if a.nargs != 0 for text in a.option_strings}
+    takes_value = _common().options_with_value()
     for before, word in zip(["", *words], words, strict=False):
         if before not in takes_value and not word.startswith("-"):
             return word if word in COMMANDS else None

@@ -12,8 +12,7 @@ from contextlib import contextmanager
 from enum import Enum
 from typing import Any, TextIO
 
-from rosproto.cli.json_text import json_text
-from rosproto.cli.streams import own
+from rosproto.cli import json_text, own
 from rosproto.text import printable
 from woosh_pure.cli.console import enable_escapes, is_terminal
 

@@ -1,11 +1,10 @@
-"""Camera images as PNG: colours as they are, depth so that a person sees something, or as the data it is."""
+"""Camera images as PNG: colours as they are, depth as a visible picture or as data."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rosproto.numeric.encodings import picture_order
-from rosproto.numeric.pngfile import encode_png
+from rosproto.numeric import encode_png, picture_order
 
 if TYPE_CHECKING:
     from woosh_pure.values.state import Image
@@ -25,7 +24,7 @@ def image_png(image: Image, *, millimetres: bool = False) -> bytes:
     """
     pixels = image.pixels
     if image.encoding in ("16UC1", "mono16", "32FC1"):
-        from rosproto.numeric.depth import depth_millimetres, visible_depth
+        from rosproto.numeric import depth_millimetres, visible_depth
 
         metres = image.depth_metres()
         return encode_png(depth_millimetres(metres) if millimetres else visible_depth(metres))

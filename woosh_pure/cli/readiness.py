@@ -71,7 +71,7 @@ def readiness_of(chassis: Chassis) -> Readiness:
 
 
 def _is_silent(chassis: Chassis) -> bool:
-    """Whether not even what it sends all the time comes: its nodes are registered, but do not run."""
+    """Whether even its steady topics are silent: its nodes are registered, but do not run."""
     if chassis.status.heard or chassis.battery.heard:
         return False
     try:

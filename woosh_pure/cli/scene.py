@@ -1,4 +1,4 @@
-"""What is known of a chassis now, gathered for a screen or a picture."""
+"""A snapshot of what is known of a chassis, for a screen or a picture."""
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from woosh_pure.late import late_names
+from rosproto.late import late_names
 
 if TYPE_CHECKING:
     from woosh_pure.connection.address import master_uri_of

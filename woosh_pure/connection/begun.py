@@ -1,4 +1,4 @@
-"""What one call has begun: so that it can be ended without a handle, also while it is being prepared.
+"""What one call has begun, so that it can be ended without a handle, even while it is being prepared.
 
 `woosh_pure.aio` calls the verbs in threads. A task that is cancelled cannot interrupt such a thread; it says
 here that the call is not wanted any more. What the call prepares then does not begin, and what it has begun
@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rosproto.logs import get_logger
-from rosproto.node.services.client import Cancellation
+from rosproto.node import Cancellation
 from woosh_pure.errors import MotionRefused
 
 __all__ = ["Begun", "beginning", "current"]

@@ -1,4 +1,4 @@
-"""Our node at one chassis's master: made on first use, once, and gone with `close`. Safe from any thread."""
+"""Our node at the master of one chassis: made on first use, ended by `close`. Safe from any thread."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Connection:
     def open_node(self) -> rosproto.Node:
         """Our node, connected with the first call.
 
-        Its name is unique, so no two programs throw each other out.
+        Its name is unique: the master shuts down the older of two nodes with one name.
 
         Raises:
             ConnectionLost: This Chassis is closed, or the master cannot be reached.
@@ -96,7 +96,7 @@ class Connection:
             raise ConnectionLost(f"this Chassis is closed; open a new one for {self.master_uri}")
 
     def note_close(self) -> None:
-        """From now on nothing is made; waits for what is being made."""
+        """From now on no node is made; waits for one that is being made."""
         with self.making:
             self._closed = True
 

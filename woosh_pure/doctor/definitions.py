@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 import rosproto
 from rosproto.errors import RosError
-from rosproto.node.revisions.topic_probe import probe_topic
-from rosproto.node.services import probe as service_probe
+from rosproto.node import probe_service, probe_topic
 from rosproto.transport import Deadline
 from woosh_pure import interface
 from woosh_pure.doctor.finding import Finding, Level
@@ -85,7 +84,7 @@ def _answer(node: rosproto.Node, question: _Question) -> str:
     deadline = Deadline(_ONE_QUESTION)
     try:
         if question.name in _SERVICES:
-            return service_probe.probe(node, question.name, deadline).get("md5sum", "")
+            return probe_service(node, question.name, deadline).get("md5sum", "")
         return probe_topic(node, question.name, question.node, deadline).md5sum
     except (RosError, OSError):
         return ""

@@ -14,14 +14,14 @@ from collections.abc import Generator, Iterator, Mapping
 
 import rosproto
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
-from rosproto.transport import Deadline, parse_uri
-from rosproto.transport.host_names import HostNames, hosts_advice
+from rosproto.transport import Deadline, HostNames, hosts_advice, parse_uri
 from woosh_pure import interface
 from woosh_pure.doctor.definitions import check_definitions
 from woosh_pure.doctor.finding import Finding, Level
 from woosh_pure.doctor.nodes import chassis_nodes, check_nodes
 from woosh_pure.feed.feed import Feed
 from woosh_pure.interface.table import Row
+from woosh_pure.values.rostypes import message_type
 
 __all__ = ["Finding", "Level", "examine"]
 
@@ -167,7 +167,7 @@ def _is_there(row: Row, state: rosproto.node.SystemState) -> bool:
 
 
 def _competitors(state: rosproto.node.SystemState) -> Iterator[Finding]:
-    """Other programs that command it; the chassis's own nodes do so as well, and are none."""
+    """Programs that send it commands, apart from the chassis's own nodes."""
     others: dict[str, list[str]] = {}
     topics = {f"{row.name}/goal": row.name for row in interface.actions()}
     topics |= {row.name: row.name for row in interface.topics("write") if row.bypasses_protection}
@@ -205,7 +205,7 @@ def _with_a_node(
 def _connect_back(node: rosproto.Node, state: rosproto.node.SystemState, timeout: float) -> Finding:
     if _HARMLESS not in state.subscribers:
         return Finding("back", Level.WARNING, f"nobody listens to {_HARMLESS}: the way back was not tested")
-    publisher = node.publisher(_HARMLESS, interface.row(_HARMLESS).type)
+    publisher = node.publisher(_HARMLESS, message_type(interface.row(_HARMLESS).type))
     try:
         publisher.wait_for_connection(timeout=timeout)
     except RosTimeout:

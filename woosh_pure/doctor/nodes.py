@@ -1,6 +1,6 @@
 """`woosh doctor`'s look at the nodes of the chassis: whether each can be reached where it says it is.
 
-One cause is told once, with all the nodes that have it: a robot that announces itself by a name has twenty of
+Each cause is reported once, with all its nodes: a robot that announces an unknown host name has twenty of
 them.
 """
 
@@ -11,8 +11,7 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
-from rosproto.transport import Deadline, connect, parse_uri
-from rosproto.transport.host_names import hosts_advice
+from rosproto.transport import Deadline, connect, hosts_advice, parse_uri
 from woosh_pure import interface
 from woosh_pure.doctor.finding import Finding, Level
 

@@ -1,6 +1,6 @@
 """Compare what a robot speaks with what is known here, and keep what is new. Works on a survey's answers.
 
-What a peer sends is nobody's word but its own: a definition counts only when it can be parsed within the
+A peer may send anything: a definition counts only when it can be parsed within the
 bounds of `DefinitionLimits` and its md5sum is the one announced.
 """
 
@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from rosproto.codec.comparison import differences
+from rosproto.codec import differences
 from rosproto.errors import DefinitionError
 from rosproto.msg import DefinitionLibrary, MessageSpec, bundled, library_from_full_text
 from woosh_pure.firmware.survey import Answer
@@ -66,7 +66,7 @@ class Knowledge:
 
 
 def judge(answer: Answer, knowledge: Knowledge) -> Judgement:
-    """What an answer tells."""
+    """Compare an answer with what is known."""
     if answer.error:
         return Judgement(answer, "silent", note=answer.error)
     kind = "msg" if answer.kind == "topic" else "srv"

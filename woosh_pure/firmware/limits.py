@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from rosproto.codec.conversion import Conversion
+from rosproto.codec import Conversion
 from woosh_pure.enums import StepMode
 from woosh_pure.errors import FirmwareLimit
 from woosh_pure.firmware.revisions import revision_of

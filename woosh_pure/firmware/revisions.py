@@ -10,8 +10,7 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from rosproto.codec import message_class, service_class
-from rosproto.codec.conversion import Conversion
+from rosproto.codec import Conversion, message_class, service_class
 from rosproto.errors import DefinitionError
 from rosproto.msg import DefinitionLibrary, bundled
 

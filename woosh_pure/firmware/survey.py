@@ -1,4 +1,4 @@
-"""Ask a whole graph which definitions it speaks: each topic and each service once, many at a time.
+"""Ask a whole graph for its definitions: each topic and each service once, many at a time.
 
 Only headers are exchanged: no message is received, no service is called, nothing moves.
 """
@@ -11,8 +11,7 @@ from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.errors import RosError
-from rosproto.node.revisions.topic_probe import probe_topic
-from rosproto.node.services import probe as service_probe
+from rosproto.node import probe_service, probe_topic
 from rosproto.transport import Deadline
 
 if TYPE_CHECKING:
@@ -120,7 +119,7 @@ def _ask_service(node: rosproto.Node, name: str, peers: list[str], deadline: Dea
     if deadline.expired:
         return Answer("service", name, peer=peers[0], error="not asked: the time was up")
     try:
-        header = service_probe.probe(node, name, deadline.at_most(ONE_QUESTION))
+        header = probe_service(node, name, deadline.at_most(ONE_QUESTION))
     except (RosError, OSError) as problem:
         return Answer("service", name, peer=peers[0], error=str(problem))
     return Answer("service", name, header.get("type", ""), header.get("md5sum", ""), "", peers[0])

@@ -1,6 +1,4 @@
-"""ONE table of every topic, service and action of the chassis. Everything above and beside it reads these
-rows.
-"""
+"""One table of every topic, service and action of the chassis, which everything else reads."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
-"""ONE table of every topic, service and action of the chassis. Everything above and beside it reads these
-rows.
+"""Look up topics, services and actions of the chassis in the one table that everything else reads.
 
-The rows themselves, with their sources, are in `interface_rows`; here they are found.
+The rows, with their sources, are in `rows`; here they are looked up.
 """
 
 from __future__ import annotations

@@ -16,8 +16,8 @@ from collections.abc import Callable, Iterable, Iterator
 from functools import lru_cache
 from importlib import resources
 
-from rosproto.cli.width import padded, width
 from rosproto.records import NamedTuple
+from rosproto.text import padded, width
 
 __all__ = ["Sentence", "Words", "read_table", "words_for"]
 
@@ -61,9 +61,9 @@ class Words:
                 self._patterns.append(_Pattern(sentence))
             else:
                 self._exact[sentence.english] = sentence.translated
-        # What fixes most of a sentence is asked first.
+        # The pattern with the most fixed text is tried first.
         self._patterns.sort(key=lambda pattern: -pattern.weight)
-        # Ends of one text are looked at again and again.
+        # The end of a text is looked up again and again.
         self._sentence = lru_cache(maxsize=512)(self._looked_up)
 
     def __bool__(self) -> bool:
@@ -188,7 +188,7 @@ class _Pattern:
         self.names = {place[1] for place in _PLACE.finditer(sentence.english) if place[2] == "="}
 
     def facts(self, text: str) -> dict[str, str] | None:
-        """What is filled in there; None when the text is another sentence."""
+        """The texts in its places; None when the text does not match."""
         if self._mark not in text:
             return None
         if self._regex is None:

@@ -97,19 +97,23 @@ class GridMap:
             ValueError: Not a map file; the message says which file and what is wrong.
             OSError: A file cannot be read.
         """
-        from woosh_pure.maps.mapfiles import load_map
+        from woosh_pure.maps.mapfiles import read_map
 
-        return load_map(Path(yaml_path), limit_cells)
+        cells, resolution, origin = read_map(Path(yaml_path), limit_cells)
+        try:
+            return GridMap(cells, resolution, origin)
+        except ValueError as error:
+            raise ValueError(f"{yaml_path}: {error}") from error
 
     def save(self, yaml_path: str | Path) -> tuple[Path, Path]:
         """Write `name.yaml` and `name.pgm` as map_saver does; returns both paths."""
-        from woosh_pure.maps.mapfiles import save_map
+        from woosh_pure.maps.mapfiles import write_map
 
-        return save_map(self, Path(yaml_path))
+        return write_map(Path(yaml_path), self.to_grey(), self.resolution, self.origin)
 
     def save_png(self, path: str | Path) -> Path:
         """Write a grey PNG picture: white free, black occupied, grey unknown."""
-        from rosproto.numeric.pngfile import encode_png
+        from rosproto.numeric import encode_png
 
         out = Path(path)
         out.write_bytes(encode_png(self.to_grey()))

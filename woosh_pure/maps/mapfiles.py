@@ -8,53 +8,51 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rosproto.numeric.pngfile import SIGNATURE, decode_png
+from rosproto.numeric import decode_png, is_png
+from rosproto.typed_values import parse_value
 from woosh_pure.geometry import Pose2D
-from woosh_pure.maps.gridmap import GridMap
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["load_map", "save_map"]
+__all__ = ["read_map", "write_map"]
 
 _MODES = ("trinary", "scale", "raw")
 _CHANNELS = {b"P2": 1, b"P5": 1, b"P3": 3, b"P6": 3}
 _PLAIN = (b"P2", b"P3")
 
 
-def load_map(yaml_path: Path, limit_cells: int) -> GridMap:
-    """See `GridMap.load`."""
-    fields = _parse_yaml(yaml_path)
+def read_map(yaml_path: Path, limit_cells: int) -> tuple[NDArray[np.int8], float, Pose2D]:
+    """Cells, resolution and origin; see `GridMap.load`."""
+    fields = _read_yaml(yaml_path)
     pixels = _read_image(yaml_path.parent / fields["image"], limit_cells)
-    x, y, yaw = _origin(fields["origin"], yaml_path)
     cells = _cells_of(
         pixels,
         mode=_mode(fields, yaml_path),
-        negate=_truth(fields.get("negate", "0"), yaml_path),
+        negate=_truth(fields.get("negate", 0), yaml_path),
         occupied=_number(fields, "occupied_thresh", 0.65, yaml_path),
         free=_number(fields, "free_thresh", 0.196, yaml_path),
     )
-    try:
-        return GridMap(cells, _number(fields, "resolution", 0.0, yaml_path), Pose2D(x, y, yaw))
-    except ValueError as error:
-        raise ValueError(f"{yaml_path}: {error}") from error
+    return cells, _number(fields, "resolution", 0.0, yaml_path), _origin(fields["origin"], yaml_path)
 
 
-def save_map(grid: GridMap, yaml_path: Path) -> tuple[Path, Path]:
+def write_map(
+    yaml_path: Path, grey: NDArray[np.uint8], resolution: float, origin: Pose2D
+) -> tuple[Path, Path]:
     """See `GridMap.save`."""
     yaml_path = yaml_path.with_suffix(".yaml")
     image = yaml_path.with_suffix(".pgm")
-    head = f"P5\n# {grid.resolution:.3f} m/pix\n{grid.width} {grid.height}\n255\n"
-    image.write_bytes(head.encode("ascii") + grid.to_grey().tobytes())
-    o = grid.origin
+    height, width = grey.shape
+    head = f"P5\n# {resolution:.3f} m/pix\n{width} {height}\n255\n"
+    image.write_bytes(head.encode("ascii") + grey.tobytes())
     lines = (
         f"image: {image.name}",
-        f"resolution: {grid.resolution:.6f}",
-        f"origin: [{o.x:.6f}, {o.y:.6f}, {o.yaw:.6f}]",
+        f"resolution: {resolution:.6f}",
+        f"origin: [{origin.x:.6f}, {origin.y:.6f}, {origin.yaw:.6f}]",
         "negate: 0",
         "occupied_thresh: 0.65",
         "free_thresh: 0.196",
@@ -67,36 +65,44 @@ def save_map(grid: GridMap, yaml_path: Path) -> tuple[Path, Path]:
 # -- YAML ----------------------------------------------------------------------------------------------------
 
 
-def _parse_yaml(path: Path) -> dict[str, str]:
-    """The keys of the file as text.
-
-    Only what such files are made of, without a YAML library: "key: value", comments, quotes, and lists in one
-    line, over several lines, or as items with dashes.
-    """
-    fields: dict[str, str] = {}
-    key = ""
-    for line in path.read_text(encoding="utf-8-sig").splitlines():
-        text = _without_comment(line)
-        bare = text.strip()
-        if not bare or bare in ("---", "..."):
-            continue
-        open_list = key and fields[key].startswith("[") and not fields[key].endswith("]")
-        if open_list:
-            fields[key] += bare
-        elif bare.startswith("- ") and key:
-            fields[key] = ", ".join(part for part in (fields[key], bare[2:].strip()) if part)
-        else:
-            name, colon, value = text.partition(":")
-            if not colon:
-                raise ValueError(f"{path}: {bare!r} is no line of a map file; expected key: value")
-            key = _unquoted(name)
-            fields[key] = _unquoted(value)
+def _read_yaml(path: Path) -> dict[str, Any]:
+    """The keys of the file, each value read as one on a command line is; "image" stays a text."""
+    fields: dict[str, Any] = {}
+    for key, text in _entries(path).items():
+        try:
+            # As it stands between its quotes: YAML would take the backslashes of a Windows path for escapes.
+            fields[key] = text.strip("\"'") if key == "image" else parse_value(text)
+        except ValueError as error:
+            raise ValueError(f"{path}: {key} {error}") from None
     missing = {"image", "resolution", "origin"} - fields.keys()
     if missing:
         raise ValueError(
             f"{path}: no {', '.join(sorted(missing))}; expected map_server's keys image, resolution, origin"
         )
     return fields
+
+
+def _entries(path: Path) -> dict[str, str]:
+    """Key and value of each line "key: value", as text; a list may stand in one line, over several lines, or
+    as items with dashes.
+    """
+    found: dict[str, list[str]] = {}  # the value, then the items with dashes below it
+    key = ""
+    for line in path.read_text(encoding="utf-8-sig").splitlines():
+        text = _without_comment(line).strip()
+        if not text or text in ("---", "..."):
+            continue
+        if key and found[key][0].startswith("[") and not found[key][0].endswith("]"):
+            found[key][0] += text
+        elif text.startswith("- ") and key:
+            found[key].append(text[2:])
+        else:
+            name, colon, value = text.partition(":")
+            if not colon:
+                raise ValueError(f"{path}: {text!r} is no line of a map file; expected key: value")
+            key = name.strip().strip("\"'")
+            found[key] = [value.strip()]
+    return {key: f"[{', '.join(items)}]" if items else value for key, (value, *items) in found.items()}
 
 
 def _without_comment(line: str) -> str:
@@ -112,47 +118,45 @@ def _without_comment(line: str) -> str:
     return line
 
 
-def _unquoted(text: str) -> str:
-    text = text.strip()
-    return text[1:-1] if len(text) > 1 and text[0] == text[-1] and text[0] in "\"'" else text
+def _number(fields: dict[str, Any], key: str, default: float, path: Path) -> float:
+    value = fields.get(key, default)
+    number = _float(value)
+    if not math.isfinite(number):
+        raise ValueError(f"{path}: {key} {value!r} is not a number")
+    return number
 
 
-def _number(fields: dict[str, str], key: str, default: float, path: Path) -> float:
-    text = fields.get(key)
-    if text is None:
-        return default
+def _float(value: object) -> float:
+    """A number, also one in quotes; NaN for what is none."""
     try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise ValueError(f"{path}: {key} {text!r} is not a number")
-    return value
+        return math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return math.nan
 
 
-def _truth(text: str, path: Path) -> bool:
-    if text.lower() in ("0", "false", "no", "off"):
-        return False
-    if text.lower() in ("1", "true", "yes", "on"):
-        return True
-    raise ValueError(f"{path}: negate {text!r} is neither 0 nor 1")
+def _truth(value: object, path: Path) -> bool:
+    text = str(value).lower()
+    if text not in ("0", "false", "no", "off", "1", "true", "yes", "on"):
+        raise ValueError(f"{path}: negate {value!r} is neither 0 nor 1")
+    return text in ("1", "true", "yes", "on")
 
 
-def _mode(fields: dict[str, str], path: Path) -> str:
-    mode = fields.get("mode", "trinary").lower()
+def _mode(fields: dict[str, Any], path: Path) -> str:
+    mode = str(fields.get("mode", "trinary")).lower()
     if mode not in _MODES:
         raise ValueError(f"{path}: mode {mode!r} is not known; expected {', '.join(_MODES)}")
     return mode
 
 
-def _origin(text: str, path: Path) -> tuple[float, float, float]:
+def _origin(value: object, path: Path) -> Pose2D:
+    parts = parse_value(f"[{value}]") if isinstance(value, str) else value  # also without brackets
     try:
-        x, y, yaw = (float(part) for part in text.strip("[] ").split(","))
-    except ValueError:
+        x, y, yaw = map(float, parts)  # type: ignore[call-overload]
+    except (TypeError, ValueError):
         raise ValueError(
-            f"{path}: origin {text!r} is not a list of three numbers [x, y, yaw] (m, m, rad)"
+            f"{path}: origin {value!r} is not a list of three numbers [x, y, yaw] (m, m, rad)"
         ) from None
-    return x, y, yaw
+    return Pose2D(x, y, yaw)
 
 
 # -- images --------------------------------------------------------------------------------------------------
@@ -162,7 +166,7 @@ def _read_image(path: Path, limit_cells: int) -> NDArray[np.uint8]:
     """(height, width, channels) uint8."""
     data = path.read_bytes()
     try:
-        return decode_png(data, limit_cells) if data.startswith(SIGNATURE) else _decode_pnm(data, limit_cells)
+        return decode_png(data, limit_cells) if is_png(data) else _decode_pnm(data, limit_cells)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 

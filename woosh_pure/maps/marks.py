@@ -66,7 +66,7 @@ class MarkFile:
 
     @property
     def names(self) -> list[str]:
-        """All names, sorted: what a command line completes from."""
+        """All names, sorted, for completion on a command line."""
         return sorted(self._marks)
 
     def put(self, name: str, pose: Pose2D | None = None, note: str = "") -> UserMark:

@@ -1,4 +1,4 @@
-"""Goals of the action servers: a handle over rosproto's goal handle, and the two verbs built on it."""
+"""Goals of action servers: handles over those of rosproto, and the functions that send them."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ class ActionHandle(GoalHandle[Any]):
             self._finish(OutcomeKind.CANCELLED, "it was never sent")
 
     def _cancel_confirmed(self, timeout: float) -> bool:
-        # A cancel is a message: that it was sent says nothing.
+        # A cancel is a message: that it was sent does not mean that it arrived.
         deadline = Deadline(timeout)
         while self._goal is not None and not (self._goal.done and self._cannot_arrive()):
             if deadline.expired:
@@ -135,7 +135,7 @@ class ActionHandle(GoalHandle[Any]):
         return True
 
     def _cannot_arrive(self) -> bool:
-        """Whether no goal is on its way that was given up: not known until the chassis is heard again."""
+        """Whether a goal that was given up can no longer arrive: known when the chassis is heard again."""
         beat = self._core.feeds.get("velocity").known
         return self._given_up is None or (beat is not None and beat.received > self._given_up)
 
@@ -147,7 +147,7 @@ class ActionHandle(GoalHandle[Any]):
             self._settle(int(goal.status), goal.text or "", goal.result)
         elif (error := goal.connection_error) is not None:
             self._finish(OutcomeKind.CONNECTION_LOST, str(error))
-            # Nobody expects that a goal which has not even arrived begins when the network is back.
+            # A goal that never arrived must not begin when the network is back.
             if goal.give_up():
                 self._given_up = time.monotonic()
 
@@ -318,18 +318,16 @@ class StepHandle(ActionHandle):
             self._refine(result)
         except RosError as error:
             self._paused = False
-            if (
-                self.done
-            ):  # the end was told before the answer to the pause: by the same server, in this order
+            if self.done:  # the server reports the end before it answers the pause
                 raise MotionRefused(ended) from error
             raise MotionRefused(
                 f"{self.description}: the chassis did not confirm the pause: {error}"
             ) from error
 
     def _refine(self, result: Any) -> None:
-        """Where it was paused, when the chassis says so: nearer to the truth than the last report.
+        """Take over where it was paused, if the chassis says so: more exact than the last report.
 
-        What its numbers mean there is not documented, so only what fits the step under way is believed.
+        These numbers are not documented, so only those that fit the step under way are used.
         """
         with self._condition:
             current = self._steps[self._index]
@@ -352,7 +350,7 @@ class StepHandle(ActionHandle):
         self._paused = False
 
     def _check(self) -> None:
-        # While it is paused the first goal has ended as preempted: that is no ending of this move. But a
+        # The pause has preempted the first goal, which does not end this move. But a
         # chassis that falls silent meanwhile has nothing left to resume.
         if not self._paused:
             super()._check()

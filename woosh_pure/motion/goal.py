@@ -17,16 +17,14 @@ from rosproto.logs import get_logger
 from rosproto.transport import Deadline
 from woosh_pure.connection.timeouts import require_limit, require_timeout
 from woosh_pure.errors import GoalFailed
-from woosh_pure.outcome import Outcome, OutcomeKind
+from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
 from woosh_pure.stopping.keeper import Job
+from woosh_pure.stopping.running import OwnGoal
 
 if TYPE_CHECKING:
     from woosh_pure.core import Core
 
-__all__ = ["NOT_CONFIRMED", "GoalHandle"]
-
-NOT_CONFIRMED = "cancelled, but the chassis has not confirmed it"
-"""Text of an outcome: the robot may not have heard the cancel."""
+__all__ = ["OWN_DEFAULT", "Default", "GoalHandle"]
 
 P = TypeVar("P")
 R = TypeVar("R")
@@ -34,23 +32,28 @@ logger = get_logger("woosh_pure.goal")
 
 # Waiting is cut into slices: on Windows a lock that waits cannot be interrupted by Ctrl-C.
 _SLICE = 0.1
-_TIME_OUT_SECONDS, _CANCEL_SECONDS, _LET_GO_SECONDS = 15.0, 10.0, 6.0  # bounds of what Ctrl-C does not end
+_TIME_OUT_SECONDS, _CANCEL_SECONDS, _LET_GO_SECONDS = (
+    15.0,
+    10.0,
+    6.0,
+)  # bounds of what Ctrl-C does not end
 
 _BY_US = (OutcomeKind.CANCELLED, OutcomeKind.REPLACED)
 _REPLACEABLE = (*_BY_US, OutcomeKind.FAILED)
 
 
-class _Default:
+class Default:
     """Stands for "not given" where None means "for ever"."""
 
     def __repr__(self) -> str:
         return "default_timeout"
 
 
-_OWN_DEFAULT = _Default()
+OWN_DEFAULT = Default()
+"""What `wait` is given where it is given no time."""
 
 
-class GoalHandle(Generic[P]):
+class GoalHandle(OwnGoal, Generic[P]):
     """A goal under way. Made by the verbs of `Chassis`.
 
     Attributes:
@@ -69,33 +72,17 @@ class GoalHandle(Generic[P]):
         self._callbacks: list[Callable[[P], object]] = []
         self._calling: set[int] = set()
         self._cancelled_by_us = False
-        self._why = ""  # this client's words for having cancelled it
-        self._replaced_by = ""  # in words, the goal of this client that takes its place
-        self._may_go_on = False  # ended here, but the robot has not confirmed that it has ended there
+        self._why = ""  # why this client cancelled it, in words
+        self._may_go_on = False  # ended here, but the robot has not confirmed that it has ended it
         self._sending: threading.Thread | None = None
-
-    @property
-    def task_id(self) -> int:
-        """The id of a task; 0 for a goal of another kind."""
-        return 0
-
-    @property
-    def drives(self) -> bool:
-        """True while this goal may move the base."""
-        return False
 
     @property
     def holds_the_base(self) -> bool:
         """Whether another motion would disturb it: it drives, and is not being cancelled by us."""
         return self.drives and not self._cancelled_by_us
 
-    @property
-    def server(self) -> str:
-        """Which of the chassis's action servers has it: a second goal replaces it there; "" for a task."""
-        return ""
-
     def __repr__(self) -> str:
-        outcome = self._outcome  # which is False unless it is an arrival
+        outcome = self._outcome  # not `if outcome`: one that is no arrival is false
         state = "running" if outcome is None else outcome.kind.value
         return f"<{type(self).__name__} {self.description}: {state}>"
 
@@ -137,12 +124,12 @@ class GoalHandle(Generic[P]):
                 pass
 
     def _mark_cancelled(self, why: str) -> None:
-        """It is this client that cancels it. The sending itself looks at this, before and after."""
+        """Note that this client cancels it. The sending thread checks this before and after it sends."""
         self._why = self._why or why
         self._cancelled_by_us = True
 
     def _letting_go(self, *, waited_for: bool = False) -> Job[None]:
-        """For the keeper, when nobody waits any more, or nobody has this handle: cancel it.
+        """The keeper's job when nobody waits any more, or nobody has this handle: cancel it.
 
         Args:
             waited_for: Somebody has the handle: `leave_running` leaves it running.
@@ -166,13 +153,13 @@ class GoalHandle(Generic[P]):
         self._core.running.keeper.put(self._letting_go())
 
     def _cancel_confirmed(self, timeout: float) -> bool:
-        """Whether the chassis has confirmed a cancel that was sent, although the end was not told; a reply
-        does.
+        """Whether the chassis has confirmed a cancel whose end it did not report; the reply of a service
+        confirms it.
         """
         return True
 
     def _check(self) -> None:
-        """Look for an ending that comes without an event (a lost link)."""
+        """Check for an end that no event reports (a lost link)."""
 
     def _finish(
         self,
@@ -272,7 +259,7 @@ class GoalHandle(Generic[P]):
 
     def wait(
         self,
-        timeout: float | _Default | None = _OWN_DEFAULT,
+        timeout: float | Default | None = OWN_DEFAULT,
         *,
         raises: bool = True,
         meanwhile: Callable[[], object] | None = None,
@@ -295,7 +282,7 @@ class GoalHandle(Generic[P]):
             ValueError: `timeout` is negative or NaN.
             LocalProtocolError: Called in a callback that must return before the end can be heard.
         """
-        seconds = self.default_timeout if isinstance(timeout, _Default) else require_timeout(timeout)
+        seconds = self.default_timeout if isinstance(timeout, Default) else require_timeout(timeout)
         if not self.done and self._in_own_callback():
             raise LocalProtocolError(
                 f"{self.description}: waiting for it in a callback of its own news would wait for itself; "
@@ -368,7 +355,7 @@ class GoalHandle(Generic[P]):
         self._finish(OutcomeKind.TIMED_OUT, text, None, standing, may_go_on=not confirmed)
 
     def cancel(self, timeout: float = 5.0) -> Outcome:
-        """End it now and wait until the chassis confirms; in a callback of its own news, only ask for it.
+        """End it now and wait until the chassis confirms; in a callback of its own, only ask for it.
 
         Returns:
             The outcome: usually cancelled, but arrived when it got there first.

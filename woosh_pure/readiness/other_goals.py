@@ -10,6 +10,8 @@ import time
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from woosh_pure.values.rostypes import message_type
+
 if TYPE_CHECKING:
     import rosproto
 
@@ -25,7 +27,7 @@ _STALE = 3.0
 
 
 class OtherGoals:
-    """Who else has a goal under way. Opened by the first question; safe from any thread."""
+    """Who else has a goal under way. Subscribes when first asked; safe from any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -42,7 +44,7 @@ class OtherGoals:
         from rosproto.transport import Deadline  # errors are imported without sockets
 
         self._own_name = node.name
-        status = "actionlib_msgs/GoalStatusArray"
+        status = message_type("actionlib_msgs/GoalStatusArray")
         subscribers = [
             node.subscriber(f"{name}/status", status, callback=partial(self.receive, name), queue_size=1)
             for name in _ACTIONS

@@ -51,7 +51,7 @@ class Refusals:
             self._last = _Refusal(at, reason, frozenset(code.source for code in severe))
 
     def end(self) -> None:
-        """A motion has shown that it is over."""
+        """Forget the refusal: the robot has moved since."""
         with self._lock:
             self._last = None
 
@@ -72,7 +72,7 @@ class Refusals:
                 self._last = None
 
     def reasons(self) -> tuple[Reason, ...]:
-        """What is remembered."""
+        """The remembered refusal as reasons, for a `Readiness`."""
         with self._lock:
             return () if self._last is None else (self._last.reason,)
 

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import rosproto
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
-from rosproto.transport.open_files import allow_open_files
+from rosproto.transport import allow_open_files
 from woosh_pure.enums import RobotMode
 from woosh_pure.firmware.revisions import CURRENT
 from woosh_pure.firmware.revisions import firmware as firmware_named
@@ -159,7 +159,7 @@ class SimulatedChassis:
             own_master=self._master is not None,
         )
         self._graph.build()
-        self._navigation = NavigationClient(self)
+        self._navigation = NavigationClient(self._graph, self.firmware, self.lock)
         self.world.tasks.drive = self._navigation.drive
         self._publish_static()
 

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import rosproto
-from rosproto.node.incoming.local_nodes import LocalNodes
-from rosproto.node.revisions.revisions import NoRevisions
+from rosproto.node import LocalNodes, NoRevisions
 from woosh_pure import interface
 from woosh_pure.firmware.revisions import Firmware
 from woosh_pure.interface.table import Row
 from woosh_pure.sim.network import Network, RobotNode
 from woosh_pure.sim.revised import revised_action, revised_listener, revised_service
 
-if TYPE_CHECKING:
-    from woosh_pure.sim.serve import Server
-
-__all__ = ["Graph"]
+__all__ = ["Graph", "Handlers"]
 
 _ASSUMED = {"woosh_msgs/VolumeCtl": "uint8 percent  # assumed\n"}
 """Types whose definition is not published: what the simulated chassis has instead; clients learn it."""
@@ -37,6 +33,28 @@ _NOBODY_PUBLISHES = {"/follow/remote_control_request": "woosh_msgs/IOs"}
 _NOBODY_SERVES = {"/xarm_base": "woosh_msgs/Arm"}
 
 
+class Handlers(Protocol):
+    """What answers on the graph; `woosh_pure.sim.serve.Server` is one."""
+
+    @property
+    def services(self) -> Mapping[str, Callable[[Any], dict[str, object]]]:
+        """By name: from a request to the fields of its reply."""
+
+    @property
+    def topics(self) -> Mapping[str, Callable[[Any], None]]:
+        """By name: what obeys a message."""
+
+    @property
+    def actions(self) -> Mapping[str, Callable[[Any], None]]:
+        """By name: what carries out a goal."""
+
+    def accessory(self, action_type: str, goal: Any) -> None:
+        """Carry out a goal of a server without a handler of its own."""
+
+    def distant(self, handler: Callable[[Any], object]) -> Callable[[Any], object]:
+        """An action's handler behind the network."""
+
+
 class Graph:
     """Nodes, publishers, subscribers, services and action servers, by name.
 
@@ -50,7 +68,7 @@ class Graph:
     def __init__(
         self,
         master_uri: str,
-        server: Server,
+        server: Handlers,
         *,
         host: str | None,
         full: bool,
@@ -216,7 +234,7 @@ class Graph:
         return self.publishers.get((row.providers[0], topic))
 
     def look_at_master(self) -> None:
-        """It is another one now: have every node register again."""
+        """The master was replaced: have every node register again."""
         for node in self.nodes.values():
             node.look_at_master()
 
@@ -232,4 +250,4 @@ def type_goal(action: Any) -> Any:
 
 
 def _ignore(message: Any) -> None:
-    """Subscribed because the real node is; nothing depends on it."""
+    """For topics that the real node subscribes to, and that change nothing here."""

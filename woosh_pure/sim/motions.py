@@ -20,7 +20,7 @@ __all__ = ["Motion", "MotionState", "PathMotion", "StepMotion"]
 
 
 class MotionState(Enum):
-    """What has become of a motion."""
+    """Where a motion is, or how it ended."""
 
     RUNNING = "running"
     PAUSED = "paused"

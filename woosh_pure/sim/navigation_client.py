@@ -20,7 +20,8 @@ from woosh_pure.values.messages import stamped_pose
 from woosh_pure.values.rostypes import message_type
 
 if TYPE_CHECKING:
-    from woosh_pure.sim.chassis import SimulatedChassis
+    from woosh_pure.firmware.revisions import Firmware
+    from woosh_pure.sim.graph import Graph
 
 __all__ = ["NavigationClient", "NavigationMotion"]
 
@@ -58,8 +59,10 @@ class NavigationMotion(Motion):
 class NavigationClient:
     """Sends goals and cancels from a thread of its own: nobody waits for them with the world locked."""
 
-    def __init__(self, sim: SimulatedChassis) -> None:
-        self._sim = sim
+    def __init__(self, graph: Graph, firmware: Firmware, lock: threading.Condition) -> None:
+        self._graph = graph
+        self._firmware = firmware
+        self._lock = lock
         self._todo: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="woosh:simulated client", daemon=True)
         self._thread.start()
@@ -95,26 +98,25 @@ class NavigationClient:
                 logger.debug("! the simulated client: %s", error)
 
     def _send(self, motion: NavigationMotion, number: int) -> None:
-        sim = self._sim
-        client = sim.graph.client("/move_base")
+        client = self._graph.client("/move_base")
         try:
             client.wait_for_server(5.0)
         except RosError:
-            with sim.lock:
+            with self._lock:
                 motion.end(MotionState.FAILED)
             raise
         goal = message_type("woosh_msgs/MoveBaseGoal")()
         goal.target_pose = stamped_pose(motion.way[-1])
         goal.poses = [stamped_pose(pose) for pose in motion.way] if motion.keep_path else []
-        with sim.lock:
+        with self._lock:
             if motion.state is not MotionState.RUNNING or number != motion.sent:
                 return  # paused or ended before it was sent
         handle = client.send_goal(
-            sim.firmware.convert(goal, client.type.goal),
+            self._firmware.convert(goal, client.type.goal),
             transition=lambda told: self._look(motion, number, told),
             feedback=lambda _, report: self._shorten(motion, int(report.nav_state)),
         )
-        with sim.lock:
+        with self._lock:
             if motion.state is MotionState.RUNNING and number == motion.sent:
                 motion.goal = handle
                 return
@@ -123,13 +125,13 @@ class NavigationClient:
     def _shorten(self, motion: NavigationMotion, left: int) -> None:
         # The simulated /move_base tells in nav_state how many points are left.
         if motion.keep_path and 0 < left < len(motion.way):
-            with self._sim.lock:
+            with self._lock:
                 motion.way = motion.way[-left:]
 
     def _look(self, motion: NavigationMotion, number: int, goal: Any) -> None:
         if not goal.done:
             return
-        with self._sim.lock:
+        with self._lock:
             if number != motion.sent or motion.state is not MotionState.RUNNING:
                 return
             motion.goal = None

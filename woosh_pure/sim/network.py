@@ -1,4 +1,4 @@
-"""What lies between the simulated robot and everybody else: a delay, silence, a link that is down.
+"""The network between the simulated robot and everybody else: a delay, silence, a link that is down.
 
 Everything passes here, both ways: messages the robot's nodes publish, and the commands they receive. A link
 that is down keeps what is sent meanwhile and delivers it afterwards, as TCP does when a cable was pulled for
@@ -86,7 +86,7 @@ class Network:
         return max(time.monotonic() + self.delay, self._down_until)
 
     def travel(self) -> None:
-        """Wait as long as a request or a reply is on its way."""
+        """Wait for as long as a request or a reply travels."""
         rest = self.arrival() - time.monotonic()
         if rest > 0.0:
             self._closing.wait(rest)

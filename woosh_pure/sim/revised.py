@@ -1,4 +1,4 @@
-"""The simulated chassis in older words: what it serves is in one firmware's definitions, its inside is not.
+"""The simulated chassis as an older firmware: on the wire it has that firmware's definitions.
 
 Handlers and fillers know the current definitions only. On the way out and in, messages are carried over by
 field name, as the real robot's program was written for its own.

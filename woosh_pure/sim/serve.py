@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from woosh_pure.enums import NavigationMode, StepControlMode, StepMode, TaskCommand, TaskType
 from woosh_pure.geometry import Pose2D, Velocity
@@ -20,10 +20,13 @@ from woosh_pure.values.messages import stamped_pose
 from woosh_pure.values.rostypes import message_type
 
 if TYPE_CHECKING:
-    from woosh_pure.sim.chassis import SimulatedChassis
-    from woosh_pure.sim.network import Network
+    import threading
 
-__all__ = ["Server"]
+    from woosh_pure.sim.graph import Graph
+    from woosh_pure.sim.network import Network
+    from woosh_pure.sim.world import World
+
+__all__ = ["Server", "Simulation"]
 
 
 def _poses(messages: Any) -> list[Pose2D]:
@@ -38,10 +41,28 @@ def _finite(*numbers: float) -> bool:
     return all(map(math.isfinite, numbers))
 
 
+class Simulation(Protocol):
+    """What the handlers work on; `SimulatedChassis` is one, and describes it."""
+
+    world: World
+    lock: threading.Condition
+    network: Network
+    reply_delay: float
+    closing: bool
+
+    @property
+    def graph(self) -> Graph:
+        """Its nodes and publishers."""
+
+    @property
+    def now(self) -> float:
+        """Simulated time of day, s since 1970."""
+
+
 class Server:
     """Handlers, called by the library's threads; each takes the world's lock for a moment."""
 
-    def __init__(self, sim: SimulatedChassis) -> None:
+    def __init__(self, sim: Simulation) -> None:
         self._sim = sim
         self._world = sim.world
         self.services = {
@@ -274,7 +295,7 @@ class Server:
         return _new("woosh_msgs/StepControlResult", result=code, executeMode=mode, percent=motion.percent)
 
     def _attend(self, goal: Any, motion: Motion, feedback: Any, result: Any) -> None:
-        """Stay with a motion until it ends or the client wants it to end; never leave one without its
+        """Wait until a motion ends or its client cancels it; never leave one without its
         handler.
         """
         try:

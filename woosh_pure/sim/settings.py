@@ -1,4 +1,4 @@
-"""What a simulated chassis can be told to be."""
+"""How a simulated chassis is set up."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The place that a command line asks for: a map of somebody's, and marks by name. Angles are degrees here.
+"""The site that a command line describes: a map file, and marks by name. Angles are degrees here.
 
 Sources: `NAME=X,Y,YAW` of --mark, and files of --marks, which are those of `woosh marks` (yaw in rad there).
 """

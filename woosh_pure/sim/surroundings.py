@@ -1,4 +1,4 @@
-"""What stands around the simulated robot: walls, things that are on no map, what its costmaps know. Pure."""
+"""What surrounds the simulated robot: walls, and obstacles that are on no map. Pure."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Surroundings:
     """Walls and things, and whether a round robot touches them.
 
     Attributes:
-        things: What stands around and is not on the map.
+        things: Obstacles that are not on the map.
         seen: Those of them that the costmaps know.
     """
 
@@ -32,7 +32,7 @@ class Surroundings:
         self.seen: list[Obstacle] = []
 
     def look(self, pose: Pose2D) -> None:
-        """Take in what is in sight, and forget what has gone from there."""
+        """Note the obstacles in sight, and forget those that have gone."""
 
         def in_sight(thing: Obstacle) -> bool:
             return math.hypot(thing[0] - pose.x, thing[1] - pose.y) < _SIGHT + thing[2]
@@ -55,7 +55,7 @@ class Surroundings:
         return bool(window.any()) and bool((window & _disc(reach, radius / grid.resolution)).any())
 
     def obstructed(self, pose: Pose2D, direction: Velocity, ahead: float) -> bool:
-        """Whether something stands within `ahead` m in a direction of the robot's own axes."""
+        """Whether an obstacle is within `ahead` m in a direction of the robot's own axes."""
         for k in range(1, math.ceil(ahead / 0.1) + 1):
             reach = min(ahead, 0.1 * k)
             there = pose.transformed(direction.vx * reach, direction.vy * reach, 0.0)

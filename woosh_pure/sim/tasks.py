@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from woosh_pure.enums import (
     ActionState,
@@ -22,11 +22,9 @@ from woosh_pure.enums import (
 )
 from woosh_pure.geometry import Pose2D
 from woosh_pure.sim.motions import Motion, MotionState
+from woosh_pure.sim.site import Site
 
-if TYPE_CHECKING:
-    from woosh_pure.sim.world import World
-
-__all__ = ["StatusRecord", "TaskMachine", "TaskReply", "TaskRequest"]
+__all__ = ["StatusRecord", "TaskMachine", "TaskReply", "TaskRequest", "TaskWorld"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +67,37 @@ class StatusRecord:
     message: str
 
 
+class TaskWorld(Protocol):
+    """What tasks need of the world they are done in; `woosh_pure.sim.world.World` is one."""
+
+    site: Site
+    emergency_stop: bool
+    bumper: bool
+    robot_mode: RobotMode
+    work_mode: WorkMode
+    located: bool
+    cable_plugged: bool
+
+    @property
+    def robot_state(self) -> RobotState:
+        """What /robot_status.robot_state says."""
+
+    def report(self, code: int) -> None:
+        """Say a status code."""
+
+    def navigate(self, owner: str, way: Sequence[Pose2D], *, keep_path: bool = False) -> Motion:
+        """Begin to drive along a way."""
+
+    def end_motion(self, motion: Motion, state: MotionState) -> None:
+        """End a motion that was begun here."""
+
+    def enter_dock(self) -> None:
+        """Charge: the robot has arrived at its charger."""
+
+    def leave_dock(self) -> None:
+        """Drive off it."""
+
+
 class TaskMachine:
     """One task at a time; a finished task stays visible until the next one starts.
 
@@ -82,7 +111,7 @@ class TaskMachine:
     CARRY_SECONDS = 2.0
     CHARGE_SECONDS = 1.0
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: TaskWorld) -> None:
         self._world = world
         self.drive: Callable[[Sequence[Pose2D], bool], Motion] = self._drive_directly
         self._motion: Motion | None = None

@@ -86,7 +86,7 @@ class World:
         self.last_code = _INITIALISED if self.located else _NOT_INITIALISED
 
     def _free_place(self, wanted: Pose2D) -> Pose2D:
-        """Where the robot is switched on: on a map of somebody's, the place asked for may be a wall.
+        """Where the robot is switched on: on a user's map, the place asked for may be inside a wall.
 
         Raises:
             ValueError: There is no room for the robot anywhere.

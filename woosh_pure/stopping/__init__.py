@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from woosh_pure.late import late_names
+from rosproto.late import late_names
 
 if TYPE_CHECKING:
+    from woosh_pure.stopping.report import StopReport
     from woosh_pure.stopping.running import Running
-    from woosh_pure.stopping.stop import StopReport
 
 __all__ = ["Running", "StopReport"]
 
-__getattr__ = late_names(__name__, {"Running": "running", "StopReport": "stop"})
+__getattr__ = late_names(__name__, {"Running": "running", "StopReport": "report"})

@@ -29,7 +29,7 @@ _SLICE = 0.1  # on Windows a lock that waits cannot be interrupted
 
 
 class Job(Generic[R]):
-    """Something to be done once, whoever asks for it how often.
+    """Something that is done once, however often it is asked for.
 
     Args:
         work: What to do; it must end by itself.
@@ -101,7 +101,7 @@ class Keeper:
     def __init__(self) -> None:
         self._jobs: queue.SimpleQueue[Job[Any] | None] = queue.SimpleQueue()
         self.put = self._jobs.put
-        self._started_in = 0  # the process; a fork has none of its threads
+        self._started_in = 0  # of the process: a forked child has none of these threads
 
     @property
     def _started(self) -> bool:
@@ -124,7 +124,7 @@ class Keeper:
             self.put(None)
 
     def do(self, work: Callable[[], R], seconds: float) -> R:
-        """Do it now, and return what it returns; Ctrl-C neither ends nor hastens it, and is raised after it.
+        """Do it now and return its result; a Ctrl-C does not interrupt it, and is raised afterwards.
 
         Args:
             work: What to do.
@@ -151,13 +151,13 @@ class Keeper:
         return job.result()
 
     def hold(self, job: Job[Any]) -> None:
-        """Wait for a job that was put, as long as it may take; interrupts change nothing."""
+        """Wait for a job that was handed over, as long as it may take, whatever interrupts come."""
         if self._started:
             job.join()
 
 
 def begin(job: Job[Any], name: str) -> None:
-    """Do a job in a thread of its own; here and now where the program ends and none can be started."""
+    """Do a job in a thread of its own, or here when the program ends and no thread can be started."""
     try:
         threading.Thread(target=job.run, name=name, daemon=True).start()
     except RuntimeError:

@@ -1,6 +1,6 @@
-"""Who is there, by the master's word: asked once, in the background, so that a stop does not wait for it.
+"""Who is registered at the master: asked once, in the background, so that a stop does not wait for it.
 
-What nobody is registered for is told at once, instead of being waited for.
+What nobody is registered for is reported at once, instead of being waited for.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ logger = get_logger("woosh_pure.stop")
 
 
 class Registrations:
-    """Topics and services that somebody else than us has; and a list of those that were missed.
+    """Topics and services that somebody other than us has, and those that were found missing.
 
     While the master has not answered nothing counts as missing: links stand without it. Safe from any thread.
 

@@ -1,7 +1,7 @@
 """What this client has started and still runs: goals and velocity blocks, for `stop`, `close` and the end of
 the program.
 
-Everything that moves is added here before it is sent, so that nothing moves which nobody could stop.
+Every motion is added here before it is sent, so that nothing moves that could not be stopped.
 """
 
 from __future__ import annotations
@@ -10,25 +10,86 @@ import atexit
 import os
 import threading
 import time
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from functools import partial
+from typing import Protocol
 
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from woosh_pure.connection.begun import current
 from woosh_pure.errors import MotionRefused
-from woosh_pure.stopping.keeper import Job, Keeper
+from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
+from woosh_pure.stopping.keeper import Job, Keeper, begin
+from woosh_pure.stopping.report import StopReport
 
-if TYPE_CHECKING:
-    from woosh_pure.motion.goal import GoalHandle
-    from woosh_pure.velocity.drive import Drive
-
-__all__ = ["Running"]
+__all__ = ["OwnDrive", "OwnGoal", "Running", "cancel_goals"]
 
 logger = get_logger("woosh_pure.core")
 _JUST = 5.0  # seconds
 _EXIT_SECONDS = 8.0
 _EXIT_CALLS = 32
-"""How often `_at_exit` is registered: an interrupt may end one call of it, and the next one waits on."""
+"""How often `_at_exit` is registered: when an interrupt ends one call, the next one goes on waiting."""
+
+
+class OwnGoal:
+    """A goal of this client as stopping sees it; `woosh_pure.motion.goal.GoalHandle` is one.
+
+    Attributes:
+        description: What was asked, in words.
+    """
+
+    description: str
+    _replaced_by = ""  # in words, the goal of this client that takes its place
+
+    @property
+    def task_id(self) -> int:
+        """The id of a task; 0 for a goal of another kind."""
+        return 0
+
+    @property
+    def server(self) -> str:
+        """Which of the chassis's action servers has it: a second goal replaces it there; "" for a task."""
+        return ""
+
+    @property
+    def drives(self) -> bool:
+        """True while this goal may move the base."""
+        return False
+
+    @property
+    def holds_the_base(self) -> bool:
+        """Whether another motion would disturb it: it drives, and is not being cancelled by us."""
+        raise NotImplementedError
+
+    @property
+    def done(self) -> bool:
+        """True when it has ended, well or badly."""
+        raise NotImplementedError
+
+    def cancel(self, timeout: float = 5.0) -> Outcome:
+        """End it now and wait until the chassis confirms; Ctrl-C does not end that halfway."""
+        raise NotImplementedError
+
+    def _cancel(self, timeout: float, why: str) -> Outcome:
+        """As `cancel`, in this thread."""
+        raise NotImplementedError
+
+
+class OwnDrive(Protocol):
+    """A velocity block of this client as stopping sees it."""
+
+    @property
+    def finished(self) -> bool:
+        """True when it is over and its zeros have been sent."""
+
+    def halt(self, why: str) -> None:
+        """End it; zero follows at once."""
+
+    def finish(self) -> None:
+        """Wait, with a bound, until the zeros have been sent."""
+
+    def abandon(self) -> None:
+        """Both, for a caller who has gone."""
 
 
 class Running:
@@ -51,24 +112,24 @@ class Running:
         self._exit = Job(self._end_at_exit, _EXIT_SECONDS)
         self._pid = os.getpid()
         self._lock = threading.RLock()
-        self._goals: list[GoalHandle[Any]] = []
-        self._drives: list[Drive] = []
-        self._abandoned: list[tuple[float, GoalHandle[Any]]] = []
+        self._goals: list[OwnGoal] = []
+        self._drives: list[OwnDrive] = []
+        self._abandoned: list[tuple[float, OwnGoal]] = []
 
     @property
-    def goals(self) -> list[GoalHandle[Any]]:
+    def goals(self) -> list[OwnGoal]:
         """Goals under way."""
         with self._lock:
             return list(self._goals)
 
     @property
-    def drives(self) -> list[Drive]:
+    def drives(self) -> list[OwnDrive]:
         """Open velocity blocks."""
         with self._lock:
             return list(self._drives)
 
     def note_stop(self) -> None:
-        """From now on nothing begins that was being prepared before."""
+        """From now on nothing begins that is being prepared now."""
         with self._lock:
             self.stops += 1
 
@@ -76,7 +137,7 @@ class Running:
         """From now on nothing begins.
 
         Args:
-            why: In words, as the text of the error that who begins something gets.
+            why: In words, for the error that later attempts get.
         """
         with self._lock:
             self.stops += 1
@@ -103,15 +164,13 @@ class Running:
         Returns:
             What could not be done, in words.
         """
-        from woosh_pure.stopping.stop import StopReport, cancel_goals
-
         drives, report = self.drives, StopReport()
         for drive in drives:
             drive.halt(why)
         for drive in drives:
             drive.finish()
         if not self.leave:
-            cancel_goals(self, report, seconds, why)
+            cancel_goals(self.take_goals(), report, seconds, why)
         return report.problems
 
     def end_with_node(self, reason: str) -> None:
@@ -130,7 +189,7 @@ class Running:
         if any(not drive.finished for drive in self.drives):
             raise MotionRefused(f"{what} refused, nothing was sent: a velocity block is open; leave it first")
 
-    def require_alone(self, goal: GoalHandle[Any]) -> None:
+    def require_alone(self, goal: OwnGoal) -> None:
         """Refuse to go on with a goal while something else of this Chassis moves the base.
 
         Raises:
@@ -139,9 +198,7 @@ class Running:
         self.require_free_base(goal.description)
         self._make_way(goal, self._others(goal), check=True, replace=False)
 
-    def add_goal(
-        self, goal: GoalHandle[Any], since: int, *, check: bool = True, replace: bool = False
-    ) -> None:
+    def add_goal(self, goal: OwnGoal, since: int, *, check: bool = True, replace: bool = False) -> None:
         """Add a goal that is about to be sent.
 
         Args:
@@ -169,13 +226,11 @@ class Running:
             self._will_move()
             self._goals.append(goal)
 
-    def _others(self, goal: GoalHandle[Any]) -> list[GoalHandle[Any]]:
+    def _others(self, goal: OwnGoal) -> list[OwnGoal]:
         return [o for o in self.goals if o is not goal and not o.done and o.holds_the_base]
 
-    def _make_way(
-        self, goal: GoalHandle[Any], others: list[GoalHandle[Any]], *, check: bool, replace: bool
-    ) -> None:
-        """Refuse a goal beside others of ours, or end those: two that move the base are no control."""
+    def _make_way(self, goal: OwnGoal, others: list[OwnGoal], *, check: bool, replace: bool) -> None:
+        """Refuse a goal beside others of ours, or end those: two of them would fight for the base."""
         if others and check and not replace:
             names = ", ".join(each.description for each in others)
             raise MotionRefused(
@@ -184,11 +239,11 @@ class Running:
             )
         for other in others:
             other._replaced_by = goal.description
-            # Its own server passes smoothly from one goal to the next; what another does is not documented.
+            # One server passes smoothly from a goal to the next; between two servers nothing is documented.
             if replace and not (other.server and other.server == goal.server):
                 self._end_replaced(other)
 
-    def _end_replaced(self, other: GoalHandle[Any]) -> None:
+    def _end_replaced(self, other: OwnGoal) -> None:
         try:
             self.keeper.do(lambda: other._cancel(3.0, "replaced"), 10.0)
         except RosError as error:
@@ -197,18 +252,18 @@ class Running:
                 f"{other.description} could not be ended, so that nothing else was sent: {error}"
             ) from error
 
-    def forget_replacing(self, goal: GoalHandle[Any]) -> None:
-        """A goal was not sent after all: what it was to replace goes on."""
+    def forget_replacing(self, goal: OwnGoal) -> None:
+        """A goal was not sent after all: those it should have replaced go on."""
         for other in self.goals:
             if other._replaced_by == goal.description:
                 other._replaced_by = ""
 
-    def note_abandoned(self, goal: GoalHandle[Any]) -> None:
-        """A goal is being cancelled that its caller hears no more of; a `stop` that follows tells its end."""
+    def note_abandoned(self, goal: OwnGoal) -> None:
+        """A goal is cancelled whose caller no longer waits; the next `stop` reports how it ended."""
         with self._lock:
             self._abandoned = [*self._just_abandoned(), (time.monotonic(), goal)]
 
-    def take_goals(self) -> list[GoalHandle[Any]]:
+    def take_goals(self) -> list[OwnGoal]:
         """Goals to cancel: those under way, and those just abandoned, which may have ended already."""
         with self._lock:
             abandoned, self._abandoned = self._just_abandoned(), []
@@ -220,16 +275,16 @@ class Running:
         with self._lock:
             return bool(self._just_abandoned())
 
-    def _just_abandoned(self) -> list[tuple[float, GoalHandle[Any]]]:
+    def _just_abandoned(self) -> list[tuple[float, OwnGoal]]:
         return [each for each in self._abandoned if time.monotonic() - each[0] < _JUST]
 
-    def remove_goal(self, goal: GoalHandle[Any]) -> None:
+    def remove_goal(self, goal: OwnGoal) -> None:
         """Take off an ended goal."""
         with self._lock:
             if goal in self._goals:
                 self._goals.remove(goal)
 
-    def add_drive(self, drive: Drive, since: int, *, check: bool = True) -> None:
+    def add_drive(self, drive: OwnDrive, since: int, *, check: bool = True) -> None:
         """Add a drive that is about to be opened; there is one at a time.
 
         Args:
@@ -258,7 +313,7 @@ class Running:
             self._will_move()
             self._drives = [drive]
 
-    def remove_drive(self, drive: Drive) -> None:
+    def remove_drive(self, drive: OwnDrive) -> None:
         """Take off an ended drive."""
         with self._lock:
             if drive in self._drives:
@@ -283,11 +338,11 @@ class Running:
         self.moved = True
 
     def _at_exit(self) -> None:
-        """A program that did not use `with`, or was interrupted again and again while it left the block.
+        """For a program that did not use `with`, or was interrupted again and again while leaving it.
 
         Registered after the node's own end, so called before it: the node still works.
         """
-        if os.getpid() == self._pid:  # what a fork has copied is its parent's
+        if os.getpid() == self._pid:  # in a forked child the motions are the parent's
             self.keeper.put(self._exit)
             self._exit.join()
 
@@ -295,3 +350,34 @@ class Running:
         self.note_end("the program ended")
         for problem in self.end_all("the program ended"):
             logger.warning("! not done when the program ended, the robot may still be driving: %s", problem)
+
+
+def cancel_goals(goals: Sequence[OwnGoal], report: StopReport, timeout: float, why: str) -> None:
+    """Ask for the end of goals that this client started; all at once, not one after the other.
+
+    Args:
+        goals: What was started.
+        report: Takes what was done, and what was not.
+        timeout: Seconds for the chassis to confirm.
+        why: In words, for the outcomes.
+    """
+    jobs = []
+    for goal in goals:
+        job = Job(partial(_cancel, goal, report, timeout, why), timeout + 1.0)
+        begin(job, "woosh:cancel")
+        jobs.append((job, goal))
+    for job, goal in jobs:
+        job.join()
+        if not job.over:
+            report.problems.append(f"cancelling {goal.description} (no answer yet)")
+
+
+def _cancel(goal: OwnGoal, report: StopReport, timeout: float, why: str) -> None:
+    try:
+        outcome = goal._cancel(timeout, why)
+        if outcome.kind is OutcomeKind.CANCELLED and outcome.text == NOT_CONFIRMED and not outcome.stopped:
+            report.problems.append(f"cancelling {goal.description} ({NOT_CONFIRMED})")
+        else:
+            report.cancelled.append(f"{goal.description} ({outcome.kind.value})")
+    except RosError as error:
+        report.problems.append(f"cancelling {goal.description} ({error})")

@@ -9,74 +9,30 @@ from __future__ import annotations
 import math
 import threading
 import time
-from dataclasses import dataclass, field
-from functools import partial
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
 from rosproto.numbers import as_float
-from rosproto.text import printable
 from rosproto.transport import Deadline
-from woosh_pure.motion.goal import NOT_CONFIRMED
-from woosh_pure.outcome import OutcomeKind
-from woosh_pure.stopping.keeper import Job, begin
 from woosh_pure.stopping.others import OtherPrograms, cancel_others
 from woosh_pure.stopping.registrations import Registrations
+from woosh_pure.stopping.report import StopReport
+from woosh_pure.stopping.running import cancel_goals
 from woosh_pure.velocity.topics import VELOCITY_TOPICS
 
 if TYPE_CHECKING:
     import rosproto
     from woosh_pure.core import Core
-    from woosh_pure.motion.goal import GoalHandle
-    from woosh_pure.stopping.running import Running
 
-__all__ = ["StopReport", "cancel_goals", "stop", "stop_seconds"]
+__all__ = ["stop", "stop_seconds"]
 
 _REPEATS = 6
-_LISTENERS = 1.0  # seconds at least for those to connect who listen for velocities
-_STEADY = 1.0  # seconds for which it must stand beside another program that may drive it
-
-
-@dataclass(slots=True)
-class StopReport:
-    """What `stop` did.
-
-    Attributes:
-        standing: True when the measured velocity is zero, False when the robot still moves, None when not
-            known.
-        cancelled: What was cancelled, in words.
-        problems: What could not be done, in words.
-        looked: Whether it was looked for what others have started, too.
-    """
-
-    standing: bool | None = None
-    cancelled: list[str] = field(default_factory=list)
-    problems: list[str] = field(default_factory=list)
-    looked: bool = False
-
-    def __str__(self) -> str:
-        """`sentence()`."""
-        return self.sentence()
-
-    def sentence(self) -> str:
-        """One sentence for people."""
-        state = {
-            True: "the robot stands still",
-            False: "THE ROBOT STILL MOVES: use its emergency stop button",
-            None: "whether the robot stands still is not known: watch it",
-        }[self.standing]
-        parts = [state]
-        if self.cancelled:
-            parts.append(f"cancelled {', '.join(self.cancelled)}")
-        elif not self.problems:
-            parts.append("nothing was running" if self.looked else "nothing of ours was running")
-        if self.problems:
-            parts.append(f"not done: {'; '.join(self.problems)}")
-        return printable("; ".join(parts))
+_LISTENERS = 1.0  # seconds that subscribers of velocities have at least to connect
+_STEADY = 1.0  # seconds for which it must stand still while another program may drive it
 
 
 def stop_seconds(given: float) -> float:
-    """How long a stop may take. Whatever was given: a stop is not refused for its arguments."""
+    """How long a stop may take; 5 s for nonsense: a stop is not refused for its arguments."""
     try:
         seconds = as_float(given)
     except (TypeError, ValueError):
@@ -93,7 +49,7 @@ def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> 
         drive.halt("stop() was called")
         report.cancelled.append("the velocity block")
     registrations = Registrations(core.connection)
-    # Zero, cancelling and looking for others at the same time: none waits for another.
+    # Zeros, cancels and the search for other drivers run at the same time: none waits for another.
     zeros = threading.Thread(
         target=_zeros, args=(core, registrations, report, deadline), name="woosh:stop", daemon=True
     )
@@ -101,14 +57,14 @@ def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> 
     programs = (
         OtherPrograms(core.connection, deadline, end=end_drivers) if everything or end_drivers else None
     )
-    cancel_goals(core.running, report, min(timeout, 3.0), "stop() was called")
+    cancel_goals(core.running.take_goals(), report, min(timeout, 3.0), "stop() was called")
     if everything:
         cancel_others(core, registrations, report, deadline)
     zeros.join(max(_LISTENERS, deadline.remaining() or 0.0) + 0.5)
     if programs is not None:
         programs.wait(report)
         if programs.ended:
-            _zeros(core, registrations, report, deadline)  # they may have ended without one
+            _zeros(core, registrations, report, deadline)  # they may have ended without sending zero
     report.standing = _standing(
         core, registrations, report, deadline, programs is not None and programs.drive_on
     )
@@ -120,7 +76,7 @@ def stop(core: Core, *, everything: bool, end_drivers: bool, timeout: float) -> 
 def _standing(
     core: Core, registrations: Registrations, report: StopReport, deadline: Deadline, driven: bool
 ) -> bool | None:
-    """Whether it stands; where another program drives on, whether it goes on standing."""
+    """Whether it stands still, and stays so where another program may drive it."""
     try:
         feed = core.feeds.get("velocity").open()
         if not feed.publishers and registrations.lacks_publisher(feed.topic):
@@ -180,34 +136,3 @@ def _send_zeros(
                 report.problems.append(f"zero velocity on {topic} (nobody has connected to it)")
                 del waiting[topic]
         time.sleep(0.05 if sent else 0.01)
-
-
-def cancel_goals(running: Running, report: StopReport, timeout: float, why: str) -> None:
-    """Ask for the end of every goal this client started; all at once, not one after the other.
-
-    Args:
-        running: What was started.
-        report: Takes what was done, and what was not.
-        timeout: Seconds for the chassis to confirm.
-        why: In words, for the outcomes.
-    """
-    jobs = []
-    for goal in running.take_goals():
-        job = Job(partial(_cancel, goal, report, timeout, why), timeout + 1.0)
-        begin(job, "woosh:cancel")
-        jobs.append((job, goal))
-    for job, goal in jobs:
-        job.join()
-        if not job.over:
-            report.problems.append(f"cancelling {goal.description} (no answer yet)")
-
-
-def _cancel(goal: GoalHandle[object], report: StopReport, timeout: float, why: str) -> None:
-    try:
-        outcome = goal._cancel(timeout, why)
-        if outcome.kind is OutcomeKind.CANCELLED and outcome.text == NOT_CONFIRMED and not outcome.stopped:
-            report.problems.append(f"cancelling {goal.description} ({NOT_CONFIRMED})")
-        else:
-            report.cancelled.append(f"{goal.description} ({outcome.kind.value})")
-    except RosError as error:
-        report.problems.append(f"cancelling {goal.description} ({error})")

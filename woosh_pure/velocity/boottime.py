@@ -1,7 +1,7 @@
 """A clock that counts the time in which this computer slept.
 
 `time.monotonic()` stands still on Linux and macOS while a laptop is closed, so that a command given before
-would seem fresh afterwards. Wall time does count it, but is set forth and back by people and by NTP.
+would seem fresh afterwards. Wall time does count it, but people and NTP set it.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 A velocity topic passes by the chassis's obstacle avoidance, collision detection and limits. So a velocity
 exists only inside `with chassis.velocity(bypasses_protection=True) as drive:`. What is sent is shaped by
-`shaper`; why a drive ends by itself is in `drive_watch`; the thread that sends at a steady rate is here.
+`shaper`; why a drive ends by itself is in `watch`; the thread that sends at a steady rate is here.
 
 What happens when this process is killed: nothing here can run then. The chassis's own behaviour remains,
 which is not documented; assume that it drives on with the last velocity until something stops it. The
@@ -38,8 +38,8 @@ __all__ = ["Drive"]
 logger = get_logger("woosh_pure.velocity")
 _RATE = 20.0
 _ZEROS = 5
-_LOOK_AROUND = 2.0  # seconds between two looks at who else can drive
-_LOOK_AGAIN = 0.5  # seconds to the next look at somebody who can, which tells whether he does
+_LOOK_AROUND = 2.0  # seconds between two checks of who else can drive
+_LOOK_AGAIN = 0.5  # seconds until somebody who can is checked again: two counts tell whether it sends
 
 
 class Drive:
@@ -76,7 +76,7 @@ class Drive:
         self._entered = self._held = False
         self._others: tuple[OtherDriver, ...] = ()
         self._error: Exception | None = None
-        self._told = False  # whether the caller has seen it
+        self._told = False  # whether the error was raised to the caller
         self._thread = threading.Thread(target=self._run, name="woosh:drive", daemon=True)
 
     def __repr__(self) -> str:
@@ -89,7 +89,7 @@ class Drive:
             raise MotionRefused("this drive was used before; open a new one with chassis.velocity(...)")
         self._entered = True
         core, since = self._core, self._core.running.stops
-        with ExitStack() as undo:  # also for Ctrl-C: a drive that was not opened takes no velocity
+        with ExitStack() as undo:  # Ctrl-C included: a drive that did not open accepts no velocity
             undo.callback(self._over.set)
             publisher = core.velocity.acquire(self.topic)
             self._held = True
@@ -98,7 +98,7 @@ class Drive:
             core.clients.require_connection(publisher, self.topic)
             if self._feedback_timeout is not None:
                 core.feeds.require_heard("velocity", 3.0)
-            # What has become known since `chassis.velocity(...)` was called counts, too.
+            # Readiness may have changed since `chassis.velocity(...)` was called.
             core.knowledge.require_ready("velocity", self._check)
             core.running.add_drive(self, since, check=self._check)
             undo.callback(core.running.remove_drive, self)
@@ -236,13 +236,13 @@ class Drive:
             try:
                 found = other_drivers(self._core.connection.open_node())
             except RosError:
-                continue  # without its master the drive goes on: its links need none
+                continue  # the drive goes on without the master: open links do not need it
             before, self._others = {driver.node: driver for driver in self._others}, found
             for driver in found:
                 self._look_at(driver, before.get(driver.node))
 
     def _look_at(self, driver: OtherDriver, before: OtherDriver | None) -> None:
-        """Report a program that can send; one that does send ends the drive: the robot would obey both."""
+        """Warn of a program that can send; one that does send ends the drive: the robot would obey both."""
         if self._check and driver.has_sent_since(before):
             self._end(
                 MotionRefused(
@@ -271,7 +271,7 @@ class Drive:
                 with self._lock:
                     velocity = self._shaper.next(time.monotonic())
                 self._core.velocity.publish(self.topic, velocity)
-        except Exception as error:  # whatever it is, the drive must not end without a zero
+        except Exception as error:  # whatever went wrong, the drive must not end without a zero
             self._end(ConnectionLost(f"the drive is over: sending failed: {error}"))
         finally:
             self._send_zeros()

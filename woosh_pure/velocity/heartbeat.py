@@ -1,4 +1,4 @@
-"""Whether what is sent still reaches the robot in time: the node that listens is asked now and then.
+"""Whether velocities still reach the robot in time: the node that listens is asked now and then.
 
 For a drive that does without measured velocities. A link alone tells nothing for many seconds: TCP keeps what
 the network does not deliver, and delivers it later. The question is `getPid` of wiki.ros.org/ROS/Slave_API,

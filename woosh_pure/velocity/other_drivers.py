@@ -75,7 +75,7 @@ class OtherDriver:
 def other_drivers(node: rosproto.Node, timeout: float = 2.0) -> tuple[OtherDriver, ...]:
     """Other nodes that can send velocities; the robot's own ones (`interface.ROBOT_NODES`) are left out.
 
-    A node whose process has ended stays registered at the master; it is asked itself, and left out, too.
+    A node whose process has died stays registered at the master, so each is asked, and dead ones left out.
 
     Args:
         node: In whose name to ask.
@@ -129,7 +129,7 @@ def _ask(node: rosproto.Node, name: str, names: tuple[str, ...], robot: str | No
             published = {topic for topic, _ in slave.get_publications()}
             counters = _counters(slave, names)
     except MasterError:
-        return None  # it has signed off meanwhile
+        return None  # it has unregistered meanwhile
     except ConnectionLost as error:
         if is_refused(error) and not node.hosts.is_guess(parse_uri(uri)[0]):
             return None  # the computer answers, and nobody listens there: the process has ended
@@ -137,7 +137,7 @@ def _ask(node: rosproto.Node, name: str, names: tuple[str, ...], robot: str | No
     except RosTimeout:
         return OtherDriver(name, names, uri, answers=False)
     except (RosError, ValueError):
-        return OtherDriver(name, names, uri)  # it answers, in whatever way
+        return OtherDriver(name, names, uri)  # any answer shows that it runs
     still = tuple(topic for topic in names if topic in published)
     return OtherDriver(name, still, uri, counters=counters) if still else None
 

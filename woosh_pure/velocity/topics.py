@@ -1,7 +1,7 @@
 """The velocity topics, as one client writes them: publishers that are there only while somebody drives.
 
-A registered publisher tells other programs that somebody can drive the base (`drivers`), so it is taken back
-when the last user is done with it. After a lost link it stays until zero has been the first thing sent.
+A registered publisher tells other programs that somebody can drive the base (`other_drivers`), so it is
+unregistered when its last user is done. After a lost link it stays until zero has been the first thing sent.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from rosproto.logs import get_logger
 from woosh_pure.geometry import Velocity
 from woosh_pure.interface.table import row
 from woosh_pure.values.messages import twist
+from woosh_pure.values.rostypes import message_type
 
 if TYPE_CHECKING:
     import rosproto
@@ -56,10 +57,10 @@ class VelocityTopics:
                 return made
             made = self._connection.open_node().publisher(
                 topic,
-                row(topic).type,
+                message_type(row(topic).type),
                 queue_size=1,
                 latch=False,
-                linger=False,  # a killed program must not be heard of later
+                linger=False,  # nothing of a killed program may arrive later
                 on_connect=lambda _: self._reconnected(topic),
             )
             with self._lock:
@@ -103,7 +104,7 @@ class VelocityTopics:
             self._close_unused(topic)
 
     def zero_is_due(self, topic: str) -> None:
-        """Make zero the first thing that a subscriber gets who connects again."""
+        """Let a subscriber that connects again get a zero first."""
         with self._lock:
             self._zero_due.add(topic)
 
@@ -114,7 +115,7 @@ class VelocityTopics:
             publisher.publish(twist(velocity))
 
     def zero(self, topic: str) -> None:
-        """Send zero; never raises, because it is what remains to be done when something failed."""
+        """Send zero; never raises, as it is the last resort when something else has failed."""
         try:
             self.publish(topic, Velocity())
         except Exception as error:  # a closed node, an interpreter that is shutting down
@@ -135,7 +136,7 @@ class VelocityTopics:
         try:
             with self._connection.new_node() as node:
                 listened = [
-                    node.publisher(topic, row(topic).type, queue_size=_ZEROS, linger=False)
+                    node.publisher(topic, message_type(row(topic).type), queue_size=_ZEROS, linger=False)
                     for topic in sorted(topics)
                 ]
                 for publisher in listened:

@@ -1,6 +1,6 @@
-"""Why a velocity block must end although nobody asked for it: looked at before every velocity that is sent.
+"""When a velocity block must end by itself, checked before every velocity that is sent.
 
-Nothing that ends a drive resumes it: what has stopped the robot may be a person's hand.
+A drive that has ended is never resumed: it may have been a person who stopped the robot.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ if TYPE_CHECKING:
 __all__ = ["DriveWatch"]
 
 PAUSED = 1.0
-"""Seconds without a turn of the sending thread after which a drive is over."""
+"""A drive is over when its sending thread has not run for so many seconds."""
 DISOBEYED = 3.0
-"""Seconds for which the robot may stand although it is told to move."""
-_TOLD_LINEAR, _TOLD_ANGULAR = 0.05, 0.1  # m/s, rad/s: slower than this may measure as nothing
+"""Seconds for which the robot may stand still although it is told to move."""
+_TOLD_LINEAR, _TOLD_ANGULAR = 0.05, 0.1  # m/s, rad/s: commands below these may be measured as zero
 
 
 class DriveWatch:
-    """Looks at one drive; `problem` is called by its sending thread only.
+    """Checks one drive; only its sending thread calls `problem`.
 
     Args:
-        knowledge: What speaks against moving.
+        knowledge: Where the reasons against moving are kept.
         measured: `/odom_twist`.
         publisher: Of the velocity topic.
         feedback_timeout: Seconds for which `/odom_twist` may be silent; None drives without it.
-        heartbeat: What tells instead that the network delivers; None when `/odom_twist` does.
-        check: False drives on whatever is known to speak against it.
+        heartbeat: Shows that the network still delivers, where `/odom_twist` is not used; else None.
+        check: False drives on whatever the known state is.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class DriveWatch:
         return self._paused() or (self._blocked() if self._check else None) or self._lost(sent)
 
     def _paused(self) -> RosError | None:
-        """A stopped process, a debugger, a closed laptop: who drove then does not know where the robot is."""
+        """A stopped process, a debugger, a closed laptop: the robot drove on, and is not where it was."""
         now = boottime.seconds()
         pause, self._last = now - self._last, now
         if pause <= PAUSED:
@@ -79,7 +79,7 @@ class DriveWatch:
         )
 
     def _blocked(self) -> RosError | None:
-        """Stopped by other means: releasing its button must not resume it."""
+        """An emergency stop and the like: releasing the button must not resume the drive."""
         readiness = self._knowledge.known_readiness()
         if not readiness.refuses:
             return None

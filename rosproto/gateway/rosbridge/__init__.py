@@ -1,1 +1,6 @@
-"""rosbridge protocol v2. `protocol` is the wire, without sockets; `session` does what a client asks for."""
+"""The rosbridge protocol, version 2, over a node: what roslibjs, roslibpy and others speak.
+
+Source: ROSBRIDGE_PROTOCOL.md of rosbridge_suite.
+"""
+
+__all__: list[str] = []

@@ -240,6 +240,22 @@ class Registrations:
         if not self._confirm(key, registration):
             self._take_back(registration, self._farewell)
 
+    def say_again(self, registration: Registration) -> None:
+        """Register once more what stands: the master then tells those concerned about it again.
+
+        What is removed meanwhile is taken back.
+
+        Raises:
+            MasterError: The master refused.
+            ConnectionLost, RosTimeout: It is away.
+        """
+        key = (registration.kind, registration.name)
+        with self._lock:
+            if self._table.get(key) is not registration:
+                return
+        registration.register(self._master)
+        self._settle(key, registration)
+
     def remove(self, registration: Registration) -> None:
         """Forget and take back; a master that does not answer is told when it does."""
         key = (registration.kind, registration.name)

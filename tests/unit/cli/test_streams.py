@@ -8,7 +8,6 @@ import sys
 import pytest
 
 from rosproto.cli.streams import as_typed, escape_what_cannot_be_printed
-from rosproto.cli.width import cut, padded, width
 
 
 def test_a_character_that_the_encoding_lacks_is_put_in_ascii_or_escaped(
@@ -27,12 +26,3 @@ def test_what_is_typed_in_utf_8_is_understood_in_any_locale() -> None:
     """LC_ALL=C hands bytes over as lone surrogates, which neither YAML nor a robot takes."""
     typed = "标记 é".encode().decode("ascii", "surrogateescape")
     assert as_typed([typed, "标记", "A1", "\udcff"]) == ["标记 é", "标记", "A1", "\udcff"]
-
-
-def test_chinese_takes_two_columns() -> None:
-    """Tables stand straight, and lines end before the edge, without half a character."""
-    assert [width(text) for text in ("A1", "仓库", "e\u0301", "")] == [2, 4, 1, 0]
-    assert padded("仓库", 6) == "仓库  "
-    assert padded("long", 2) == "long"
-    assert [cut("仓库1", columns) for columns in (5, 4, 3, 0)] == ["仓库1", "仓库", "仓", ""]
-    assert cut("abc", -1) == ""

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from rosproto.cli.json_text import json_text
+from rosproto.cli.json_output import json_text
 from rosproto.cli.streams import guarded, own, unguarded
 from rosproto.errors import MasterError, RosError, ServiceError
 from rosproto.logs import get_logger

@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from rosproto.cli.width import width
+from rosproto.text import width
 from woosh_pure.faults.codes import all_codes
 from woosh_pure.language.table import Sentence, Words, read_table, words_for
 

@@ -7,10 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from woosh_pure.cli.chart import BOTTOM, LEFT, RIGHT, TOP, put_text, step_of
+from woosh_pure.cli.canvas import GOAL, Picture
+from woosh_pure.cli.chart import BOTTOM, LEFT, RIGHT, TOP, step_of
 from woosh_pure.cli.commands.scan import _word, free_ways, nearest_of
-from woosh_pure.cli.letters import _GLYPHS, can_draw, text_mask
-from woosh_pure.cli.picture import GOAL, PATH, Picture, chart_of
+from woosh_pure.cli.letters import _GLYPHS, can_draw, put_text, text_mask
+from woosh_pure.cli.picture import PATH, chart_of
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.maps.marks import UserMark

@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from rosproto.cli.counts import counted
+from rosproto.cli import counted
 from woosh_pure.cli.arguments import add_wait, folder_exists, wait_for, write
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output

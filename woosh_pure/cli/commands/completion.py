@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from rosproto.cli import completion
+from rosproto.cli import add_completion_arguments, answer_completion
 from woosh_pure.cli import config
 from woosh_pure.cli.output import Output
 
@@ -13,14 +13,14 @@ HELP = "print what a shell needs to complete this command (bash, zsh, fish, powe
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
-    completion.add_arguments(parser)
+    add_completion_arguments(parser)
 
 
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
     from woosh_pure.cli.entry import parser_for
 
-    return completion.answer("woosh", args, parser_for, {"mark": _marks, "state": _states, "color": _colours})
+    return answer_completion("woosh", args, parser_for, {"mark": _marks, "state": _states, "color": _colours})
 
 
 def _states() -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from contextlib import ExitStack
 
-from rosproto.cli.counts import counted
+from rosproto.cli import counted
 from woosh_pure.cli.arguments import seconds
 from woosh_pure.cli.connection import chosen, names, simulated
 from woosh_pure.cli.output import Output

@@ -10,17 +10,17 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
-from rosproto.cli.streams import own
-from rosproto.cli.width import cut, padded
+from rosproto.cli import own
 from rosproto.errors import RosTimeout
+from rosproto.text import cut, padded
 from woosh_pure.cli.arguments import positive
 from woosh_pure.cli.connection import connect, stop_and_tell
-from woosh_pure.cli.console import is_terminal, size
+from woosh_pure.cli.console import is_terminal, terminal_size
 from woosh_pure.cli.output import Output
 from woosh_pure.errors import MotionRefused
 
 if TYPE_CHECKING:
-    from rosproto.cli.keys import Keys
+    from rosproto.cli import Keys
     from woosh_pure.chassis import Chassis
     from woosh_pure.cli.teleop import Command, Teleop
     from woosh_pure.velocity.drive import Drive
@@ -69,7 +69,7 @@ def run(args: Namespace, out: Output) -> int:
         try:
             _drive(chassis, args, out)
         except MotionRefused:
-            if chassis.moved:  # and was stopped by something else than its keys
+            if chassis.moved:  # and was not stopped by its keys
                 stop_and_tell(chassis, out)
             raise
         try:
@@ -91,7 +91,7 @@ def _ask(out: Output) -> None:
 
 
 def _drive(chassis: Chassis, args: Namespace, out: Output) -> None:
-    from rosproto.cli.keys import open_keys
+    from rosproto.cli import open_keys
     from woosh_pure.cli.teleop import Teleop
 
     angular = None if args.angular is None else math.radians(args.angular)
@@ -108,7 +108,7 @@ def _drive(chassis: Chassis, args: Namespace, out: Output) -> None:
                     share=args.share,
                 )
             )
-        keys.read(0.0)  # what was pressed before nobody meant for a robot that can move now
+        keys.read(0.0)  # keys pressed before the drive was open were not meant to move the robot
         linear = min(0.2, drive.limits.linear) if args.linear is None else args.linear
         turning = min(math.radians(25.0), drive.limits.angular) if angular is None else angular
         try:
@@ -142,7 +142,7 @@ def _show(chassis: Chassis, drive: Drive, teleop: Teleop, command: Command | Non
         parts.append(f"measured {measured.vx:+.2f} m/s {math.degrees(measured.wz):+4.0f}°/s")
     if pose is not None:
         parts.append(f"at {pose.x:.2f} {pose.y:.2f} {pose.yaw_degrees:.0f}°")
-    columns = size()[0] - 1
+    columns = terminal_size()[0] - 1
     text = padded(cut("  ".join(map(out.say, parts)), columns), columns)
     try:
         own(sys.stdout).write(f"\r{text}")

@@ -7,7 +7,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from rosproto.cli.option_types import whole
+from rosproto.cli import whole
 from woosh_pure.cli.arguments import seconds
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output

@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from rosproto.cli.option_types import to_float
+from rosproto.cli import to_float
 from woosh_pure.cli.arguments import number
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output

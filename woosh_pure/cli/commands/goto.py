@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from argparse import SUPPRESS, ArgumentParser, Namespace
 
-from rosproto.cli.option_types import to_float
+from rosproto.cli import to_float
 from woosh_pure.cli.arguments import POSE, add_timeout, number, pose
 from woosh_pure.cli.connection import connect, follow, report
 from woosh_pure.cli.drive_line import DriveLine

@@ -41,7 +41,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
     from rosproto import Node
-    from rosproto.msg.user_folder import environment_paths, learned_paths, revisions_folder
+    from rosproto.msg import environment_paths, learned_paths, revisions_folder
     from woosh_pure.connection.address import master_uri_of
     from woosh_pure.firmware.learn import Knowledge, judge
     from woosh_pure.firmware.survey import survey

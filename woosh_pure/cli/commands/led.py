@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 
-from rosproto.cli.option_types import whole
-from rosproto.cli.parser import near
+from rosproto.cli import near, whole
 from woosh_pure.cli.arguments import enum_words, word_of
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output

@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from rosproto.cli.width import padded, width
+from rosproto.text import padded, width
 from woosh_pure.cli import config
 from woosh_pure.cli.arguments import POSE, add_wait, number, pose, wait_for
 from woosh_pure.cli.connection import connect

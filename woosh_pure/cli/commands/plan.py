@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from argparse import ArgumentParser, Namespace
 
-from rosproto.cli.counts import counted
+from rosproto.cli import counted
 from woosh_pure.cli.arguments import POSE, add_pose, folder_exists, number, pose, write
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output

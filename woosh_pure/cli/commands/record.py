@@ -26,7 +26,7 @@ HEAVY = frozenset({"sensor_msgs/Image", "sensor_msgs/CompressedImage", "sensor_m
 
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
-    from rosproto.cli.bag_record import add_output_options
+    from rosproto.cli import add_output_options
 
     parser.add_argument("topics", nargs="*", metavar="TOPIC", help="more topics, beside those of the chassis")
     parser.add_argument("--camera", action="store_true", help="also images and point clouds (much data)")
@@ -40,8 +40,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
     from rosproto import Node
-    from rosproto.cli.bag_record import follow, recorder_options
-    from rosproto.cli.bag_signals import interrupt_on_signals
+    from rosproto.cli import follow_recording, interrupt_on_signals, recorder_options
     from rosproto.recording import Recorder
     from woosh_pure.connection.address import master_uri_of
 
@@ -57,7 +56,7 @@ def run(args: Namespace, out: Output) -> int:
         )
         selection = selection_of(args.topics, camera=args.camera, all=args.all, exclude=args.exclude)
         recorder = Recorder(node, selection=selection, **options)
-        code = follow(recorder, quiet=args.quiet or args.json)
+        code = follow_recording(recorder, quiet=args.quiet or args.json)
     return _tell(recorder, out) or code
 
 

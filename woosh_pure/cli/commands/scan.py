@@ -6,7 +6,7 @@ import math
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from rosproto.cli.counts import counted
+from rosproto.cli import counted
 from rosproto.errors import RosTimeout
 from woosh_pure.cli.arguments import add_wait, folder_exists, positive, wait_for, write
 from woosh_pure.cli.connection import connect

@@ -6,7 +6,7 @@ import sys
 from argparse import ArgumentParser, Namespace
 from typing import Any
 
-from rosproto.cli.streams import unguarded
+from rosproto.cli import unguarded
 from rosproto.errors import RosError
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output

@@ -9,8 +9,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosproto.cli.failure import cannot_listen
-from rosproto.cli.option_types import to_float, to_int, whole
+from rosproto.cli import cannot_listen, to_float, to_int, whole
 from rosproto.errors import ConnectionLost
 from rosproto.transport import Deadline
 from woosh_pure.cli.arguments import port, positive, seconds

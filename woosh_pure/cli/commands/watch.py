@@ -9,16 +9,16 @@ from argparse import ArgumentParser, Namespace
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from rosproto.cli.streams import own
+from rosproto.cli import own
 from rosproto.transport import Deadline
 from woosh_pure.cli.arguments import number, seconds
 from woosh_pure.cli.connection import connect
-from woosh_pure.cli.console import enable_escapes, full_screen, is_terminal, shows_unicode, size
+from woosh_pure.cli.console import enable_escapes, full_screen, is_terminal, shows_unicode, terminal_size
 from woosh_pure.cli.output import Output
 from woosh_pure.cli.readiness import as_json
 
 if TYPE_CHECKING:
-    from rosproto.cli.keys import Keys
+    from rosproto.cli import Keys
     from woosh_pure.cli.scene import Observer, Scene
 
 HELP = "watch pose, map, scan, battery, task, faults and rates live"
@@ -57,7 +57,7 @@ def run(args: Namespace, out: Output) -> int:
 
 
 def _on_screen(observer: Observer, args: Namespace, period: float, deadline: Deadline) -> None:
-    from rosproto.cli.keys import open_keys
+    from rosproto.cli import open_keys
     from woosh_pure.cli.screen import Screen
 
     plain = args.ascii or not shows_unicode(sys.stdout)
@@ -66,7 +66,7 @@ def _on_screen(observer: Observer, args: Namespace, period: float, deadline: Dea
         keys = stack.enter_context(open_keys()) if is_terminal(sys.stdin) else None
         stack.enter_context(full_screen(sys.stdout))
         while not deadline.expired:
-            columns, lines = size()
+            columns, lines = terminal_size()
             picture = screen.render(observer.look(), columns, lines)
             own(sys.stdout).write("\x1b[H" + "\x1b[K\r\n".join(picture) + "\x1b[K\x1b[J")
             sys.stdout.flush()

@@ -124,6 +124,20 @@ def test_what_is_removed_while_it_is_registered_again_is_taken_back(table: Regis
     assert len(table) == 0
 
 
+def test_what_stands_is_said_again_and_nothing_else(table: Registrations) -> None:
+    """Not what was never added; and what is removed meanwhile is taken back."""
+    log: list[str] = []
+    thing, other = Thing("publisher", "/a", log), Thing("publisher", "/b", log)
+    table.add(thing)
+    table.say_again(thing)
+    table.say_again(other)
+    assert log == ["+/a", "+/a"]
+    thing.during = lambda: table.remove(thing)
+    table.say_again(thing)
+    assert log[-1] == "-/a"
+    assert len(table) == 0
+
+
 def test_unregistering_all_goes_backwards_and_stops_when_the_master_is_gone(table: Registrations) -> None:
     """The newest first; a dead master is not asked again for each."""
     log: list[str] = []

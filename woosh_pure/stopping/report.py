@@ -1,0 +1,47 @@
+"""What a stop has done, in words and as facts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from rosproto.text import printable
+
+__all__ = ["StopReport"]
+
+
+@dataclass(slots=True)
+class StopReport:
+    """What `stop` did.
+
+    Attributes:
+        standing: True when the measured velocity is zero, False when the robot still moves, None when not
+            known.
+        cancelled: What was cancelled, in words.
+        problems: What could not be done, in words.
+        looked: Whether goals and tasks of others were looked for, too.
+    """
+
+    standing: bool | None = None
+    cancelled: list[str] = field(default_factory=list)
+    problems: list[str] = field(default_factory=list)
+    looked: bool = False
+
+    def __str__(self) -> str:
+        """`sentence()`."""
+        return self.sentence()
+
+    def sentence(self) -> str:
+        """One sentence for people."""
+        state = {
+            True: "the robot stands still",
+            False: "THE ROBOT STILL MOVES: use its emergency stop button",
+            None: "whether the robot stands still is not known: watch it",
+        }[self.standing]
+        parts = [state]
+        if self.cancelled:
+            parts.append(f"cancelled {', '.join(self.cancelled)}")
+        elif not self.problems:
+            parts.append("nothing was running" if self.looked else "nothing of ours was running")
+        if self.problems:
+            parts.append(f"not done: {'; '.join(self.problems)}")
+        return printable("; ".join(parts))
