@@ -201,10 +201,13 @@ def test_goals(graph: Graph, serve: Serve, connect: Serve) -> None:
     """Sent, told of, ended, cancelled, refused."""
     from rosproto import ActionServer
 
+    heard = threading.Event()
+
     def execute(goal: Any) -> None:
         if goal.goal.goal < 5:
             for i in range(goal.goal.goal):
                 goal.publish_feedback({"feedback": i})
+            heard.wait(10)  # a result overtakes feedback, which is then of no use
             goal.succeed({"result": goal.goal.goal})
             return
         deadline = time.monotonic() + 20
@@ -220,6 +223,7 @@ def test_goals(graph: Graph, serve: Serve, connect: Serve) -> None:
             {"feedback": 0},
             {"feedback": 1},
         ]
+        heard.set()
         done = client.op("action_result")
         assert (done["id"], done["values"], done["status"], done["result"]) == ("one", {"result": 2}, 4, True)
         client.send(**goal, id="two", args={"goal": 9})
