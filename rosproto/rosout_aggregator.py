@@ -13,7 +13,7 @@ import os
 from collections.abc import Iterable
 from typing import Any
 
-from rosproto.codec import decode
+from rosproto.codec import decode, message_class
 from rosproto.errors import CodecError
 from rosproto.logs import get_logger
 from rosproto.node.node import Node
@@ -58,8 +58,8 @@ class RosoutAggregator:
         try:
             self._log = None if log_file is None else RosoutLog(log_file)
             Loggers(self.node.service_server)
-            self._out = self.node.publisher("/rosout_agg", LOG, queue_size=QUEUE)
-            self.node.subscriber("/rosout", LOG, self._pass_on, raw=True, queue_size=QUEUE)
+            self._out = self.node.publisher("/rosout_agg", message_class(LOG), queue_size=QUEUE)
+            self.node.subscriber("/rosout", message_class(LOG), self._pass_on, raw=True, queue_size=QUEUE)
         except BaseException:
             self.close()
             raise

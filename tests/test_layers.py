@@ -37,6 +37,7 @@ LAYERS = [
     "rosproto.tf",
     "rosproto.recording",
     "rosproto.aio",
+    "rosproto.gateway",
     "rosproto.selftest",
     "rosproto.rospy",
     "rosproto.cli",
@@ -224,8 +225,6 @@ def test_the_ground_rooms_of_the_node_know_no_other(module: str) -> None:
 CHASSIS = {name: path for name, path in MODULES if name.startswith("woosh_pure")}
 TWO_FACES = {"woosh_pure.chassis", "woosh_pure.aio", "woosh_pure.aio.chassis"}
 """`Chassis.aio` is an `aio.Chassis`, and that one's `chassis` a `Chassis`: as users see them, they name each other."""
-
-
 CHASSIS_IMPORTS = {module: imports_within(module, CHASSIS) for module in CHASSIS}
 
 

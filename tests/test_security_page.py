@@ -27,6 +27,17 @@ HOLDS = {
         "unit/action/test_action_flood.py::test_servers_under_invented_names_are_forgotten",
         "unit/action/test_action_flood.py::test_goals_that_have_ended_are_told_of_within_bounds",
     ],
+    "A transform buffer takes 10,000 frames, 50,000 poses of each, and names of 1000 characters": [
+        "unit/tf/test_buffer.py::test_the_number_of_frames_and_samples_is_bounded",
+        "unit/tf/test_buffer.py::test_names_of_frames_are_bounded_in_number_and_length",
+        "unit/rospy/test_rospy_modules.py::test_frames_of_a_peer_are_bounded",
+    ],
+    "gives what others send to one that is read alike, or leaves it out and says so": [
+        "unit/recording/test_recorder.py::test_headers_of_publishers_are_bounded",
+    ],
+    "the rospy layer keeps latched messages of those publishers that are connected": [
+        "unit/rospy/test_rospy_modules.py::test_latched_messages_of_publishers_that_have_gone_are_forgotten",
+    ],
     "tried every few seconds": [
         "unit/node/test_peer_costs.py::test_a_publisher_that_agrees_and_leaves_is_not_told_of_every_time",
         "unit/node/incoming/test_link_state.py::test_sessions_that_end_at_once_are_no_success",
@@ -36,6 +47,7 @@ HOLDS = {
         "unit/node/incoming/test_link_state.py::test_another_definition_is_not_asked_again_and_again",
     ],
     "Your own folders and the bundled definitions come before it": [
+        "unit/node/revisions/test_own_first.py::test_the_order",
         "unit/cli/test_own_definitions.py::test_the_users_own_come_first_everywhere",
     ],
     "a type whose name no file can have is left out": [

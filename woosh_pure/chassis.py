@@ -68,7 +68,8 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         host: Our own address as the robot reaches it; None finds it from the route to the master.
         timeout: Seconds for connecting and for services, where a call does not say otherwise.
         leave_running: True leaves goals running at the end of the `with` block (velocity blocks end always).
-        msg_path: Folders with .msg, .srv and .action files: further revisions, for a robot that has those.
+        msg_path: Folders with .msg, .srv and .action files: further revisions, for a robot that has those,
+            and what `node` means by a type's name. Verbs and feeds keep the definitions they know.
         learned: Use also what `woosh learn` has kept for this user.
         resolve: Host name -> address, for names of the robot that this computer does not know. One that is
             not given and cannot be resolved is taken for the master's host; the log tells.

@@ -44,7 +44,7 @@ def action_type(action: type[Message] | str, revisions: Revisions | None = None)
 
     Args:
         action: A `FooAction` class, or "package/FooAction", or "package/Foo" as the .action file is named.
-        revisions: Where to look for a type that is not bundled: a node's own folders.
+        revisions: Where to look for a type by its name: a node's own folders come before the bundled types.
 
     Raises:
         DefinitionError: It is unknown, or not an action.

@@ -82,8 +82,10 @@ def _known(arguments: argparse.Namespace) -> list[str]:
 
 def _heard(arguments: argparse.Namespace, node: Any, topic: str, kind: str) -> Any:
     """A latched message of it."""
+    from rosproto.codec import message_class
+
     name = absolute(arguments.node)
-    with node.subscriber(f"{name}/{topic}", f"dynamic_reconfigure/{kind}") as messages:
+    with node.subscriber(f"{name}/{topic}", message_class(f"dynamic_reconfigure/{kind}")) as messages:
         try:
             return messages.next(timeout=arguments.timeout)
         except RosTimeout as error:
@@ -164,7 +166,7 @@ def _set(arguments: argparse.Namespace) -> int:
 
 def _change(arguments: argparse.Namespace, changes: Mapping[str, Any]) -> int:
     """Set them, and print what came of it: the node may bring values into their range."""
-    from rosproto.codec import message_class
+    from rosproto.codec import message_class, service_class
     from rosproto.codec.dicts import from_dict
 
     name = absolute(arguments.node)
@@ -172,7 +174,7 @@ def _change(arguments: argparse.Namespace, changes: Mapping[str, Any]) -> int:
         description = _heard(arguments, node, "parameter_descriptions", "ConfigDescription")
         kinds = {one.name: one.type for one in _parameters(description)}
         request = _config(changes, kinds, arguments.node)
-        with node.service_client(name + SERVICE, SERVICE_TYPE) as client:
+        with node.service_client(name + SERVICE, service_class(SERVICE_TYPE)) as client:
             config = from_dict(message_class("dynamic_reconfigure/Config"), request)
             reply = client.call(config=config, timeout=arguments.timeout)
     after = values_of(reply.config)

@@ -98,6 +98,8 @@ def _set_arguments(parser: argparse.ArgumentParser) -> None:
 def _echo(arguments: argparse.Namespace) -> int:
     from queue import Empty, SimpleQueue
 
+    from rosproto.codec import message_class
+
     with master_client(arguments) as master:
         state = master.get_system_state()
     for asked in arguments.node:
@@ -106,7 +108,8 @@ def _echo(arguments: argparse.Namespace) -> int:
     topic = AGGREGATED if state.publishers.get(AGGREGATED) else DIRECT
     came: SimpleQueue[Any] = SimpleQueue()
     shown, silent_since = 0, time.monotonic()
-    with open_node(arguments) as node, node.subscriber(topic, "rosgraph_msgs/Log", came.put, queue_size=1000):
+    ours = message_class("rosgraph_msgs/Log")
+    with open_node(arguments) as node, node.subscriber(topic, ours, came.put, queue_size=1000):
         while arguments.n is None or shown < arguments.n:
             try:
                 line = came.get(timeout=min(STEP, arguments.timeout or STEP))
@@ -163,6 +166,8 @@ def _show(line: Any, arguments: argparse.Namespace) -> None:
 
 
 def _call(arguments: argparse.Namespace, node: Any, service: str, kind: str, **fields: object) -> Any:
+    from rosproto.codec import service_class
+
     name = f"{absolute(arguments.node)}/{service}"
     with master_client(arguments) as master:
         state = master.get_system_state()
@@ -172,7 +177,7 @@ def _call(arguments: argparse.Namespace, node: Any, service: str, kind: str, **f
         raise CommandError(
             f"{absolute(arguments.node)} has no {service}: it cannot be asked about its loggers"
         )
-    with node.service_client(name, kind) as client:
+    with node.service_client(name, service_class(kind)) as client:
         return client.call(timeout=5.0, **fields)
 
 

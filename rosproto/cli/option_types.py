@@ -32,8 +32,8 @@ def finite(text: str) -> float:
     """A number that is not infinite and not NaN."""
     try:
         value = to_float(text)
-    except ValueError:
-        value = math.nan
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
     if not math.isfinite(value):
         raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
     return value
@@ -54,7 +54,7 @@ def to_float(text: str) -> float:
         ValueError: It is not one.
     """
     if _DECIMAL.fullmatch(text) is None:
-        raise ValueError(f"{text!r} is not a number, such as -1.5")
+        raise ValueError(f"{text!r} is not a plain decimal number such as 0.5 or -12")
     return float(text)
 
 

@@ -125,12 +125,12 @@ def _info(arguments: argparse.Namespace) -> int:
         uri = _look_up(master, name)
         nodes = master.get_system_state().services.get(name, [])
     kind = type_of(arguments, name)
-    facts = {"node": ", ".join(nodes), "uri": uri, "type": kind, "args": _fields(kind)}
+    facts = {"node": ", ".join(nodes), "uri": uri, "type": kind, "args": _fields(arguments, kind)}
     if arguments.json:
         print_json(facts)
         return 0
     print(f"Node: {facts['node']}\nURI: {uri}\nType: {kind}")
-    fields = _fields(kind)
+    fields = _fields(arguments, kind)
     print("Args: " + ("(unknown type)" if fields is None else " ".join(fields)))
     return 0
 
@@ -145,11 +145,11 @@ def _node(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _fields(kind: str) -> list[str] | None:
+def _fields(arguments: argparse.Namespace, kind: str) -> list[str] | None:
     from rosproto.codec import service_class
 
     try:
-        return list(service_class(kind).Request.__slots__)
+        return list(service_class(kind, library_for(arguments, kind, "srv")).Request.__slots__)
     except (DefinitionError, ValueError):
         return None
 

@@ -95,6 +95,8 @@ class Arrivals:
 
 def monitor(arguments: argparse.Namespace) -> int:
     """A report every second until interrupted, or -n of them."""
+    from rosproto.codec import message_class
+
     arrivals = Arrivals()
     with open_node(arguments) as node:
         clock = node.clock
@@ -102,8 +104,9 @@ def monitor(arguments: argparse.Namespace) -> int:
         def take(static: bool) -> Any:
             return lambda message: arrivals.add(message, clock.now().to_sec(), static=static)
 
-        node.subscriber("/tf", "tf2_msgs/TFMessage", take(False), queue_size=1000)
-        node.subscriber("/tf_static", "tf2_msgs/TFMessage", take(True), queue_size=1000)
+        ours = message_class("tf2_msgs/TFMessage")
+        node.subscriber("/tf", ours, take(False), queue_size=1000)
+        node.subscriber("/tf_static", ours, take(True), queue_size=1000)
         reports, silent = 0, 0.0
         while arguments.n is None or reports < arguments.n:
             time.sleep(arguments.every)

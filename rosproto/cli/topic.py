@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rosproto.errors import MasterError
 
 from . import topic_echo, topic_list, topic_pub, topic_rates
-from .connection import CommandError, absolute, master_client, print_json, unknown, verbs, warn
+from .connection import CommandError, absolute, library_for, master_client, print_json, unknown, verbs, warn
 from .field_path import split_topic
 from .parser import near
 from .shared_options import argument
@@ -82,7 +82,7 @@ def _type(arguments: argparse.Namespace) -> int:
         types = master.get_topic_types()
         topic, path = split_topic(absolute(arguments.topic), list(types))
         _, kind = _known(master, topic)
-    inner = _field_type(kind, path) if path else ""
+    inner = _field_type(arguments, kind, path) if path else ""
     if arguments.json:
         print_json({"type": kind, "field": path, "field_type": inner} if path else kind)
     else:
@@ -90,13 +90,14 @@ def _type(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _field_type(kind: str, path: str) -> str:
+def _field_type(arguments: argparse.Namespace, kind: str, path: str) -> str:
     """Type of a field inside a message type, array marks of elements taken off."""
     from rosproto.codec import message_class
 
+    library = library_for(arguments, kind)
     for step in path.split("/"):
         name, bracket, _ = step.partition("[")
-        cls = message_class(kind)
+        cls = message_class(kind, library)
         if name not in cls.__slots__:
             raise CommandError(f"{kind} has no field {name!r}; it has: {', '.join(cls.__slots__) or 'none'}")
         kind = cls._slot_types[list(cls.__slots__).index(name)]

@@ -364,6 +364,10 @@ class DefinitionLibrary:
         """Whether there is a definition of that kind: "msg", "srv" or "action"."""
         return self._look_up(kind, name) is not None
 
+    def defines(self, kind: str, name: str) -> bool:
+        """As `has`, for what this library adds to its base."""
+        return is_legal_type_name(name) and self._own(kind, name) is not None
+
     def _revision_libraries(self, name: str, kind: str) -> Iterator[tuple[str, DefinitionLibrary, str]]:
         used = {name, *self.dependencies(name, kind=kind)}
         for package in sorted({other.partition("/")[0] for other in used}):

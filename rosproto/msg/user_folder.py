@@ -19,7 +19,14 @@ if TYPE_CHECKING:
 
     from rosproto.msg.library import DefinitionLibrary
 
-__all__ = ["environment_paths", "learned_paths", "library_of", "own_and_learned", "revisions_folder"]
+__all__ = [
+    "environment_paths",
+    "is_learned",
+    "learned_paths",
+    "library_of",
+    "own_and_learned",
+    "revisions_folder",
+]
 
 
 def revisions_folder(environment: Mapping[str, str] | None = None, platform: str = sys.platform) -> Path:
@@ -55,15 +62,25 @@ def environment_paths(environment: Mapping[str, str] | None = None) -> list[str]
 
 
 def learned_paths(folder: str | os.PathLike[str] | None = None) -> list[Path]:
-    """Each learned set, for `msg_path=`; empty when nothing was learned. What is no set is left out."""
+    """Each learned set, for `msg_path=`; empty when nothing was learned. What is no set is left out.
+
+    They are `LearnedFolder`s: wherever they stand in `msg_path`, they come last when a type is looked for.
+    """
     from pathlib import Path  # late: the commands and programs that learn nothing start faster
+
+    from rosproto.msg.learned_folder import LearnedFolder
 
     try:
         root = revisions_folder() if folder is None else Path(folder)
         entries = sorted(entry for entry in root.iterdir() if entry.is_dir())
     except OSError:
         return []
-    return [entry for entry in entries if not entry.name.startswith(".") and _is_set(entry)]
+    return [LearnedFolder(e) for e in entries if not e.name.startswith(".") and _is_set(e)]
+
+
+def is_learned(path: str | os.PathLike[str]) -> bool:
+    """True for what `learned_paths` gave."""
+    return bool(getattr(path, "learned", False))
 
 
 def own_and_learned(

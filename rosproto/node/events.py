@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 
 from rosproto.logs import get_logger
+from rosproto.node.interrupts import is_interrupt
 from rosproto.records import NamedTuple
 
 __all__ = ["Event", "EventKind", "Events", "without_frames"]
@@ -82,7 +83,9 @@ class Events:
         if self._callback is not None:
             try:
                 self._callback(event)
-            except BaseException:  # as in callbacks.py
+            except BaseException as error:  # as in callbacks.py
+                if is_interrupt(error):
+                    raise
                 _log.exception("! %s: on_event raised", self._node_name)
 
     def last_refusal(self, name: str) -> str:

@@ -80,8 +80,9 @@ class Node:
         allow_shutdown: Obey `rosnode kill`.
         intraprocess: Exchange messages with nodes of this process without sockets; a `LocalNodes`: with those
             alone that were given the same one.
-        msg_path: Folders with .msg, .srv and .action files in ROS layout: types of your own, and further
-            revisions of known ones, for peers that have those.
+        msg_path: Folders with .msg, .srv and .action files in ROS layout: types of your own, which come first
+            when a type is given by its name, and further revisions of known ones, for peers that have those.
+            What `learned_paths` gives comes last, after the bundled types.
         on_event: Called with each `Event`, in a thread of the library.
         resolve: Host name -> address, for names that this computer does not know: a robot often announces its
             nodes by its own. A name that is not given and cannot be resolved is taken for the master's host;

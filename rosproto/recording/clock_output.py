@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rosproto.codec import message_class
 from rosproto.time import Time
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ class ClockOutput:
     """
 
     def __init__(self, node: Node, hz: float) -> None:
-        self._publisher = node.publisher("/clock", "rosgraph_msgs/Clock", queue_size=100)
+        self._publisher = node.publisher("/clock", message_class("rosgraph_msgs/Clock"), queue_size=100)
         self._period = 1.0 / hz
         self.due = 0.0
 

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rosproto.codec import message_class
 from rosproto.errors import BagError, LocalProtocolError, RosError
 from rosproto.logs import get_logger
 from rosproto.numbers import as_float
@@ -135,7 +136,9 @@ class Recorder:
         self._nodelay = tcp_nodelay
         self._unreliable = unreliable
         self._least_free = least_free_bytes
-        self._announcer = node.publisher("begin_write", "std_msgs/String", latch=True) if announce else None
+        self._announcer = (
+            node.publisher("begin_write", message_class("std_msgs/String"), latch=True) if announce else None
+        )
         splits = split_bytes is not None or split_seconds is not None
         began = time.time()
         self._buffer = MessageBuffer(buffer_bytes, chunk_bytes)

@@ -18,6 +18,8 @@ __all__ = ["TopicTap"]
 _log = get_logger("rosproto.recording")
 
 NS = 1_000_000_000
+MOST_CONNECTIONS = 1000  # headers of publishers of one topic
+MOST_CONNECTION_CHARACTERS = 64 << 20  # of these headers, definitions included
 
 
 class TopicTap:
@@ -27,9 +29,11 @@ class TopicTap:
         self._topic = topic
         self._clock = node.clock
         self._put = buffer.put
-        self._latest: tuple[dict[str, str], Connection] | None = None
+        self._latest: tuple[dict[str, str], Connection | None] | None = None
         self._told = False
+        self._told_full = False
         self._known: dict[tuple[tuple[str, str], ...], Connection] = {}
+        self._known_characters = 0
 
     def __call__(self, message: Any) -> None:
         header = message._connection_header
@@ -37,6 +41,8 @@ class TopicTap:
             self._leave_out(header)
             return
         connection = self._connection_for(header)
+        if connection is None:
+            return
         stamp = Time.from_wire(*divmod(self._clock.now_nsec(), NS))
         raw = RawMessage(connection.type, message._buff, connection.md5sum, (0, 0), connection)
         self._put(Entry(self._topic, raw, stamp))
@@ -51,17 +57,48 @@ class TopicTap:
                 header.get("callerid", "")[:200],
             )
 
-    def _connection_for(self, header: dict[str, str]) -> Connection:
-        """One object per publisher and session; may be asked by two link threads at once."""
+    def _connection_for(self, header: dict[str, str]) -> Connection | None:
+        """One object per header that a publisher has had; may be asked by two link threads at once.
+
+        A bag lists each of them, and a publisher may say another one whenever it connects. So beyond a number
+        of them a publisher's messages go to one that is read alike; None where there is no such.
+        """
         latest = self._latest
         if latest is not None and latest[0] is header:
             return latest[1]
         key = tuple(sorted(header.items()))
         connection = self._known.get(key)
-        if connection is None:
+        if connection is None and not self._is_full(key):
             connection = self._known.setdefault(key, _connection(self._topic, header))
+            self._known_characters += _characters(key)
+        elif connection is None:
+            connection = self._alike(header)
         self._latest = header, connection
         return connection
+
+    def _is_full(self, key: tuple[tuple[str, str], ...]) -> bool:
+        return (
+            len(self._known) >= MOST_CONNECTIONS
+            or self._known_characters + _characters(key) > MOST_CONNECTION_CHARACTERS
+        )
+
+    def _alike(self, header: dict[str, str]) -> Connection | None:
+        wanted = header["type"], header["md5sum"], header.get("latching") == "1"
+        for known in list(self._known.values()):
+            if (known.type, known.md5sum, known.latching) == wanted:
+                return known
+        if not self._told_full:
+            self._told_full = True
+            _log.warning(
+                "! %s: publishers have told %d different headers; what others publish is not recorded",
+                self._topic,
+                len(self._known),
+            )
+        return None
+
+
+def _characters(key: tuple[tuple[str, str], ...]) -> int:
+    return sum(len(name) + len(value) for name, value in key)
 
 
 def _connection(topic: str, header: dict[str, str]) -> Connection:

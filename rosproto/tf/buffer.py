@@ -11,13 +11,12 @@ import threading
 from typing import Any, NoReturn
 
 from rosproto.errors import RosTimeout
-from rosproto.numbers import as_float
 from rosproto.quaternion import normalized
 from rosproto.tf.errors import ExtrapolationError, NotConnected, TransformError, UnknownFrame
 from rosproto.tf.history import History, Sample
 from rosproto.tf.transform import Stamped, Transform, nanoseconds
-from rosproto.tf.tree import FrameTree, Gap, Loop, Unconnected
-from rosproto.transport.clock import SYSTEM
+from rosproto.tf.tree import LONGEST_NAME, MOST_FRAMES, MOST_SAMPLES, FrameTree, Gap, Loop, Unconnected
+from rosproto.transport.deadline import Deadline
 
 __all__ = ["TransformBuffer"]
 
@@ -28,11 +27,13 @@ def frame_name(name: str) -> str:
     """tf2 has no leading slashes; old programs still send them.
 
     Raises:
-        ValueError: The name is empty.
+        ValueError: The name is empty, or longer than any frame's.
     """
     stripped = name.lstrip("/")
     if not stripped:
         raise ValueError("a frame name is empty")
+    if len(stripped) > LONGEST_NAME:
+        raise ValueError(f"a frame name has {len(stripped)} characters, more than {LONGEST_NAME}")
     return stripped
 
 
@@ -41,16 +42,20 @@ class TransformBuffer:
 
     Attributes:
         cache_time: Seconds that are remembered of each frame.
+
+    Args:
+        max_frames: Frames that are taken; poses of more are refused.
+        max_samples: Poses that are kept of each frame.
     """
 
     def __init__(
-        self, cache_time: float = 10.0, *, max_frames: int = 10_000, max_samples: int = 50_000
+        self, cache_time: float = 10.0, *, max_frames: int = MOST_FRAMES, max_samples: int = MOST_SAMPLES
     ) -> None:
         self.cache_time = cache_time
         self._cache_ns = round(cache_time * 1e9)
         self._max_frames = max_frames
         self._max_samples = max_samples
-        self._tree = FrameTree()
+        self._tree = FrameTree(max_frames)
         self._changed = threading.Condition()
 
     def set_transform(self, transform: Any, *, authority: str = "", static: bool = False) -> bool:
@@ -74,9 +79,7 @@ class TransformBuffer:
             edge = self._edge(child, static)
             edge.authority = authority
             taken = edge.add(sample) is None
-            self._tree.names.update({child: None, sample.parent: None})
-            if len(self._tree.names) > 2 * self._max_frames:  # a sender that makes up new parents
-                self._recollect_names()
+            self._tree.note(child, sample.parent)
             self._changed.notify_all()
         return taken
 
@@ -84,15 +87,11 @@ class TransformBuffer:
         """What is known of a frame; begun anew when it is new, or moves from now on, or no longer."""
         edges = self._tree.edges
         edge = edges.get(child)
-        if edge is None and len(edges) >= self._max_frames:
+        if not self._tree.has_room(child):
             raise ValueError(f"{child}: {self._max_frames} frames are known, no more are taken")
         if edge is None or edge.static != static:
             edge = edges[child] = History(self._cache_ns, self._max_samples, static=static)
         return edge
-
-    def _recollect_names(self) -> None:
-        edges = self._tree.edges
-        self._tree.names = dict.fromkeys([*edges, *(edge.newest.parent for edge in edges.values())])
 
     def lookup(
         self,
@@ -113,16 +112,15 @@ class TransformBuffer:
             UnknownFrame, NotConnected, ExtrapolationError: It cannot be had (within `timeout`).
         """
         target, source, moment = frame_name(target), frame_name(source), nanoseconds(time)
-        end = None if timeout is None else SYSTEM.monotonic() + as_float(timeout)
+        deadline = Deadline(timeout)
         with self._changed:
             while True:
                 try:
                     return self._lookup(target, source, moment)
                 except TransformError:
-                    remaining = None if end is None else end - SYSTEM.monotonic()
-                    if remaining is not None and remaining <= 0:
+                    if deadline.expired:
                         raise
-                    self._changed.wait(remaining)
+                    self._changed.wait(deadline.remaining())
 
     def lookup_full(
         self,
@@ -180,7 +178,7 @@ class TransformBuffer:
         with self._changed:
             edges = self._tree.edges
             self._tree.edges = {child: edge for child, edge in edges.items() if edge.static}
-            self._recollect_names()
+            self._tree.recollect_names()
 
     def _lookup(self, target: str, source: str, moment: int) -> Transform:
         if target != source:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING, Any
 
+from rosproto.codec import message_class
 from rosproto.logs import get_logger
 from rosproto.tf.buffer import TransformBuffer
 
@@ -43,9 +44,10 @@ class TransformListener:
         self._lock = threading.Lock()
         self._named: set[str] = set()
         self._newest = 0.0
+        ours = message_class("tf2_msgs/TFMessage")  # whatever the user's folders call by that name
         self._subscribers = [
-            node.subscriber("/tf", "tf2_msgs/TFMessage", callback=self._moving, queue_size=queue_size),
-            node.subscriber("/tf_static", "tf2_msgs/TFMessage", callback=self._static, queue_size=queue_size),
+            node.subscriber("/tf", ours, callback=self._moving, queue_size=queue_size),
+            node.subscriber("/tf_static", ours, callback=self._static, queue_size=queue_size),
         ]
 
     def __enter__(self) -> TransformListener:
@@ -81,10 +83,11 @@ class TransformListener:
     def _refuse(self, child: str, authority: str, error: ValueError) -> None:
         with self._lock:
             self.refused += 1
+            child = child[:100]
             if child in self._named or len(self._named) >= MOST_NAMED:
                 return
             self._named.add(child)
-        logger.warning("transform of %s from %s is not taken: %s", child[:100], authority, error)
+        logger.warning("transform of %s from %s is not taken: %s", child, authority, error)
 
     def close(self) -> None:
         """End both subscriptions; the buffer stays as it is. May be called again."""

@@ -13,8 +13,21 @@ from typing import NamedTuple
 from rosproto.quaternion import Quaternion, Vector, conjugate, multiply, rotate
 from rosproto.tf.history import History
 
-__all__ = ["FrameTree", "Gap", "Loop", "NoWay", "Unconnected", "Way"]
+__all__ = [
+    "LONGEST_NAME",
+    "MOST_FRAMES",
+    "MOST_SAMPLES",
+    "FrameTree",
+    "Gap",
+    "Loop",
+    "NoWay",
+    "Unconnected",
+    "Way",
+]
 
+MOST_FRAMES = 10_000
+MOST_SAMPLES = 50_000  # of one frame
+LONGEST_NAME = 1000  # characters
 DEEPEST = 1000  # as in tf2: a longer way to the root is a loop
 
 Pose = tuple[Vector, Quaternion]
@@ -58,16 +71,38 @@ class Way(NamedTuple):
 
 
 class FrameTree:
-    """Histories of all frames.
+    """Histories of all frames. Names come from peers, so their number is bounded.
+
+    Args:
+        most_frames: That have a parent; twice as many are named, and half as many again at times.
 
     Attributes:
         edges: What is known of each frame that has a parent.
         names: All frames, parents too, in the order in which they were heard of.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, most_frames: int = MOST_FRAMES) -> None:
         self.edges: dict[str, History] = {}
         self.names: dict[str, None] = {}
+        self._most_frames = most_frames
+        self._most_names = 2 * most_frames
+
+    def has_room(self, child: str) -> bool:
+        """Whether a pose of this frame may be taken."""
+        return child in self.edges or len(self.edges) < self._most_frames
+
+    def note(self, child: str, parent: str) -> None:
+        """Both are frames; their pose has been taken."""
+        self.names.update({child: None, parent: None})
+        if len(self.names) > self._most_names:  # a sender that makes up new parents
+            self.recollect_names()
+            # So much room that the next time is far: each of these takes as long as there are frames.
+            self._most_names = max(2 * self._most_frames, len(self.names) + self._most_frames // 2)
+
+    def recollect_names(self) -> None:
+        """Forget the names of parents that were."""
+        parents = (edge.newest.parent for edge in self.edges.values() if len(edge))
+        self.names = dict.fromkeys([*self.edges, *parents])
 
     def lookup(self, target: str, source: str, stamp: int) -> tuple[Pose, int]:
         """The pose of the source in the target, and its time; `stamp` 0 is the newest that all share.

@@ -70,6 +70,7 @@ class Robot:
         self._servers = [s for s in sim.graph._keep if isinstance(s, rosproto.ActionServer)]
         _eventually(lambda: self._graph() == self._graph())
         self._state, self._links, self._services = self._graph(), self._connections(), self._provided()
+        self._listened = self._heard()
 
     def _graph(self) -> object:
         with rosproto.MasterClient(self.sim.master_uri, "/pool") as client:
@@ -79,6 +80,10 @@ class Robot:
 
     def _connections(self) -> dict[tuple[str, str], int]:
         return {key: publisher.connections for key, publisher in self.sim.graph.publishers.items()}
+
+    def _heard(self) -> list[int]:
+        """How many send it commands: one that is still connected may have sent one that is not read yet."""
+        return [kept.connections for kept in self.sim.graph._keep if isinstance(kept, rosproto.Subscriber)]
 
     def _provided(self) -> list[object]:
         """The service servers: another one of the same name looks the same to the master."""
@@ -116,6 +121,8 @@ class Robot:
                 not any(server._workers for server in self._servers)
                 and self._provided() == self._services
                 and self._connections() == self._links
+                and self._heard() == self._listened
+                and not sim.network._queue  # what was under way when a slow network became quick again
                 and self._graph() == self._state
             )
         )

@@ -24,6 +24,8 @@ __all__ = ["Screen"]
 _PANEL = 34
 _NARROW = 72
 _LOW = 14
+_LEAST = 3
+"""Lines of each reason, however little room there is."""
 _AROUND = 6.0
 """Metres shown in each direction where there is no map."""
 _COLOURS = {"red": "31;1", "green": "32", "yellow": "33", "blue": "34;1", "dim": "2", "bold": "1"}
@@ -69,7 +71,8 @@ class Screen:
         body = max(1, lines - 1)
         narrow = columns < _NARROW
         # Below each other, both get a part; a screen too small for two shows the facts.
-        panel = _squeezed(list(self._panel(scene)), body // 2 if narrow and body > _LOW else body)
+        room = body // 2 if narrow and body > _LOW else body
+        panel = self._fitting_panel(scene, columns if narrow else _PANEL, room)
         if narrow:
             rows = [*panel, *self._map(scene, columns, body - len(panel))]
         else:
@@ -95,8 +98,18 @@ class Screen:
 
     # -- the panel -------------------------------------------------------------------------------------------
 
-    def _panel(self, scene: Scene) -> Iterable[list[Piece]]:
-        yield from self._readiness(scene)
+    def _fitting_panel(self, scene: Scene, columns: int, room: int) -> list[list[Piece]]:
+        """With as much of the reasons as there is room for; what they say goes before the rates."""
+        texts = [] if scene.readiness is None else [reason.text for reason in scene.readiness.reasons]
+        longest = max((len(_wrapped(text, columns)) for text in texts), default=0)
+        for most in range(min(longest, room), _LEAST, -1):
+            panel = list(self._panel(scene, columns, most))
+            if len(_without_rates(panel)) <= room:
+                return _squeezed(panel, room)
+        return _squeezed(list(self._panel(scene, columns, _LEAST)), room)
+
+    def _panel(self, scene: Scene, columns: int, most: int) -> Iterable[list[Piece]]:
+        yield from self._readiness(scene, columns, most)
         yield self._fact("pose", None if scene.pose is None else _pose(scene.pose), scene, "pose")
         v = scene.velocity
         moving = None if v is None else f"{v.vx:+.2f} m/s {math.degrees(v.wz):+.0f}°/s"
@@ -117,7 +130,7 @@ class Screen:
         for name, rate in sorted(scene.rates.items()):
             yield [(f"  {name:13s} {rate:5.1f}", "")]
 
-    def _readiness(self, scene: Scene) -> Iterable[list[Piece]]:
+    def _readiness(self, scene: Scene, columns: int, most: int) -> Iterable[list[Piece]]:
         if scene.silence is not None:
             yield [(f"SILENT for {scene.silence:.0f} s", "red")]
             yield [("whether it is ready is not known", "yellow")]
@@ -130,8 +143,10 @@ class Screen:
         words = {"yes": ("ready", "green"), "no": ("NOT READY", "red")}
         yield [words.get(readiness.answer.value, ("READY? NOT KNOWN", "yellow"))]
         for reason in readiness.reasons:
-            for line in textwrap.wrap(reason.text, _PANEL - 2)[:3]:
+            for line in _wrapped(reason.text, columns)[:most]:
                 yield [(f"  {line}", "red" if reason.blocking else "yellow" if reason.doubt else "dim")]
+        if any(len(_wrapped(reason.text, columns)) > most for reason in readiness.reasons):
+            yield [("  more is in: woosh ready", "bold")]
 
     def _fact(self, name: str, text: str | None, scene: Scene | None = None, feed: str = "") -> list[Piece]:
         label: Piece = (f"{name:9s}", "dim")
@@ -230,8 +245,7 @@ def _squeezed(rows: list[list[Piece]], most: int) -> list[list[Piece]]:
     def begins(row: list[Piece], word: str) -> bool:
         return bool(row) and row[0][0].startswith(word)
 
-    rates = next((i for i, row in enumerate(rows) if begins(row, "rates")), len(rows))
-    rows = rows if len(rows) <= most else rows[:rates]
+    rows = rows if len(rows) <= most else _without_rates(rows)
     if len(rows) > most:
         rows = [row for row in rows if row]
     if len(rows) > most:
@@ -240,6 +254,15 @@ def _squeezed(rows: list[list[Piece]], most: int) -> list[list[Piece]]:
         if len(rows) > most:
             rows = [row for row in rows if not begins(row, word)]
     return rows
+
+
+def _without_rates(rows: list[list[Piece]]) -> list[list[Piece]]:
+    return rows[: next((i for i, row in enumerate(rows) if row and row[0][0] == "rates"), len(rows))]
+
+
+def _wrapped(text: str, columns: int) -> list[str]:
+    """Lines of a reason, which stand two columns to the right."""
+    return textwrap.wrap(text, max(1, columns - 2))
 
 
 class _View:

@@ -19,6 +19,7 @@ from woosh_pure.connection.connection import Connection
 from woosh_pure.enums import TaskCommand
 from woosh_pure.firmware.limits import limit_error, require_message
 from woosh_pure.interface import row
+from woosh_pure.values.rostypes import message_type, service_type
 
 __all__ = ["Clients"]
 
@@ -36,14 +37,16 @@ class Clients:
         self._services: dict[str, Any] = {}
         self._actions: dict[str, rosproto.ActionClient] = {}
 
-    def publisher(self, topic: str, type_name: Any) -> rosproto.Publisher:
-        """A publisher of any topic and type, kept until close."""
+    def publisher(self, topic: str, type_: Any) -> rosproto.Publisher:
+        """A publisher of any topic and type, kept until close.
+
+        A name is that of a definition the API was made for; a user's own type of that name is given as class.
+        """
+        type_ = message_type(type_) if isinstance(type_, str) else type_
         self._connection.require_open()
         with self._connection.making:
             if topic not in self._publishers:
-                self._publishers[topic] = self._connection.open_node().publisher(
-                    topic, type_name, queue_size=10
-                )
+                self._publishers[topic] = self._connection.open_node().publisher(topic, type_, queue_size=10)
             return self._publishers[topic]
 
     def wait_any(self, publishers: Sequence[rosproto.Publisher], timeout: float) -> None:
@@ -100,7 +103,7 @@ class Clients:
             return made  # without the lock: a cancel must not wait for a verb that is connecting
         with self._connection.making:
             if name not in self._services:
-                client = self._connection.open_node().service_client(name, row(name).type)
+                client = self._connection.open_node().service_client(name, service_type(row(name).type))
                 client.lossless = True
                 self._services[name] = client
             return self._services[name]
@@ -135,7 +138,7 @@ class Clients:
 
     def call_found(self, name: str, type_name: str, *, timeout: float | None = None, **fields: Any) -> Any:
         """Call a service that is in no row of the interface under this name."""
-        with self._connection.open_node().service_client(name, type_name) as client:
+        with self._connection.open_node().service_client(name, service_type(type_name)) as client:
             cancellation = Cancellation() if (begun := current()) is None else begun.calling
             seconds = self._connection.timeout if timeout is None else timeout
             return client.call_cancellable(cancellation, None, seconds, **fields)
@@ -150,7 +153,9 @@ class Clients:
         with self._connection.making:
             client = self._actions.get(name)
             if client is None:
-                client = rosproto.ActionClient(self._connection.open_node(), name, row(name).type)
+                client = rosproto.ActionClient(
+                    self._connection.open_node(), name, message_type(f"{row(name).type}Action")
+                )
                 self._actions[name] = client
         client.wait_for_server(self._connection.timeout)
         return client

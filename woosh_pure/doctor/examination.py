@@ -21,6 +21,7 @@ from woosh_pure.doctor.finding import Finding, Level
 from woosh_pure.doctor.nodes import chassis_nodes, check_nodes
 from woosh_pure.feed.feed import Feed
 from woosh_pure.interface.table import Row
+from woosh_pure.values.rostypes import message_type
 
 __all__ = ["Finding", "Level", "examine"]
 
@@ -204,7 +205,7 @@ def _with_a_node(
 def _connect_back(node: rosproto.Node, state: rosproto.node.SystemState, timeout: float) -> Finding:
     if _HARMLESS not in state.subscribers:
         return Finding("back", Level.WARNING, f"nobody listens to {_HARMLESS}: the way back was not tested")
-    publisher = node.publisher(_HARMLESS, interface.row(_HARMLESS).type)
+    publisher = node.publisher(_HARMLESS, message_type(interface.row(_HARMLESS).type))
     try:
         publisher.wait_for_connection(timeout=timeout)
     except RosTimeout:

@@ -19,6 +19,7 @@ from rosproto.transport import Deadline
 from woosh_pure.connection.timeouts import require_timeout
 from woosh_pure.interface.table import Row
 from woosh_pure.values.convert import stamp_of, to_value
+from woosh_pure.values.rostypes import message_type
 
 if TYPE_CHECKING:
     from rosproto import Node, Subscriber
@@ -120,13 +121,21 @@ class Feed(Generic[T]):
                     f"{self.topic}: this feed is closed, because its Chassis is; open a new one"
                 )
             if self._subscriber is None and not self._closed:
-                self._subscriber = self._node().subscriber(
-                    self.row.name,
-                    self.row.type if self.row.definition_known else None,
-                    callback=self._receive,
-                    queue_size=_QUEUE_ON_CHANGE if self.row.on_change else _QUEUE,
-                )
+                self._subscriber = self._subscribe(self._node())
         return self
+
+    def _subscribe(self, node: Node) -> Subscriber:
+        name, size = self.row.name, _QUEUE_ON_CHANGE if self.row.on_change else _QUEUE
+        if not self.row.definition_known:
+            return node.subscriber(name, None, callback=self._receive, queue_size=size)
+        ours = message_type(self.row.type)
+        try:
+            return node.subscriber(name, ours, callback=self._receive, queue_size=size)
+        except LocalProtocolError:  # the program has it open by a definition of its own
+            from woosh_pure.feed.read_as import ReadAs
+
+            reading = ReadAs(ours, node, self._receive)
+            return node.subscriber(name, None, callback=reading, queue_size=size, raw=True)
 
     def wait_connected(self, timeout: float = FIRST_USE) -> bool:
         """Wait until every publisher the master names is connected (or cannot be), latched values included.

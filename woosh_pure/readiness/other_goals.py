@@ -10,6 +10,8 @@ import time
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from woosh_pure.values.rostypes import message_type
+
 if TYPE_CHECKING:
     import rosproto
 
@@ -42,7 +44,7 @@ class OtherGoals:
         from rosproto.transport import Deadline  # errors are imported without sockets
 
         self._own_name = node.name
-        status = "actionlib_msgs/GoalStatusArray"
+        status = message_type("actionlib_msgs/GoalStatusArray")
         subscribers = [
             node.subscriber(f"{name}/status", status, callback=partial(self.receive, name), queue_size=1)
             for name in _ACTIONS

@@ -15,6 +15,7 @@ from rosproto.node import NodeClient
 from rosproto.transport import Deadline, HostNames
 from woosh_pure.enums import TaskCommand, TaskState
 from woosh_pure.interface.table import actions
+from woosh_pure.values.rostypes import message_type
 from woosh_pure.velocity.other_drivers import OtherDriver, other_drivers
 
 if TYPE_CHECKING:
@@ -105,10 +106,8 @@ def _cancel_action(
         return
     try:
         told = _begin_listening(core, name)
-        with (
-            core.connection.open_node().publisher(topic, "actionlib_msgs/GoalID", queue_size=1) as publisher,
-            told,
-        ):
+        goal_id = message_type("actionlib_msgs/GoalID")
+        with core.connection.open_node().publisher(topic, goal_id, queue_size=1) as publisher, told:
             publisher.wait_for_connection(timeout=_left(deadline))
             publisher.publish()
             publisher.flush(1.0)
@@ -120,7 +119,7 @@ def _cancel_action(
 
 def _begin_listening(core: Core, name: str) -> rosproto.Subscriber:
     return core.connection.open_node().subscriber(
-        f"{name}/status", "actionlib_msgs/GoalStatusArray", queue_size=1
+        f"{name}/status", message_type("actionlib_msgs/GoalStatusArray"), queue_size=1
     )
 
 

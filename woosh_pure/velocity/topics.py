@@ -15,6 +15,7 @@ from rosproto.logs import get_logger
 from woosh_pure.geometry import Velocity
 from woosh_pure.interface.table import row
 from woosh_pure.values.messages import twist
+from woosh_pure.values.rostypes import message_type
 
 if TYPE_CHECKING:
     import rosproto
@@ -56,7 +57,7 @@ class VelocityTopics:
                 return made
             made = self._connection.open_node().publisher(
                 topic,
-                row(topic).type,
+                message_type(row(topic).type),
                 queue_size=1,
                 latch=False,
                 linger=False,  # nothing of a killed program may arrive later
@@ -135,7 +136,7 @@ class VelocityTopics:
         try:
             with self._connection.new_node() as node:
                 listened = [
-                    node.publisher(topic, row(topic).type, queue_size=_ZEROS, linger=False)
+                    node.publisher(topic, message_type(row(topic).type), queue_size=_ZEROS, linger=False)
                     for topic in sorted(topics)
                 ]
                 for publisher in listened:

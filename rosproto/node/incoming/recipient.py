@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.logs import get_logger
 from rosproto.node.incoming.callbacks import CallbackRunner, InlineCaller
 from rosproto.node.incoming.inbox import Inbox
+from rosproto.node.interrupts import is_interrupt
 
 if TYPE_CHECKING:
     from rosproto.node.call_site import CallSite
@@ -115,7 +116,9 @@ class Recipient:
         if self._on_error is not None:
             try:
                 self._on_error(error)
-            except BaseException:  # as in callbacks.py
+            except BaseException as problem:  # as in callbacks.py
+                if is_interrupt(problem):
+                    raise
                 _log.exception("! %s: on_error raised", self.topic)
 
     def end(self) -> None:

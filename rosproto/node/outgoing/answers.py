@@ -14,6 +14,7 @@ from rosproto.errors import ConnectionLost, Md5sumMismatch, RosError, TooLarge
 from rosproto.logs import get_logger
 from rosproto.node.events import Event, EventKind, without_frames
 from rosproto.node.graph.tcpros_server import refuse
+from rosproto.node.interrupts import is_interrupt
 from rosproto.node.outgoing.revised_output import RevisedOutput
 from rosproto.node.revisions.revisions import explained, note_differences
 from rosproto.node.revisions.topic_types import TopicType
@@ -121,6 +122,8 @@ class Answers:
         for give in more:
             try:
                 fields.update(give())
-            except BaseException:  # as in callbacks.py
+            except BaseException as error:  # as in callbacks.py
+                if is_interrupt(error):
+                    raise
                 _log.exception("! %s: header() raised", self._topic)
         return fields

@@ -20,6 +20,7 @@ from rosproto.logs import get_logger
 from rosproto.node.events import Event, EventKind
 from rosproto.node.graph import replies
 from rosproto.node.graph.registration import Announcement
+from rosproto.node.interrupts import is_interrupt
 from rosproto.node.outgoing.answers import Answers
 from rosproto.node.outgoing.encoder import FrameEncoder
 from rosproto.node.outgoing.frames import LargeFrame, prefix, small_frame
@@ -255,7 +256,9 @@ class Publication:
     def _call(self, callback: Callable[[str], object], caller_id: str) -> None:
         try:
             callback(caller_id)
-        except BaseException:  # as in callbacks.py
+        except BaseException as error:  # as in callbacks.py
+            if is_interrupt(error):
+                raise
             _log.exception("! %s: a callback for the subscriber %s raised", self.name, caller_id)
 
     def link_closed(self, link: OutgoingLink, error: ConnectionLost | None) -> None:

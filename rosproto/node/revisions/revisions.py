@@ -17,6 +17,7 @@ from rosproto.codec import define, message_class, service_class
 from rosproto.errors import CodecError, DefinitionError, Md5sumMismatch
 from rosproto.logs import PeerLog, get_logger
 from rosproto.msg import bundled
+from rosproto.msg.user_folder import is_learned
 from rosproto.node.revisions.fetched import FetchedRevisions, Learn
 from rosproto.node.revisions.topic_types import TopicType
 from rosproto.protocol.handshake import is_md5sum
@@ -52,7 +53,7 @@ class Revisions:
 
     Args:
         paths: Folders of .msg, .srv and .action files in ROS layout; a definition there is another revision
-            of the bundled one, or a type of its own.
+            of the bundled one, or a type of its own. Those of `learned_paths` are what robots have sent.
 
     Attributes:
         fetched: Asks other publishers for what is not known.
@@ -60,7 +61,12 @@ class Revisions:
 
     def __init__(self, paths: Iterable[str | os.PathLike[str]] = ()) -> None:
         # Opened now: a folder that is not there is the caller's error, and not the first peer's.
-        self._folders = [bundled().fork([path]) for path in paths]
+        paths = list(paths)
+        own = [path for path in paths if not is_learned(path)]
+        self._learned_folders = [bundled().fork([path]) for path in paths if is_learned(path)]
+        self._folders = [*(bundled().fork([path]) for path in own), *self._learned_folders]
+        # The user's types mean what the user's folders together say: one may use a type of the next.
+        self._own = None if not own else self._folders[0] if len(own) == 1 else bundled().fork(own)
         self.fetched = FetchedRevisions()
         # Under md5sums, which come from peers. What a text they sent defines is kept by `define`, and only
         # what others are to have too, by `learn`, here.
@@ -70,11 +76,23 @@ class Revisions:
         )
 
     def library_for(self, name: str, kind: str = "msg") -> DefinitionLibrary | None:
-        """The library for a type given by name; None for the bundled one, which goes first."""
-        for library in [bundled(), *self._folders]:
-            if library.has(kind, name):
-                return None if library is bundled() else library
-        return None
+        """The library for a type given by name; None for the bundled one.
+
+        The user's own folders go first, then the bundled definitions, then what robots have sent. Where the
+        user's has the md5sum of the bundled one, that is taken: its class is the one programs import.
+
+        Raises:
+            DefinitionError: The user's own definition is damaged.
+        """
+        own = self._own
+        if own is not None and own.defines(kind, name):
+            same = bundled().has(kind, name) and bundled().md5sum(name, kind=kind) == own.md5sum(
+                name, kind=kind
+            )
+            return None if same else own
+        if bundled().has(kind, name):
+            return None
+        return next((library for library in self._learned_folders if library.defines(kind, name)), None)
 
     def message(self, ours: type[Message], md5sum: str, definition: str = "") -> type[Message] | None:
         """The class of `ours`' type that has this md5sum; None when nobody knows it.
@@ -138,7 +156,9 @@ class Revisions:
         self, name: str, md5sum: str, kind: str, own: DefinitionLibrary
     ) -> Iterable[DefinitionLibrary]:
         """Libraries in which the type has that md5sum."""
-        for library in (own, bundled(), *self._folders):
+        for library in (own, bundled(), self._own, *self._folders):
+            if library is None:
+                continue
             try:  # a damaged file in one folder must not keep the others from being used
                 if not library.has(kind, name):
                     continue

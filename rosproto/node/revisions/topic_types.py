@@ -93,7 +93,8 @@ WILDCARD = TopicType(AnyMsg)
 
 
 def resolve_type(given: Any, revisions: Libraries | None = None) -> TopicType:
-    """The type a caller meant; a name that is not bundled is looked for in the node's own folders.
+    """The type a caller meant; a name is looked for in the user's own folders, then among the bundled ones,
+    then in what was learned (`Revisions.library_for`).
 
     Raises:
         DefinitionError: No such type is known.

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from rosproto.codec import message_class
+from rosproto.codec import message_class, service_class
 from rosproto.errors import ServiceError
 from rosproto.node.rosout.levels import LEVELS, level_name
 
@@ -65,11 +65,11 @@ class Loggers:
         provide: `Node.service_server`.
     """
 
-    def __init__(self, provide: Callable[[str, str, Callable[[Any], Any]], ServiceServer]) -> None:
+    def __init__(self, provide: Callable[[str, Any, Callable[[Any], Any]], ServiceServer]) -> None:
         self._entry: Any = message_class("roscpp/Logger")
         self._servers = [
-            provide("~get_loggers", "roscpp/GetLoggers", self._get),
-            provide("~set_logger_level", "roscpp/SetLoggerLevel", self._set),
+            provide("~get_loggers", service_class("roscpp/GetLoggers"), self._get),
+            provide("~set_logger_level", service_class("roscpp/SetLoggerLevel"), self._set),
         ]
 
     def _get(self, request: Any) -> dict[str, Any]:

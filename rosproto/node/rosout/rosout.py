@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from rosproto.node.context import Context
     from rosproto.node.incoming.subscriber import Subscriber
     from rosproto.node.outgoing.publisher import Publisher
+    from rosproto.node.revisions.topic_types import TypeGiven
 
 __all__ = ["Rosout", "log_messages"]
 
@@ -40,7 +41,7 @@ class Subscribes(Protocol):
     def name(self) -> str: ...
 
     def subscriber(
-        self, topic: str, type: str, callback: Callable[[Any], object], *, queue_size: int
+        self, topic: str, type: TypeGiven, callback: Callable[[Any], object], *, queue_size: int
     ) -> Subscriber: ...
 
 
@@ -138,4 +139,4 @@ def log_messages(node: Subscribes, logger: logging.Logger, *, topic: str = "/ros
             record.ros_node = message.name
             logger.handle(record)
 
-    return node.subscriber(topic, "rosgraph_msgs/Log", forward, queue_size=100)
+    return node.subscriber(topic, message_class("rosgraph_msgs/Log"), forward, queue_size=100)

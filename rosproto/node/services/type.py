@@ -22,7 +22,7 @@ PROBE_SECONDS = 10.0
 
 
 def resolve_service_type(type_: Any, service: str, revisions: Revisions | None = None) -> Any:
-    """The service class; a name that is not bundled is looked for in the node's own folders.
+    """The service class; a name is looked for as `resolve_type` does.
 
     Raises:
         DefinitionError: There is no such service type.

@@ -58,7 +58,9 @@ class NodeClock:
         self.closing = closing
         self.simulated = subscribe is not None
         if subscribe is not None:
-            subscribe("/clock", "rosgraph_msgs/Clock", self._on_clock, queue_size=1)
+            from rosproto.codec import message_class
+
+            subscribe("/clock", message_class("rosgraph_msgs/Clock"), self._on_clock, queue_size=1)
 
     @property
     def running(self) -> bool:

@@ -113,3 +113,44 @@ def test_the_users_own_come_first_everywhere(
     monkeypatch.delenv("ROSPROTO_MSG_PATH", raising=False)
     shown = said("msg", "show", type_name).strip()
     assert shown == ("string data" if type_name == "std_msgs/String" else "string theirs")
+
+
+def test_every_command_reads_by_the_users_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`topic pub`, `topic echo`, `topic type`, `service call`, `service args`, `msg show` and the bag verbs agree
+    with `Node(msg_path=)`, for a message and a service that are bundled under the same names.
+    """
+    monkeypatch.setenv("ROSPROTO_MSG_PATH", str(tmp_path / "mine"))
+    note(tmp_path / "mine", "std_msgs/String", "Inner mine\n")
+    note(tmp_path / "mine", "std_msgs/Inner", "string deep\n")
+    (tmp_path / "mine" / "std_srvs" / "srv").mkdir(parents=True)
+    (tmp_path / "mine" / "std_srvs" / "srv" / "SetBool.srv").write_text("int8 mine\n---\nint8 answer\n")
+
+    def said(*words: str) -> str:
+        assert main([*words]) == 0, capsys.readouterr()
+        return capsys.readouterr().out.strip()
+
+    with (
+        Master() as master,
+        Node("/n", master_uri=master.uri, rosout=False, msg_path=[tmp_path / "mine"]) as node,
+        node.publisher("/t", "std_msgs/String", latch=True) as publisher,
+        node.service_server("/s", "std_srvs/SetBool", lambda r: {"answer": r.mine + 1}),
+        node.subscriber("/u", "std_msgs/String") as heard,
+    ):
+        message = publisher.message_class()
+        message.mine.deep = "x"
+        publisher.publish(message)
+        graph = ("--master", master.uri)
+        assert said("topic", "echo", "-n", "1", "/t", *graph).startswith('mine: \n  deep: "x"')
+        assert said("topic", "type", "/t/mine/deep", *graph) == "std_msgs/String mine/deep string"
+        assert said("service", "args", "/s", *graph) == "mine"
+        assert "mine" in said("service", "info", "/s", *graph)
+        assert said("service", "call", "/s", "{mine: 1}", *graph) == "answer: 2"
+        said("topic", "pub", "-1", "/u", "std_msgs/String", "{mine: {deep: y}}", *graph)
+        assert heard.next(timeout=10).mine.deep == "y"
+        bag = str(tmp_path / "own.bag")
+        said("bag", "record", "-O", bag, "--limit", "1", "/t", *graph)
+    assert "deep" in said("bag", "echo", bag, "/t")
+    assert "mine" in said("msg", "show", "std_msgs/String")
+    said("bag", "check", bag)

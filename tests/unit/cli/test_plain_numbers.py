@@ -95,5 +95,6 @@ def test_move_does_not_drive_ten_metres(capsys: pytest.CaptureFixture[str]) -> N
         with pytest.raises(SystemExit) as left:
             main(["--master", "http://127.0.0.1:9", "move", word])
         assert left.value.code == 2
-        assert "is not a finite number" in capsys.readouterr().err
+        told = f"{word!r} is not a plain decimal number such as 0.5 or -12"
+        assert told in capsys.readouterr().err
     assert option_types.finite("10") == 10.0

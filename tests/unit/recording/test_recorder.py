@@ -9,16 +9,19 @@ import sys
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from rosproto import Master, Node
 from rosproto.bag import BagReader
 from rosproto.bag.output import Output
-from rosproto.codec import define, message_class
+from rosproto.codec import AnyMsg, define, message_class
 from rosproto.errors import BagError
+from rosproto.node.time.clock import NodeClock
 from rosproto.recording import Recorder, TopicSelection
-from rosproto.recording.tap import _connection
+from rosproto.recording.buffer import Entry
+from rosproto.recording.tap import TopicTap, _connection
 
 String = message_class("std_msgs/String")
 ROOT = Path(__file__).resolve().parents[3]
@@ -133,6 +136,37 @@ def test_a_publisher_without_definition_gets_ours_if_it_is_the_same() -> None:
     assert (made.callerid, made.latching) == ("/c", True)
     assert _connection("/a", header | {"md5sum": "0" * 32}).definition == ""
     assert _connection("/a", header | {"type": "no_msgs/Such"}).definition == ""
+
+
+@pytest.mark.parametrize("bound", ["number", "characters"])
+def test_headers_of_publishers_are_bounded(
+    bound: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """One that says another header with every connection fills neither memory nor bag: what is read alike goes to
+    a connection that is there, the rest is left out and told of once.
+    """
+    if bound == "number":
+        monkeypatch.setattr("rosproto.recording.tap.MOST_CONNECTIONS", 20)
+    else:
+        monkeypatch.setattr("rosproto.recording.tap.MOST_CONNECTION_CHARACTERS", 2000)
+    taken: list[Entry] = []
+    tap = TopicTap("/a", SimpleNamespace(clock=NodeClock()), SimpleNamespace(put=taken.append))  # type: ignore[arg-type]
+
+    def send(**header: str) -> None:
+        message = AnyMsg()
+        message._buff = b""
+        message._connection_header = {"type": "std_msgs/String", "md5sum": String._md5sum, **header}
+        tap(message)
+
+    for i in range(200):
+        send(callerid=f"/c{i}")
+    assert len(taken) == 200
+    assert len({id(entry.message.connection) for entry in taken}) == len(tap._known) <= 30
+    for i in range(200):
+        send(callerid=f"/d{i}", md5sum=f"{i:032x}")
+        send(callerid=f"/d{i}", latching="1")
+    assert len(taken) == 200
+    assert len([one for one in caplog.records if "different headers" in one.message]) == 1
 
 
 def test_a_file_that_is_there_is_not_replaced(nodes: tuple[Node, Node, Node], tmp_path: Path) -> None:

@@ -359,3 +359,59 @@ def test_genmsg_refuses_brackets_that_do_not_close(tmp_path: Path) -> None:
         print(parse_type("a"), parse_type("a[]"), parse_type("a[34]"), is_valid_msg_type("a[34]"))
     """
     assert output(code, tmp_path) == "('a', False, None) ('a', True, None) ('a', True, 34) True\n"
+
+
+def test_frames_of_a_peer_are_bounded(tmp_path: Path) -> None:
+    """BufferCore takes so many frames, so many poses of each, and no name that is longer than any; told of once."""
+    code = """
+        import tf2_py, rospy
+        from geometry_msgs.msg import TransformStamped
+        from rosproto.tf import tree
+        tf2_py._core.MOST_SAMPLES = 5
+        core = tf2_py.BufferCore()
+        core._tree = tree.FrameTree(50)
+        def put(parent, child, stamp=1.0):
+            t = TransformStamped()
+            t.header.frame_id, t.child_frame_id, t.header.stamp = parent, child, rospy.Time(stamp)
+            t.transform.rotation.w = 1.0
+            core.set_transform(t, "peer")
+        for i in range(500):
+            put("p%d" % i, "c%d" % (i % 50), 1.0 + i / 1000)
+            put("map", "c%d" % i)
+        put("map", "x" * 1001)
+        put("x" * 1001, "c1")
+        print(len(core._tree.edges), len(core._tree.names) <= 125, len(core._tree.edges["c1"]))
+        print(core.can_transform_core("p499", "c49", rospy.Time(0))[0])
+    """
+    done = run(code, tmp_path)
+    assert done.stdout.split() == ["50", "True", "5", "1"], done.stderr
+    assert done.stderr.count("frames of 1000 characters at most") == 1
+
+
+def test_latched_messages_of_publishers_that_have_gone_are_forgotten(tmp_path: Path) -> None:
+    """A peer that comes under another name each time leaves nothing; a late callback hears whoever is there."""
+    code = """
+        import rospy
+        from std_msgs.msg import String
+        rospy.init_node("ear")
+        sub = rospy.Subscriber("/t", String, lambda m: None)
+        while "/n4" not in sub.impl._latched:
+            rospy.sleep(0.01)
+        print(len(sub.impl._latched) <= 2)  # the one before may be about to go
+        heard = []
+        rospy.Subscriber("/t", String, lambda m: heard.append(m.data))
+        print(heard[-1])
+    """
+    from concurrent.futures import ThreadPoolExecutor
+
+    with Master() as master, ThreadPoolExecutor(1) as pool:
+        ended = pool.submit(output, code, tmp_path, uri=master.uri)
+        for i in range(5):
+            with (
+                rosproto.Node(f"/n{i}", master_uri=master.uri, rosout=False) as peer,
+                peer.publisher("/t", "std_msgs/String", latch=True) as publisher,
+            ):
+                publisher.publish(data=f"{i}")
+                publisher.wait_for_connection(20)
+                if i == 4:
+                    assert ended.result().split() == ["True", "4"]

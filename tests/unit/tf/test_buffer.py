@@ -16,6 +16,8 @@ from rosproto.tf import (
     TransformError,
     UnknownFrame,
 )
+from rosproto.tf.history import History, Sample
+from rosproto.tf.tree import FrameTree
 
 
 def edge(parent: str, child: str, x: float, stamp: float = 0.0, yaw: float = 0.0) -> Transform:
@@ -219,3 +221,30 @@ def test_clearing_forgets_what_moves():
     buffer.clear()
     assert list(buffer.frames()) == ["laser"]
     assert not buffer.can_lookup("map", "laser")
+
+
+def test_names_of_frames_are_bounded_in_number_and_length():
+    """New parents, new children, and one that is longer than any name; what is known stays."""
+    buffer = TransformBuffer(max_frames=10)
+    for i in range(200):
+        buffer.set_transform(edge(f"parent{i}", f"c{i % 10}", 1, 1 + i / 100))
+        assert len(buffer._tree.names) <= 25
+    assert buffer.can_lookup("parent199", "c9")
+    for child, parent in (("x" * 1001, "a"), ("a", "x" * 1001)):
+        with pytest.raises(ValueError, match="1001 characters"):
+            buffer.set_transform(edge(parent, child, 1, 1.0))
+    assert buffer.frames()["c9"]["parent"] == "parent199"
+
+
+def test_names_are_recollected_seldom(monkeypatch):
+    """Each recollection goes through all frames: with every frame below another parent too."""
+    tree, count = FrameTree(100), []
+    original = FrameTree.recollect_names
+    monkeypatch.setattr(FrameTree, "recollect_names", lambda self: count.append(original(self)))
+    for i in range(100):
+        tree.edges[f"c{i}"] = History(10)
+        tree.edges[f"c{i}"].add(Sample(0, f"p{i}", (0, 0, 0), (0, 0, 0, 1)))
+    for i in range(1000):
+        tree.note("c0", f"new{i}")
+        assert len(tree.names) <= 250
+    assert len(count) <= 21

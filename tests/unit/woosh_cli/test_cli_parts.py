@@ -7,6 +7,7 @@ import json
 import math
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -273,7 +274,7 @@ def full_scene() -> Scene:
 
 
 @pytest.mark.parametrize(
-    ("columns", "lines"), [(20, 3), (40, 10), (71, 24), (72, 24), (80, 24), (200, 60), (3, 1)]
+    ("columns", "lines"), [(20, 3), (40, 10), (71, 24), (72, 24), (80, 24), (200, 60), (3, 1), (1, 9)]
 )
 @pytest.mark.parametrize("ascii_only", [False, True])
 def test_a_picture_fits_whatever_the_terminal_is(columns, lines, ascii_only) -> None:
@@ -300,6 +301,26 @@ def test_the_screen_says_what_matters() -> None:
     assert robot.index("←") < robot.index("•")
     assert "not heard" in text  # the battery
     assert "\x1b[31" in "\n".join(Screen().render(full_scene(), 100, 30))
+
+
+def test_a_long_reason_is_shown_whole_where_there_is_room() -> None:
+    """At the side and below the map; on a small screen three lines of it, and where the rest is."""
+    words = [f"word{number:02}" for number in range(40)]
+    scene = replace(full_scene(), readiness=Readiness((Reason("fault", " ".join(words)),)))
+
+    def shown(columns: int, lines: int) -> str:
+        picture = Screen(coloured=False).render(scene, columns, lines)
+        assert len(picture) <= lines
+        return "\n".join(picture)
+
+    for columns, lines in ((120, 40), (120, 26), (60, 60)):
+        assert all(word in shown(columns, lines) for word in words)
+        assert "woosh ready" not in shown(columns, lines)
+    small = shown(120, 18)
+    assert "word11" in small
+    assert "word39" not in small
+    assert "more is in: woosh ready" in small
+    assert all(fact in small for fact in ("pose", "battery", "state"))
 
 
 def test_a_chinese_destination_does_not_break_the_lines() -> None:

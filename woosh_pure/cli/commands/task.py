@@ -93,6 +93,7 @@ def _command(chassis: Chassis, args: Namespace, out: Output) -> int:
     from rosproto.errors import RosTimeout
     from woosh_pure.enums import TaskCommand
     from woosh_pure.errors import ChassisError
+    from woosh_pure.values.rostypes import service_type
 
     task_id = args.id
     if task_id is None:
@@ -104,7 +105,7 @@ def _command(chassis: Chassis, args: Namespace, out: Output) -> int:
             ) from error
         task_id = status.task_id
     command = TaskCommand[word_of(args.verb)]
-    service = chassis.node.service_client("/exec_task", "woosh_msgs/ExecTask")
+    service = chassis.node.service_client("/exec_task", service_type("woosh_msgs/ExecTask"))
     with out.working(f"asking to {args.verb}"):
         reply = service.call(task_exect=int(command), task_id=task_id, timeout=10.0)
     text = reply.message or ("done" if reply.success else "no reason given")

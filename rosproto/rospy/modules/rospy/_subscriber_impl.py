@@ -2,6 +2,7 @@
 
 import traceback
 
+from rosproto.node.interrupts import is_interrupt
 from rosproto.rospy.messages import node_class
 
 from . import core
@@ -113,13 +114,20 @@ class SubscriberImpl(TopicImpl):
     def _receive(self, message):
         header = message._connection_header or {}
         if header.get("latching") == "1":
-            self._latched[header.get("callerid")] = message
+            self._remember(header.get("callerid"), message)
         if core.is_shutdown():
             return
         if self._statistics is not None:
             self._statistics.note(message)
         for cb, cb_args in self.callbacks:
             self._invoke(message, cb, cb_args)
+
+    def _remember(self, caller_id, message):
+        """For callbacks that come later; of publishers that have gone when another one comes, no more."""
+        if caller_id not in self._latched and self.handle is not None:
+            present = {*self.handle.publisher_uris.values(), caller_id}
+            self._latched = {who: kept for who, kept in list(self._latched.items()) if who in present}
+        self._latched[caller_id] = message
 
     def _invoke(self, message, cb, cb_args):
         try:
@@ -129,7 +137,9 @@ class SubscriberImpl(TopicImpl):
                 cb(message, cb_args)
         except SystemExit:
             pass  # in rospy it ends a receiving thread, not the program
-        except BaseException:
+        except BaseException as error:
+            if is_interrupt(error):
+                raise
             if core.is_shutdown():
                 core.logger.warning("during shutdown, bad callback: %s\n%s", cb, traceback.format_exc())
             else:

@@ -11,7 +11,7 @@ import genpy
 
 from rosproto.quaternion import from_matrix, to_matrix
 from rosproto.tf.history import OLD, REPEATED, History, Sample, seconds
-from rosproto.tf.tree import FrameTree, Loop, NoWay
+from rosproto.tf.tree import LONGEST_NAME, MOST_FRAMES, MOST_SAMPLES, FrameTree, Loop, NoWay
 
 from ._dot import all_frames_as_dot, span
 from ._errors import InvalidArgumentException, LookupException, TransformException, error_of
@@ -54,6 +54,7 @@ class BufferCore:
         self._duration = nanoseconds(genpy.Duration(10)) if cache_time is None else nanoseconds(cache_time)
         self._tree = FrameTree()
         self._lock = threading.RLock()
+        self._told = False
 
     # -- filling --------------------------------------------------------------------------------------------
 
@@ -73,16 +74,27 @@ class BufferCore:
         if self._is_wrong(child, parent, translation, rotation, authority):
             return
         with self._lock:
-            self._tree.names.update({child: None, parent: None})
+            if max(len(child), len(parent)) > LONGEST_NAME or not self._tree.has_room(child):
+                self._leave_out(child, authority)
+                return
             edge = self._tree.edges.get(child)
             if edge is None:  # the first pose decides whether it is static, as in tf2
-                edge = self._tree.edges[child] = History(self._duration, static=static)
+                edge = self._tree.edges[child] = History(self._duration, MOST_SAMPLES, static=static)
+            self._tree.note(child, parent)
             why = edge.add(Sample(stamp, parent, translation, rotation))
             if why is None:
                 edge.authority = authority
                 return
         where = " for frame %s (parent %s) at time %f according to authority %s"
         _say("Warning:", (_NOT_TAKEN[why] + where) % (child, parent, seconds(stamp), authority), 278)
+
+    def _leave_out(self, child, authority):
+        """tf2 has no bound; told of once, since a sender that makes up names has no end."""
+        if not self._told:
+            self._told = True
+            text = 'Ignoring transform for child_frame_id "%s" from authority "%s"'
+            text += ": %d frames of %d characters at most"
+            _say("Error:", text % (child[:100], authority, MOST_FRAMES, LONGEST_NAME), 278)
 
     @staticmethod
     def _is_wrong(child, parent, translation, rotation, authority):

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import logging
+import signal
+import threading
 
 import pytest
 
+from rosproto import Master
 from rosproto.node import Node
+from rosproto.node.events import Event, EventKind, Events
 from tests.support.victim import eventually
 
 String = "std_msgs/String"
@@ -54,3 +58,45 @@ def test_what_a_callback_raises_ends_no_link(
         with b.subscriber("/broken", String) as subscriber:
             assert subscriber.next(5).data == "x"
         eventually(lambda: len([one for one in caplog.records if one.exc_info]) == 3)
+
+
+def test_a_ctrl_c_that_arrives_in_a_callback_is_not_lost(caplog: pytest.LogCaptureFixture) -> None:
+    """A subscriber of this process that closes has the publisher's callback called in the main thread."""
+    heard: list[object] = []
+
+    def interrupted(who: object) -> None:
+        heard.append(who)
+        if threading.current_thread() is threading.main_thread():
+            signal.raise_signal(signal.SIGINT)
+
+    with (
+        Master() as master,
+        Node("/a", master_uri=master.uri, rosout=False) as a,
+        Node("/b", master_uri=master.uri, rosout=False) as b,
+        a.publisher("/t", String, latch=True, on_disconnect=interrupted) as publisher,
+    ):
+        subscriber = b.subscriber("/t", String)
+        publisher.publish(data="x")
+        subscriber.next(5)
+        with pytest.raises(KeyboardInterrupt):
+            subscriber.close()
+        eventually(lambda: not publisher.connections)
+    assert heard == [b.name]
+    assert not [one for one in caplog.records if one.exc_info]
+
+
+def test_a_ctrl_c_that_arrives_in_on_event_is_not_lost(caplog: pytest.LogCaptureFixture) -> None:
+    """In the main thread it ends the program; what another thread raises is the callback's own, and logged."""
+
+    def interrupted(_: object) -> None:
+        raise KeyboardInterrupt
+
+    events = Events("/n", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        events.emit(Event(EventKind.CONNECTED))
+    assert not caplog.records
+    thread = threading.Thread(target=events.emit, args=(Event(EventKind.CONNECTED),))
+    thread.start()
+    thread.join(5)
+    assert [one.message for one in caplog.records] == ["! /n: on_event raised"]
+    assert len(list(events)) == 2

@@ -1,0 +1,25 @@
+"""A folder of definitions that a robot has sent: a path that remembers what it is, for `msg_path=`."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+if sys.platform == "win32":
+    from pathlib import WindowsPath as SystemPath
+else:
+    from pathlib import PosixPath as SystemPath
+
+__all__ = ["LearnedFolder"]
+
+
+class LearnedFolder(SystemPath):
+    """One learned set. Its types count only where neither the user's folders nor the bundled ones have them.
+
+    The mark is in the object: text of the same path is a folder that the user has named, like any other.
+    """
+
+    learned = True
+
+    def __reduce__(self) -> tuple[type[LearnedFolder], tuple[str]]:
+        return LearnedFolder, (os.fspath(self),)

@@ -1,0 +1,77 @@
+"""Reads a topic by the API's own definition where the program has it open by another one of that name.
+
+A node has one definition for each of its topics. A program that subscribed first, with a type of its own
+folders, gets its messages by that; ours are decoded from the same bytes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import Md5sumMismatch, RosError
+from rosproto.logs import get_logger
+from rosproto.node import TopicType, Unfit, revised_type
+
+if TYPE_CHECKING:
+    from rosproto.node import Node
+
+__all__ = ["ReadAs"]
+
+_log = get_logger("woosh_pure")
+
+
+class ReadAs:
+    """A callback for raw messages, which gives them on as messages of our class.
+
+    Args:
+        ours: The class.
+        node: Whose revisions are asked, where the publisher has another one.
+        receive: Gets each message that fits; what does not is left out, told of once.
+    """
+
+    def __init__(self, ours: Any, node: Node, receive: Callable[[Any], object]) -> None:
+        self._ours = TopicType(ours)
+        self._node = node
+        self._receive = receive
+        self._md5sum = ""
+        self._decode: Callable[..., Any] | None = None
+        self._told = False
+
+    def __call__(self, raw: Any) -> None:
+        header = raw._connection_header
+        if header.get("md5sum") != self._md5sum:
+            self._md5sum = header.get("md5sum", "")
+            self._decode = self._decoder(header)
+        if self._decode is None:
+            return
+        message = self._decode(raw._buff, 0, len(raw._buff))
+        if isinstance(message, Unfit):
+            self._tell(message.error)
+            return
+        message._connection_header = header
+        self._receive(message)
+
+    def _decoder(self, header: dict[str, str]) -> Callable[..., Any] | None:
+        ours = self._ours
+        if self._md5sum == ours.md5sum:
+            return ours.decode
+        mismatch = Md5sumMismatch(
+            f"{header.get('callerid')} sends md5sum {self._md5sum}, expected {ours.md5sum}",
+            name=ours.name,
+            type_name=ours.name,
+            md5sum=ours.md5sum,
+            remote_type=header.get("type", ""),
+            remote_md5sum=self._md5sum,
+        )
+        try:
+            definition = header.get("message_definition", "")
+            return revised_type(self._node.revisions, ours, self._md5sum, definition, mismatch).decode
+        except RosError as error:
+            self._tell(error)
+            return None
+
+    def _tell(self, error: RosError) -> None:
+        if not self._told:
+            self._told = True
+            _log.warning("! %s: messages are left out that do not fit: %s", self._ours.name, error)
