@@ -1,8 +1,9 @@
 """What is told of a topic before anybody subscribes it: its type and the text of its definition.
 
 A viewer has to know both in order to offer the topic. The master knows the type's name alone. The text is the
-one a publisher has sent, else that of the definition we have; for a type that we do not know a publisher is asked.
-When the first message shows that the robot has another revision, the topic is announced again with that.
+one a publisher has sent, else that of the definition we have; for a type that we do not know a publisher is
+asked. When the first message shows that the robot has another revision, the topic is announced again with
+that.
 """
 
 from __future__ import annotations

@@ -1,12 +1,14 @@
 """The door: who connects is judged here, and then led to a server of the SDK that is there for him alone.
 
-The SDK's server asks nobody who he is. It therefore listens where nobody is told of it, and this listens in its
-place: it reads the request that opens the WebSocket (`head`), answers "no" itself, or makes a session with its own
-SDK server and passes bytes on in both directions, unread. As all bytes of a client go through here, here is known
-when he does not read: his session then keeps the newest message of each topic instead of handing more to the SDK.
+The SDK's server asks nobody who he is. It therefore listens where nobody is told of it, and this listens in
+its
+place: it reads the request that opens the WebSocket (`head`), answers "no" itself, or makes a session with
+its own SDK server and passes bytes on in both directions, unread. As all bytes of a client go through here,
+here is known when he does not read: his session then keeps the newest message of each topic instead of
+handing more to the SDK.
 
-One asyncio loop in one thread for all clients; making and ending sessions, which may wait for a robot, is done by
-a few other threads.
+One asyncio loop in one thread for all clients; making and ending sessions, which may wait for a robot, is
+done by a few other threads.
 """
 
 from __future__ import annotations
@@ -32,6 +34,7 @@ INNER = "127.0.0.1"
 HIGH_WATER = 1 << 20  # bytes that wait here for one client before his session is told
 WORKERS = 8
 START_SECONDS = 5.0
+FAREWELL_SECONDS = 0.2
 
 
 class Guest(Protocol):
@@ -92,7 +95,7 @@ class Door:
         self.visitors: set[Visitor] = set()
         self.pool = ThreadPoolExecutor(WORKERS, "rosproto:foxglove work")
         self.loop = asyncio.new_event_loop()
-        self._server: asyncio.AbstractServer | None = None
+        self._server: asyncio.Server | None = None
         self._problem: BaseException | None = None
         self._ready = threading.Event()
         self._closing = False
@@ -114,7 +117,7 @@ class Door:
         loop.set_exception_handler(self._unexpected)
         try:
             self._server = loop.run_until_complete(self._listen())
-            self.port = self._server.sockets[0].getsockname()[1]  # type: ignore[attr-defined]
+            self.port = self._server.sockets[0].getsockname()[1]
         except BaseException as problem:
             self._problem = problem
             loop.close()
@@ -127,10 +130,14 @@ class Door:
         finally:
             loop.close()
 
-    async def _listen(self) -> asyncio.AbstractServer:
-        secure = {"ssl_handshake_timeout": self.limits.handshake_seconds} if self.tls is not None else {}
+    async def _listen(self) -> asyncio.Server:
         return await self.loop.create_server(
-            lambda: Visitor(self), self.host, self.port, ssl=self.tls, backlog=128, **secure  # type: ignore[arg-type]
+            lambda: Visitor(self),
+            self.host,
+            self.port,
+            ssl=self.tls,
+            backlog=128,
+            ssl_handshake_timeout=None if self.tls is None else self.limits.handshake_seconds,
         )
 
     def _unexpected(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
@@ -159,9 +166,13 @@ class Door:
     def _end(self) -> None:
         if self._server is not None:
             self._server.close()
+        # The SDK has said goodbye to them; what is still there after a moment is cut off.
+        self.loop.call_later(FAREWELL_SECONDS if self.visitors else 0.0, self._cut_off)
+
+    def _cut_off(self) -> None:
         for visitor in tuple(self.visitors):
             visitor.hang_up()
-        self.loop.call_later(0.05, self.loop.stop)
+        self.loop.call_later(0.02, self.loop.stop)
 
 
 class Visitor(asyncio.Protocol):
@@ -388,9 +399,7 @@ class _Inside(asyncio.Protocol):
             self.answer.exception()  # somebody may have stopped waiting for it
         if self._visitor.transport is not None:
             self._visitor.transport.close()  # what waits for the client (a close frame) still goes out
-            self._visitor.door.loop.call_later(
-                self._visitor.door.limits.close_seconds, self._visitor.hang_up
-            )
+            self._visitor.door.loop.call_later(self._visitor.door.limits.close_seconds, self._visitor.hang_up)
 
     def write(self, data: bytes) -> None:
         if self._transport is not None:

@@ -1,6 +1,7 @@
-"""The request that opens a WebSocket: read, judged and passed on as the SDK wants it. Pure: text in, text out.
+"""The request that opens a WebSocket: read, judged, passed on as the SDK wants it. Pure: text in, text out.
 
-Only the HTTP/1.1 head is looked at (RFC 6455, 4.1 and 4.2); the frames after it are the SDK's and the client's.
+Only the HTTP/1.1 head is looked at (RFC 6455, 4.1 and 4.2); the frames after it are the SDK's and the
+client's.
 
 A client says which protocol it speaks. The SDK answers to `foxglove.sdk.v1` alone, older viewers offer
 `foxglove.websocket.v1`: the same messages under their former name, so they are let in under that name.

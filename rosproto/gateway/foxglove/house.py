@@ -15,11 +15,12 @@ from rosproto.gateway.foxglove.described import Described, TopicBook
 from rosproto.gateway.foxglove.graph import GraphView, GraphWatch
 from rosproto.gateway.foxglove.local import LocalTopic
 from rosproto.gateway.foxglove.parameters import ParameterView
-from rosproto.gateway.foxglove.publish import Publications
+from rosproto.gateway.foxglove.publish import ClientTopics
 from rosproto.gateway.foxglove.sdk import websocket
 from rosproto.gateway.foxglove.services import ServiceBook
 from rosproto.gateway.foxglove.session import Session
 from rosproto.gateway.limits import GatewayLimits
+from rosproto.gateway.publications import Publications
 from rosproto.gateway.taps import Receiver, Tap, Taps
 from rosproto.gateway.write_guard import WriteGuard
 from rosproto.logs import get_logger
@@ -65,7 +66,8 @@ class House:
         self.later: Callable[[float, Callable[[], None]], None] = lambda seconds, call: None
         self.taps = Taps(node, limits)
         self.guard = WriteGuard(node.clock.now)
-        self.publications = Publications(node, access, limits, self.guard)
+        self.publications = Publications(node, self.guard)
+        self.client_topics = ClientTopics(node, access, limits, self.publications)
         self.parameters = ParameterView(node, access, limits)
         self.services = ServiceBook(node, access)
         self._local = {topic.name: topic for topic in topics}
@@ -78,7 +80,7 @@ class House:
         self._closed = False
         self._watch = GraphWatch(
             node,
-            wanted=lambda: bool(self._sessions) or bool(self.publications.topics),
+            wanted=lambda: bool(self._sessions),
             changed=self._changed,
             lost=self._lost,
             back=self._back,
@@ -161,7 +163,6 @@ class House:
         for session in self.sessions:
             session.show(view)
         self._submit(self._ask_services)
-        self.publications.tidy()
 
     def _ask_services(self) -> None:
         view = self.view
@@ -218,6 +219,13 @@ class House:
         if self.node.clock.simulated:
             found.append(can.Time)
         return found
+
+    def say_goodbye(self) -> None:
+        """Let nobody in any more, and end the connections of those who are here in order."""
+        with self._lock:
+            self._closed = True
+        for session in self.sessions:
+            session.stop()
 
     def close(self, timeout: float) -> None:
         """End all sessions and leave everything."""

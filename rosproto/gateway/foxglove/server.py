@@ -74,8 +74,8 @@ class FoxgloveStats(NamedTuple):
 class Foxglove:
     """Shows the graph of a node in Foxglove and Lichtblick, until it is closed.
 
-    A topic is subscribed at the robot when the first viewer wants it. Viewers read; publishing, calling services
-    and setting parameters is open only where `access` says so.
+    A topic is subscribed at the robot when the first viewer wants it. Viewers read; publishing, calling
+    services and setting parameters is open only where `access` says so.
 
     Args:
         node: Whose graph.
@@ -170,9 +170,7 @@ class Foxglove:
     def clients(self) -> tuple[ClientFacts, ...]:
         """Who is connected."""
         return tuple(
-            ClientFacts(
-                one.peer, one.topics, one.sent, one.sent_bytes, one.dropped, one.published, one.since
-            )
+            ClientFacts(one.peer, one.topics, one.sent, one.sent_bytes, one.dropped, one.published, one.since)
             for one in self._house.sessions
         )
 
@@ -207,6 +205,7 @@ class Foxglove:
         self.node.remove_closer(self.close)
         end = time.monotonic() + timeout
         self._house.guard.close()
+        self._house.say_goodbye()
         self._door.close(max(0.1, end - time.monotonic()))
         self._house.close(max(0.1, end - time.monotonic()))
         if time.monotonic() > end + 1.0:

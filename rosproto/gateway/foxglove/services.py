@@ -53,9 +53,7 @@ class ServiceBook:
     def present(self, view: GraphView) -> dict[str, Any]:
         """Services of a view whose type is known, and its class."""
         with self._lock:
-            return {
-                key[0]: self._known[key] for key in self._open(view) if key in self._known
-            }
+            return {key[0]: self._known[key] for key in self._open(view) if key in self._known}
 
     def _open(self, view: GraphView) -> list[tuple[str, str]]:
         """What is to be offered: (service, provider)."""
@@ -162,5 +160,3 @@ def sdk_service(
         ),
         handler=handle,
     )
-
-

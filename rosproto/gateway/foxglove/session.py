@@ -1,12 +1,12 @@
 """One client: an SDK server of his own, and what he sees, follows and publishes through it.
 
-A server for each client costs a fraction of a millisecond and a port of this computer, and gives what one for all
-cannot: what is refused is told to him who asked; each client has his own queue, which is bounded in bytes; nobody
-who finds the port gets to see anything, as the first client of it is the one that came through the door, and with
-a second one it is closed.
+A server for each client costs a fraction of a millisecond and a port of this computer, and gives what one for
+all cannot: what is refused is told to him who asked; each client has his own queue, bounded in bytes; and
+nobody who finds the port gets much of it, as with a second client it is closed.
 
-Threads: the SDK calls the listener in its own, which must not wait: what asks the master goes to `Jobs`. Messages
-come in the node's threads (`_Follower.offer`). The door tells from its thread whether the client reads.
+Threads: the SDK calls the listener in its own, which must not wait: what asks the master goes to `Jobs`.
+Messages come in the node's threads (`_Follower.offer`). The door tells from its thread whether the client
+reads.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from rosproto.gateway.foxglove.channels import Channels, Shown
 from rosproto.gateway.foxglove.graph import GraphView, connection_graph
 from rosproto.gateway.foxglove.jobs import Jobs
 from rosproto.gateway.foxglove.parameters import FollowedParameters, shown
-from rosproto.gateway.foxglove.publish import Advert, Refused
+from rosproto.gateway.foxglove.publish import Refused
 from rosproto.gateway.foxglove.sdk import sdk
 from rosproto.gateway.foxglove.services import CallCount, sdk_service
 from rosproto.gateway.outbox import Outbox
@@ -29,6 +29,7 @@ from rosproto.logs import get_logger
 
 if TYPE_CHECKING:
     from rosproto.gateway.foxglove.house import House
+    from rosproto.gateway.publications import Publication
     from rosproto.gateway.sample import Sample, TopicDescription
 
 __all__ = ["Session"]
@@ -69,7 +70,7 @@ class Session:
         self._flushing = False
         self._reading, self._writing = Jobs(house.pool), Jobs(house.pool)
         self._wanted: set[int] = set()
-        self._adverts: dict[int, Advert] = {}
+        self._adverts: dict[int, Publication] = {}
         self._services: dict[str, Any] = {}
         self._calls = CallCount(house.limits.calls_per_client)
         self._graph_wanted = False
@@ -96,7 +97,7 @@ class Session:
     # -- what is to be seen ---------------------------------------------------------------------------------
 
     def show(self, view: GraphView) -> None:
-        """Offer the topics and services of a view. In the thread that looks at the graph, or before all else."""
+        """Offer the topics and services of a view; takes its time."""
         if self._closed:
             return
         self.channels.show(view)
@@ -181,7 +182,7 @@ class Session:
             if self._client == client:
                 return True
         _log.warning("! foxglove: somebody else has reached the port of %s: both are cut off", self.peer)
-        self._stop()
+        self.stop()
         self._hang_up()
         return False
 
@@ -250,7 +251,7 @@ class Session:
             if len(self._adverts) >= self.house.limits.advertised_per_client:
                 raise Refused(f"{len(self._adverts)} topics are published: no more for this client")
             self._leave_advert(channel.id)
-            self._adverts[channel.id] = self.house.publications.advertise(channel)
+            self._adverts[channel.id] = self.house.client_topics.advertise(self, channel)
         except (Refused, RosError) as problem:
             self.house.refusals += 1
             self.status(str(problem))
@@ -265,7 +266,7 @@ class Session:
         if advert is None or self._closed:
             return  # refused, and told so, when it was advertised
         try:
-            self.house.publications.publish(self, advert, data)
+            self.house.client_topics.publish(advert, data)
             self.published += 1
         except (Refused, RosError) as problem:
             self.status(str(problem))
@@ -277,7 +278,7 @@ class Session:
     def _leave_advert(self, channel: int) -> None:
         advert = self._adverts.pop(channel, None)
         if advert is not None:
-            self.house.publications.leave(self, advert)
+            advert.close()
 
     def get_parameters(self, client: int, names: list[str]) -> list[Any]:
         """The SDK: the client asks for values. It waits for the answer, some seconds at most."""
@@ -347,7 +348,8 @@ class Session:
         """Messages that were not sent to it because it did not read, by topic."""
         return {str(key): count for key, count in self._outbox.dropped.items()}
 
-    def _stop(self) -> None:
+    def stop(self) -> None:
+        """End the connection; what was followed is left by `close`."""
         with self._lock:
             if self._closed:
                 return
@@ -356,7 +358,7 @@ class Session:
 
     def close(self) -> None:
         """End it: zeros where it drove, then everything is left. May take as long as the master does."""
-        self._stop()
+        self.stop()
         self.house.guard.gone(self)
         self._reading.close()
         self._writing.close()
