@@ -25,6 +25,7 @@ from rosproto.errors import RosTimeout
 from rosproto.gateway.foxglove import head
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.logs import get_logger
+from rosproto.transport.os_errors import system_errors
 
 __all__ = ["Door", "Guest"]
 
@@ -72,7 +73,7 @@ class Door:
         prepare: Called with this before anybody can come.
 
     Raises:
-        OSError: It cannot listen there.
+        ConnectionLost: It cannot listen there.
     """
 
     def __init__(
@@ -116,7 +117,9 @@ class Door:
         asyncio.set_event_loop(loop)
         loop.set_exception_handler(self._unexpected)
         try:
-            self._server = loop.run_until_complete(self._listen())
+            where = f"{self.host}:{self.port}"
+            with system_errors(f"listen at {where}", where):
+                self._server = loop.run_until_complete(self._listen())
             self.port = self._server.sockets[0].getsockname()[1]
         except BaseException as problem:
             self._problem = problem

@@ -92,7 +92,7 @@ class Foxglove:
 
     Raises:
         ImportError: foxglove-sdk is not installed.
-        OSError: It cannot listen there.
+        ConnectionLost: It cannot listen there.
         ValueError: An address that others reach, without a token.
     """
 
