@@ -1,4 +1,4 @@
-"""One received message, shared by all clients of a gateway: decoded and encoded once, when first asked for."""
+"""One received message, shared by all clients of a gateway: decoded and encoded once, when first wanted."""
 
 from __future__ import annotations
 
