@@ -194,7 +194,7 @@ class _Reader:
         return [self.one(field, item, f"{path}[{i}]") for i, item in enumerate(value)]
 
     def element(self, layout: Layout, value: Any, path: str) -> Any:
-        message = self.binding.maker(layout.spec.name)()
+        message = self.binding.class_for(layout.spec.name)()
         self.message(layout, message, value, path)
         return message
 
