@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 __all__ = ["from_arguments", "from_values", "to_json", "to_values"]
 
 _WORDS = {"": "a text", "?": "true or false", "f": "a number", "d": "a number"}
+_SINGLE = struct.Struct("<f")
 _HEADERS = frozenset({"std_msgs/Header", "roslib/Header"})
 
 _writers: WeakKeyDictionary[type, Callable[[Any], str]] = WeakKeyDictionary()
@@ -138,16 +139,22 @@ class _Reader:
             if kind is bool:
                 return value
         elif field.code in "fd":
-            if kind is float:
-                return value
-            if kind is int and value.bit_length() <= 1023:
-                return float(value)
+            if kind is float or (kind is int and value.bit_length() <= 1023):
+                return self.real(field, float(value), path)
         elif kind is int:
             least, greatest = RANGES_BY_CODE[field.code]
             if least <= value <= greatest:
                 return value
             raise self.wrong(f"{least} to {greatest}", value, path)
         raise self.wrong(_WORDS.get(field.code, "a whole number"), value, path)
+
+    def real(self, field: FieldLayout, value: float, path: str) -> float:
+        if field.code == "f":
+            try:
+                _SINGLE.pack(value)
+            except OverflowError:
+                raise self.wrong("a number within float32", value, path) from None
+        return value
 
     def time(self, field: FieldLayout, value: Any, path: str, present: Any) -> Any:
         flavour = self.binding.flavour
