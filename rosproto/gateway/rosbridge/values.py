@@ -134,7 +134,7 @@ class _Reader:
         kind = type(value)
         if field.kind == "string":
             if kind is str:
-                return value
+                return self.text(value, path)
         elif field.code == "?":
             if kind is bool:
                 return value
@@ -147,6 +147,19 @@ class _Reader:
                 return value
             raise self.wrong(f"{least} to {greatest}", value, path)
         raise self.wrong(_WORDS.get(field.code, "a whole number"), value, path)
+
+    def text(self, value: str, path: str) -> str:
+        if not value.isascii():
+            try:
+                value.encode("utf-8")
+            except UnicodeEncodeError as error:
+                half = f"half a character (surrogate U+{ord(value[error.start]):04X})"
+                raise CodecError(
+                    f"{half} at {error.start}; expected a text of whole ones",
+                    type_name=self.top,
+                    field_path=path,
+                ) from None
+        return value
 
     def real(self, field: FieldLayout, value: float, path: str) -> float:
         if field.code == "f":
@@ -196,8 +209,6 @@ class _Reader:
             return [self.element(field.layout, item, f"{path}[{i}]") for i, item in enumerate(value)]
         if field.kind == "number" and field.code != "?":
             return self.numbers(field, value, path)
-        if field.kind == "string" and set(map(type, value)) <= {str}:
-            return value
         return [self.one(field, item, f"{path}[{i}]") for i, item in enumerate(value)]
 
     def element(self, layout: Layout, value: Any, path: str) -> Any:

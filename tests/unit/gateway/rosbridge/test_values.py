@@ -188,6 +188,8 @@ def test_the_default_of_a_class_is_not_changed() -> None:
         ({"single": 1e300}, "test_msgs/Everything.single: 1e+300 given; expected a number within float32"),
         ({"text": 5}, "test_msgs/Everything.text: 5 given; expected a text"),
         ({"texts": ["a", None]}, "test_msgs/Everything.texts[1]: null given; expected a text"),
+        ({"text": "a\udcff"}, "test_msgs/Everything.text: half a character (surrogate U+DCFF) at 1; expected a text of"),
+        ({"texts": ["ä", "\ud800"]}, "test_msgs/Everything.texts[1]: half a character (surrogate U+D800) at 0;"),
         ({"texts": "abc"}, "test_msgs/Everything.texts: 'abc' given; expected an array"),
         ({"integers": [1, 2**31]}, "test_msgs/Everything.integers[1]: 2147483648 given; expected -2147483648 to"),
         ({"integers": [1, 2.5]}, "test_msgs/Everything.integers[1]: 2.5 given; expected a whole number"),
