@@ -9,7 +9,8 @@ import sys
 import pytest
 
 from rosproto.codec import decode, encode, message_class
-from rosproto.gateway.rosbridge.cbor import dumps, publish_cbor, publish_cbor_raw, to_cbor
+from rosproto.errors import RosError
+from rosproto.gateway.rosbridge.cbor import MissingLibrary, dumps, publish_cbor, publish_cbor_raw, to_cbor
 from rosproto.gateway.rosbridge.values import from_values
 from tests.unit.gateway.rosbridge.test_values import EVERYTHING, VALUES
 
@@ -60,7 +61,9 @@ def test_raw(kind: type) -> None:
 
 
 def test_without_the_package(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The error names the extra."""
+    """The error names the extra, for whoever catches a RosError or an ImportError."""
+    assert issubclass(MissingLibrary, RosError)
+    assert issubclass(MissingLibrary, ImportError)
     monkeypatch.setitem(sys.modules, "cbor2", None)
-    with pytest.raises(ImportError, match=r"cbor2: pip install 'woosh-pure\[bridge\]'"):
+    with pytest.raises(MissingLibrary, match=r"cbor2: pip install 'woosh-pure\[bridge\]'"):
         publish_cbor_raw("/t", 1, 2, b"")
