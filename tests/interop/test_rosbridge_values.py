@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from rosproto.codec import decode, encode
+from rosproto.codec import decode, encode, message_class
 from rosproto.codec.layout import FieldLayout, Layout
 from rosproto.codec.plain_values import from_plain
 from rosproto.errors import CodecError
@@ -31,6 +31,49 @@ from tests.support import ros
 HERE = Path(__file__).resolve().parent
 TEXTS = ["abc", '{"op": "publish"}', "x" * 1000, "Wüste 地图 " * 57, json.dumps(list(range(5000)))]
 RAW = b"\x01\x02\x00\xff" * 100
+WRONG: list[tuple[str, Any]] = [
+    ("geometry_msgs/PoseStamped", {"header": None}),
+    ("geometry_msgs/PoseStamped", {"header": {"stamp": {"secs": 1.5}}}),
+    ("geometry_msgs/PoseStamped", {"header": {"stamp": {"secs": -1}}}),
+    ("std_msgs/Float64", {"data": None}),
+    ("std_msgs/Float64", {"data": True}),
+    ("std_msgs/Float32", {"data": 1e300}),
+    ("std_msgs/Int32", {"data": 1.0}),
+    ("std_msgs/Int32", {"data": True}),
+    ("std_msgs/Int8", {"data": 300}),
+    ("std_msgs/UInt64", {"data": 2**64}),
+    ("std_msgs/Bool", {"data": 1}),
+    ("std_msgs/String", {"data": 5}),
+    ("std_msgs/String", {"data": "\udcff"}),
+    ("std_msgs/String", {"dat": "x"}),
+    ("sensor_msgs/CompressedImage", {"data": "not base64!"}),
+    ("sensor_msgs/CompressedImage", {"data": "AAA"}),
+    ("sensor_msgs/CompressedImage", {"data": "_-AA"}),
+    ("sensor_msgs/CompressedImage", {"data": [256]}),
+    ("sensor_msgs/CompressedImage", {"data": None}),
+    ("geometry_msgs/PoseWithCovariance", {"covariance": [1.0]}),
+    ("geometry_msgs/PoseWithCovariance", {"covariance": []}),
+    ("geometry_msgs/PoseWithCovariance", {"covariance": [0] * 37}),
+    ("sensor_msgs/JointState", {"name": "abc"}),
+    ("sensor_msgs/JointState", {"position": [1, "x"]}),
+    ("sensor_msgs/JointState", {"position": {"0": 1}}),
+    ("geometry_msgs/Twist", {"linear": 5}),
+    ("geometry_msgs/Twist", {"linear": {"w": 1}}),
+    ("geometry_msgs/Twist", []),
+    ("geometry_msgs/Twist", None),
+]
+"""What neither takes."""
+TAKEN_IN_SILENCE: list[tuple[str, Any]] = [
+    ("geometry_msgs/PoseStamped", {"header": {"stamp": 5}}),
+    ("geometry_msgs/PoseStamped", {"header": {"stamp": None}}),
+    ("geometry_msgs/PoseStamped", {"header": {"stamp": "today"}}),
+    ("geometry_msgs/PoseStamped", {"header": {"stamp": {"sec": 1, "nanosec": 2}}}),
+    ("std_msgs/Duration", {"data": "now"}),
+    ("std_msgs/Time", {"data": 3}),
+    ("sensor_msgs/CompressedImage", {"data": 5}),
+    ("sensor_msgs/CompressedImage", {"data": {}}),
+]
+"""What the original makes something else of: zero, the time of now, five zeros. Here it is refused."""
 KEYWORD_FIELDS = {"woosh_msgs/NavMode"}
 """genpy calls a field `in` by `in_`, and so does the original in JSON; here it has its own name."""
 
@@ -48,11 +91,15 @@ class Sheet:
         self.inputs = [(case, value) for case in self.cases for value in inputs(case)]
         self.questions += [{"do": "populate", "type": c.name, "values": v} for c, v in self.inputs]
         self.questions += [{"do": "png", "text": text, "png": png.pack(text)} for text in TEXTS]
+        self.questions += [
+            {"do": "populate", "wrong": True, "type": name, "values": values}
+            for name, values in [*WRONG, *TAKEN_IN_SILENCE]
+        ]
         self.questions.append({"do": "raw", "topic": "/a", "bytes": RAW.hex()})
 
-    def answers_to(self, do: str) -> list[dict[str, Any]]:
+    def answers_to(self, do: str, *, wrong: bool = False) -> list[dict[str, Any]]:
         asked = zip(self.questions, self.answers, strict=True)
-        return [answer for question, answer in asked if question["do"] == do]
+        return [answer for q, answer in asked if q["do"] == do and q.get("wrong", False) == wrong]
 
 
 def _canonical(name: str, seed: int) -> Case:
@@ -159,6 +206,18 @@ def test_what_clients_send_becomes_the_same_bytes(sheet: Sheet) -> None:
         if case.name not in KEYWORD_FIELDS and ours != answer.get("bytes"):
             wrong.append((case.name, value, ours, answer))
     assert not wrong, (len(wrong), len(sheet.inputs), wrong[:2])
+
+
+def test_wrong_values_are_refused_by_both(sheet: Sheet) -> None:
+    """Here by a sentence that names the field; the original takes a few in silence."""
+    answers = sheet.answers_to("populate", wrong=True)
+    taken = []
+    for (name, value), answer in zip([*WRONG, *TAKEN_IN_SILENCE], answers, strict=True):
+        with pytest.raises(CodecError, match=name):
+            from_values(message_class(name), value, now=Time(*NOW))
+        if "error" not in answer:
+            taken.append((name, value))
+    assert taken == TAKEN_IN_SILENCE
 
 
 def test_cbor_is_the_originals(sheet: Sheet) -> None:
