@@ -17,6 +17,9 @@ from rosproto.gateway.rosbridge.writer import Writer
 
 __all__ = ["JsonWriter"]
 
+PIECE = 20_000
+"""Numbers of an array that are written at once: a millisecond."""
+
 
 class JsonWriter(Writer):
     """Generates functions that return text."""
@@ -87,12 +90,20 @@ def _list(values: Any) -> list[Any]:
     return list(values) if tolist is None else tolist()
 
 
+def _numbers(values: Any) -> str:
+    """Python's text of a list; of a long one piece by piece, since nothing else runs while it is made."""
+    if len(values) <= PIECE:
+        return str(_list(values))
+    pieces = [str(_list(values[at : at + PIECE]))[1:-1] for at in range(0, len(values), PIECE)]
+    return f"[{', '.join(pieces)}]"
+
+
 def _integers(values: Any) -> str:
-    return str(_list(values))
+    return _numbers(values)
 
 
 def _reals(values: Any) -> str:
-    text = str(_list(values))
+    text = _numbers(values)
     if "n" in text:  # nan and inf; no other number has one
         text = text.replace("-inf", "null").replace("inf", "null").replace("nan", "null")
     return text
