@@ -77,8 +77,8 @@ def _items(call: Callable[[Any], str], values: Any) -> str:
 
 
 def _octets(values: Any) -> str:
-    if isinstance(values, (list, tuple)):
-        values = bytes(values)
+    if type(values) is not bytes and getattr(values, "dtype", None) != "u1":
+        raise TypeError("octets")  # a list, or wider numbers: the codec converts them
     return f'"{b2a_base64(values, newline=False).decode("ascii")}"'
 
 

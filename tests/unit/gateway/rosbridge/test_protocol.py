@@ -30,6 +30,7 @@ from rosproto.gateway.rosbridge.protocol import (
     Unsubscribe,
     publish_text,
 )
+from tests.test_layers import IMPURE_MODULES, ROOT, imports_of
 
 LIMITS = GatewayLimits(message_bytes=100_000, nesting=10, text_length=50)
 
@@ -368,8 +369,22 @@ def test_what_is_sent_in_fragments() -> None:
         assert [part["num"] for part in fragments] == list(range(3))
         assert {part["total"] for part in fragments} == {3}
     assert sent[0][0]["id"] != sent[1][0]["id"]
+    (call,) = protocol.receive('{"op": "call_service", "id": "c", "service": "/s", "fragment_size": 20}')
+    assert isinstance(call, CallService)
+    assert {json.loads(p)["id"] for p in protocol.service_response(call, '{"data": "0123456789"}')} == {"c"}
     (call,) = protocol.receive('{"op": "call_service", "id": 0, "service": "/s", "fragment_size": 20}')
     assert isinstance(call, CallService)
     ids = {json.loads(payload)["id"] for payload in protocol.service_response(call, '{"data": "0123456789"}')}
     assert len(ids) == 1
     assert all(ids)
+
+
+@pytest.mark.parametrize(
+    "name",
+    "actions cbor effects fragments json_writer operations png protocol status values writer".split(),
+)
+def test_the_protocol_knows_no_sockets_threads_or_clocks(name: str) -> None:
+    """Whoever drives it brings bytes and the time."""
+    module = f"rosproto.gateway.rosbridge.{name}"
+    path = ROOT.joinpath(*module.split(".")).with_suffix(".py")
+    assert not {found.partition(".")[0] for found, _ in imports_of(module, path)} & IMPURE_MODULES

@@ -112,6 +112,14 @@ def test_what_a_program_put_in() -> None:
         to_json(EVERYTHING(single="no number"))
 
 
+@pytest.mark.parametrize(
+    "octets", [b"\1\2", bytearray(b"\1\2"), [1, 2], (1, 2), np.array([1, 2]), np.array([1, 9, 2], "u1")[::2]]
+)
+def test_octets_of_every_kind(octets: Any) -> None:
+    """Whatever the codec takes for bytes is base64 of these bytes."""
+    assert to_values(EVERYTHING(octets=octets))["octets"] == base64.b64encode(b"\1\2").decode()
+
+
 def test_empty_messages() -> None:
     """A type without fields, and services'."""
     empty = message_class("std_msgs/Empty")
