@@ -82,6 +82,7 @@ CONVERSATION: list[tuple[dict[str, Any], Effect]] = [
         {"op": "service_response", "id": "r", "service": "/s", "result": False},
         ServiceResponse("r", "/s", None, False),
     ),
+    ({"op": "service_response", "id": "r", "service": "/s"}, ServiceResponse("r", "/s", None, False)),
     (
         {
             "op": "send_action_goal",
@@ -228,7 +229,7 @@ def test_several_messages_at_once() -> None:
     status_of(protocol.receive(one[:10]))
     status_of(protocol.receive(one[10:]))
     assert protocol.receive(one) == [Subscribe(None, "/a")]
-    assert "more than 1000 messages at once" in refused("{}" * 1001)
+    assert "more than 100 messages at once" in refused("{}" * 101)
 
 
 def test_nesting_is_bounded() -> None:
@@ -312,6 +313,22 @@ def test_pictures_of_a_client() -> None:
             assert refused(text) == "png: too many fragments and pictures inside one another"
     assert refused({"op": "png"}).startswith("png: field data is missing")
     assert refused({"op": "png", "data": "AAAA"}).startswith("png: no PNG picture in base64: ")
+
+
+def test_pictures_in_one_message_are_bounded() -> None:
+    """Each costs far more than its bytes: the fifth, also inside another one, is refused."""
+    one = json.dumps({"op": "png", "data": png.pack('{"op": "subscribe", "topic": "/t"}')})
+    effects = Protocol(LIMITS).receive(one * 6)
+    assert [type(effect) for effect in effects] == [Subscribe] * 4 + [Reply] * 2
+    inside = json.dumps({"op": "png", "data": png.pack(one * 4)})
+    assert [type(effect) for effect in Protocol(LIMITS).receive(inside)] == [Subscribe] * 3 + [Reply]
+
+
+def test_blanks_are_passed_over() -> None:
+    """Around messages and between them; those that JSON does not know are refused."""
+    one = '{"op": "subscribe", "topic": "/t"}'
+    assert Protocol(LIMITS).receive(f" \r\n\t{one}{' ' * 50_000}{one}\n") == [Subscribe(None, "/t")] * 2
+    assert "no JSON" in refused(f"\u2003{one}")
 
 
 def test_a_picture_in_fragments() -> None:
