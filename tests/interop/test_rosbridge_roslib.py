@@ -225,9 +225,65 @@ def test_actions_over_their_topics(web_world: World, page: Any) -> None:
     assert opened.said("walked") == [[10, 3, "well"]]
     assert opened.said("too far") == [[0, 4, "too far"]]
     assert opened.said("cancelled") == [[-1, 2, "as you wish"]]
-    assert [5] in opened.said("feedback")
+    assert [-3] in opened.said("feedback")  # which is what cancelled it
     with ActionClient(web_world.node, "/page_act", "actionlib/Test") as client:
         client.wait_for_server(20)
         handle = client.send_goal({"goal": 41})
         assert handle.wait(20).result == 42
         assert handle.status is GoalStatus.SUCCEEDED
+
+
+@pytest.fixture
+def our_world(web_world: World) -> World:
+    """For what the original has not."""
+    if web_world.bridge != "ours":
+        pytest.skip("the original has no such operation, and no tf2_web_republisher")
+    return web_world
+
+
+TF = """
+const first = Client => new Promise(done => {
+  const client = new Client({ros, fixedFrame: 'map', angularThres: 0.01, transThres: 0.01, rate: 20});
+  client.subscribe('base_link', tf => done([tf.translation.x, tf.rotation.w]));
+});
+say('tf', ...await first(ROSLIB.TFClient));
+say('tf of ROS 2', ...await first(ROSLIB.ROS2TFClient));
+"""
+
+
+def test_tf_clients(our_world: World, page: Any) -> None:
+    """Transforms through the action that the bridge provides, by either of roslib's clients."""
+    opened = page(TF)
+    assert opened.said("tf") == [[1.5, 1]]
+    assert opened.said("tf of ROS 2") == [[1.5, 1]]
+
+
+NEW_ACTIONS = """
+const walk = actionType => new ROSLIB.Action({ros, name: '/walk', actionType});
+const run = (actionType, goal, cancel) => new Promise(done => {
+  const it = walk(actionType);
+  const id = it.sendGoal({goal}, r => done(['result', r]), f => {
+    say('feedback', f.feedback); if (cancel) it.cancelGoal(id);
+  }, e => done(['failed', e]));
+});
+say('walked', ...await run('actionlib/Test', 5));
+say('walked', ...await run('actionlib/action/Test', 6));
+say('walked', ...await run('actionlib/TestAction', 7));
+say('too far', ...await run('actionlib/Test', 500));
+say('cancelled', ...await run('actionlib/Test', -3, true));
+say('nobody', ...await new Promise(done => new ROSLIB.Action({ros, name: '/nobody', actionType: 'actionlib/Test'})
+  .sendGoal({goal: 1}, r => done(['result', r]), undefined, e => done(['failed', e]))));
+"""
+
+
+def test_the_newer_action_operations(our_world: World, page: Any) -> None:
+    """roslib's Action, written for ROS 2, with an action server of rospy: done, aborted, cancelled, nobody there."""
+    opened = page(NEW_ACTIONS)
+    assert opened.said("walked", 3) == [["result", {"result": number}] for number in (10, 12, 14)]
+    assert [-3] in opened.said("feedback")
+    (too_far,), (cancelled,), (nobody,) = (opened.said(word) for word in ("too far", "cancelled", "nobody"))
+    assert too_far[0] == cancelled[0] == nobody[0] == "failed"
+    assert "aborted" in too_far[1]
+    assert "canceled" in cancelled[1]
+    assert '{"result":-1}' in cancelled[1]
+    assert "/nobody" in nobody[1]

@@ -38,7 +38,7 @@ def wait_until(condition, seconds=20):
         time.sleep(0.05)
 """
 FOOT = """
-print('SAID ' + json.dumps(said, default=dict), flush=True)
+print('SAID ' + json.dumps(said, default=lambda v: dict(v) if hasattr(v, 'keys') else str(v)), flush=True)
 ros.terminate()
 """
 
@@ -205,3 +205,34 @@ def test_each_transport_connects(web_world: World, transport: str) -> None:
         capture_output=True, text=True, timeout=60, env=ros.clean_environment(),
     )  # fmt: skip
     assert done.stdout.strip() == "True", done.stderr[-2000:]
+
+
+OURS_ALONE = """
+import roslibpy.tf
+client = roslibpy.tf.TFClient(ros, fixed_frame='map', angular_threshold=0.01, translation_threshold=0.01, rate=20)
+done = threading.Event()
+client.subscribe('base_link', lambda tf: (said.update(tf=tf), done.set()))
+assert done.wait(20)
+from roslibpy.core import ActionClient, Goal
+walk = ActionClient(ros, '/walk', 'actionlib/action/Test')
+results, failures = [], []
+goal = walk.send_goal(Goal({'goal': 5}), results.append, lambda f: None, failures.append)
+walk.wait_goal(goal, 20)
+goal = walk.send_goal(Goal({'goal': -3}), results.append, lambda f: walk.cancel_goal(goal), failures.append)
+walk.wait_goal(goal, 20)
+said['actions'] = [[dict(r) for r in results], [str(f) for f in failures]]
+"""
+
+
+def test_tf_and_the_newer_actions(web_world: World) -> None:
+    """What the original has not: transforms by /republish_tfs, and the action operations."""
+    if web_world.bridge != "ours":
+        pytest.skip("the original has no such operation, and no tf2_web_republisher")
+    said = run(web_world, OURS_ALONE)
+    assert said["tf"]["translation"]["x"] == 1.5
+    results, failures = said["actions"]
+    assert [(result["values"], result["status"]) for result in results] == [
+        ({"result": 10}, "GoalStatus.SUCCEEDED"),
+        ({"result": -1}, "GoalStatus.CANCELED"),  # by its feedback
+    ]
+    assert failures == []
