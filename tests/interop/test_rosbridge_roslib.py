@@ -3,65 +3,24 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
 
 import pytest
 
 from rosproto.action import ActionClient, GoalStatus
 from tests.interop.rosbridge_world import World
-from tests.support import web_peers
-from tests.support.ros import RosProcess
+from tests.interop.web_page import Page, pages
 from tests.support.victim import eventually
 
 
-class Page:
-    """A program with a connection `ros`, which says what happens."""
-
-    def __init__(self, process: RosProcess) -> None:
-        self._process = process
-
-    def said(self, first: str, count: int = 1) -> list[list[Any]]:
-        """What it said that begins with this word, so many times at least."""
-        found: list[list[Any]] = []
-
-        def enough() -> bool:
-            assert "FAILED" not in self._process.output, self._process.output
-            lines = [line for line in self._process.output.splitlines() if line.startswith("[")]
-            found[:] = [said[1:] for said in map(json.loads, lines) if said[0] == first]
-            return len(found) >= count
-
-        eventually(enough, 30, f"{first!r} was not said:\n{self._process.output}")
-        return found
-
-
 @pytest.fixture
-def page(web_world: World) -> Iterator[Any]:
+def page(web_world: World) -> Iterator[Callable[[str], Page]]:
     """`page(program)`: runs it in a page that is connected."""
-    module = web_peers.npm_module("roslib/dist/RosLib.js").as_uri()
-    processes: list[RosProcess] = []
-
-    def run(program: str) -> Page:
-        process = web_peers.start_module(
-            f"import * as ROSLIB from '{module}';\n"
-            f"const ros = new ROSLIB.Ros({{url: '{web_world.url}'}});\n"
-            "ros.on('error', e => console.log('FAILED', e));\n"
-            "await new Promise(done => ros.on('connection', done));\n"
-            "const asked = (method, ...args) => new Promise((yes, no) => ros[method](...args, yes, no));\n"
-            f"{program}\nsay('ready');\n"
-        )
-        processes.append(process)
-        opened = Page(process)
-        opened.said("ready")
-        return opened
-
-    yield run
-    for process in processes:
-        process.stop()
+    with pages(web_world.url) as opens:
+        yield opens
 
 
 TOPICS = """
-const topic = (name, messageType, more) => new ROSLIB.Topic({ros, name, messageType, ...more});
 const once = (name, type, more) => new Promise(done => {
   const it = topic(name, type, more); it.subscribe(m => { it.unsubscribe(); done(m); });
 });
@@ -87,7 +46,7 @@ setTimeout(() => say('slow', slow), 2000);
 """
 
 
-def test_topics_both_ways(web_world: World, page: Any) -> None:
+def test_topics_both_ways(web_world: World, page: Callable[[str], Page]) -> None:
     """Latched ones, each compression, NaN as null, bytes as base64, what a page publishes, throttling."""
     opened = page(TOPICS)
     assert opened.said("kept") == [["kept äöü 地图"]]
@@ -105,8 +64,6 @@ def test_topics_both_ways(web_world: World, page: Any) -> None:
 
 SERVICES = """
 const service = (name, serviceType) => new ROSLIB.Service({ros, name, serviceType});
-const call = (name, type, args) => new Promise(done =>
-  service(name, type).callService(args, v => done([true, v]), e => done([false, e])));
 say('on', ...await call('/lamp', 'std_srvs/SetBool', {data: true}));
 say('broken', ...await call('/lamp', 'std_srvs/SetBool', {data: false}));
 say('none', ...await call('/nobody', 'std_srvs/SetBool', {data: true}));
@@ -123,7 +80,7 @@ setTimeout(async () => say('round', ...await call('/ask', 'std_srvs/Trigger', {}
 """
 
 
-def test_services_both_ways(web_world: World, page: Any) -> None:
+def test_services_both_ways(web_world: World, page: Callable[[str], Page]) -> None:
     """A page calls rospy, and hears why it failed; rospy, and this node, call a service of the page."""
     opened = page(SERVICES)
     assert opened.said("on") == [[True, {"success": True, "message": "on"}]]
@@ -168,7 +125,7 @@ new ROSLIB.Topic({ros, name: '/chatter', messageType: 'std_msgs/String'}).getPub
 """
 
 
-def test_parameters_and_the_graph(web_world: World, page: Any) -> None:
+def test_parameters_and_the_graph(web_world: World, page: Callable[[str], Page]) -> None:
     """Everything that roslib asks /rosapi."""
     opened = page(QUESTIONS)
     assert opened.said("speed") == [[0.5, {"name": "ö", "size": [1, 2.5, True]}, None]]
@@ -219,7 +176,7 @@ server.on('goal', goal => { server.sendFeedback({feedback: goal.goal}); server.s
 """
 
 
-def test_actions_over_their_topics(web_world: World, page: Any) -> None:
+def test_actions_over_their_topics(web_world: World, page: Callable[[str], Page]) -> None:
     """A page sends goals to rospy's server, which succeeds, aborts, and is cancelled; and is a server itself."""
     opened = page(ACTIONS)
     assert opened.said("walked") == [[10, 3, "well"]]
@@ -251,7 +208,7 @@ say('tf of ROS 2', ...await first(ROSLIB.ROS2TFClient));
 """
 
 
-def test_tf_clients(our_world: World, page: Any) -> None:
+def test_tf_clients(our_world: World, page: Callable[[str], Page]) -> None:
     """Transforms through the action that the bridge provides, by either of roslib's clients."""
     opened = page(TF)
     assert opened.said("tf") == [[1.5, 1]]
@@ -276,7 +233,7 @@ say('nobody', ...await new Promise(done => new ROSLIB.Action({ros, name: '/nobod
 """
 
 
-def test_the_newer_action_operations(our_world: World, page: Any) -> None:
+def test_the_newer_action_operations(our_world: World, page: Callable[[str], Page]) -> None:
     """roslib's Action, written for ROS 2, with an action server of rospy: done, aborted, cancelled, nobody there."""
     opened = page(NEW_ACTIONS)
     assert opened.said("walked", 3) == [["result", {"result": number}] for number in (10, 12, 14)]
