@@ -50,7 +50,7 @@ def add_server_options(parser: argparse.ArgumentParser) -> None:
         "--bind",
         default="127.0.0.1",
         metavar="ADDRESS",
-        help="address to listen on; this computer alone by default, and with another one a token is asked for",
+        help="address to listen on; this computer alone by default; with another one, a token is asked for",
     )
     parser.add_argument("--port", type=port, default=8765, help="port, 0 for a free one (default: 8765)")
     parser.add_argument("--token", help="viewers have to give it: ws://...?token=T")
