@@ -135,8 +135,12 @@ def serve(node: Any, options: dict[str, Any], **more: Any) -> Iterator[Foxglove]
     Raises:
         CommandError: The extra is not installed, or the address cannot be listened on.
     """
+    import logging
+
     from rosproto.gateway.foxglove import Foxglove
 
+    # What the SDK logs of clients that hang up is for those who ask for logs (-v).
+    logging.getLogger("foxglove").addHandler(logging.NullHandler())
     try:
         server = Foxglove(node, **options, **more)
     except ImportError as problem:
