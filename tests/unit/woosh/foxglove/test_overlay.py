@@ -31,7 +31,7 @@ MARKS = (UserMark("A1", Pose2D(3.0, 1.0, 1.57)), UserMark("nowhere"), UserMark("
 def status(state: RobotState, to: str = "") -> Any:
     from msgdefs.woosh_msgs.msg import RobotStatus
 
-    return to_value("status", RobotStatus(robot_state=int(state), dest=to))
+    return to_value("woosh_msgs/RobotStatus", RobotStatus(robot_state=int(state), dest=to))
 
 
 def drawn(message: Any) -> dict[tuple[str, int], Any]:
