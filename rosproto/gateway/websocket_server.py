@@ -242,7 +242,7 @@ class WebSocketServer:
         assert task is not None
         self._tasks.add(task)
         self._pending.pop(connection.transport, None)
-        channel = Channel(_peer(connection), self.limits, self._wake, self._end)
+        channel = Channel(_peer(connection), self.limits, self._wake, self._end, self._later)
         with self._lock:
             full = len(self._sockets) >= self.limits.connections or self._closing
             if not full:
@@ -348,6 +348,9 @@ class WebSocketServer:
             event = self._events.get(channel)
             if event is not None:
                 event.set()
+
+    def _later(self, seconds: float, function: Callable[[], object]) -> None:
+        notify(self._loop, self._loop.call_later, seconds, function)
 
     def _end(self, channel: Channel) -> None:
         notify(self._loop, self._close_channel, channel)

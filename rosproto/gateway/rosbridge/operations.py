@@ -6,7 +6,6 @@ what its capabilities do where that is silent. An optional field that is null co
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -136,7 +135,7 @@ def _whole(least: int) -> Check:
 
 def _seconds(value: Any, _longest: int) -> float | None:
     """roslib has every number at or below zero for "no time-out of mine"."""
-    if type(value) in (int, float) and math.isfinite(value) and abs(value) <= LARGEST:
+    if type(value) in (int, float) and abs(value) <= LARGEST:  # not a NaN, nor an integer beyond floats
         return float(value) if value > 0 else None
     raise ValueError("a number of seconds")
 
