@@ -35,6 +35,30 @@ HOLDS = {
     "gives what others send to one that is read alike, or leaves it out and says so": [
         "unit/recording/test_recorder.py::test_headers_of_publishers_are_bounded",
     ],
+    "nothing it sends leaves the protocol as an exception": [
+        "fuzz/test_fuzz.py::test_a_fixed_handful_of_mutations_finds_nothing",
+        "property/test_rosbridge_values.py::test_any_message_is_done_or_refused",
+        "property/test_rosbridge_values.py::test_any_values_fit_or_are_refused",
+        "unit/gateway/rosbridge/test_protocol.py::test_wrong_messages",
+        "unit/gateway/rosbridge/test_protocol.py::test_a_required_field_is_missed",
+        "unit/gateway/rosbridge/test_values.py::test_wrong_values",
+    ],
+    "A message is bounded in bytes, in nesting, and to a million arrays and objects": [
+        "unit/gateway/rosbridge/test_protocol.py::test_size_is_bounded",
+        "unit/gateway/rosbridge/test_protocol.py::test_nesting_is_bounded",
+        "unit/gateway/rosbridge/test_protocol.py::test_objects_are_bounded",
+    ],
+    "16 may be incomplete, all together as large as one message, for ten minutes": [
+        "unit/gateway/rosbridge/test_fragments.py::test_what_is_incomplete_is_bounded",
+    ],
+    "A picture is measured before it is unpacked": [
+        "unit/gateway/rosbridge/test_png.py::test_what_is_no_such_picture",
+        "unit/gateway/rosbridge/test_png.py::test_a_bomb_takes_no_memory",
+        "unit/gateway/rosbridge/test_protocol.py::test_pictures_in_one_message_are_bounded",
+    ],
+    "a message comes in 4096 at most": [
+        "unit/gateway/rosbridge/test_fragments.py::test_small_fragments_of_a_large_text_are_made_larger",
+    ],
     "the rospy layer keeps latched messages of those publishers that are connected": [
         "unit/rospy/test_rospy_modules.py::test_latched_messages_of_publishers_that_have_gone_are_forgotten",
     ],

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rosproto.gateway.access import Access, Refusal
     from rosproto.gateway.limits import GatewayLimits
     from rosproto.gateway.outbox import Outbox
+    from rosproto.gateway.rosbridge.server import Rosbridge
     from rosproto.gateway.sample import Sample, TopicDescription
     from rosproto.gateway.taps import Tap, Taps
 
@@ -25,6 +26,7 @@ __all__ = [
     "GatewayLimits",
     "Outbox",
     "Refusal",
+    "Rosbridge",
     "Sample",
     "Tap",
     "Taps",
@@ -38,6 +40,7 @@ __getattr__ = late_names(
         "GatewayLimits": "limits",
         "Outbox": "outbox",
         "Refusal": "access",
+        "Rosbridge": "rosbridge.server",
         "Sample": "sample",
         "Tap": "taps",
         "Taps": "taps",
