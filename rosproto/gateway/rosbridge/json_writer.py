@@ -18,10 +18,12 @@ from rosproto.gateway.rosbridge.writer import Writer
 
 __all__ = ["JsonWriter"]
 
+PIECE = 20_000
+"""Numbers of an array that are written at once: a millisecond, in which no other thread runs."""
+PIECE_OF_SMALL = 1 << 17
 LEAST_OF_THREE = -99
 """The least number with three characters."""
 FEW = 100
-AT_ONCE = 1 << 20
 
 
 class JsonWriter(Writer):
@@ -95,8 +97,16 @@ def _list(values: Any) -> list[Any]:
     return list(values) if tolist is None else tolist()
 
 
+def _numbers(values: Any) -> str:
+    """Python's text of a list; of a long one piece by piece, since nothing else runs while it is made."""
+    if len(values) <= PIECE:
+        return str(_list(values))
+    pieces = [str(_list(values[at : at + PIECE]))[1:-1] for at in range(0, len(values), PIECE)]
+    return f"[{', '.join(pieces)}]"
+
+
 def _integers(values: Any) -> str:
-    return str(_list(values))
+    return _numbers(values)
 
 
 def _small_integers(values: Any) -> str:
@@ -105,7 +115,9 @@ def _small_integers(values: Any) -> str:
         return _integers(values)
     table = _table()
     octets = values.view("u1")
-    pieces = [table[octets[at : at + AT_ONCE]].tobytes() for at in range(0, len(octets), AT_ONCE)]
+    pieces = [
+        table[octets[at : at + PIECE_OF_SMALL]].tobytes() for at in range(0, len(octets), PIECE_OF_SMALL)
+    ]
     return f"[{b''.join(pieces)[:-1].decode('ascii')}]"
 
 
@@ -119,7 +131,7 @@ def _table() -> Any:
 
 
 def _reals(values: Any) -> str:
-    text = str(_list(values))
+    text = _numbers(values)
     if "n" in text:  # nan and inf; no other number has one
         text = text.replace("-inf", "null").replace("inf", "null").replace("nan", "null")
     return text
