@@ -50,7 +50,7 @@ def add_server_options(parser: argparse.ArgumentParser) -> None:
         "--bind",
         default="127.0.0.1",
         metavar="ADDRESS",
-        help="address to listen on; this computer alone by default, and with another one a token is asked for",
+        help="address to listen on; this computer alone by default; with another one, a token is asked for",
     )
     parser.add_argument("--port", type=port, default=8765, help="port, 0 for a free one (default: 8765)")
     parser.add_argument("--token", help="viewers have to give it: ws://...?token=T")
@@ -135,8 +135,12 @@ def serve(node: Any, options: dict[str, Any], **more: Any) -> Iterator[Foxglove]
     Raises:
         CommandError: The extra is not installed, or the address cannot be listened on.
     """
+    import logging
+
     from rosproto.gateway.foxglove import Foxglove
 
+    # What the SDK logs of clients that hang up is for those who ask for logs (-v).
+    logging.getLogger("foxglove").addHandler(logging.NullHandler())
     try:
         server = Foxglove(node, **options, **more)
     except ImportError as problem:

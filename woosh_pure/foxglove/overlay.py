@@ -1,4 +1,4 @@
-"""The state of a chassis as markers in its map: where it is, how it is, its faults, and the marks of your list.
+"""The state of a chassis as markers in its map: where it is, how it is, its faults, your marks.
 
 Markers (visualization_msgs/MarkerArray) because Foxglove, Lichtblick and RViz all draw them. Pure: values in,
 a message out.

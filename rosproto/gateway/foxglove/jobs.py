@@ -19,7 +19,7 @@ class Jobs:
 
     Args:
         pool: Does them.
-        most: Of those that may be dropped (`add(..., droppable=True)`), how many wait at most; the oldest goes.
+        most: How many of those that may be dropped wait at most; the oldest goes.
     """
 
     def __init__(self, pool: Executor, most: int = 100) -> None:

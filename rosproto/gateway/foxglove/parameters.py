@@ -163,6 +163,8 @@ class FollowedParameters:
                 kept = not self._closed and self._subscriptions.setdefault(name, made) is made
             if not kept:
                 made.close()
+            elif made.value is not None:  # it may have changed since the client asked for it
+                self._changed(name, made.value)
         return problem
 
     def leave(self, names: Iterable[str]) -> None:

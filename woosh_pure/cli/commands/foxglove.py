@@ -35,7 +35,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--allow-driving",
         action="store_true",
-        help="let viewers publish velocities and send the actions that move the robot; keep the button in reach",
+        help="let viewers publish velocities and the goals that move the robot; keep the red button in reach",
     )
 
 
