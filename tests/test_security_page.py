@@ -51,6 +51,32 @@ HOLDS = {
     "16 may be incomplete, all together as large as one message, for ten minutes": [
         "unit/gateway/rosbridge/test_fragments.py::test_what_is_incomplete_is_bounded",
     ],
+    "is in no answer of `/rosapi`, by whatever spelling of its name": [
+        "unit/gateway/rosbridge/rosapi/test_answers.py::test_what_is_denied_is_in_no_list",
+        "unit/gateway/rosbridge/rosapi/test_parameters.py::test_a_hidden_parameter_is_not_read",
+    ],
+    "A namespace of parameters is no way around a pattern": [
+        "unit/gateway/rosbridge/rosapi/test_parameters.py::test_a_namespace_is_no_way_around",
+        "unit/gateway/rosbridge/rosapi/test_parameters.py::test_a_pattern_of_one_parameter_opens_that_one",
+        "unit/gateway/rosbridge/rosapi/test_parameters.py::test_nothing_is_written_by_default",
+    ],
+    "a million characters at most, a parameter's value 32 levels, an answer 300 types": [
+        "unit/gateway/rosbridge/rosapi/test_answers.py::test_what_cannot_be_answered_is_a_sentence",
+        "unit/gateway/rosbridge/rosapi/test_answers.py::test_a_master_that_is_gone_is_a_sentence",
+        "unit/gateway/rosbridge/rosapi/test_answers.py::test_a_provider_that_is_silent_holds_up_nobody_for_long",
+        "unit/gateway/rosbridge/rosapi/test_parameters.py::test_deep_values_are_refused",
+        "unit/gateway/rosbridge/rosapi/test_type_details.py::test_a_definition_without_end_gives_a_bounded_answer",
+    ],
+    "64 of each at a time, 500 frames, 100 Hz at most": [
+        "unit/gateway/rosbridge/test_tf_republisher.py::test_a_goal_without_sense_is_rejected",
+        "unit/gateway/rosbridge/test_tf_republisher.py::test_topics_of_the_service_are_bounded",
+        "unit/gateway/rosbridge/test_tf_republisher.py::test_goals_are_bounded",
+    ],
+    "They end with their client, and are not there where `/tf` is hidden": [
+        "unit/gateway/rosbridge/test_tf_on_demand.py::test_it_begins_with_the_first_goal_and_ends_with_its_client",
+        "unit/gateway/rosbridge/test_tf_on_demand.py::test_where_tf_is_hidden_it_is_not_there",
+        "unit/gateway/rosbridge/test_tf_on_demand.py::test_other_goals_stay_closed",
+    ],
     "A picture is measured before it is unpacked": [
         "unit/gateway/rosbridge/test_png.py::test_what_is_no_such_picture",
         "unit/gateway/rosbridge/test_png.py::test_a_bomb_takes_no_memory",
