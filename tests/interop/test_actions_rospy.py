@@ -130,17 +130,16 @@ def handler_for(action: str, told_by: rosproto.Node | None = None):
 
     def handle(goal: ServerGoal) -> None:
         value = getattr(goal.goal, goal_field)
-        kind = goal._server.type
         until("/sent", value)
         if value == 3:
             raise RuntimeError("ours broke")
-        goal.publish_feedback(kind.feedback(**{feedback_field: 1}))
+        goal.publish_feedback({feedback_field: 1})
         while value == 2:
             if goal.wait_for_cancel(10):
-                goal.preempted(kind.result(**{result_field: 9}), "as you wish")
+                goal.preempted({result_field: 9}, "as you wish")
                 return
         until("/fed", 1)
-        goal.succeed(kind.result(**{result_field: 7}), "well")
+        goal.succeed({result_field: 7}, "well")
 
     return handle
 

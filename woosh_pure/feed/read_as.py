@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import Md5sumMismatch, RosError
 from rosproto.logs import get_logger
-from rosproto.node.revisions.revisions import Unfit, revised_type
-from rosproto.node.revisions.topic_types import TopicType
+from rosproto.node import TopicType, Unfit, revised_type
 
 if TYPE_CHECKING:
     from rosproto.node import Node

@@ -30,7 +30,7 @@ SOURCES = [
         "stopping/stop", "velocity/drive", "velocity/other_drivers", "velocity/shaper", "velocity/watch",
     )),
     *(f"rosproto/cli/{name}.py" for name in ("failure", "option_types", "parser")),
-    *(f"rosproto/selftest/{name}.py" for name in ("bags", "beside", "checking", "codecs", "definitions", "nodes")),
+    *(f"rosproto/selftest/{name}.py" for name in ("bags", "checking", "codecs", "definitions", "nodes", "real_ros")),
     "rosproto/transport/address.py",
     "rosproto/transport/host_names.py",
     "rosproto/transport/os_errors.py",

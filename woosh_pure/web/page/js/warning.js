@@ -1,0 +1,46 @@
+// Two dialogs that must be answered: the vendor's warning before driving, and the token.
+
+import { button, byId, el, fill } from "./dom.js";
+import { t } from "./i18n.js";
+
+// True only when the box was ticked and the switch pressed.
+export function warn() {
+  const dialog = byId("warning");
+  return new Promise((done) => {
+    const yes = el("button", { type: "submit", class: "danger", disabled: true, id: "warning-yes" }, t("drive.warning.yes"));
+    const check = el("input", { type: "checkbox", id: "warning-check", onchange: () => (yes.disabled = !check.checked) });
+    const form = el("form", {
+      method: "dialog", onsubmit: (event) => {
+        event.preventDefault();
+        dialog.close(check.checked ? "yes" : "");
+      },
+    },
+    el("h2", { id: "warning-title" }, t("drive.warning.title")),
+    el("p", { class: "strong" }, t("drive.warning.1")), el("p", {}, t("drive.warning.2")), el("p", {}, t("drive.warning.3")),
+    el("label", { class: "check" }, check, el("span", {}, t("drive.warning.check"))),
+    el("div", { class: "row" }, yes, button(t("go.cancel"), () => dialog.close(""), { kind: "plain" })));
+    fill(dialog, form);
+    dialog.returnValue = "";
+    dialog.addEventListener("close", () => done(dialog.returnValue === "yes"), { once: true });
+    dialog.showModal();
+  });
+}
+
+// The token that was typed; the dialog stays until there is one.
+export function askToken() {
+  const dialog = byId("token");
+  return new Promise((done) => {
+    const input = el("input", { type: "password", autocomplete: "current-password", required: true, id: "token-input" });
+    fill(dialog, el("form", {
+      method: "dialog", onsubmit: (event) => {
+        event.preventDefault();
+        dialog.close(input.value);
+      },
+    }, el("h2", { id: "token-title" }, t("token.title")), el("p", {}, t("token.text")),
+    el("label", {}, el("span", {}, t("token.label")), input),
+    el("div", { class: "row" }, el("button", { class: "primary" }, t("token.use")))));
+    dialog.oncancel = (event) => event.preventDefault();
+    dialog.addEventListener("close", () => done(dialog.returnValue), { once: true });
+    dialog.showModal();
+  });
+}
