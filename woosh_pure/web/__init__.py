@@ -64,8 +64,12 @@ def app(
     if not robots:
         raise ValueError("no robot is given")
     for each in robots:
-        if not (0 < len(each) <= 100) or any(c in "/?#%\\" or c.isspace() or not c.isprintable() for c in each):
-            raise ValueError(f"robot name {each!r}: it stands in addresses, so no blanks and none of / ? # % \\")
+        if not (0 < len(each) <= 100) or any(
+            c in "/?#%\\" or c.isspace() or not c.isprintable() for c in each
+        ):
+            raise ValueError(
+                f"robot name {each!r}: it stands in addresses, so no blanks and none of / ? # % \\"
+            )
     origins = tuple(origins)
     access = Access(token, origins, hosts)
     folder = None if recordings is None else Path(recordings)

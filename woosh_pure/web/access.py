@@ -93,7 +93,9 @@ class Access:
         self, token: str | None = None, origins: Iterable[str] = (), hosts: Iterable[str] = ()
     ) -> None:
         if token is not None and len(token) < LEAST_TOKEN:
-            raise ValueError(f"the token has {len(token)} letters; give at least {LEAST_TOKEN}, made by chance")
+            raise ValueError(
+                f"the token has {len(token)} letters; give at least {LEAST_TOKEN}, made by chance"
+            )
         self._token = None if token is None else token.encode("utf-8", "surrogateescape")
         self._origins = frozenset(_origin(origin) for origin in origins)
         named = (urlsplit(origin).hostname or "" for origin in self._origins)
@@ -128,7 +130,8 @@ class Access:
             if asked and (asked in self._origins or own == (host or "").lower()):
                 return None
         return Refusal(
-            403, f"a page of {(origin or site or '')[:100]!r} may not do this; only the page of this server may"
+            403,
+            f"a page of {(origin or site or '')[:100]!r} may not do this; only the page of this server may",
         )
 
     def check_token(self, given: str | None, who: str, now: float) -> Refusal | None:

@@ -49,9 +49,7 @@ def build(house: House, *, origins: tuple[str, ...] = ()) -> FastAPI:
         app.include_router(part.house_router, prefix="/api/v1")
     for part in _NOUNS:
         app.include_router(part.router, prefix="/api/v1")
-        app.include_router(
-            part.router, prefix="/api/v1/robots/{robot}", dependencies=[Depends(named_robot)]
-        )
+        app.include_router(part.router, prefix="/api/v1/robots/{robot}", dependencies=[Depends(named_robot)])
         app.include_router(part.router, prefix="/robots/{robot}/api/v1", include_in_schema=False)
     for part in _HOUSE:  # a page of one robot asks by its own relative addresses
         app.include_router(part.house_router, prefix="/robots/{robot}/api/v1", include_in_schema=False)

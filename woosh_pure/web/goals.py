@@ -113,7 +113,9 @@ class GoalDesk:
                 if len(self._goals) <= MOST_KEPT:
                     break
                 del self._goals[old]
-        threading.Thread(target=self._attend, args=(goal,), name=f"woosh:web goal {number}", daemon=True).start()
+        threading.Thread(
+            target=self._attend, args=(goal,), name=f"woosh:web goal {number}", daemon=True
+        ).start()
         return goal
 
     def _attend(self, goal: Goal) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Union
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -20,7 +20,9 @@ __all__ = [
 
 Metres = Annotated[float, Field(allow_inf_nan=False, ge=-1e6, le=1e6, description="m")]
 Radians = Annotated[float, Field(allow_inf_nan=False, ge=-100.0, le=100.0, description="rad")]
-Seconds = Annotated[float, Field(allow_inf_nan=False, gt=0.0, le=86400.0, description="s")]
+Seconds = Annotated[
+    float, Field(allow_inf_nan=False, gt=0.0, le=86400.0, description="s; without it the library's own")
+]
 MarkName = Annotated[str, Field(min_length=1, max_length=200, description="as on the chassis's own map")]
 
 
@@ -42,8 +44,10 @@ class Answer(BaseModel):
 class MotionRequest(Request):
     """What all goals take."""
 
-    timeout: Seconds | None = Field(None, description="until it is cancelled, s; left out: the library's own")
-    replace: bool = Field(False, description="end what this server has under way that moves the robot")
+    timeout: Seconds | None = None
+    replace: Annotated[bool, Field(description="end what this server has under way that moves the robot")] = (
+        False
+    )
 
 
 class MarkGoal(MotionRequest):
@@ -101,7 +105,7 @@ class RotateGoal(MotionRequest):
 
 
 GoalRequest = Annotated[
-    Union[MarkGoal, ParkGoal, ChargeGoal, CarryGoal, PoseGoal, MoveGoal, RotateGoal],
+    MarkGoal | ParkGoal | ChargeGoal | CarryGoal | PoseGoal | MoveGoal | RotateGoal,
     Field(discriminator="kind"),
 ]
 
@@ -117,7 +121,7 @@ class PoseRequest(Request):
 class StopRequest(Request):
     """How far a stop goes."""
 
-    everything: bool = Field(True, description="also goals and tasks that others have started")
+    everything: Annotated[bool, Field(description="also goals and tasks that others have started")] = True
 
 
 class LeaseRequest(Request):
@@ -136,7 +140,7 @@ class RecordingRequest(Request):
     """How long, and whether with pictures."""
 
     seconds: Annotated[float, Field(allow_inf_nan=False, gt=0.0, le=3600.0)] | None = None
-    camera: bool = Field(False, description="also images and point clouds: much data")
+    camera: Annotated[bool, Field(description="also images and point clouds: much data")] = False
 
 
 class LoginRequest(Request):

@@ -85,8 +85,10 @@ class Robot:
         holder = lease.holder
         if holder is not None and holder != person.name:
             raise Problem(
-                409, f"{holder} commands this robot now; ask for the lease, and wait until it is granted",
-                "leased", holder=holder,
+                409,
+                f"{holder} commands this robot now; ask for the lease, and wait until it is granted",
+                "leased",
+                holder=holder,
             )
         if holder is not None:
             lease.renew(person.name)

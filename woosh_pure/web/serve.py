@@ -60,8 +60,9 @@ class WebServer:
             )
         if tls_key and not tls_cert:
             raise ValueError("a TLS key without a certificate; give both")
-        for file in filter(None, (tls_cert, tls_key)):
-            Path(file).open("rb").close()
+        for file in (tls_cert, tls_key):
+            if file is not None:
+                Path(file).open("rb").close()
         self._socket = _listen(bind, port)
         self.port = int(self._socket.getsockname()[1])
         self.scheme = "https" if tls_cert else "http"
@@ -144,6 +145,7 @@ def _listen(bind: str, port: int) -> socket.socket:
     except OSError as error:
         listener.close()
         raise OSError(
-            error.errno, f"cannot listen at {bind} port {port}: {error.strerror or error}; give another --port"
+            error.errno,
+            f"cannot listen at {bind} port {port}: {error.strerror or error}; give another --port",
         ) from error
     return listener

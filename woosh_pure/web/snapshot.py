@@ -20,7 +20,16 @@ if TYPE_CHECKING:
     from woosh_pure.readiness.assessment import Readiness
     from woosh_pure.values.state import Battery, RobotStatus
 
-__all__ = ["LISTENED", "ages", "faults_part", "lease_part", "plain", "pose_part", "readiness_part", "state_parts"]
+__all__ = [
+    "LISTENED",
+    "ages",
+    "faults_part",
+    "lease_part",
+    "plain",
+    "pose_part",
+    "readiness_part",
+    "state_parts",
+]
 
 LISTENED = ("status", "pose", "velocity", "battery", "odometer", "localization", "information")
 """Feeds that the snapshot is made of."""
@@ -61,13 +70,13 @@ def ages(readings: Mapping[str, Reading[Any] | None]) -> dict[str, float | None]
 
 def state_parts(readings: Mapping[str, Reading[Any] | None]) -> dict[str, Any]:
     """The parts that the feeds tell; null where nothing was heard."""
-    value = {name: None if reading is None else reading.value for name, reading in readings.items()}
+    value: dict[str, Any] = {name: r.value for name, r in readings.items() if r is not None}
     status = value.get("status")
     return {
         "status": None if status is None else _status(status),
-        "battery": None if value.get("battery") is None else _battery(value["battery"]),
-        "velocity": None if value.get("velocity") is None else _velocity(value["velocity"]),
-        "odometer": None if value.get("odometer") is None else round(float(value["odometer"]), 2),
+        "battery": _battery(value["battery"]) if "battery" in value else None,
+        "velocity": _velocity(value["velocity"]) if "velocity" in value else None,
+        "odometer": round(float(value["odometer"]), 2) if "odometer" in value else None,
     }
 
 

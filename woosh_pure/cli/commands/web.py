@@ -28,7 +28,9 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="let a page drive by velocity, PAST the obstacle avoidance; a person must watch",
     )
     parser.add_argument("--no-browser", action="store_true", help="open none")
-    parser.add_argument("--tls-cert", type=Path, metavar="FILE", help="certificate (PEM): https instead of http")
+    parser.add_argument(
+        "--tls-cert", type=Path, metavar="FILE", help="certificate (PEM): https instead of http"
+    )
     parser.add_argument("--tls-key", type=Path, metavar="FILE", help="its key, where it is another file")
     parser.add_argument(
         "--host-name", action="append", default=[], metavar="NAME", help="a name this server may be called by"
@@ -44,7 +46,9 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="one more robot, shown at /robots/NAME/",
     )
     parser.add_argument("--marks", type=Path, metavar="FILE", help="list of marks (default: `woosh marks`'s)")
-    parser.add_argument("--recordings", type=Path, metavar="FOLDER", help="where bags are kept (a temporary one)")
+    parser.add_argument(
+        "--recordings", type=Path, metavar="FOLDER", help="where bags are kept (a temporary one)"
+    )
 
 
 def run(args: Namespace, out: Output) -> int:
@@ -72,9 +76,7 @@ def run(args: Namespace, out: Output) -> int:
             marks=_marks(args, out),
             recordings=args.recordings,
         )
-        server = WebServer(
-            app, bind=args.bind, port=args.port, tls_cert=args.tls_cert, tls_key=args.tls_key
-        )
+        server = WebServer(app, bind=args.bind, port=args.port, tls_cert=args.tls_cert, tls_key=args.tls_key)
         stack.enter_context(server)
         page = server.url + (f"#token={args.token}" if args.token else "")
         out.line(f"the page: {page}")

@@ -6,6 +6,7 @@ import time
 from typing import TYPE_CHECKING, Any, cast
 
 from fastapi import Path, Request
+
 from woosh_pure.web.people import Person
 from woosh_pure.web.problems import MEDIA_TYPE, Problem
 
@@ -13,7 +14,16 @@ if TYPE_CHECKING:
     from woosh_pure.web.house import House
     from woosh_pure.web.robot import Robot
 
-__all__ = ["PROBLEMS", "address_of", "house_of", "named_robot", "orderer", "person_of", "problems", "robot_of"]
+__all__ = [
+    "PROBLEMS",
+    "address_of",
+    "house_of",
+    "named_robot",
+    "orderer",
+    "person_of",
+    "problems",
+    "robot_of",
+]
 
 SESSION = "x-woosh-session"
 
@@ -74,5 +84,3 @@ def orderer(request: Request, *, lease: bool = True) -> tuple[Robot, Person]:
     if lease:
         robot.require_lease(person)
     return robot, person
-
-

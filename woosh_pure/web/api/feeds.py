@@ -10,6 +10,7 @@ from typing import Any
 from fastapi import APIRouter, Query, Request, Response
 from starlette.concurrency import run_in_threadpool
 from starlette.types import Receive, Scope, Send
+
 from woosh_pure import interface
 from woosh_pure.feed.feed import PICTURES
 from woosh_pure.feed.feed import Feed as ChassisFeed
@@ -47,7 +48,9 @@ def list_feeds() -> list[dict[str, Any]]:
 def _feed(name: str, request: Request) -> ChassisFeed[Any]:
     row = interface.find(name)
     if row.type in PICTURES:
-        raise Problem(415, f"{name} is too large for this; see camera/color.jpg and camera/depth.jpg", "picture")
+        raise Problem(
+            415, f"{name} is too large for this; see camera/color.jpg and camera/depth.jpg", "picture"
+        )
     return robot_of(request).feed(name)
 
 

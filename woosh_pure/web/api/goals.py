@@ -10,6 +10,7 @@ from typing import Any
 
 from fastapi import APIRouter, Query, Request
 from starlette.concurrency import run_in_threadpool
+
 from woosh_pure.enums import Direction
 from woosh_pure.web import models
 from woosh_pure.web.api.asking import PROBLEMS, orderer, person_of, problems, robot_of
@@ -47,7 +48,9 @@ def _verb(robot: Robot, body: Any, options: dict[str, Any]) -> tuple[str, Callab
         what = f"go to {body.x:.2f} {body.y:.2f} m, {body.theta:.2f} rad"
         return what, partial(chassis.go_to, body.x, body.y, body.theta, **options)
     if body.kind == "move":
-        return f"move {body.distance:.2f} m", partial(chassis.move, body.distance, speed=body.speed, **options)
+        return f"move {body.distance:.2f} m", partial(
+            chassis.move, body.distance, speed=body.speed, **options
+        )
     return f"rotate {body.angle:.2f} rad", partial(chassis.rotate, body.angle, speed=body.speed, **options)
 
 
@@ -98,7 +101,9 @@ def _hold(number: str, request: Request, verb: str) -> dict[str, Any]:
     goal = robot.goals.get(number)
     act = getattr(goal.handle, verb, None)
     if act is None:
-        raise Problem(409, f"{goal.handle.description}: this kind of goal cannot be paused; cancel it", "no-pause")
+        raise Problem(
+            409, f"{goal.handle.description}: this kind of goal cannot be paused; cancel it", "no-pause"
+        )
     if goal.handle.done:
         raise Problem(409, f"{goal.handle.description}: it has ended already", "ended")
     act()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import cast
 
 from fastapi import APIRouter, WebSocket
+
 from woosh_pure.web.house import House
 from woosh_pure.web.live.session import Session
 from woosh_pure.web.problems import Problem
@@ -35,7 +36,9 @@ async def live(socket: WebSocket) -> None:
     try:
         await socket.accept()
         asked = socket.headers.get("accept-language", "").strip().lower()
-        await Session(socket, house, house.hubs[robot.name], person).run("zh" if asked.startswith("zh") else "en")
+        await Session(socket, house, house.hubs[robot.name], person).run(
+            "zh" if asked.startswith("zh") else "en"
+        )
     finally:
         house.viewers -= 1
         house.people.leave(person)

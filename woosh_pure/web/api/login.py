@@ -6,6 +6,7 @@ import time
 from typing import Any
 
 from fastapi import APIRouter, Request, Response
+
 from woosh_pure.web import models
 from woosh_pure.web.access import COOKIE
 from woosh_pure.web.api.asking import address_of, house_of, problems

@@ -19,8 +19,12 @@ from woosh_pure.web.problems import Problem
 __all__ = ["router"]
 
 router = APIRouter(tags=["map"], responses=PROBLEMS)
-_PNG: dict[int | str, dict[str, Any]] = {200: {"content": {"image/png": {}}, "description": "a picture, north up"}}
-_YAML: dict[int | str, dict[str, Any]] = {200: {"content": {"application/yaml": {}}, "description": "map_server's"}}
+_PNG: dict[int | str, dict[str, Any]] = {
+    200: {"content": {"image/png": {}}, "description": "a picture, north up"}
+}
+_YAML: dict[int | str, dict[str, Any]] = {
+    200: {"content": {"application/yaml": {}}, "description": "map_server's"}
+}
 
 
 def get_map(request: Request) -> dict[str, Any]:
@@ -60,7 +64,9 @@ def get_costmap_png(request: Request) -> Response:
     finally:
         subscriber.close()
     if message is None:
-        raise Problem(504, f"nothing came on {TOPIC}: this chassis does not publish its costmap there", "costmap")
+        raise Problem(
+            504, f"nothing came on {TOPIC}: this chassis does not publish its costmap there", "costmap"
+        )
     cells = grid_from_message(message).cells
     grey = np.where(cells < 0, 205, 254 - np.clip(cells, 0, 100).astype(np.int16) * 254 // 100)
     return Response(encode_png(grey.astype(np.uint8)[::-1]), media_type="image/png")

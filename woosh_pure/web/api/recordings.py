@@ -6,6 +6,7 @@ from typing import Any
 
 from fastapi import APIRouter, Request
 from fastapi.responses import FileResponse
+
 from woosh_pure.web import models
 from woosh_pure.web.api.asking import PROBLEMS, orderer, person_of, problems, robot_of
 from woosh_pure.web.problems import Problem
@@ -13,7 +14,9 @@ from woosh_pure.web.problems import Problem
 __all__ = ["router"]
 
 router = APIRouter(tags=["recordings"], responses=PROBLEMS)
-_BAG: dict[int | str, dict[str, Any]] = {200: {"content": {"application/octet-stream": {}}, "description": "a bag"}}
+_BAG: dict[int | str, dict[str, Any]] = {
+    200: {"content": {"application/octet-stream": {}}, "description": "a bag"}
+}
 
 
 def list_recordings(request: Request) -> list[dict[str, Any]]:
@@ -60,7 +63,11 @@ def download(recording: str, request: Request) -> FileResponse:
 add = router.add_api_route
 add("/recordings", list_recordings, response_model=list[models.Recording])
 add(
-    "/recordings", create_recording, methods=["POST"], status_code=201, response_model=models.Recording,
+    "/recordings",
+    create_recording,
+    methods=["POST"],
+    status_code=201,
+    response_model=models.Recording,
     responses=problems(409, 422, 429),
 )
 add("/recordings/{recording}", get_recording, response_model=models.Recording)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from fastapi import APIRouter, Request
+
 from woosh_pure.web import models
 from woosh_pure.web.api.asking import PROBLEMS, house_of, robot_of
 from woosh_pure.web.live import look

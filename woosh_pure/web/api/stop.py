@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any
 
 from fastapi import APIRouter, Request
+
 from woosh_pure.geometry import Pose2D
 from woosh_pure.web import models
 from woosh_pure.web.api.asking import PROBLEMS, house_of, orderer, person_of, problems, robot_of

@@ -47,9 +47,7 @@ def scan_frame(
     with np.errstate(invalid="ignore"):
         seen = (ranges >= limits[0]) & (ranges <= min(limits[1], 655.0))
         centimetres = np.where(seen, np.rint(ranges * np.float32(100.0)), 0.0).astype("<u2")
-    head = _HEAD.pack(
-        SCAN, 0, centimetres.size, laser.x, laser.y, laser.yaw, angles[0], angles[1] * step
-    )
+    head = _HEAD.pack(SCAN, 0, centimetres.size, laser.x, laser.y, laser.yaw, angles[0], angles[1] * step)
     return head + centimetres.tobytes()
 
 

@@ -197,9 +197,9 @@ class Hub:
         self._seen["scan"] = scan.received
         value = scan.value
         if self._mounting is None or self._mounting[0] != value.frame:
-            if self.robot.feed("tf_static").known is None and self._seen.setdefault("waits", scan.received) > (
-                scan.received - 3.0
-            ):
+            if self.robot.feed("tf_static").known is None and self._seen.setdefault(
+                "waits", scan.received
+            ) > (scan.received - 3.0):
                 return  # the fixed transforms are on their way
             self._mounting = (value.frame, look.laser_mounting(self.robot, value))
         mounting = self._mounting[1]
@@ -222,7 +222,11 @@ class Hub:
             self.put("rates", text_of(rates))
 
     def _lost(self, now: float) -> None:
-        heard = [r.received for r in (self.robot.feed(n).known for n in (*look.LASER_FEEDS, "velocity", "pose")) if r]
+        heard = [
+            r.received
+            for r in (self.robot.feed(n).known for n in (*look.LASER_FEEDS, "velocity", "pose"))
+            if r
+        ]
         began = self._seen.setdefault("began", now)
         since = now - max(heard, default=began)
         document: dict[str, Any] = {"t": "lost", "text": None, "since": 0.0}

@@ -14,10 +14,11 @@ from collections import deque
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from starlette.websockets import WebSocketDisconnect
+
 from rosproto.errors import RosError
 from rosproto.text import printable
 from rosproto.version import __version__
-from starlette.websockets import WebSocketDisconnect
 from woosh_pure.web.access import TokenBucket
 from woosh_pure.web.live.deadman import SILENCE, DeadMan, Verdict
 from woosh_pure.web.live.hub import STATE_PARTS, text_of
@@ -39,7 +40,6 @@ NOTHING_READ, SEND_SECONDS = 15.0, 10.0
 """Seconds after which a viewer who acknowledges nothing, or takes nothing, is let go."""
 _ORDER = ("pose", "scan", "state", "lost", "map", "marks", "footprint", "plan", "journal")
 _BINARY = ("camera color", "camera depth", "costmap")
-_KINDS = ("pose", "lost", "map", "marks", "footprint", "plan")
 
 
 class Nonsense(Exception):
@@ -81,7 +81,9 @@ class Session:
                     code, reason = 1008, str(error)
                 elif isinstance(error, TimeoutError):
                     code, reason = 4408, str(error)
-                elif error is not None and not isinstance(error, (WebSocketDisconnect, RuntimeError, OSError)):
+                elif error is not None and not isinstance(
+                    error, (WebSocketDisconnect, RuntimeError, OSError)
+                ):
                     raise error
         finally:
             self._obey(self._dead_man.end("gone"))
@@ -130,9 +132,10 @@ class Session:
                         raise TimeoutError("you have stopped reading; connect again") from None
                 continue
             self._sent += 1
-            send = self._socket.send_bytes if isinstance(frame, bytes) else self._socket.send_text
+            is_bytes = isinstance(frame, bytes)
+            event = {"type": "websocket.send", "bytes" if is_bytes else "text": frame}
             try:
-                await asyncio.wait_for(send(frame), SEND_SECONDS)  # type: ignore[operator]
+                await asyncio.wait_for(self._socket.send(event), SEND_SECONDS)
             except asyncio.TimeoutError:
                 raise TimeoutError("you take nothing any more; connect again") from None
 
@@ -227,7 +230,9 @@ class Session:
 
     def _ack(self, number: object) -> None:
         if isinstance(number, bool) or not isinstance(number, int) or not self._acked <= number <= self._sent:
-            raise Nonsense(f"n={number!r:.40}: expected the number of frames you have got, {self._sent} at most")
+            raise Nonsense(
+                f"n={number!r:.40}: expected the number of frames you have got, {self._sent} at most"
+            )
         self._acked, self._heard = number, time.monotonic()
         self._wake.set()
 
