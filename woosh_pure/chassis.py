@@ -166,7 +166,8 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
 
     @property
     def lease(self) -> ChassisLease:
-        """Who commands this robot now, among those who use this object: the page, the REST door, your program.
+        """Who commands this robot now, among those who use this object: the page, the REST door, your
+        program.
 
         For a program it is advice (`chassis.lease.holder`), for the page and the REST door a rule.
         """

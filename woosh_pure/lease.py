@@ -1,8 +1,8 @@
 """Who commands a robot now: one at a time, asked for, shown to all, given back, lapsing by itself.
 
-A lease is taken when it is free. Who wants it while another holds it asks, and the holder grants it; nobody can
-take it away. It lapses when its holder does not renew it. It is advisory for programs (`chassis.lease.holder`
-tells them), and binding for the page, the REST door and the fleet.
+A lease is taken when it is free. Who wants it while another holds it asks, and the holder grants it; nobody
+can take it away. It lapses when its holder does not renew it. It is advisory for programs
+(`chassis.lease.holder` tells them), and binding for the page, the REST door and the fleet.
 """
 
 from __future__ import annotations
@@ -88,8 +88,8 @@ class Lease:
         return True
 
     def request(self, owner: str, now: float) -> bool:
-        """Ask the holder for it; True when the question stands, False when there is nobody to ask, or too many
-        ask already.
+        """Ask the holder for it; True when the question stands, False when there is nobody to ask, or too
+        many ask already.
         """
         self.lapse(now)
         if self.owner is None or self.owner == owner:
@@ -121,7 +121,8 @@ class Lease:
 
 
 class ChassisLease:
-    """The lease of one `Chassis`, as `chassis.lease`: the machine with a lock and a clock. Safe from any thread.
+    """The lease of one `Chassis`, as `chassis.lease`: the machine with a lock and a clock. Safe from any
+    thread.
 
     Owners are names that others see: a program's, a person's. Nothing is enforced here.
     """

@@ -1,4 +1,5 @@
-"""The robot in a browser, and a REST door for any language: `woosh web`, or mounted in an application of yours.
+"""The robot in a browser, and a REST door for any language: `woosh web`, or mounted in an application of
+yours.
 
     app = FastAPI()
     app.mount("/robot", woosh_pure.web.app(chassis))
@@ -35,8 +36,8 @@ def app(
 ) -> FastAPI:
     """The page and the API of one robot, or of several, as an ASGI application to serve or to mount.
 
-    It starts nothing: no thread, no connection, before somebody asks. The Chassis is yours: open it before, in the
-    lifespan of your application, and close it afterwards (`close` first ends what the web has begun).
+    It starts nothing: no thread, no connection, before somebody asks. The Chassis is yours: open it before,
+    in the lifespan of your application, and close it afterwards (`close` first ends what the web has begun).
 
     Args:
         chassis: The robot; or several by their names, the first one being that of the plain paths.
@@ -51,7 +52,8 @@ def app(
 
     Raises:
         ImportError: The extra `web` is not installed.
-        ValueError: A token that can be guessed, an origin that is none, a name that cannot stand in an address.
+        ValueError: A token that can be guessed, an origin that is none, a name that cannot stand in an
+            address.
     """
     from woosh_pure.web.extra import require
 
@@ -86,5 +88,7 @@ def app(
 
 
 def close(app: FastAPI, why: str = "the server ends") -> None:
-    """End what an application of `app` has begun and moves the robot by velocity, at once; and its recordings."""
+    """End what an application of `app` has begun and moves the robot by velocity, at once; and its
+    recordings.
+    """
     app.state.house.close(why)

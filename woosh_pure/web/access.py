@@ -1,8 +1,9 @@
 """Who may ask: token, Host, Origin, and how often. Pure: headers and times are given.
 
-A browser sends requests for whatever page is open in it. So a page of somebody else must not reach the robot on
-this computer: `Origin` says whose page asks, and `Host` by which name the server was found. DNS rebinding makes a
-foreign name point at us; an address in numbers, or localhost, cannot be made to. Programs send neither and pass.
+A browser sends requests for whatever page is open in it. So a page of somebody else must not reach the robot
+on this computer: `Origin` says whose page asks, and `Host` by which name the server was found. DNS rebinding
+makes a foreign name point at us; an address in numbers, or localhost, cannot be made to. Programs send
+neither and pass.
 """
 
 from __future__ import annotations
@@ -82,7 +83,8 @@ class Access:
 
     Args:
         token: What every request must carry; None lets everybody in.
-        origins: Pages that may ask beside our own, as "https://host:port"; their hosts are names of ours, too.
+        origins: Pages that may ask beside our own, as "https://host:port"; their hosts are names of ours,
+            too.
         hosts: More names by which this server may be called.
 
     Raises:

@@ -1,5 +1,5 @@
-"""Goals that were begun through the web: each has a number, somebody who waits for its end, and a place in the
-list. Chassis verbs block: everything here is called in threads.
+"""Goals that were begun through the web: each has a number, somebody who waits for its end, and a place in
+the list. Chassis verbs block: everything here is called in threads.
 """
 
 from __future__ import annotations

@@ -1,4 +1,6 @@
-"""What every request passes before anything of it is read: Host, Origin, token, size; and what every answer says."""
+"""What every request passes before anything of it is read: Host, Origin, token, size; and what every answer
+says.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who asks: a page with a session that the server gave it, or a program at an address. Safe from any thread."""
+"""Who asks: a page with a session of ours, or a program at an address. Safe from any thread."""
 
 from __future__ import annotations
 

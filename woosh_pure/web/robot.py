@@ -94,7 +94,9 @@ class Robot:
             lease.renew(person.name)
 
     def stop(self, who: str, *, everything: bool = True, timeout: float = 5.0) -> StopReport:
-        """Stop now; blocks until it is known whether the robot stands. Who asks meanwhile gets the same answer."""
+        """Stop now; blocks until it is known whether the robot stands. Who asks meanwhile gets the same
+        answer.
+        """
         self.seat.end(f"{who} stopped the robot")
         with self._lock:
             thread = self._stopping

@@ -1,4 +1,4 @@
-"""The server around the application: a uvicorn of its own in a thread, started and ended with a `with` block."""
+"""The server around the application: a uvicorn in a thread, as a `with` block."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ START_SECONDS, END_SECONDS = 10.0, 3.0
 
 
 class WebServer:
-    """Serves an application of `woosh_pure.web.app`. Use it in a `with` block: leaving it ends the drive first.
+    """Serves an application of `woosh_pure.web.app`. Use it in a `with` block: leaving it ends the drive
+    first.
 
     Args:
         app: The application.
@@ -56,7 +57,8 @@ class WebServer:
         self.app = app
         if not is_loopback(bind) and not app.state.house.access.needs_token:
             raise ValueError(
-                f"--bind {bind} lets others in: that takes a token (--token, made by chance, at least 8 letters)"
+                f"--bind {bind} lets others in: that takes a token (--token, made by chance, "
+                "at least 8 letters)"
             )
         if tls_key and not tls_cert:
             raise ValueError("a TLS key without a certificate; give both")

@@ -24,7 +24,7 @@ ORDERS = problems(403, 409, 422, 429, 501)
 
 
 def create_goal(body: models.GoalRequest, request: Request) -> dict[str, Any]:
-    """Begin a motion; it goes on when this connection ends, until it is done, cancelled, or its time is up."""
+    """Begin a motion. It goes on without this connection, until it is done, cancelled, or its time is up."""
     robot, person = orderer(request)
     options: dict[str, Any] = {"replace": body.replace}
     if body.timeout is not None:

@@ -1,4 +1,4 @@
-"""GET access, POST and DELETE login: the token of the page is kept in a cookie that its scripts cannot read."""
+"""GET access, POST and DELETE login: the token of the page stands in a cookie that no script can read."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ router = APIRouter(tags=["stop"], responses=PROBLEMS)
 
 
 async def stop(request: Request, body: models.StopRequest | None = None) -> dict[str, Any]:
-    """Stop the robot: no lease, no limit. It is NO emergency stop: the answer tells whether it stands still."""
+    """Stop the robot: no lease, no limit. NO emergency stop: the answer tells whether it stands."""
     robot, person = robot_of(request), person_of(request)
     everything = True if body is None else body.everything
     robot.seat.end(f"{person.name} stopped the robot")  # at once, before any thread is free

@@ -1,4 +1,6 @@
-"""The costmap that the navigation plans in, subscribed only while somebody looks at it. Not every chassis tells it."""
+"""The costmap that the navigation plans in, subscribed only while somebody looks at it. Not every chassis
+tells it.
+"""
 
 from __future__ import annotations
 

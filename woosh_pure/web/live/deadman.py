@@ -1,14 +1,15 @@
 """The dead man: may the robot still be driven for this person? Judged on the server. Pure: times are given.
 
-A page that is held sends a press and then a beat every 100 ms, each with a number and with its own time. Whoever
-lets go, hides, freezes, sleeps or is cut off sends none, and that is what ends a drive; nothing else is needed.
+A page that is held sends a press and then a beat every 100 ms, each with a number and with its own time.
+Whoever lets go, hides, freezes, sleeps or is cut off sends none, and that is what ends a drive; nothing else
+is needed.
 
-| state   | press                    | opened  | beat                 | release, gone, stop | 0.4 s without a beat |
-|---------|--------------------------|---------|----------------------|---------------------|----------------------|
-| idle    | newer number: opening    | -       | ignored              | -                   | -                    |
-| opening | not a second one: ended  | driving | noted                | ended               | ended                |
-| driving | not a second one: ended  | -       | in time: drive; late: refused, no sign of life | ended | ended      |
-| ended   | newer number: opening    | refused | ignored: nothing resumes | -               | -                    |
+| state   | press                 | opened  | beat                     | let go, gone, stop | 0.4 s silent |
+|---------|-----------------------|---------|--------------------------|--------------------|--------------|
+| idle    | newer number: opening | zero    | ignored                  | -                  | -            |
+| opening | a second one: ended   | driving | in time: noted           | ended              | ended        |
+| driving | a second one: ended   | zero    | in time: drive           | ended              | ended        |
+| ended   | newer number: opening | zero    | ignored: nothing resumes | -                  | -            |
 
 Late is a beat that took more than 0.25 s longer than the fastest one seen: beats that a network has kept and
 delivers in one heap are old wishes. Clocks need not agree, they must only run. A clock that is set makes

@@ -1,5 +1,5 @@
-"""Binary frames of the live connection, little-endian. Pure. The first byte says the kind, and each is encoded
-once for all who look.
+"""Binary frames of the live connection, little-endian. Pure. The first byte says the kind, and each is
+encoded once for all who look.
 
     scan     B kind=1, B 0, H count, 5f x y theta angle_min angle_increment (laser in the map, m and rad),
              then count H: centimetres, 0 where nothing was seen

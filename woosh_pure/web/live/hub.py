@@ -1,7 +1,8 @@
 """What all viewers of one robot are shown: the newest of each kind, encoded once, each with a version.
 
-It runs only while somebody looks, in the event loop of the application, and asks the robot in threads. A viewer
-remembers which version of each kind it was sent: so memory does not grow with what a slow one has missed.
+It runs only while somebody looks, in the event loop of the application, and asks the robot in threads. A
+viewer remembers which version of each kind it was sent: so memory does not grow with what a slow one has
+missed.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import json
 import time
 from collections import deque
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosError
@@ -165,7 +167,7 @@ class Hub:
         while True:
             reading = camera.newest() if self._looking[source] else None
             if reading is not None and self._is_new(source, reading.received):
-                jpeg = await self._try(lambda: jpeg_of(reading.value))
+                jpeg = await self._try(partial(jpeg_of, reading.value))
                 if jpeg is not None and self._looking[source]:
                     self.put(f"camera {source}", camera_frame(source, jpeg))
                     self.wake()

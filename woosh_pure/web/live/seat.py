@@ -1,4 +1,4 @@
-"""The driver's seat of one robot: at most one velocity block at a time, ended from anywhere, always in zero."""
+"""The driver's seat of one robot: one velocity block at a time, ended from anywhere, always in zero."""
 
 from __future__ import annotations
 

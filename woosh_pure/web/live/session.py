@@ -1,7 +1,8 @@
-"""One viewer: what is sent to the page at the pace at which it reads, and the dead man's hand of who holds it.
+"""One viewer: what is sent to the page at the pace at which it reads, and the dead man's hand of who holds
+it.
 
-Two frames may be under way; the page acknowledges each. So a slow link gets fewer values, and fresh ones, and one
-that has stopped reading costs two frames and ends in a sentence.
+Two frames may be under way; the page acknowledges each. So a slow link gets fewer values, and fresh ones, and
+one that has stopped reading costs two frames and ends in a sentence.
 """
 
 from __future__ import annotations
