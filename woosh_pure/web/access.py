@@ -98,6 +98,8 @@ class Access:
             raise ValueError(
                 f"the token has {len(token)} letters; give at least {LEAST_TOKEN}, made by chance"
             )
+        if token is not None and not (token.isascii() and token.isprintable() and " " not in token):
+            raise ValueError("the token has letters that no header can carry; take ASCII letters and digits")
         self._token = None if token is None else token.encode("utf-8", "surrogateescape")
         self._origins = frozenset(_origin(origin) for origin in origins)
         named = (urlsplit(origin).hostname or "" for origin in self._origins)
