@@ -12,8 +12,8 @@ is needed.
 | ended   | newer number: opening | zero    | ignored: nothing resumes | -                  | -            |
 
 Late is a beat that took more than 0.25 s longer than the fastest one seen: beats that a network has kept and
-delivers in one heap are old wishes. Clocks need not agree, they must only run. A clock that is set makes
-everything late, or is taken for the fastest: both end the drive, neither prolongs it. Clocks run a little
+delivers in one heap are old wishes. Clocks need not agree, they must only run: one that is set back makes all
+beats late, which ends the drive; one that is set forward makes all earlier ones late. Clocks run a little
 apart, which is forgiven between two presses, never while somebody holds.
 """
 
