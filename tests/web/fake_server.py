@@ -200,9 +200,21 @@ class Fake:
             "t": "hello", "robot": "woosh-42", "robots": ["woosh-42"], "session": you, "you": you,
             "allow_driving": self.allow_driving, "limits": limits, "simulated": True,
         }  # fmt: skip
-        map_facts = {"width": 240, "height": 180, "resolution": 0.05, "origin": {"x": -6, "y": -4.5, "theta": 0}}
+        map_facts = {
+            "width": 240,
+            "height": 180,
+            "resolution": 0.05,
+            "origin": {"x": -6, "y": -4.5, "theta": 0},
+        }
         outline = [[0.35, 0.28], [-0.35, 0.28], [-0.35, -0.28], [0.35, -0.28]]
-        entry = {"id": 1, "at": time.time(), "who": "page 1", "what": "go to mark A1", "state": "arrived", "text": ""}
+        entry = {
+            "id": 1,
+            "at": time.time(),
+            "who": "page 1",
+            "what": "go to mark A1",
+            "state": "arrived",
+            "text": "",
+        }
         first = [
             hello, {"t": "map", "version": "1", **map_facts}, {"t": "marks", "marks": MARKS},
             {"t": "footprint", "points": outline}, {"t": "journal", "entries": [entry]},
@@ -238,7 +250,9 @@ class Served:
 
     def __init__(self, fake: Fake) -> None:
         self.fake = fake
-        config = uvicorn.Config(fake.app, host="127.0.0.1", port=0, log_level="warning", ws="websockets")
+        config = uvicorn.Config(
+            fake.app, host="127.0.0.1", port=0, log_level="warning", ws="websockets-sansio"
+        )
         self._server = uvicorn.Server(config)
         self._thread = threading.Thread(target=self._server.run, daemon=True)
 
