@@ -11,6 +11,7 @@ from __future__ import annotations
 import hmac
 import ipaddress
 import math
+import re
 from collections import OrderedDict
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -19,6 +20,7 @@ from urllib.parse import urlsplit
 __all__ = ["Access", "Refusal", "TokenBucket", "host_of", "is_loopback"]
 
 COOKIE = "woosh_token"
+_AUTHORITY = re.compile(r"(?:\[([0-9A-Fa-f:.]+)\]|([A-Za-z0-9._-]+))(?::[0-9]{1,5})?")
 LEAST_TOKEN = 8
 MOST_BUCKETS = 1000
 
@@ -33,10 +35,8 @@ class Refusal:
 
 def host_of(header: str) -> str:
     """The name in a Host header or an authority, without its port, in small letters; "" when it is none."""
-    try:
-        return (urlsplit(f"//{header}").hostname or "").rstrip(".").lower()
-    except ValueError:
-        return ""
+    found = _AUTHORITY.fullmatch(header.strip())
+    return "" if found is None else (found[1] or found[2]).rstrip(".").lower()
 
 
 def is_loopback(address: str) -> bool:
@@ -98,6 +98,8 @@ class Access:
             raise ValueError(
                 f"the token has {len(token)} letters; give at least {LEAST_TOKEN}, made by chance"
             )
+        if token is not None and not (token.isascii() and token.isprintable() and " " not in token):
+            raise ValueError("the token has letters that no header can carry; take ASCII letters and digits")
         self._token = None if token is None else token.encode("utf-8", "surrogateescape")
         self._origins = frozenset(_origin(origin) for origin in origins)
         named = (urlsplit(origin).hostname or "" for origin in self._origins)

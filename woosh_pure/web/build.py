@@ -53,7 +53,7 @@ def build(house: House, *, origins: tuple[str, ...] = ()) -> FastAPI:
         app.include_router(part.router, prefix="/robots/{robot}/api/v1", include_in_schema=False)
     for part in _HOUSE:  # a page of one robot asks by its own relative addresses
         app.include_router(part.house_router, prefix="/robots/{robot}/api/v1", include_in_schema=False)
-    for kind in (Problem, RosError, ValueError, KeyError, TypeError, Exception):
+    for kind in (Problem, RosError, ValueError, KeyError, Exception):
         app.add_exception_handler(kind, _on_error)
     app.add_exception_handler(RequestValidationError, _on_invalid)
     app.add_exception_handler(HTTPException, _on_http)

@@ -38,6 +38,8 @@ class Goal:
         handle: The library's own.
         begun: s since 1970.
         entry: Its number in the journal.
+        outcome: How it ended, None while it runs.
+        error: Why its end is not known; "" else.
     """
 
     id: str
@@ -47,11 +49,20 @@ class Goal:
     begun: float
     entry: int
     paused: bool = False
+    outcome: Outcome | None = None
+    error: str = ""
 
     @property
-    def outcome(self) -> Outcome | None:
-        """How it ended, None while it runs."""
-        return self.handle.outcome
+    def done(self) -> bool:
+        """True when it has ended. Asks nobody, so it never waits."""
+        return self.outcome is not None or bool(self.error)
+
+    def wait(self, timeout: float) -> bool:
+        """Wait until it has ended; blocks."""
+        until = time.monotonic() + timeout
+        while not self.done and time.monotonic() < until:
+            time.sleep(0.01)
+        return self.done
 
     def as_json(self) -> dict[str, Any]:
         """As it is sent."""
@@ -63,20 +74,21 @@ class Goal:
             "who": self.who,
             "description": printable(self.handle.description),
             "begun": self.begun,
-            "state": "paused" if outcome is None and self.paused else _state(outcome),
-            "done": outcome is not None,
+            "state": self._state(),
+            "done": self.done,
             "arrived": None if outcome is None else outcome.arrived,
             "progress": printable(self.handle.progress_line()) if outcome is None else "",
             "percent": None if percent is None else round(float(percent), 1),
             "stands_still": None if outcome is None else outcome.stopped,
-            "text": "" if outcome is None else outcome.sentence(),
+            "text": self.error if outcome is None else outcome.sentence(),
             "seconds": round(time.time() - self.begun if outcome is None else outcome.seconds, 2),
-            "can_pause": outcome is None and hasattr(self.handle, "pause"),
+            "can_pause": not self.done and hasattr(self.handle, "pause"),
         }
 
-
-def _state(outcome: Outcome | None) -> str:
-    return "running" if outcome is None else outcome.kind.value
+    def _state(self) -> str:
+        if self.outcome is not None:
+            return self.outcome.kind.value
+        return "not known" if self.error else "paused" if self.paused else "running"
 
 
 class GoalDesk:
@@ -95,7 +107,7 @@ class GoalDesk:
             RosError, ValueError: What the verb raises; it is in the journal, too.
             Problem: Too many run already.
         """
-        if len([goal for goal in self.all() if goal.outcome is None]) >= MOST_RUNNING:
+        if len(self.running) >= MOST_RUNNING:
             raise Problem(409, f"{MOST_RUNNING} goals are under way already; cancel one first")
         number = str(next(self._numbers))
         entry = self._journal.begin(who, what, number)
@@ -109,7 +121,7 @@ class GoalDesk:
         goal = Goal(number, kind, who, handle, round(time.time(), 3), entry)
         with self._lock:
             self._goals[number] = goal
-            for old in [key for key, one in self._goals.items() if one.handle.done]:
+            for old in [key for key, one in self._goals.items() if one.done]:
                 if len(self._goals) <= MOST_KEPT:
                     break
                 del self._goals[old]
@@ -123,8 +135,10 @@ class GoalDesk:
         try:
             outcome = goal.handle.wait(raises=False)
         except RosError as error:
-            self._journal.end(goal.entry, "failed", str(error))
+            goal.error = str(error)
+            self._journal.end(goal.entry, "not known", str(error))
         else:
+            goal.outcome = outcome
             self._journal.end(goal.entry, outcome.kind.value, outcome.sentence())
 
     def get(self, number: str) -> Goal:
@@ -147,4 +161,4 @@ class GoalDesk:
     @property
     def running(self) -> list[Goal]:
         """Those that have not ended."""
-        return [goal for goal in self.all() if goal.outcome is None]
+        return [goal for goal in self.all() if not goal.done]

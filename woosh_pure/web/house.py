@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING
 
 from woosh_pure.web.live.hub import Hub
 from woosh_pure.web.people import People
 from woosh_pure.web.problems import Problem
+from woosh_pure.web.workers import Workers
 
 if TYPE_CHECKING:
     from woosh_pure.web.access import Access
@@ -25,15 +25,17 @@ class House:
         access: Who may ask.
         allow_driving: Whether a page may drive by velocity.
         people: Who is connected.
+        stops, drives, looks: Threads for each of these.
         hubs: What viewers are shown, by the robot's name.
-        streams: How many event streams are open.
+        streams, viewers: How many are open.
     """
 
     def __init__(self, robots: Mapping[str, Robot], access: Access, *, allow_driving: bool) -> None:
         self.robots, self.access, self.allow_driving = dict(robots), access, allow_driving
         self.people = People()
-        self.hubs = {name: Hub(robot) for name, robot in self.robots.items()}
-        self.stops: ThreadPoolExecutor | None = None
+        self.stops, self.drives = Workers("stop", 8), Workers("drive", 8)
+        self.looks = Workers("look", 8)
+        self.hubs = {name: Hub(robot, self.looks) for name, robot in self.robots.items()}
         self.streams = 0
         self.viewers = 0
 
@@ -53,3 +55,5 @@ class House:
         """End what moves, at once."""
         for robot in self.robots.values():
             robot.close(why)
+        for workers in (self.stops, self.drives, self.looks):
+            workers.close()

@@ -50,7 +50,6 @@ _KINDS: tuple[tuple[type[Exception], int, str], ...] = (
     (RosError, 502, "ros-error"),
     (KeyError, 404, "not-there"),
     (ValueError, 422, "value"),
-    (TypeError, 422, "value"),
 )
 
 

@@ -22,7 +22,16 @@ if TYPE_CHECKING:
     from woosh_pure.stopping.report import StopReport
     from woosh_pure.web.people import Person
 
+ALSO_SHOWN = ("scan", "plan", "tf_static")
 __all__ = ["Robot"]
+
+
+class _Stop:
+    """A stop under way, and what came of it."""
+
+    def __init__(self) -> None:
+        self.over = threading.Event()
+        self.report: StopReport | None = None
 
 
 class Robot:
@@ -53,17 +62,17 @@ class Robot:
         self.recordings = RecordingDesk(chassis, recordings)
         self._listening = False
         self._lock = threading.Lock()
-        self._stopping: threading.Thread | None = None
-        self._report: StopReport | None = None
+        self._stopping: dict[bool, _Stop] = {}
 
     def listen(self) -> None:
         """Subscribe what the snapshot needs; blocks the first time, until the links stand."""
         if self._listening:
             return
-        for name in LISTENED:
+        names = (*LISTENED, *ALSO_SHOWN)
+        for name in names:
             self.feed(name).open()
         self.chassis.readiness()
-        for name in LISTENED:
+        for name in names:
             self.feed(name).connect()
         self._listening = True
 
@@ -99,25 +108,27 @@ class Robot:
         """
         self.seat.end(f"{who} stopped the robot")
         with self._lock:
-            thread = self._stopping
-            if thread is None or not thread.is_alive():
-                thread = self._stopping = threading.Thread(
-                    target=self._stop, args=(who, everything, timeout), name="woosh:web stop", daemon=True
-                )
-                thread.start()
-        thread.join(timeout + 25.0)
-        report = self._report
-        if report is None or thread.is_alive():
+            stop = self._stopping.get(everything)
+            begins = stop is None
+            if stop is None:
+                stop = self._stopping[everything] = _Stop()
+        if begins:
+            self._stop(stop, who, everything, timeout)
+        stop.over.wait(timeout + 25.0)
+        if stop.report is None:
             raise Problem(504, "the stop was sent, but is not confirmed: watch the robot, use its own button")
-        return report
+        return stop.report
 
-    def _stop(self, who: str, everything: bool, timeout: float) -> None:
+    def _stop(self, stop: _Stop, who: str, everything: bool, timeout: float) -> None:
         entry = self.journal.begin(who, "stop")
-        self._report = None
-        report = self.chassis.stop(everything=everything, timeout=timeout)
-        self._report = report
-        state = {True: "stands still", False: "STILL MOVES", None: "not known"}[report.standing]
-        self.journal.end(entry, state, report.sentence())
+        try:
+            stop.report = report = self.chassis.stop(everything=everything, timeout=timeout)
+            state = {True: "stands still", False: "STILL MOVES", None: "not known"}[report.standing]
+            self.journal.end(entry, state, report.sentence())
+        finally:
+            with self._lock:
+                del self._stopping[everything]
+            stop.over.set()
 
     def close(self, why: str) -> None:
         """End what the web has begun, at once; closing the Chassis is for whoever opened it."""

@@ -69,20 +69,21 @@ async def wait_for_goal(
 ) -> dict[str, Any]:
     """Wait for its end; the goal as it stands when the time is up: look at `done`."""
     found, until = robot_of(request).goals.get(goal), time.monotonic() + timeout
-    while not found.handle.done and time.monotonic() < until:
+    while not found.done and time.monotonic() < until:
         if await request.is_disconnected():
             break
         await asyncio.sleep(0.05)
-    return found.as_json()
+    return await run_in_threadpool(found.as_json)
 
 
 def cancel_goal(goal: str, request: Request) -> dict[str, Any]:
     """Cancel it, and wait until the robot confirms; it may have arrived meanwhile."""
     found = robot_of(request).goals.get(goal)
     who = person_of(request)
-    if not found.handle.done:
+    if not found.done:
         robot_of(request).journal.note(who.name, f"cancel goal {found.id}")
         found.handle.cancel()
+        found.wait(2.0)
     return found.as_json()
 
 
@@ -104,7 +105,7 @@ def _hold(number: str, request: Request, verb: str) -> dict[str, Any]:
         raise Problem(
             409, f"{goal.handle.description}: this kind of goal cannot be paused; cancel it", "no-pause"
         )
-    if goal.handle.done:
+    if goal.done:
         raise Problem(409, f"{goal.handle.description}: it has ended already", "ended")
     act()
     goal.paused = verb == "pause"

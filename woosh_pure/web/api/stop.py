@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
-from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
 
@@ -23,23 +21,13 @@ async def stop(request: Request, body: models.StopRequest | None = None) -> dict
     robot, person = robot_of(request), person_of(request)
     everything = True if body is None else body.everything
     robot.seat.end(f"{person.name} stopped the robot")  # at once, before any thread is free
-    report = await asyncio.get_running_loop().run_in_executor(
-        _threads_of(request), partial(robot.stop, person.name, everything=everything)
-    )
+    report = await house_of(request).stops.run(partial(robot.stop, person.name, everything=everything))
     return {
         "stands_still": report.standing,
         "text": report.sentence(),
         "cancelled": list(report.cancelled),
         "problems": list(report.problems),
     }
-
-
-def _threads_of(request: Request) -> ThreadPoolExecutor:
-    """Threads for stops only: whatever keeps the others busy, a stop has one."""
-    house = house_of(request)
-    if house.stops is None:
-        house.stops = ThreadPoolExecutor(8, thread_name_prefix="woosh:web stop")
-    return house.stops
 
 
 def set_pose(body: models.PoseRequest, request: Request) -> dict[str, Any]:

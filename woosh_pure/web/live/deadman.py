@@ -12,8 +12,9 @@ is needed.
 | ended   | newer number: opening | zero    | ignored: nothing resumes | -                  | -            |
 
 Late is a beat that took more than 0.25 s longer than the fastest one seen: beats that a network has kept and
-delivers in one heap are old wishes. Clocks need not agree, they must only run. A clock that is set makes
-everything late, or is taken for the fastest: both end the drive, neither prolongs it.
+delivers in one heap are old wishes. Clocks need not agree, they must only run: one that is set back makes all
+beats late, which ends the drive; one that is set forward makes all earlier ones late. Clocks run a little
+apart, which is forgiven between two presses, never while somebody holds.
 """
 
 from __future__ import annotations
@@ -28,6 +29,8 @@ SILENCE = 0.4
 """Seconds without a beat in time after which a drive is over."""
 LATEST = 0.25
 """Seconds by which a beat may be slower than the fastest one."""
+DRIFT = 1e-3
+"""Seconds by which two clocks may run apart in a second: far more than they do."""
 
 State = Literal["idle", "opening", "driving", "ended"]
 Act = Literal["none", "open", "drive", "zero"]
@@ -66,6 +69,7 @@ class DeadMan:
         self._silence, self._latest = silence, latest
         self._seq = -1
         self._fastest = math.inf
+        self._pressed = -math.inf
         self._alive = -math.inf
         self._wish = (0.0, 0.0)
 
@@ -80,6 +84,9 @@ class DeadMan:
             return self._end("pressed twice")
         if not self._is_new(seq, at, vx, wz):
             return Verdict("none", reason="not a new press")
+        if self._pressed > -math.inf:
+            self._fastest += DRIFT * max(0.0, now - self._pressed)
+        self._pressed = now
         if self._is_late(at, now):
             return Verdict("none", reason="late")
         self.state, self._alive, self._wish = "opening", now, (vx, wz)

@@ -11,7 +11,7 @@ import asyncio
 import json
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +25,7 @@ from woosh_pure.web.snapshot import ages, pose_part, state_parts
 
 if TYPE_CHECKING:
     from woosh_pure.web.robot import Robot
+    from woosh_pure.web.workers import Workers
 
 __all__ = ["STATE_PARTS", "Hub", "text_of"]
 
@@ -43,6 +44,18 @@ def text_of(document: Any) -> str:
     return json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
+async def _kept_up(loop: Callable[[], Awaitable[None]]) -> None:
+    """A loop for as long as somebody looks; what fails in it nobody foresaw, and is no reason to show
+    nothing.
+    """
+    while True:
+        try:
+            await loop()
+        except Exception:
+            _logger.exception("! a look at the robot failed")
+            await asyncio.sleep(1.0)
+
+
 class Hub:
     """See above. Everything here belongs to the event loop, except what is called in threads by it.
 
@@ -51,8 +64,8 @@ class Hub:
         changed: Set when anything is new; viewers wait for it.
     """
 
-    def __init__(self, robot: Robot) -> None:
-        self.robot = robot
+    def __init__(self, robot: Robot, workers: Workers) -> None:
+        self.robot, self._workers = robot, workers
         self.newest: dict[str, tuple[int, str | bytes]] = {}
         self._viewers: set[Callable[[], None]] = set()
         self._version = 0
@@ -69,8 +82,9 @@ class Hub:
         """A viewer comes; `wake()` is called when something is new."""
         self._viewers.add(wake)
         if not self._tasks:
-            loops = (self._quick(), self._slow(), self._maps(), *map(self._camera, ("color", "depth")))
-            self._tasks = [asyncio.ensure_future(loop) for loop in loops]
+            cameras = [partial(self._camera, source) for source in self.robot.cameras]
+            loops: list[Callable[[], Awaitable[None]]] = [self._quick, self._slow, self._maps, *cameras]
+            self._tasks = [asyncio.ensure_future(_kept_up(loop)) for loop in loops]
 
     def leave(self, wake: Callable[[], None]) -> None:
         """A viewer goes; with the last one everything rests."""
@@ -82,16 +96,16 @@ class Hub:
             self.newest.clear()  # what is old must not be the first thing the next viewer sees
             self._seen.clear()
             for camera in self.robot.cameras.values():
-                asyncio.get_running_loop().run_in_executor(None, camera.tidy, 0.0)
+                self._workers.run(camera.tidy, 0.0)
 
     async def look(self, what: str, on: bool) -> None:
         """A viewer begins or ends to look at "color", "depth" or "costmap"."""
         self._looking[what] = max(0, self._looking[what] + (1 if on else -1))
         if what == "costmap":
-            await asyncio.to_thread(self._costmap.look, self._looking[what] > 0)
+            await self._try(partial(self._costmap.look, self._looking[what] > 0))
             return
         camera = self.robot.cameras[what]
-        await asyncio.to_thread(camera.look if on else camera.leave)
+        await self._try(camera.look if on else camera.leave)
         if not self._looking[what]:
             self.newest.pop(f"camera {what}", None)
 
@@ -114,7 +128,6 @@ class Hub:
         """What is heard, many times a second."""
         robot, due = self.robot, 0.0
         await self._try(robot.listen)
-        await self._try(lambda: [robot.feed(name).open() for name in look.LASER_FEEDS])
         while True:
             before, now = self._version, time.monotonic()
             readings = robot.readings()
@@ -123,7 +136,7 @@ class Hub:
             pose = readings["pose"]
             if pose is not None and self._is_new("pose", pose.received):
                 self.put("pose", text_of({"t": "pose", **pose_part(pose.value), "age": round(pose.age, 2)}))
-            self._scan()
+            await self._scan()
             if now >= due:
                 due = now + 0.5
                 self._ages(readings, now)
@@ -139,6 +152,7 @@ class Hub:
         outline = {"t": "footprint", "points": look.round_outline(), "assumed": True}
         self.put("footprint", text_of(outline))
         while True:
+            await self._try(robot.listen)  # again, where the robot was not there yet
             parts = await self._try(lambda: look.slow_parts(robot))
             for part, value in (parts or {}).items():
                 self.put(part, text_of(value))
@@ -176,7 +190,7 @@ class Hub:
     async def _try(self, ask: Callable[[], Any]) -> Any:
         """In a thread; None when the robot does not answer: what is not known is shown by its age."""
         try:
-            return await asyncio.to_thread(ask)
+            return await self._workers.run(ask)
         except (RosError, ValueError) as error:
             _logger.debug("! %s: %s", self.robot.name, error)
             return None
@@ -192,18 +206,17 @@ class Hub:
         self._seen[what] = received
         return True
 
-    def _scan(self) -> None:
+    async def _scan(self) -> None:
         scan, pose = self.robot.feed("scan").known, self.robot.feed("pose").known
         if scan is None or pose is None or scan.received - self._seen.get("scan", 0.0) < SCAN_EVERY * 0.9:
             return
         self._seen["scan"] = scan.received
         value = scan.value
         if self._mounting is None or self._mounting[0] != value.frame:
-            if self.robot.feed("tf_static").known is None and self._seen.setdefault(
-                "waits", scan.received
-            ) > (scan.received - 3.0):
-                return  # the fixed transforms are on their way
-            self._mounting = (value.frame, look.laser_mounting(self.robot, value))
+            mounted = await self._try(partial(look.laser_mounting, self.robot, value))
+            if mounted is None:
+                return
+            self._mounting = (value.frame, mounted)
         mounting = self._mounting[1]
         limits = (value.range_min, value.range_max)
         self.put(

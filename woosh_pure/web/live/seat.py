@@ -17,6 +17,7 @@ __all__ = ["MOST_ANGULAR", "MOST_LINEAR", "VALID_FOR", "Seat"]
 
 MOST_LINEAR, MOST_ANGULAR = 0.3, 0.5
 """m/s and rad/s that a page may drive; the chassis's own limits hold below these."""
+ZEROS_SECONDS = 1.0
 VALID_FOR = 0.3
 """Seconds for which one beat moves the robot, whatever becomes of this server's event loop."""
 
@@ -26,7 +27,7 @@ class Seat:
 
     def __init__(self, chassis: Chassis) -> None:
         self._chassis = chassis
-        self._lock = threading.Lock()
+        self._lock = threading.Condition()
         self._driver: str | None = None
         self._drive: Drive | None = None
         self._closed = ""
@@ -52,14 +53,15 @@ class Seat:
             Problem: Somebody else drives, or the server ends.
             RosError, ValueError: What `Chassis.velocity` says against it.
         """
-        with self._lock:
+        with self._lock:  # who lets go and holds again at once waits for the zeros of before
+            self._lock.wait_for(lambda: self._closed or self._driver != driver, ZEROS_SECONDS)
             if self._closed or self._driver is not None:
                 raise Problem(409, self._closed or f"{self._driver} drives now", "busy")
             self._driver = driver
         try:
             drive = self._begin()
         except BaseException:
-            self._driver = None
+            self._is_free(None)
             raise
         with self._lock:
             self._drive, closed = drive, self._closed
@@ -68,13 +70,23 @@ class Seat:
             raise Problem(409, closed, "busy")
 
     def _begin(self) -> Drive:
-        known = self._chassis.velocity(bypasses_protection=True).limits
-        drive = self._chassis.velocity(
-            bypasses_protection=True,
-            max_linear=min(MOST_LINEAR, known.linear),
-            max_angular=min(MOST_ANGULAR, known.angular),
-        )
+        velocity = self._chassis.velocity
+        try:
+            drive = velocity(bypasses_protection=True, max_linear=MOST_LINEAR, max_angular=MOST_ANGULAR)
+        except ValueError:  # the chassis's own limits are lower
+            known = velocity(bypasses_protection=True).limits
+            drive = velocity(
+                bypasses_protection=True,
+                max_linear=min(MOST_LINEAR, known.linear),
+                max_angular=min(MOST_ANGULAR, known.angular),
+            )
         return drive.__enter__()
+
+    def _is_free(self, drive: Drive | None) -> None:
+        with self._lock:
+            if self._drive is drive:
+                self._drive, self._driver = None, None
+                self._lock.notify_all()
 
     def steer(self, vx: float, wz: float) -> None:
         """Drive for another moment; brought within the limits.
@@ -108,12 +120,12 @@ class Seat:
         except RosError:
             pass  # the link is gone: zero is the first thing sent when it is back
         finally:
-            with self._lock:
-                if self._drive is drive:
-                    self._drive, self._driver = None, None
+            if drive is not None:
+                self._is_free(drive)
 
     def close(self, why: str) -> None:
         """Nobody sits down any more; who sits drives no longer. Does not wait."""
         with self._lock:
             self._closed = why
+            self._lock.notify_all()
         self.end(why)

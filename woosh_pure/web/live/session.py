@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 __all__ = ["Session"]
 
 CREDITS = 2
-MOST_TEXT = 4096
+MOST_TEXT, MOST_ENTRIES = 4096, 50
 NOTHING_READ, SEND_SECONDS = 15.0, 10.0
 """Seconds after which a viewer who acknowledges nothing, or takes nothing, is let go."""
 _ORDER = ("pose", "scan", "state", "lost", "map", "marks", "footprint", "plan", "journal")
@@ -64,9 +64,9 @@ class Session:
         self._confirmed = False
         self._dead_man = DeadMan()
         self._seated = False
-        self._leaving: asyncio.Task[None] | None = None
+        self._drive_entry = 0
         self._tasks: set[asyncio.Task[None]] = set()
-        self._pace = TokenBucket(60.0, 120.0)
+        self._pace = TokenBucket(200.0, 400.0)
 
     async def run(self, lang: str) -> None:
         """Until it ends, whoever ends it. The drive is over before anything else."""
@@ -90,8 +90,7 @@ class Session:
             self._obey(self._dead_man.end("gone"))
             self._hub.leave(self._wake.set)
             for task in (*tasks, *self._tasks):
-                if task is not self._leaving:
-                    task.cancel()
+                task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
             for what in list(self._looks):
                 await self._hub.look(what, False)
@@ -126,12 +125,15 @@ class Session:
             self._wake.clear()
             frame = self._next()
             if frame is None:
+                if self._sent > self._acked and time.monotonic() - self._heard > NOTHING_READ:
+                    raise TimeoutError("you have stopped reading; connect again")
                 try:
                     await asyncio.wait_for(self._wake.wait(), 1.0)
                 except asyncio.TimeoutError:
-                    if self._sent > self._acked and time.monotonic() - self._heard > NOTHING_READ:
-                        raise TimeoutError("you have stopped reading; connect again") from None
+                    pass
                 continue
+            if self._sent == self._acked:
+                self._heard = time.monotonic()  # from now on something is awaited
             self._sent += 1
             is_bytes = isinstance(frame, bytes)
             event = {"type": "websocket.send", "bytes" if is_bytes else "text": frame}
@@ -185,7 +187,9 @@ class Session:
         if journal.version <= self._journal:
             return None
         since, self._journal = self._journal, journal.version
-        return text_of({"t": "journal", "entries": [entry.as_json() for entry in journal.since(since)]})
+        return text_of(
+            {"t": "journal", "entries": [entry.as_json() for entry in journal.since(since)[-MOST_ENTRIES:]]}
+        )
 
     def _lease_news(self) -> str | None:
         state = self._robot.chassis.lease.state
@@ -206,7 +210,7 @@ class Session:
             if text is None or len(text) > MOST_TEXT:
                 raise Nonsense(f"expected text of at most {MOST_TEXT} letters")
             if not self._pace.take(time.monotonic()):
-                raise Nonsense("more than sixty messages a second")
+                raise Nonsense("more than 200 messages a second")
             await self._take(_document(text))
 
     async def _take(self, said: dict[str, Any]) -> None:
@@ -286,7 +290,7 @@ class Session:
         if not self._confirmed:
             return "not confirmed", "read and confirm the warning first"
         driver = self._robot.seat.driver
-        if driver is not None and not self._dead_man.held:
+        if driver not in (None, self._person.name):
             return "busy", f"{driver} drives, or has just let go"
         return None
 
@@ -307,11 +311,11 @@ class Session:
 
     async def _open(self) -> None:
         seat, name = self._robot.seat, self._person.name
-        opening = asyncio.ensure_future(asyncio.to_thread(seat.open, name))
+        opening = self._house.drives.run(seat.open, name)
         try:
             await asyncio.shield(opening)
         except asyncio.CancelledError:  # the page is gone while it was being opened
-            opening.add_done_callback(lambda _: _leave_later(seat, "the page has gone"))
+            opening.add_done_callback(lambda _: self._house.drives.run(seat.leave, "the page has gone"))
             raise
         except Exception as error:
             problem = problem_of(error)
@@ -338,7 +342,7 @@ class Session:
         self._robot.seat.end(why)
         self._robot.journal.end(self._drive_entry, "done", f"ended: {text or reason}")
         self._say({"t": "drive", "state": "ended", "reason": reason, "text": text})
-        _leave_later(self._robot.seat, why)
+        self._house.drives.run(self._robot.seat.leave, why)
 
     def _over(self, error: Exception) -> None:
         """The robot, a stop or the link has ended the drive."""
@@ -356,16 +360,6 @@ class Session:
         task = asyncio.ensure_future(job)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
-
-
-_later: set[asyncio.Future[None]] = set()
-
-
-def _leave_later(seat: Any, why: str) -> None:
-    """Wait for the zeros in a thread; it outlives the session."""
-    future = asyncio.get_running_loop().run_in_executor(None, seat.leave, why)
-    _later.add(future)
-    future.add_done_callback(_later.discard)
 
 
 def _document(text: str) -> dict[str, Any]:
