@@ -75,7 +75,8 @@ def person(
         page.goto(url + path)
         page.wait_for_selector(".markrow")
         yield page
-        page.close(run_before_unload=True)
+        if not page.is_closed():
+            page.close(run_before_unload=True)
     finally:
         context.close()
     assert problems == []

@@ -82,7 +82,7 @@ class Fake:
     def state(self) -> dict[str, Any]:
         status = {"robot_state": "IDLE", "robot_mode": "AUTOMATIC", "work_mode": "TASK", "task": {"id": 0}}
         battery = {"percent": 76, "charging": False, "voltage": 48.2, "current": -3.1}
-        ages = {name: 0.1 for name in ("pose", "velocity", "battery", "scan", "status", "odometer")}
+        ages = dict.fromkeys(("pose", "velocity", "battery", "scan", "status", "odometer"), 0.1)
         return {
             "t": "state", "status": status, "battery": battery, "odometer": 1234.5,
             "velocity": {"vx": 0.2 * math.sin(time.time()), "vy": 0.0, "wz": 0.1},

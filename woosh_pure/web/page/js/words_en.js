@@ -107,6 +107,7 @@ export const en = {
   "what.resume goal": "Go on with no. {n}",
   "what.record bag": "Record no. {n}",
   "what.end bag": "End recording no. {n}",
+  "what.set the pose": "Told it where it is",
   "what.stop": "STOP",
   "task.left": "{n} m left",
   "goal.begun": "Begun",

@@ -107,6 +107,7 @@ export const zh = {
   "what.resume goal": "继续第 {n} 项",
   "what.record bag": "开始第 {n} 次录制",
   "what.end bag": "结束第 {n} 次录制",
+  "what.set the pose": "告诉它在哪里",
   "what.stop": "停止",
   "task.left": "还剩 {n} 米",
   "goal.begun": "已开始",
