@@ -88,12 +88,12 @@ class Session:
                     raise error
         finally:
             self._obey(self._dead_man.end("gone"))
-            self._hub.leave(self._wake.set)
-            for task in (*tasks, *self._tasks):
-                task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
-            for what in list(self._looks):
-                await self._hub.look(what, False)
+            try:
+                await _end_all({*tasks, *self._tasks})
+                for what in list(self._looks):
+                    await self._hub.look(what, False)
+            finally:
+                self._hub.leave(self._wake.set)
         try:
             await asyncio.wait_for(self._socket.close(code, printable(reason)[:120]), 2.0)
         except (RuntimeError, OSError, asyncio.TimeoutError, WebSocketDisconnect):
@@ -360,6 +360,18 @@ class Session:
         task = asyncio.ensure_future(job)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+
+
+async def _end_all(tasks: set[asyncio.Task[None]]) -> None:
+    """Cancel them until they have ended: up to Python 3.11 `asyncio.wait_for` may swallow a cancel."""
+    until = time.monotonic() + 2.0
+    while tasks and time.monotonic() < until:
+        for task in tasks:
+            task.cancel()
+        done, tasks = await asyncio.wait(tasks, timeout=0.1)
+        for task in done:
+            if not task.cancelled():
+                task.exception()
 
 
 def _document(text: str) -> dict[str, Any]:
