@@ -9,7 +9,7 @@ import { seconds } from "./link.js";
 import { Pad } from "./pad.js";
 import { fromStick } from "./steering.js";
 import { toast } from "./toast.js";
-import { warn } from "./warning.js";
+import { warning } from "./warning.js";
 
 export class Drive {
   constructor({ store, link, lease, leaseBox }) {
@@ -30,7 +30,7 @@ export class Drive {
     store.on("link", (state) => state !== "open" && this.end("lost"));
     store.on("lost", (lost) => lost && this.end("lost"));
     store.on("stopping", () => this.end("stopped"));
-    store.on("lease", (lease) => lease && !lease.yours && this.end("unleased"));
+    store.on("lease", (now) => !now?.yours && this.end("unleased"));
     store.on("tab", (tab) => tab !== "drive" && this.end("hidden"));
     onLanguage(() => this.render());
     setInterval(() => this.beat(), BEAT_SECONDS * 1000);
@@ -121,8 +121,14 @@ export class Drive {
     if (message.state === "refused") toast(message.text || message.reason, "bad");
   }
 
+  // First the warning, then control, then the switch.
+  ask() {
+    fill(this.root, warning((agreed) => (agreed ? this.enable() : this.render())), this.leaseBox);
+    byId("warning-title").focus();
+  }
+
   async enable() {
-    if (!(await warn())) return;
+    this.render();
     try {
       await this.lease.need();
     } catch (error) {
@@ -151,7 +157,7 @@ export class Drive {
         el("p", { class: "quiet center" }, t("drive.pad")), el("p", { class: "quiet center wide" }, t("drive.keys")),
         button(t("drive.disable"), () => this.switch(false), { kind: "plain", id: "drive-off" })]
       : [el("section", { class: "card" }, el("h2", {}, t("drive.title")), el("p", {}, t("drive.warning.1")),
-        button(t("drive.enable"), () => this.enable(), { kind: "primary", id: "drive-on" }))];
+        button(t("drive.enable"), () => this.ask(), { kind: "primary", id: "drive-on" }))];
     fill(this.root, ...parts, this.leaseBox);
     this.show();
   }

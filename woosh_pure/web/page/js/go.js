@@ -56,8 +56,8 @@ export class Go {
   }
 
   amounts() {
-    const line = (name, label, unit, step, begin) => {
-      const input = el("input", { type: "number", step, value: step, id: `amount-${name}`, required: true });
+    const line = (name, label, unit, value, begin) => {
+      const input = el("input", { type: "number", step: "any", value, id: `amount-${name}`, required: true });
       return el("form", {
         class: "amount", onsubmit: (event) => {
           event.preventDefault();
@@ -67,8 +67,8 @@ export class Go {
     };
     return el("section", { class: "card" },
       el("h3", {}, t("go.amounts")),
-      line("move", t("go.move"), t("go.metres"), "0.1", (n) => this.askAmount({ kind: "move", distance: n }, n, "go.moveask", 2)),
-      line("turn", t("go.turn"), t("go.degrees"), "15", (n) => this.askAmount({ kind: "rotate", angle: radians(n) }, n, "go.turnask", 0)));
+      line("move", t("go.move"), t("go.metres"), "0.5", (n) => this.askAmount({ kind: "move", distance: n }, n, "go.moveask", 2)),
+      line("turn", t("go.turn"), t("go.degrees"), "90", (n) => this.askAmount({ kind: "rotate", angle: radians(n) }, n, "go.turnask", 0)));
   }
 
   updateDistances() {
@@ -108,7 +108,12 @@ export class Go {
 
   askCharge() {
     this.endPlacing();
-    this.confirm(t("go.chargeask"), () => ({ kind: "charge" }));
+    const input = el("input", { type: "text", required: true, maxlength: 100, id: "charger-name", list: "charger-names", autocomplete: "off" });
+    const chargers = (this.store.get("marks") ?? []).filter((mark) => mark.kind === "charger").map((mark) => mark.name);
+    input.value = chargers[0] ?? "";
+    const names = el("datalist", { id: "charger-names" }, ...chargers.map((name) => el("option", { value: name })));
+    const field = el("label", {}, el("span", {}, t("go.charger")), input, names);
+    this.confirm(t("go.chargeask"), () => ({ kind: "charge", mark: input.value.trim() }), t("go.clear"), { fields: [field] });
   }
 
   askAmount(body, amount, key, digits) {
@@ -140,7 +145,7 @@ export class Go {
     const pose = this.store.get("pose");
     const start = pose ? { ...pose } : { x: 0, y: 0, theta: 0 };
     const fields = ["x", "y", "heading"].map((name) => el("input", {
-      type: "number", step: name === "heading" ? "5" : "0.1", id: `place-${name}`, oninput: () => typed(),
+      type: "number", step: "any", required: true, id: `place-${name}`, oninput: () => typed(),
     }));
     const [x, y, heading] = fields;
     const typed = () => {
@@ -173,11 +178,10 @@ export class Go {
   }
 
   async send(body) {
-    const goal = await attempt(async () => {
+    await attempt(async () => {
       await this.lease.need();
       return this.rest.json("POST", "goals", body, { timeout: 20 });
     });
-    if (goal) toast(t("go.started", { text: goal.description ?? "" }));
   }
 
   async sendPose(place) {

@@ -31,7 +31,7 @@ export class Header {
   hello(hello) {
     say(byId("robot-name"), hello.robot ?? "Woosh");
     document.title = hello.robot ?? "Woosh";
-    show(byId("simulated"), Boolean(hello.simulated));
+    show(byId("simulated"), Boolean(hello.simulated ?? hello.robot === "sim"));
     const robots = hello.robots ?? [];
     show(byId("robots"), robots.length > 1);
     if (robots.length < 2) return;

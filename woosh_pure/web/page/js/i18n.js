@@ -45,8 +45,8 @@ const tag = () => (language === "zh" ? "zh-CN" : "en");
 
 export function number(value, digits = 1) {
   if (!Number.isFinite(value)) return "–";
-  const format = { minimumFractionDigits: digits, maximumFractionDigits: digits };
-  return new Intl.NumberFormat(tag(), format).format(value + 0);
+  const format = { minimumFractionDigits: digits, maximumFractionDigits: digits, signDisplay: "negative" };
+  return new Intl.NumberFormat(tag(), format).format(value);
 }
 
 export const clock = (unixSeconds) =>

@@ -17,6 +17,8 @@ export class Lease {
       this.asked = lease.asking.includes(lease.you);
       this.render();
     });
+    // A page that is closed gives it back: the next person need not wait until it lapses.
+    addEventListener("pagehide", (event) => !event.persisted && this.yours && this.say("give"));
     store.on("link", () => {
       this.asked = false;
       this.render();

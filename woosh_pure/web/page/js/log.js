@@ -2,7 +2,10 @@
 
 import { button, byId, el, fill, icon } from "./dom.js";
 import { bytes, clock, current, number, onLanguage, t, word } from "./i18n.js";
+import { whatText } from "./what.js";
 import { attempt } from "./toast.js";
+
+export const ICONS = { running: "wait", ok: "ok", bad: "no", ended: "stop" };
 
 export class Log {
   constructor({ store, rest }) {
@@ -22,10 +25,10 @@ export class Log {
   renderJournal() {
     const entries = [...(this.store.get("journal") ?? [])].reverse();
     const rows = entries.map((entry) => {
-      const [name, kind, words] = entry.ok === true ? ["ok", "ok", "log.ok"] : entry.ok === false ? ["no", "bad", "log.failed"] : ["wait", "info", "log.running"];
-      return el("li", { class: `entry ${kind}` }, icon(name),
+      const { kind } = entry;
+      return el("li", { class: `entry ${kind}` }, icon(ICONS[kind]),
         el("div", { class: "grow" },
-          el("p", {}, el("strong", {}, entry.what ?? ""), el("span", { class: "unseen" }, ` (${t(words)})`)),
+          el("p", {}, el("strong", {}, whatText(entry.what))),
           el("p", { class: "quiet" }, [clock(entry.at), entry.by, word("goal", entry.state), entry.text].filter(Boolean).join(" · "))));
     });
     fill(this.list, el("h2", {}, t("log.title")),

@@ -21,6 +21,7 @@ export class MapView {
     this.trail = new Trail();
     this.following = true;
     this.fitted = false;
+    this.whole = false; // the whole map is shown, and nobody has moved it since
     this.asked = false;
     this.chosen = null; // name of the mark that is asked about
     this.place = null; // {x, y, theta} while something is being placed
@@ -35,7 +36,7 @@ export class MapView {
 
   listen() {
     const { store } = this;
-    store.on("plan footprint marks scan lost", () => this.change());
+    store.on("plan footprint marks scan lost robot goal", () => this.change());
     store.on("pose", (pose) => this.takePose(pose));
     store.on("ground", () => this.takeGround());
     const dark = matchMedia("(prefers-color-scheme: dark)");
@@ -79,7 +80,8 @@ export class MapView {
   }
 
   tools() {
-    const zoom = (factor) => this.moved(() => this.view.zoomAt(this.view.width / 2, this.view.height / 2, factor), this.following);
+    const { view } = this;
+    const zoom = (factor) => this.moved(() => view.zoomAt(view.width / 2, view.height / 2, factor), this.following);
     byId("zoom-in").onclick = () => zoom(1.4);
     byId("zoom-out").onclick = () => zoom(1 / 1.4);
     byId("follow").onclick = () => this.follow(!this.following);
@@ -101,8 +103,14 @@ export class MapView {
     event.preventDefault();
   }
 
+  // What lies over the canvas: the tools, in a row on a phone, in a column else.
+  get covered() {
+    return this.view.width < 820 ? { top: 60 } : { right: 72, bottom: 40 };
+  }
+
   moved(change, following = false) {
     change();
+    this.whole = false;
     if (!following) this.follow(false);
     this.change();
   }
@@ -110,13 +118,17 @@ export class MapView {
   follow(on) {
     this.following = on;
     byId("follow").setAttribute("aria-pressed", String(on));
-    if (on) this.centre();
+    if (on) {
+      this.whole = false;
+      this.centre();
+    }
   }
 
   fit() {
     const bounds = this.ground.bounds;
-    if (bounds) this.view.fit(bounds);
+    if (bounds) this.view.fit(bounds, this.covered);
     this.follow(false);
+    this.whole = true;
     this.change();
   }
 
@@ -185,6 +197,7 @@ export class MapView {
     this.view.resize(width, height);
     this.ratio = ratio;
     if (this.following) this.centre();
+    if (this.whole) this.fit();
     this.draw();
   }
 
@@ -205,8 +218,9 @@ export class MapView {
     context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     context.clearRect(0, 0, view.width, view.height);
     this.ground.draw(context, view);
+    // The path of a motion that is over stays published: it is no plan any more.
+    if (store.get("robot")?.state !== "idle" || store.get("goal")?.running) layers.drawPlan(context, view, paint, store.get("plan"));
     layers.drawTrail(context, view, paint, this.trail);
-    layers.drawPlan(context, view, paint, store.get("plan"));
     layers.drawScan(context, view, paint, store.get("scan"), old("scan"));
     layers.drawMarks(context, view, paint, store.get("marks"), this.chosen);
     const footprint = store.get("footprint");

@@ -35,7 +35,7 @@ export function goal(goals) {
     id: one.id,
     state: one.state,
     running: !one.done,
-    good: one.arrived === true,
+    kind: one.done ? kindOf(one.state) : "running",
     text: one.description,
     end: one.text,
     percent: one.percent,
@@ -48,8 +48,13 @@ export function goal(goals) {
 export const marks = (list) =>
   (Array.isArray(list) ? list : []).map((mark) => ({ ...mark, kind: mark.charger ? "charger" : "mark" }));
 
-const GOOD = new Set(["arrived", "done", "stands still"]);
 const RUNNING = new Set(["under way", "paused"]);
+const BAD = new Set(["failed", "refused", "rejected", "timed out", "connection lost", "STILL MOVES"]);
+const ENDED = new Set(["cancelled", "replaced", "not known"]); // neither well nor badly
+
+// "running", "ok", "bad" or "ended"
+export const kindOf = (state) =>
+  RUNNING.has(state) ? "running" : BAD.has(state) ? "bad" : ENDED.has(state) ? "ended" : "ok";
 
 export const entry = (one) => ({
   id: one.id,
@@ -58,7 +63,8 @@ export const entry = (one) => ({
   what: one.what,
   text: one.text,
   state: one.state,
-  ok: RUNNING.has(one.state) ? null : GOOD.has(one.state),
+  kind: kindOf(one.state),
+  goal: one.goal ?? "",
 });
 
 export const lease = (part) => ({

@@ -54,13 +54,14 @@ export class View {
     if (before > 1 && after > 1) this.zoomAt((c[0] + d[0]) / 2, (c[1] + d[1]) / 2, after / before);
   }
 
-  // Show all of {left, right, bottom, top}, metres, with `margin` pixels around it.
-  fit({ left, right, bottom, top }, margin = 24) {
-    const wide = Math.max(right - left, 0.5);
-    const high = Math.max(top - bottom, 0.5);
+  // Show all of {left, right, bottom, top}, metres, beside what covers the canvas: pixels at each edge.
+  fit({ left, right, bottom, top }, covered = {}) {
+    const edge = { left: 16, right: 16, bottom: 16, top: 16, ...covered };
+    const wide = Math.max(this.width - edge.left - edge.right, 40);
+    const high = Math.max(this.height - edge.top - edge.bottom, 40);
+    this.scale = bounded(Math.min(wide / Math.max(right - left, 0.5), high / Math.max(top - bottom, 0.5)));
     this.centre((left + right) / 2, (bottom + top) / 2);
-    const usable = Math.min((this.width - 2 * margin) / wide, (this.height - 2 * margin) / high);
-    this.scale = bounded(usable);
+    this.panBy((edge.left - edge.right) / 2, (edge.top - edge.bottom) / 2);
   }
 }
 
