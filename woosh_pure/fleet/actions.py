@@ -1,8 +1,9 @@
 """Actions: what the vehicle is able to do, how each stands, and which may begin now. Pure.
 
-Blocking types (6.12): NONE runs beside driving and beside others; SOFT beside others, while the vehicle stands;
-HARD alone, while it stands. Of several actions at one place the list is walked through in its order: NONE and SOFT
-begin together, a HARD one waits until all before it have ended, and what comes behind it waits for it.
+Blocking types (6.12): NONE runs beside driving and beside others; SOFT beside others, while the vehicle
+stands; HARD alone, while it stands. Of several actions at one place the list is walked through in its
+order: NONE and SOFT begin together, a HARD one waits until all before it have ended, and what comes behind
+    it waits for it.
 
     before it in the list     NONE, SOFT that waits    HARD that waits
     --------------------------------------------------------------------
@@ -24,7 +25,18 @@ from typing import Any
 
 from woosh_pure.fleet.messages import Action
 
-__all__ = ["OWN", "Ability", "Parameter", "Record", "Scope", "Status", "beginning", "effective", "holds_driving", "objection"]
+__all__ = [
+    "OWN",
+    "Ability",
+    "Parameter",
+    "Record",
+    "Scope",
+    "Status",
+    "beginning",
+    "effective",
+    "holds_driving",
+    "objection",
+]
 
 
 class Status(str, Enum):
@@ -107,11 +119,23 @@ class Ability:
 OWN = {
     ability.type: ability
     for ability in (
-        Ability("cancelOrder", (Scope.INSTANT,), description="Stops, ends the order's actions, forgets the order."),
-        Ability("startPause", (Scope.INSTANT,), description="Stops driving until stopPause; actions go on."),
-        Ability("stopPause", (Scope.INSTANT,), description="Drives on."),
-        Ability("stateRequest", (Scope.INSTANT,), description="Sends a state."),
-        Ability("factsheetRequest", (Scope.INSTANT,), description="Sends the factsheet."),
+        Ability(
+            "cancelOrder",
+            (Scope.INSTANT,),
+            any_parameters=True,
+            description="Stops, ends the order's actions, forgets the order.",
+        ),
+        Ability(
+            "startPause",
+            (Scope.INSTANT,),
+            any_parameters=True,
+            description="Stops driving until stopPause; actions go on.",
+        ),
+        Ability("stopPause", (Scope.INSTANT,), any_parameters=True, description="Drives on."),
+        Ability("stateRequest", (Scope.INSTANT,), any_parameters=True, description="Sends a state."),
+        Ability(
+            "factsheetRequest", (Scope.INSTANT,), any_parameters=True, description="Sends the factsheet."
+        ),
     )
 }
 """What the order machine does itself; the vehicle adds what its chassis can."""
@@ -173,10 +197,19 @@ class Record:
         raw = data["action"]
         parameters = {each["key"]: each["value"] for each in raw["actionParameters"]}
         action = Action(
-            raw["actionId"], raw["actionType"], raw["blockingType"], parameters, raw.get("actionDescription", "")
+            raw["actionId"],
+            raw["actionType"],
+            raw["blockingType"],
+            parameters,
+            raw.get("actionDescription", ""),
         )
         return cls(
-            action, Scope(data["scope"]), data["sequence"], data["blocking"], Status(data["status"]), data["result"]
+            action,
+            Scope(data["scope"]),
+            data["sequence"],
+            data["blocking"],
+            Status(data["status"]),
+            data["result"],
         )
 
 
@@ -213,7 +246,8 @@ def beginning(group: Sequence[Record], others: Iterable[Record], *, standing: bo
 def holds_driving(group: Iterable[Record]) -> bool:
     """Whether the vehicle must stay where it is for them."""
     return any(
-        record.status is Status.WAITING or (record.stands_still and not record.status.final) for record in group
+        record.status is Status.WAITING or (record.stands_still and not record.status.final)
+        for record in group
     )
 
 

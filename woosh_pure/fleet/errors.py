@@ -1,7 +1,7 @@
 """What a vehicle says of orders it rejects and of things that go wrong: type, level, references. Pure.
 
-The types are those that the standard names (chapter 6.6.3 and 6.6.4), and beside them those that fleet managers
-know where it names none; see `Problem.kind`. References follow its chapter 7.1.
+The types are those that the standard names (chapter 6.6.3 and 6.6.4), and beside them those that fleet
+managers know where it names none; see `Problem.kind`. References follow its chapter 7.1.
 """
 
 from __future__ import annotations
@@ -62,7 +62,9 @@ class Problem:
         """As the state message has it."""
         found: dict[str, Any] = {
             "errorType": self.kind,
-            "errorReferences": [{"referenceKey": k, "referenceValue": v[:_LONGEST]} for k, v in self.references],
+            "errorReferences": [
+                {"referenceKey": k, "referenceValue": v[:_LONGEST]} for k, v in self.references
+            ],
             "errorDescription": self.description[:_LONGEST],
             "errorLevel": self.level,
         }
@@ -75,7 +77,11 @@ class Problem:
         """What `to_json` gave."""
         references = tuple((r["referenceKey"], r["referenceValue"]) for r in data["errorReferences"])
         return cls(
-            data["errorType"], data["errorDescription"], references, data["errorLevel"], data.get("errorHint", "")
+            data["errorType"],
+            data["errorDescription"],
+            references,
+            data["errorLevel"],
+            data.get("errorHint", ""),
         )
 
     def about(self, key: str) -> str | None:

@@ -15,9 +15,9 @@
     with fields that cannot be obeyed, or actions not known       orderError                6.6.4.2
     with an action whose id is in use                             orderError                (ours)
 
-"Ours": figure 8 would take an update of a cancelled order, if it begins at the last node. Messages of different
-topics overtake each other, so an update sent before the cancel would set the robot moving again after it; a new
-order does what such an update is meant for.
+"Ours": figure 8 would take an update of a cancelled order, if it begins at the last node. Messages of
+different topics overtake each other, so an update sent before the cancel would set the robot moving again
+after it; a new order does what such an update is meant for.
 """
 
 from __future__ import annotations
@@ -112,7 +112,10 @@ def inability(order: Order, limits: Limits, taken: Collection[str], *, update: b
     first = 1 if update else 0
     if order.zone_set:
         return order_problem(
-            order, ErrorType.ORDER, "this vehicle knows no zones; leave zoneSetId out", ("zoneSetId", order.zone_set)
+            order,
+            ErrorType.ORDER,
+            "this vehicle knows no zones; leave zoneSetId out",
+            ("zoneSetId", order.zone_set),
         )
     for n, node in enumerate(order.nodes[first:], first):
         found = _of_node(node, f"nodes[{n}]", limits)

@@ -1,13 +1,14 @@
-"""What a fleet manager sends, as values: orders and instant actions, checked by our own table of fields. Pure.
+"""What a fleet manager sends, as values: orders and instant actions, checked by our own table of fields.
+Pure.
 
-The tables name each field of chapters 6.6.6 and 6.9 with its type; `!` marks those that must be there. A message
-that does not fit raises `Invalid`, which says where, what was expected and what came. Fields that the table does
-not know are let pass, as the standard's schemas do. Versions 2.0 and 2.1 differ by what the later one added:
-both are read by one table, and what the vehicle cannot obey is for `order` to reject.
+The tables name each field of chapters 6.6.6 and 6.9 with its type; `!` marks those that must be there. A
+message that does not fit raises `Invalid`, which says where, what was expected and what came. Fields that
+the table does not know are let pass, as the standard's schemas do. Versions 2.0 and 2.1 differ by what the
+later one added: both are read by one table, and what the vehicle cannot obey is for `order` to reject.
 
-Besides types, the shape of an order is checked here, because an order that breaks it is malformed (6.6.1, 6.6.2):
-one edge fewer than nodes, each between its nodes; sequence ids that count up by one over nodes and edges; the
-first node released; nothing released behind what is not; no action twice.
+Besides types, the shape of an order is checked here, because an order that breaks it is malformed (6.6.1,
+6.6.2): one edge fewer than nodes, each between its nodes; sequence ids that count up by one over nodes and
+edges; the first node released; nothing released behind what is not; no action twice.
 """
 
 from __future__ import annotations
@@ -20,7 +21,20 @@ from typing import Any
 
 from rosproto.text import printable
 
-__all__ = ["Action", "Edge", "InstantActions", "Invalid", "Node", "Order", "Position", "parse", "read_instant_actions", "read_order"]  # fmt: skip
+__all__ = [
+    "Action",
+    "Edge",
+    "InstantActions",
+    "Invalid",
+    "Node",
+    "Order",
+    "Position",
+    "parse",
+    "read_edge",
+    "read_instant_actions",
+    "read_node",
+    "read_order",
+]
 
 MOST_BYTES = 1_000_000
 """Of one message; told in the factsheet as `msgLen`."""
@@ -58,24 +72,27 @@ ACTION = {
 }  # fmt: skip
 POSITION = {
     "x": "number!", "y": "number!", "theta": "angle", "allowedDeviationXY": "positive",
-    "allowedDeviationXy": "positive", "allowedDeviationTheta": "angle", "mapId": "id!", "mapDescription": "text",
+    "allowedDeviationXy": "positive", "allowedDeviationTheta": "angle", "mapId": "id!",
+    "mapDescription": "text",
 }  # fmt: skip
 NODE = {
     "nodeId": "id!", "sequenceId": "whole!", "nodeDescription": "text", "released": "flag!",
     "nodePosition": "position", "actions": "actions!",
 }  # fmt: skip
 EDGE = {
-    "edgeId": "id!", "sequenceId": "whole!", "edgeDescription": "text", "released": "flag!", "startNodeId": "id!",
-    "endNodeId": "id!", "maxSpeed": "number", "maxHeight": "number", "minHeight": "number", "orientation": "angle",
-    "orientationType": "orientation type", "direction": "text", "rotationAllowed": "flag",
-    "maxRotationSpeed": "number", "length": "number", "trajectory": "object", "corridor": "object",
-    "actions": "actions!",
+    "edgeId": "id!", "sequenceId": "whole!", "edgeDescription": "text", "released": "flag!",
+    "startNodeId": "id!", "endNodeId": "id!", "maxSpeed": "number", "maxHeight": "number",
+    "minHeight": "number", "orientation": "angle", "orientationType": "orientation type", "direction":
+    "text", "rotationAllowed": "flag", "maxRotationSpeed": "number", "length": "number", "trajectory":
+    "object", "corridor": "object", "actions": "actions!",
 }  # fmt: skip
 HEADER = {
-    "headerId": "whole!", "timestamp": "text!", "version": "text!", "manufacturer": "text!", "serialNumber": "text!",
+    "headerId": "whole!", "timestamp": "text!", "version": "text!", "manufacturer": "text!",
+    "serialNumber": "text!",
 }  # fmt: skip
 ORDER = {
-    **HEADER, "orderId": "id!", "orderUpdateId": "whole!", "zoneSetId": "text", "nodes": "list!", "edges": "list!",
+    **HEADER, "orderId": "id!", "orderUpdateId": "whole!", "zoneSetId": "text", "nodes": "list!",
+    "edges": "list!",
 }  # fmt: skip
 INSTANT_ACTIONS = {**HEADER, "actions": "list!"}
 PARAMETER = {"key": "id!", "value": "value!"}
@@ -162,7 +179,8 @@ class Edge:
     """The way between two nodes.
 
     Attributes:
-        options: What else was given of it (maxSpeed, orientation, trajectory ...), by the names of the standard.
+        options: What else was given of it (maxSpeed, orientation, trajectory ...), by the names of the
+            standard.
     """
 
     id: str
@@ -176,8 +194,9 @@ class Edge:
     def to_json(self) -> dict[str, Any]:
         """As an order has it."""
         return {
-            "edgeId": self.id, "sequenceId": self.sequence, "released": self.released, "startNodeId": self.start,
-            "endNodeId": self.end, **self.options, "actions": [action.to_json() for action in self.actions],
+            "edgeId": self.id, "sequenceId": self.sequence, "released": self.released,
+            "startNodeId": self.start, "endNodeId": self.end, **self.options,
+            "actions": [action.to_json() for action in self.actions],
         }  # fmt: skip
 
 
@@ -230,10 +249,19 @@ def read_order(data: Mapping[str, Any]) -> Order:
         Invalid: It does not fit the table, or the shape of an order.
     """
     _check(data, ORDER, "")
-    nodes = tuple(_node(raw, f"nodes[{n}]") for n, raw in enumerate(_bounded(data, "nodes", MOST_NODES, "")))
-    edges = tuple(_edge(raw, f"edges[{n}]") for n, raw in enumerate(_bounded(data, "edges", MOST_NODES, "")))
+    nodes = tuple(
+        read_node(raw, f"nodes[{n}]") for n, raw in enumerate(_bounded(data, "nodes", MOST_NODES, ""))
+    )
+    edges = tuple(
+        read_edge(raw, f"edges[{n}]") for n, raw in enumerate(_bounded(data, "edges", MOST_NODES, ""))
+    )
     order = Order(
-        data["orderId"], int(data["orderUpdateId"]), nodes, edges, data.get("zoneSetId", ""), int(data["headerId"])
+        data["orderId"],
+        int(data["orderUpdateId"]),
+        nodes,
+        edges,
+        data.get("zoneSetId", ""),
+        int(data["headerId"]),
     )
     _require_shape(order)
     return order
@@ -249,10 +277,13 @@ def read_instant_actions(data: Mapping[str, Any]) -> InstantActions:
         data = {**data, "actions": data["instantActions"]}
     _check(data, INSTANT_ACTIONS, "")
     raw = _bounded(data, "actions", MOST_ACTIONS, "")
-    return InstantActions(tuple(_action(each, f"actions[{n}]") for n, each in enumerate(raw)), int(data["headerId"]))
+    return InstantActions(
+        tuple(_action(each, f"actions[{n}]") for n, each in enumerate(raw)), int(data["headerId"])
+    )
 
 
-def _node(raw: Any, path: str) -> Node:
+def read_node(raw: Any, path: str) -> Node:
+    """A node out of its JSON object."""
     _check(raw, NODE, path)
     position = raw.get("nodePosition")
     return Node(
@@ -281,7 +312,8 @@ def _position(raw: Mapping[str, Any]) -> Position:
 _PLAIN = ("edgeId", "sequenceId", "released", "startNodeId", "endNodeId", "actions")
 
 
-def _edge(raw: Any, path: str) -> Edge:
+def read_edge(raw: Any, path: str) -> Edge:
+    """An edge out of its JSON object."""
     _check(raw, EDGE, path)
     options = {key: raw[key] for key in EDGE if key in raw and key not in _PLAIN}
     return Edge(
@@ -329,7 +361,9 @@ def _check_value(value: Any, kind: str, path: str) -> None:
     if kind == "position":
         _check(value, POSITION, path)
     elif kind == "parameters":
-        _require(isinstance(value, list) and len(value) <= MOST_PARAMETERS, path, "a list of parameters", value)
+        _require(
+            isinstance(value, list) and len(value) <= MOST_PARAMETERS, path, "a list of parameters", value
+        )
         for n, each in enumerate(value):
             _check(each, PARAMETER, f"{path}[{n}]")
     else:
@@ -395,7 +429,9 @@ _WORDS = {
 def _require_shape(order: Order) -> None:
     nodes, edges = order.nodes, order.edges
     _require(bool(nodes), "nodes", "at least one node", "none")
-    _require(len(edges) == len(nodes) - 1, "edges", f"{len(nodes) - 1} edges for {len(nodes)} nodes", len(edges))
+    _require(
+        len(edges) == len(nodes) - 1, "edges", f"{len(nodes) - 1} edges for {len(nodes)} nodes", len(edges)
+    )
     _require(nodes[0].released, "nodes[0].released", "true: the first node is part of the base", False)
     before: Node | Edge = nodes[0]
     for n, (edge, node) in enumerate(zip(edges, nodes[1:], strict=True)):
@@ -409,7 +445,9 @@ def _require_shape(order: Order) -> None:
             _require(before.released or not each.released, behind, "false behind what is not released", True)
             before = each
         # An edge is released with both of its nodes (6.6.1), and a node is reached over its edge.
-        _require(edge.released == node.released, f"edges[{n}].released", "as that of its end node", edge.released)
+        _require(
+            edge.released == node.released, f"edges[{n}].released", "as that of its end node", edge.released
+        )
     seen: set[str] = set()
     for action in order.actions():
         _require(action.id not in seen, "actions", "each actionId once", action.id)
