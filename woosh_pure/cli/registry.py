@@ -21,6 +21,7 @@ COMMANDS = (
     *("localization", "map", "plan", "costmap", "footprint", "mode", "marks"),
     *("led", "say"),
     *("record",),
+    *("vda5050",),
     *("shell", "completion"),
 )
 

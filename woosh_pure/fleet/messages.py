@@ -213,7 +213,8 @@ class Order:
 
     def actions(self) -> Iterator[Action]:
         """Of all nodes and edges."""
-        for element in (*self.nodes, *self.edges):
+        elements: tuple[Node | Edge, ...] = (*self.nodes, *self.edges)
+        for element in elements:
             yield from element.actions
 
 

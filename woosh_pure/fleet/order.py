@@ -349,12 +349,14 @@ class OrderMachine:
         self._note(order.nodes[1:], order.edges)
 
     def _horizon(self) -> list[Record]:
-        ahead = {each.sequence for each in (*self.nodes, *self.edges) if not each.released}
+        elements: list[Node | Edge] = [*self.nodes, *self.edges]
+        ahead = {each.sequence for each in elements if not each.released}
         return [record for record in self.records if record.of_order and record.sequence in ahead]
 
     def _note(self, nodes: Iterable[Node], edges: Iterable[Edge]) -> None:
         """Records for the actions of new nodes and edges, in the order in which they come."""
-        for element in sorted((*nodes, *edges), key=lambda each: each.sequence):
+        elements: list[Node | Edge] = [*nodes, *edges]
+        for element in sorted(elements, key=lambda each: each.sequence):
             scope = Scope.NODE if isinstance(element, Node) else Scope.EDGE
             for action in element.actions:
                 blocking = effective(action, self.limits.abilities.get(action.type))
