@@ -24,7 +24,9 @@ class Mosquitto:
     def __init__(self, program: str, folder: Path, options: str = "") -> None:
         self.program, self.port = program, unused_port()
         self.config = folder / "mosquitto.conf"
-        self.config.write_text(f"listener {self.port} 127.0.0.1\npersistence false\n{options or 'allow_anonymous true'}\n")
+        self.config.write_text(
+            f"listener {self.port} 127.0.0.1\npersistence false\n{options or 'allow_anonymous true'}\n"
+        )
         self.process: subprocess.Popen[bytes] | None = None
 
     @property

@@ -73,7 +73,8 @@ def _optional_parameters(limits: Limits) -> list[dict[str, Any]]:
     return [{"parameter": "order.nodes.nodePosition", "support": position, "description": why}, *found]
 
 
-def _ability(ability: Ability, *, blocking: bool) -> dict[str, Any]:
+def _ability(ability: Ability) -> dict[str, Any]:
+    # Without blockingTypes: text and schema of 2.1 contradict each other there, and no value fits both.
     found: dict[str, Any] = {
         "actionType": ability.type,
         "actionScopes": [scope.value for scope in ability.scopes],
@@ -85,8 +86,6 @@ def _ability(ability: Ability, *, blocking: bool) -> dict[str, Any]:
             {"key": p.key, "valueDataType": p.kind, "isOptional": p.optional, "description": p.description}
             for p in ability.parameters
         ]
-    if blocking:
-        found["blockingTypes"] = ["HARD"] if ability.moves else list(ability.blocking)
     return found
 
 
@@ -140,7 +139,7 @@ def factsheet_message(
         },
         "protocolFeatures": {
             "optionalParameters": _optional_parameters(limits),
-            "agvActions": [_ability(each, blocking=later) for each in abilities.values()],
+            "agvActions": [_ability(each) for each in abilities.values()],
         },
         "agvGeometry": {},
         "loadSpecification": {"loadPositions": list(load_positions)} if load_positions else {},

@@ -44,6 +44,7 @@ STATE_EVERY = 25.0
 """Seconds between two states at most; the standard asks for 30."""
 MOST_MESSAGES = 100
 """Messages of a fleet manager that wait; more are dropped, counted and logged."""
+_FACTS_SECONDS = 3.0  # for the chassis to tell where it is, before the fleet manager may send orders
 _LEASE_SECONDS = 60.0
 _END_SECONDS = 10.0  # for the thread to end
 _STOP_SECONDS = 4.0
@@ -125,14 +126,13 @@ class Vehicle:
             self._watch.open()
             self._flags.add("told")
             now = time.monotonic()
-            self._due = {"state": now, "silent": now + 2.0 * SILENT_AFTER}
+            self._due = {"state": now, "silent": now + 2.0 * SILENT_AFTER, "line": now + _FACTS_SECONDS}
             if self.config.visualization:
                 self._due["visualization"] = now
             self._thread = threading.Thread(
                 target=self._run, name=f"woosh:vehicle-{self.config.serial}", daemon=True
             )
             self._thread.start()
-            self._line.open()
         return self
 
     def close(self) -> None:
@@ -288,6 +288,8 @@ class Vehicle:
             ):  # fmt: skip
                 self._publish()
         self._carry_out(self._machine.at(self._place()))
+        if "line" in self._due and self.facts.located and self.facts.percent is not None:
+            self._due["line"] = 0.0  # ONLINE says that orders are taken
         if full:
             freed, self._was_blocked = self._was_blocked and not self._watch.blocked, self._watch.blocked
             if freed:
@@ -306,6 +308,9 @@ class Vehicle:
                 self._carry_out(self._machine.retry())
             elif name == "lease":
                 self._keep_lease()
+            elif name == "line":
+                del self._due[name]
+                self._line.open()
             elif name == "silent":
                 self._due[name] = max(self._watch.heard + SILENT_AFTER, now + 0.2)
                 self._look_for_silence()
