@@ -136,6 +136,7 @@ class OrderMachine:
         self._token = 0
         self._drive: Drive | None = None
         self._halting = False
+        self._fresh = False  # the drive was given out by this input: each node is told by itself
         self._effects: list[Effect] = []
         self._changed = False
 
@@ -500,6 +501,7 @@ class OrderMachine:
 
     def _settle(self) -> list[Effect]:
         """What comes next; the effects of this input."""
+        self._fresh = False
         while self._step():
             pass
         effects: list[Effect] = [Changed(), *self._effects] if self._changed else list(self._effects)
@@ -538,7 +540,7 @@ class OrderMachine:
 
     def _arrives(self, drive: Drive) -> bool:
         node = drive.node
-        if not (self._passes(node) and self._reached(node)) or self._holds():
+        if self._fresh or not (self._passes(node) and self._reached(node)) or self._holds():
             return False
         self._traverse()
         while self._begin_actions():
@@ -556,6 +558,7 @@ class OrderMachine:
         self._token += 1
         edge = self.edges[0] if self._before(node) else None
         self._drive, self._halting, self._changed = Drive(self._token, node, edge), False, True
+        self._fresh = True
         self._effects.append(self._drive)
 
     def _halt(self) -> None:
