@@ -111,12 +111,27 @@ def python(script: Path, **given: str) -> Manager:
 
 
 @contextmanager
-def vehicle(broker: str, folder: Path, *options: str, speed: float = 3.0) -> Iterator[subprocess.Popen[str]]:
-    """`woosh vda5050` on a simulated chassis of its own; it is told to end as a service is."""
+def vehicle(
+    broker: str, folder: Path, *options: str, speed: float = 3.0, config: Path | None = None
+) -> Iterator[subprocess.Popen[str]]:
+    """`woosh vda5050` on a simulated chassis of its own, or by a fleet.toml; it is told to end as a service is."""
+    before, given = (
+        ["--sim", "--sim-speed", str(speed)],
+        ["--broker", broker, "--serial", "A-17", "--map-id", "hall"],
+    )
+    if config is not None:
+        before, given = [], ["--config", str(config)]
     command = [
-        sys.executable, "-m", "woosh_pure", "--sim", "--sim-speed", str(speed), "vda5050", "--broker", broker,
-        "--serial", "A-17", "--map-id", "hall", "--state", str(folder), *options,
-    ]  # fmt: skip
+        sys.executable,
+        "-m",
+        "woosh_pure",
+        *before,
+        "vda5050",
+        *given,
+        "--state",
+        str(folder),
+        *options,
+    ]
     log = folder / "vehicle.log"
     with log.open("a") as file:
         process = subprocess.Popen(command, cwd=ROOT, stdout=file, stderr=subprocess.STDOUT, text=True)

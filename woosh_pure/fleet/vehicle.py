@@ -91,7 +91,7 @@ class Vehicle:
         )
         self._machine = OrderMachine(self.limits)
         self._line = Line(broker, config.prefix, self._connection, self._on_message, self._on_line)
-        self._watch = Watch(chassis, self.facts, self._on_moved, self._on_told)
+        self._watch = Watch(chassis, self.facts, self._on_moved, self._on_told, self._on_described)
         self._driver = Driver(chassis, self._on_drive_ended, lambda: self.facts.place, marks=config.marks)
         self._tasks: dict[str, Task] = {}
         self._wake = threading.Condition()
@@ -213,6 +213,9 @@ class Vehicle:
     def _on_told(self) -> None:
         self._note("told")
 
+    def _on_described(self) -> None:
+        self._note("described")
+
     def _on_drive_ended(self, token: int, arrived: bool, text: str) -> None:
         self._call(lambda: self._drive_ended(token, arrived, text))
 
@@ -253,8 +256,9 @@ class Vehicle:
             self._carry_out(call())
         for topic, payload in messages:
             self._carry_out(self._receive(topic, payload))
-        if "line" in flags:
+        if "line" in flags or "described" in flags:
             self._factsheet()
+        if "line" in flags:
             self._publish()
         if self.facts.moving != self._moving:
             self._moving = self.facts.moving
@@ -408,7 +412,7 @@ class Vehicle:
         self._line.send("factsheet", message, retain=True)
 
     def _body(self) -> Body:
-        config, known = self.config, self.chassis.parameters.latest
+        config, known = self.config, self._watch.parameters
         return Body(
             series=config.series,
             speed_max=0.0 if known is None else known.max_linear,

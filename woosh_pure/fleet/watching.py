@@ -15,6 +15,7 @@ from woosh_pure.readiness.reason import ReasonKey
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
     from woosh_pure.geometry import Pose2D, Velocity
+    from woosh_pure.values import Parameters
 
 __all__ = ["SILENT_AFTER", "Watch"]
 
@@ -30,17 +31,24 @@ class Watch:
         facts: What is kept true.
         moved: Called when a pose or a velocity has come, in a feed's thread; must not wait.
         told: Called when anything else has come that may change mode, faults or battery; likewise.
+        described: Called when the parameters of the drives have come, for the factsheet; likewise.
     """
 
     def __init__(
-        self, chassis: Chassis, facts: Facts, moved: Callable[[], object], told: Callable[[], object]
+        self,
+        chassis: Chassis,
+        facts: Facts,
+        moved: Callable[[], object],
+        told: Callable[[], object],
+        described: Callable[[], object],
     ) -> None:
         self._chassis, self._facts, self._moved, self._told = chassis, facts, moved, told
+        self._described = described
+        self.parameters: Parameters | None = None
         self._ends: list[Callable[[], None]] = []
         self.heard = 0.0
         self.mode = "SERVICE"
         self.blocked = ""
-        self._located_by_status = True
 
     def open(self) -> None:
         """Listen; the feeds connect by themselves, also to a chassis that comes later."""
@@ -49,6 +57,7 @@ class Watch:
             chassis.pose.on(self._on_pose, connect=False),
             chassis.measured_velocity.on(self._on_velocity, connect=False),
             chassis.battery.on(self._on_battery, connect=False),
+            chassis.parameters.on(self._on_parameters, connect=False),
             chassis.status.on(self._on_told, connect=False),
             chassis.status_code.on(self._on_told, connect=False),
         ]
@@ -86,6 +95,11 @@ class Watch:
         facts.charging = battery.charging
         if before != (False, facts.charging):
             self._told()
+
+    def _on_parameters(self, parameters: Parameters) -> None:
+        if parameters != self.parameters:
+            self.parameters = parameters
+            self._described()
 
     def _on_told(self, value: Any) -> None:
         self._told()
