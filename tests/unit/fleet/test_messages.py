@@ -119,6 +119,14 @@ def test_what_is_no_object_of_json_is_invalid(text: bytes) -> None:
         parse(text)
 
 
+def test_an_order_of_too_many_nodes_is_invalid() -> None:
+    """The factsheet tells how many are taken."""
+    data = order_json(nodes="a")
+    data["nodes"] *= 1001
+    with pytest.raises(Invalid, match="at most 1000"):
+        read_order(data)
+
+
 def test_unknown_fields_are_let_pass() -> None:
     """As the schemas of the standard do."""
     assert read_order({**order_json(), "vendor": {"x": 1}}).id == "o"
@@ -143,7 +151,7 @@ PATHS = ["orderId", "orderUpdateId", "nodes", "edges", "nodes.0", "edges.0", "no
          "nodes.0.actions.0", "nodes.0.actions.0.actionParameters", "edges.0.orientation", "zoneSetId"]  # fmt: skip
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.sampled_from(PATHS), values)
 def test_any_value_at_any_place_is_read_or_invalid(path: str, value: Any) -> None:
     """Nothing else is raised."""
