@@ -249,6 +249,26 @@ HOLDS = {
         "unit/cli/test_hostile_names.py::test_connections_of_a_bag",
         "unit/node/rosout/test_rosout_log.py::test_no_text_forges_a_record",
     ],
+    "Retained orders and instant actions are not obeyed": [
+        "interop/fleet/test_vehicle.py::test_a_retained_order_is_not_obeyed",
+    ],
+    "is answered with `validationError` and changes nothing": [
+        "interop/fleet/test_vehicle.py::test_what_does_not_fit_is_answered",
+        "unit/fleet/test_messages.py::test_any_value_at_any_place_is_read_or_invalid",
+        "unit/fleet/test_order.py::test_a_malformed_order_is_a_validation_error",
+    ],
+    "an order of more than 1000 nodes, and what comes while 100 messages wait": [
+        "unit/fleet/test_messages.py::test_what_is_no_object_of_json_is_invalid",
+        "unit/fleet/test_messages.py::test_an_order_of_too_many_nodes_is_invalid",
+        "unit/fleet/test_vehicle.py::test_a_flood_of_messages_is_bounded",
+    ],
+    "an address that holds one is refused": [
+        "unit/fleet/test_config.py::test_an_address_of_a_broker_holds_no_secret",
+        "unit/fleet/test_config.py::test_secrets_are_in_a_file_of_ones_own",
+    ],
+    "get their parameters on standard input, through no shell": [
+        "unit/fleet/test_abilities.py::test_a_program_gets_the_parameters_and_gives_the_result",
+    ],
     "given up for each new one, then the longest idle one": [
         "unit/transport/test_tcp_server.py::test_pending_handshakes_bounds_the_unready_and_drops_the_oldest",
         "unit/transport/test_tcp_server.py::test_the_longest_idle_connection_makes_room",
