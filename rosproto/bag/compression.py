@@ -107,14 +107,22 @@ def _lz4_prefix(data: bytes, size: int) -> tuple[bytes, bool]:
     frame = _lz4()
     whole = frame.LZ4FrameDecompressor()
     try:
-        # The buffer is taken at once, so a header's wild size is bounded by what LZ4 can reach (255 to 1).
-        plain = whole.decompress(data, min(size + 1, 256 * len(data) + 1024))
+        # The buffer is taken at once, so a header's wild size is bounded by what LZ4 can reach (255 to 1). With room
+        # for a whole block more than there is, LZ4 unpacks each block into it; without, elsewhere first.
+        room = min(size, 256 * len(data)) + _lz4_block_bytes(data)
+        plain = whole.decompress(data, room)
         if whole.eof and len(plain) == size:
             return plain, True
         return plain[:size], False
     except (RuntimeError, EOFError, ValueError):
         pass
     return _up_to_damage(frame.LZ4FrameDecompressor().decompress, data, size), False
+
+
+def _lz4_block_bytes(data: bytes) -> int:
+    """The most bytes that a block of a frame becomes, by its fifth byte: 64 KiB to 4 MiB."""
+    code = data[5] >> 4 & 7 if len(data) > 5 else 0
+    return 1 << (2 * code + 8) if 4 <= code <= 7 else 1 << 16
 
 
 def _up_to_damage(decompress: Callable[[bytes, int], bytes], data: bytes, size: int) -> bytes:
