@@ -187,7 +187,7 @@ def read_chunk(source: BagFile, info: ChunkInfo, span: int, *, with_index: bool 
             raise source.error("an uncompressed chunk is shorter than its header says", info.pos)
         index = (raw, in_file) if indexed else None
         return ChunkData(info, raw, 0, min(in_file, len(raw)), complete, tail=index)
-    packed = raw[:in_file] if len(raw) != in_file else raw
+    packed = memoryview(raw)[:in_file]
     declared = chunk.size
     if info.partial and not declared:
         # A recorder that died has not said how large it is: as much as a chunk of its length may become.

@@ -1,16 +1,17 @@
 """Chunks of a few large messages, where numpy takes longer to begin than Python to be done.
 
-A chunk of pictures and laser scans holds twenty messages. Finding those at once with numpy takes longer than going
-through them one by one; and where the chunk is not compressed and only bytes are wanted, a large message is read from
-the file straight into the bytes that are given out, not into the chunk first. Whatever does not fit the picture (a
-record of another form, counts that the table of contents does not have) gives None, and is read the general way.
+A chunk of pictures and laser scans holds twenty messages. Finding those at once with numpy takes longer than
+going through them one by one; and where the chunk is not compressed and only bytes are wanted, a large
+message is read from the file straight into the bytes that are given out, not into the chunk first. Whatever
+does not fit the picture (a record of another form, counts that the table of contents does not have) gives
+None, and is read the general way.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from struct import Struct
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rosproto.bag.bag_file import BagFile
 from rosproto.bag.records import NS, OP_CONNECTION, ChunkInfo, decode_fields, op_of
@@ -24,8 +25,9 @@ LARGE = 4096  # bytes a message, on average, from which they are read one by one
 MOST_BYTES = 64 << 20  # of a chunk that is read so
 _WINDOW = 16 << 10
 _U32 = Struct("<I")
-# The head of a message record, by the order of its fields: conn, op, time (roscpp, and what is written here) and
-# op, conn, time (rospy). What never changes, connection, what never changes, secs, nsecs, bytes of the message.
+# The head of a message record, by the order of its fields: conn, op, time (roscpp, and what is written here)
+# and op, conn, time (rospy). What never changes, connection, what never changes, secs, nsecs, bytes of the
+# message.
 _ORDERS = (
     (Struct("<13sI17sIII"), b"\x26\0\0\0\x09\0\0\0conn=", b"\4\0\0\0op=\2\x0d\0\0\0time="),
     (Struct("<21sI9sIII"), b"\x26\0\0\0\4\0\0\0op=\2\x09\0\0\0conn=", b"\x0d\0\0\0time="),
@@ -33,7 +35,7 @@ _ORDERS = (
 
 
 class Place(NamedTuple):
-    """A message in a chunk's plain bytes: connection, receive time, its first byte and the one behind its last."""
+    """A message in a chunk's plain bytes: connection, receive time, its first byte, and the one behind it."""
 
     conn: int
     secs: int
@@ -43,7 +45,7 @@ class Place(NamedTuple):
 
 
 class Found(NamedTuple):
-    """A message read by itself: connection, receive time, where its record is in the chunk's data, its bytes."""
+    """A message read by itself: connection, receive time, its record's offset in the chunk, its bytes."""
 
     conn: int
     secs: int
@@ -160,7 +162,7 @@ def _head(blob: bytes, at: int, end: int) -> tuple[int, int, int, int] | None:
     return (-1, 0, 0, data + _U32.unpack_from(blob, data - 4)[0] - at) if op == OP_CONNECTION else None
 
 
-def _agree(messages: Sequence[tuple[int, ...]], counts: Mapping[int, int]) -> bool:
+def _agree(messages: Sequence[tuple[Any, ...]], counts: Mapping[int, int]) -> bool:
     """Whether there are as many of each connection as the table of contents has."""
     seen: dict[int, int] = {}
     for message in messages:
@@ -168,10 +170,10 @@ def _agree(messages: Sequence[tuple[int, ...]], counts: Mapping[int, int]) -> bo
     return seen == {conn: count for conn, count in counts.items() if count}
 
 
-def _in_order(messages: Sequence[tuple[int, ...]]) -> bool:
+def _in_order(messages: Sequence[tuple[Any, ...]]) -> bool:
     last = (0, 0)
     for message in messages:
-        time = message[1:3]
+        time = message[1], message[2]
         if time < last or time[1] >= NS:
             return False
         last = time

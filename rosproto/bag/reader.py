@@ -236,7 +236,7 @@ class BagReader:
                 continue
             places = few_places(data.blob, data.base, data.end, info.counts) if whole else None
             if places is None:
-                for batch in merge([info], lambda *_, held=data: held, self._selector(wanted, low, high)):  # type: ignore[misc]
+                for batch in merge([info], lambda *_, held=data: held, self._selector(wanted, low, high)):
                     yield from self._of_batch(batch, raw, view)
                 continue
             if len(wanted) < len(self.connections):
@@ -246,6 +246,7 @@ class BagReader:
                 yield from self._raw_places(info, memoryview(data.blob) if view else data.blob, base, places)
             else:
                 yield from self._decoded(data.blob, [place.conn for place in places], places)
+            del data, places  # their memory is what the next chunk is read into, while it is in the cache
 
     def _few_messages(self, info: ChunkInfo, wanted: set[int]) -> list[Found] | None:
         """A chunk's messages read one by one; None where that is not the quicker way, or it is damaged."""
