@@ -349,6 +349,34 @@ class BagReader:
 
         return to_numpy(self, topic, self._topic(topic).connections, fields)
 
+    def to_arrow(
+        self,
+        topic: str,
+        fields: Iterable[str] | None = None,
+        *,
+        start_time: Stamp | None = None,
+        end_time: Stamp | None = None,
+    ) -> Any:
+        """A topic as a `pyarrow.RecordBatchReader`: batches of bounded size, read as they are asked for.
+
+        `.read_all()` makes a Table of it, `.read_pandas()` a DataFrame, `polars.from_arrow` takes that
+        Table. Needs the extra `arrow`; what becomes of which field says `rosproto.bag.arrow.schema_of`.
+
+        Args:
+            topic: Which one; all its messages must have one definition.
+            fields: Paths such as "pose.pose.position.x", each a column; None for the whole message. What is
+                not wanted is not decoded.
+            start_time: Not earlier than this: a Time, or seconds.
+            end_time: Not later than this.
+
+        Raises:
+            BagError: No such topic or field, several definitions, or no pyarrow. While it is read: see
+                `read_messages`; pyarrow hands these errors on as they are.
+        """
+        from rosproto.bag.arrow import to_arrow
+
+        return to_arrow(self, topic, self._topic(topic).connections, fields, start_time, end_time)
+
     def batches(self, topic: str) -> Iterator[Batch]:
         """Where the messages of a topic lie, chunk by chunk: for those who take bytes and need no objects.
 
