@@ -21,7 +21,7 @@ VERBS = {
     "decompress": ("bag_edit", "decompress", "decompress a bag in place; the original is kept"),
     "reindex": ("bag_repair", "reindex", "give a bag that was not closed its index, in place"),
     "fix": ("bag_repair", "fix", "save what can be read of a damaged bag into a new one"),
-    "export": ("bag_export", "export", "write messages as CSV, PNG, NPZ or MCAP"),
+    "export": ("bag_export", "export", "write messages as CSV, PNG, NPZ, MCAP or Parquet"),
 }
 """Verb -> (module, its functions `add_<name>_arguments` and `<name>`, help); what they need comes later."""
 

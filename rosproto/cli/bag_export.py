@@ -1,4 +1,4 @@
-"""`rosproto bag export`: messages in forms that other programs read: CSV, PNG, NPZ, MCAP."""
+"""`rosproto bag export`: messages in forms that other programs read: CSV, PNG, NPZ, MCAP, Parquet."""
 
 from __future__ import annotations
 
@@ -12,26 +12,35 @@ from .bag_progress import Progress
 from .connection import CommandError
 from .counts import counted
 from .export_names import file_names
+from .export_parquet import write_parquet
 from .field_path import parse_field_path
+from .optional import need
 from .shared_options import add_quiet
 
 if TYPE_CHECKING:
     from rosproto.bag import BagReader
 
-__all__ = ["add_export_arguments", "export", "need"]
+__all__ = ["add_export_arguments", "export"]
 
 
 def add_export_arguments(parser: argparse.ArgumentParser) -> None:
     """Which messages, and in which form."""
     parser.add_argument("bag", metavar="BAG")
     parser.add_argument(
-        "form", choices=sorted(FORMS), help="csv, npz: a file a topic; png: a file an image; mcap: one file"
+        "form",
+        nargs="?",
+        choices=sorted(FORMS),
+        help="csv, npz, parquet: a file a topic; png: a file an image; mcap: one file",
+    )
+    parser.add_argument("--format", choices=sorted(FORMS), help="the same, as an option")
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="PATH",
+        help="a directory (mcap: a file; parquet of one topic: also a file); default: next to the bag",
     )
     parser.add_argument(
-        "-o", "--output", metavar="PATH", help="a directory (mcap: a file); default: next to the bag"
-    )
-    parser.add_argument(
-        "--fields", nargs="+", metavar="FIELD", help="csv, npz: only these: pose.pose.position.x"
+        "--fields", nargs="+", metavar="FIELD", help="csv, npz, parquet: only these: pose.pose.position.x"
     )
     parser.add_argument(
         "--scale-depth", action="store_true", help="png: depth to look at, instead of 16-bit millimetres"
@@ -44,28 +53,15 @@ def export(arguments: argparse.Namespace) -> int:
     """Write what is chosen; prints each file."""
     from rosproto.bag import BagReader
 
+    if (arguments.form is None) == (arguments.format is None):
+        raise CommandError(f"name one form: {', '.join(sorted(FORMS))}, as BAG csv or --format csv")
+    form = arguments.form or arguments.format
     with BagReader(arguments.bag) as bag:
         topics = wanted_topics(bag, arguments)
-        for path in FORMS[arguments.form](bag, topics, arguments):
+        for path in FORMS[form](bag, topics, arguments):
             if not arguments.quiet:
                 print(path)
     return 0
-
-
-def need(module: str, package: str, extra: str) -> Any:
-    """Import an optional package.
-
-    Raises:
-        CommandError: It is not installed; names the extra.
-    """
-    import importlib
-
-    try:
-        return importlib.import_module(module)
-    except ImportError as problem:
-        raise CommandError(
-            f"this needs the package {package}: pip install 'woosh-pure[{extra}]'"
-        ) from problem
 
 
 def _directory(arguments: argparse.Namespace) -> str:
@@ -282,4 +278,4 @@ class _McapChannels:
 
 
 Form = Callable[["BagReader", list[str], argparse.Namespace], list[str]]
-FORMS: dict[str, Form] = {"csv": _csv, "npz": _npz, "png": _png, "mcap": _mcap}
+FORMS: dict[str, Form] = {"csv": _csv, "npz": _npz, "png": _png, "mcap": _mcap, "parquet": write_parquet}
