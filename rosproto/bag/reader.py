@@ -116,18 +116,21 @@ class BagReader:
             raise
         self._skip = skip_damaged
         self._spans = found.spans()
+        self._take_contents(found.connections, found.chunks, found.damage)
+        self.version = found.version
+        self.indexed = found.closed
+
+    def _take_contents(
+        self, connections: dict[int, Connection], chunks: list[ChunkInfo], damage: list[str]
+    ) -> None:
         self._functions: dict[int, Give] = {}
         self.path = self._source.path
         self.size = self._source.size
-        self.damage = found.damage
-        self.version = found.version
-        self.indexed = found.closed
-        self.chunks: tuple[ChunkInfo, ...] = tuple(found.chunks)
-        counts = total_counts(found.chunks)
+        self.damage = damage
+        self.chunks: tuple[ChunkInfo, ...] = tuple(chunks)
+        counts = total_counts(chunks)
         self._counts = counts
-        self.connections = MappingProxyType(
-            {i: c for i, c in sorted(found.connections.items()) if counts.get(i)}
-        )
+        self.connections = MappingProxyType({i: c for i, c in sorted(connections.items()) if counts.get(i)})
         self._known = {i: (c.topic, c.type, c.md5sum, c) for i, c in self.connections.items()}
         self.topics = MappingProxyType(self._make_topics())
         self.message_count = sum(counts.values())
@@ -215,7 +218,7 @@ class BagReader:
         view = raw == "view"
         ahead = ReadAhead(self._source, self._spans)
         order = self._chunks_of(wanted, low, high)
-        alone = few_alone(order)
+        alone = self._alone(order)
         number = 0
         while number < len(order):
             first, info = number, order[number]
@@ -247,6 +250,9 @@ class BagReader:
             else:
                 yield from self._decoded(data.blob, [place.conn for place in places], places)
             del data, places  # their memory is what the next chunk is read into, while it is in the cache
+
+    def _alone(self, order: list[ChunkInfo]) -> list[bool]:
+        return few_alone(order)
 
     def _few_messages(self, info: ChunkInfo, wanted: set[int]) -> list[Found] | None:
         """A chunk's messages read one by one; None where that is not the quicker way, or it is damaged."""

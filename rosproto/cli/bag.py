@@ -17,6 +17,7 @@ VERBS = {
     "echo": ("bag_echo", "echo", "print the messages of a topic"),
     "filter": ("bag_edit", "filter", "copy chosen topics, a span, or what an expression chooses"),
     "merge": ("bag_edit", "merge", "put several bags into one, by time"),
+    "convert": ("bag_edit", "convert", "make MCAP of a bag, or a bag of MCAP"),
     "compress": ("bag_edit", "compress", "compress a bag in place; the original is kept"),
     "decompress": ("bag_edit", "decompress", "decompress a bag in place; the original is kept"),
     "reindex": ("bag_repair", "reindex", "give a bag that was not closed its index, in place"),

@@ -51,12 +51,12 @@ def add_export_arguments(parser: argparse.ArgumentParser) -> None:
 
 def export(arguments: argparse.Namespace) -> int:
     """Write what is chosen; prints each file."""
-    from rosproto.bag import BagReader
+    from rosproto.bag import open_bag
 
     if (arguments.form is None) == (arguments.format is None):
         raise CommandError(f"name one form: {', '.join(sorted(FORMS))}, as BAG csv or --format csv")
     form = arguments.form or arguments.format
-    with BagReader(arguments.bag) as bag:
+    with open_bag(arguments.bag) as bag:
         topics = wanted_topics(bag, arguments)
         for path in FORMS[form](bag, topics, arguments):
             if not arguments.quiet:
@@ -227,54 +227,19 @@ def _free(path: str, ending: str, written: set[str]) -> str:
 
 def _mcap(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> list[str]:
     """One file in the ros1 profile, messages as they are; Foxglove opens it."""
-    writer_module = need("mcap.writer", "mcap", "mcap")
+    need("mcap.writer", "mcap", "mcap")
+    from rosproto.bag.mcap import McapWriter
+
     path = arguments.output or os.path.splitext(arguments.bag)[0] + ".mcap"
     if os.path.exists(path):
         raise CommandError(f"{path} exists already; choose another name with -o")
     start, end = span(bag, arguments)
-    with open(path, "wb") as file, Progress(path, _total(bag, topics), quiet=arguments.quiet) as progress:
-        writer = writer_module.Writer(file)
-        writer.start(profile="ros1", library="rosproto")
-        channels = _McapChannels(writer)
+    progress_line = Progress(path, _total(bag, topics), quiet=arguments.quiet)
+    with McapWriter(path, "zstd") as writer, progress_line as progress:
         for topic, raw, stamp in bag.read_messages(topics, start, end, raw=True):
-            nanoseconds = stamp.to_nsec()
-            writer.add_message(
-                channel_id=channels.number(topic, raw.connection),
-                log_time=nanoseconds,
-                publish_time=nanoseconds,
-                data=raw.data,
-            )
+            writer.write(topic, raw, stamp)
             progress.step()
-        writer.finish()
     return [path]
-
-
-class _McapChannels:
-    """A channel for each connection, a schema for each definition (mcap.dev/spec/registry: ros1, ros1msg)."""
-
-    def __init__(self, writer: Any) -> None:
-        self._writer = writer
-        self._schemas: dict[tuple[str, str], int] = {}
-        self._channels: dict[int, int] = {}
-
-    def number(self, topic: str, connection: Any) -> int:
-        if connection.id not in self._channels:
-            header = {"callerid": connection.callerid, "latching": connection.header.get("latching", "")}
-            self._channels[connection.id] = self._writer.register_channel(
-                topic=topic,
-                message_encoding="ros1",
-                schema_id=self._schema(connection),
-                metadata={"md5sum": connection.md5sum} | {k: v for k, v in header.items() if v},
-            )
-        return self._channels[connection.id]
-
-    def _schema(self, connection: Any) -> int:
-        key = (connection.type, connection.md5sum)
-        if key not in self._schemas:
-            text = connection.definition.encode("utf-8", "surrogateescape")
-            number = self._writer.register_schema(name=connection.type, encoding="ros1msg", data=text)
-            self._schemas[key] = number
-        return self._schemas[key]
 
 
 Form = Callable[["BagReader", list[str], argparse.Namespace], list[str]]
