@@ -145,7 +145,20 @@ _HOME = {
     "rosproto.time": ("Duration", "Time"),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
-_SUBMODULES = ("action", "aio", "bag", "codec", "errors", "master", "msg", "names", "node", "recording", "tf")
+_SUBMODULES = (
+    "action",
+    "aio",
+    "bag",
+    "codec",
+    "errors",
+    "gateway",
+    "master",
+    "msg",
+    "names",
+    "node",
+    "recording",
+    "tf",
+)
 
 
 def __getattr__(name: str) -> object:

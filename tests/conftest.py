@@ -13,6 +13,7 @@ No test touches the user's folders or another machine: tests/support/watched/ gi
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -31,6 +32,14 @@ settings.load_profile("no deadline")
 SLOW_SECONDS = 5.0
 SCHEDULER = Path("/proc/thread-self/schedstat")  # ns on the processor, ns ready without one, slices
 _waited = pytest.StashKey[float]()
+
+
+@pytest.fixture(autouse=True)
+def root_level() -> Iterator[None]:
+    """`rosproto log set` reaches the loggers of the process that runs the node, and that is this one."""
+    level = logging.root.level
+    yield
+    logging.root.setLevel(level)
 
 
 def waited_for_the_processor() -> float:

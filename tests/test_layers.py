@@ -37,6 +37,7 @@ LAYERS = [
     "rosproto.tf",
     "rosproto.recording",
     "rosproto.aio",
+    "rosproto.gateway",
     "rosproto.selftest",
     "rosproto.rospy",
     "rosproto.cli",

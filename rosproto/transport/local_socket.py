@@ -97,12 +97,20 @@ def connect_locally(address: str, port: int) -> socket.socket | None:
 
 
 class _LocalSocket(socket.socket):
-    """Does not hand out what its sender has called void."""
+    """Does not hand out what its sender has called void, nor anything after its own end."""
 
     _read_at = 0.0
+    _ended = False
+
+    def shutdown(self, how: int) -> None:
+        # What waits could still be read, and from then on it looks as if the sender had closed the connection.
+        self._ended = self._ended or how != socket.SHUT_WR
+        super().shutdown(how)
 
     def recv_into(self, *arguments: Any) -> int:
         count = super().recv_into(*arguments)
+        if self._ended:
+            return 0
         now = monotonic()
         if now - self._read_at > _PAUSE and count and self._read_at and _is_void(self):
             raise ConnectionLost(

@@ -249,14 +249,9 @@ def publisher_same_port() -> float:
         time.sleep(2.0)
         with Node("/a", master_uri=master.uri, port=port, rosout=False) as a:
             # The master's list does not change: only the subscriber's own tries find it.
-            from rosproto.node.outgoing.publication import Publication
-            from rosproto.node.outgoing.publisher import Publisher
-            from rosproto.node.revisions.topic_types import resolve_type
-
-            publication = Publication(a, "/t", resolve_type(STRING))
-            publication.add_handle(Publisher(a, publication, latch=False, queue_size=1, on_connect=None))
-            a._topics._publications["/t"] = publication
-            return until(lambda: len(publication.links) == 1 and subscriber.connections == 1)
+            a._context.registrations.add_together = lambda *_: None
+            publisher = a.publisher("/t", STRING)
+            return until(lambda: publisher.connections == 1 and subscriber.connections == 1)
 
 
 def master_restarted() -> float:

@@ -36,9 +36,10 @@ def subscriber(node: Node) -> socket.socket:
 def test_nobody_is_told_before_it_is_attached(node: Node, monkeypatch: pytest.MonkeyPatch) -> None:
     """What is published right after the link stands is behind the header, and nothing comes before it."""
     publisher = node.publisher("/numbers", "std_msgs/String", queue_size=1)
-    attach, told, looked = Publication.attach, threading.Event(), threading.Event()
+    attach, told, looked, connected = Publication.attach, *(threading.Event() for _ in range(3))
 
     def watched(self: Publication, link: Any, *others: Any) -> None:
+        assert connected.wait(20)
         if select.select([sock], [], [], 0.1)[0]:
             told.set()
         looked.set()
@@ -48,6 +49,7 @@ def test_nobody_is_told_before_it_is_attached(node: Node, monkeypatch: pytest.Mo
 
     monkeypatch.setattr(Publication, "attach", watched)
     with subscriber(node) as sock:
+        connected.set()
         sock.settimeout(20)
         assert looked.wait(20)
         assert attacks.read_header(sock)["topic"] == "/numbers"

@@ -15,7 +15,7 @@ if sys.platform == "win32":
 
 ROOT = Path(__file__).resolve().parents[3]
 PROGRAM = """
-import json, os, resource, sys
+import json, os, resource, sys, time
 from rosproto import Master, Node
 from rosproto.errors import RosError
 
@@ -38,7 +38,10 @@ def tried(make, few):
         resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
     if made is not None:
         made.close()
-    return [*result, len(os.listdir("/dev/fd")) - before]
+    until = time.monotonic() + 3.0  # the master in this process closes its ends a little later
+    while (left := len(os.listdir("/dev/fd")) - before) > 0 and time.monotonic() < until:
+        time.sleep(0.01)
+    return [*result, left]
 
 with Master() as master:
     make = {
@@ -73,7 +76,7 @@ def test_opening(what: str, state: str) -> None:
     assert len(told) >= len(refused) - 4, refused
     assert all("which may have" in text and "ulimit -n" in text for text in told), told
     assert found[-1][0] == "made", found[-1]
-    assert sum(left for *_, left in refused) <= 2, found  # the master's ends close a little later
+    assert not [row for row in found if row[2] > 0]
 
 
 def test_the_first_message() -> None:

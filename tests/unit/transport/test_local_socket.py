@@ -179,6 +179,14 @@ def test_what_was_called_void_is_not_handed_out_after_a_pause(
     assert local_socket.has_left(sender)
 
 
+def test_nothing_is_handed_out_after_ones_own_end(local_pair: tuple[socket.socket, socket.socket]) -> None:
+    """A link that is ended while its program was stopped: its reader would find half a minute of messages."""
+    sender, receiver = local_pair
+    sender.send(b"old")
+    receiver.shutdown(socket.SHUT_RDWR)
+    assert receiver.recv_into(bytearray(100)) == 0
+
+
 @pytest.mark.parametrize("ends", [False, True])
 def test_the_last_words_of_a_quiet_sender_are_handed_out(
     ends: bool, local_pair: tuple[socket.socket, socket.socket], monkeypatch: pytest.MonkeyPatch

@@ -1,0 +1,1 @@
+"""Definitions of tf2_web_republisher."""

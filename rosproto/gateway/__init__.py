@@ -1,0 +1,46 @@
+"""Other programs' ways into a ROS graph: a rosbridge server and a Foxglove server over a node.
+
+    with rosproto.gateway.Rosbridge(node, port=9090) as bridge:
+        print(bridge.url)
+
+Both share what the robot sends (`Taps`), who may do what (`Access`) and what a client may cost
+(`GatewayLimits`). Nothing is written to the graph unless `Access(write=...)` opens it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rosproto.late import late_names
+
+if TYPE_CHECKING:
+    from rosproto.gateway.access import Access, Refusal
+    from rosproto.gateway.limits import GatewayLimits
+    from rosproto.gateway.outbox import Outbox
+    from rosproto.gateway.sample import Sample, TopicDescription
+    from rosproto.gateway.taps import Tap, Taps
+
+__all__ = [
+    "Access",
+    "GatewayLimits",
+    "Outbox",
+    "Refusal",
+    "Sample",
+    "Tap",
+    "Taps",
+    "TopicDescription",
+]
+
+__getattr__ = late_names(
+    __name__,
+    {
+        "Access": "access",
+        "GatewayLimits": "limits",
+        "Outbox": "outbox",
+        "Refusal": "access",
+        "Sample": "sample",
+        "Tap": "taps",
+        "Taps": "taps",
+        "TopicDescription": "sample",
+    },
+)

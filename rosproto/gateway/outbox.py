@@ -1,0 +1,160 @@
+"""What waits for one client: bounded, the newest of each topic first to stay.
+
+Filled by any thread, emptied by the one that writes to the client. Messages of topics have a key and may be
+dropped: the oldest of the same key, when more than `keep` of it wait or they take more than their bytes;
+then, when all take too many, the oldest of whatever takes most. Answers have no key and are never dropped: a
+client that asks and does not read is cut off instead.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import Counter, deque
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+from rosproto.gateway.limits import GatewayLimits
+
+__all__ = ["Outbox"]
+
+T = TypeVar("T")
+Key = object
+
+
+class _Item(Generic[T]):
+    __slots__ = ("key", "payload", "size")
+
+    def __init__(self, key: Key | None, size: int, payload: T) -> None:
+        self.key = key
+        self.size = size
+        self.payload: T | None = payload  # None: dropped
+
+
+class Outbox(Generic[T]):
+    """A queue to one client.
+
+    Attributes:
+        bytes: What waits.
+        answer_bytes: What of that are answers.
+        dropped: Messages given up so far, by key.
+        overflow: More answers wait than a client may have: the connection is to end.
+        closed: Nothing is taken any more.
+    """
+
+    def __init__(self, limits: GatewayLimits, wake: Callable[[], object] | None = None) -> None:
+        """
+        Args:
+            limits: Bounds.
+            wake: Called when something comes into an outbox that was empty, in the thread that put it there.
+        """
+        self._limits = limits
+        self._wake = wake
+        self._lock = threading.Lock()
+        self._queue: deque[_Item[T]] = deque()
+        self._waiting: dict[Key, deque[_Item[T]]] = {}
+        self._key_bytes: dict[Key, int] = {}
+        self._live = 0
+        self.bytes = 0
+        self.answer_bytes = 0
+        self.dropped: Counter[Key] = Counter()
+        self.overflow = False
+        self.closed = False
+
+    def __len__(self) -> int:
+        return self._live
+
+    def put(self, key: Key | None, size: int, payload: T, keep: int | None = None) -> None:
+        """Add something; never waits.
+
+        Args:
+            key: Whose oldest may be dropped for it; None for an answer.
+            size: Its bytes.
+            payload: What `take` gives.
+            keep: Most that wait of this key; None for `GatewayLimits.outbox_messages`.
+        """
+        with self._lock:
+            if self.closed:
+                return
+            item = _Item(key, size, payload)
+            was_empty = not self._live
+            if key is None:
+                self.answer_bytes += size
+                self.overflow |= self.answer_bytes > self._limits.answer_bytes
+            else:
+                self._make_room(key, size, self._limits.outbox_messages if keep is None else keep)
+                self._waiting.setdefault(key, deque()).append(item)
+                self._key_bytes[key] = self._key_bytes.get(key, 0) + size
+            self._queue.append(item)
+            self._live += 1
+            self.bytes += size
+        if was_empty and self._wake is not None:
+            self._wake()
+
+    def take(self) -> T | None:
+        """The oldest payload; None when there is none."""
+        with self._lock:
+            while self._queue:
+                item = self._queue.popleft()
+                if item.payload is None:
+                    continue
+                if item.key is None:
+                    self.answer_bytes -= item.size
+                else:
+                    self._forget_first(item.key)
+                self._live -= 1
+                self.bytes -= item.size
+                return item.payload
+            return None
+
+    def waits(self, key: Key) -> int:
+        """How many of a key wait."""
+        with self._lock:
+            return len(self._waiting.get(key, ()))
+
+    def forget(self, key: Key) -> None:
+        """Nobody wants what waits of this key any more; it does not count as dropped."""
+        with self._lock:
+            while key in self._waiting:
+                self._drop_first(key)
+            self.dropped.pop(key, None)
+
+    def close(self) -> None:
+        """Drop everything, take nothing more."""
+        with self._lock:
+            self.closed = True
+            self._queue.clear()
+            self._waiting.clear()
+            self._key_bytes.clear()
+            self._live = self.bytes = self.answer_bytes = 0
+
+    # -- with the lock held ---------------------------------------------------------------------------------
+
+    def _make_room(self, key: Key, size: int, keep: int) -> None:
+        limits = self._limits
+        while key in self._waiting and (
+            len(self._waiting[key]) >= max(1, keep) or self._key_bytes[key] + size > limits.topic_bytes
+        ):
+            self._drop_counted(key)
+        while self._key_bytes and self.bytes - self.answer_bytes + size > limits.outbox_bytes:
+            self._drop_counted(max(self._key_bytes, key=self._key_bytes.__getitem__))
+
+    def _drop_counted(self, key: Key) -> None:
+        self._drop_first(key)
+        self.dropped[key] += 1
+
+    def _drop_first(self, key: Key) -> None:
+        item = self._waiting[key][0]
+        self._forget_first(key)
+        item.payload = None  # its place in the queue is found empty
+        self._live -= 1
+        self.bytes -= item.size
+        while self._queue and self._queue[0].payload is None:
+            self._queue.popleft()
+        if len(self._queue) > 2 * self._live + 64:
+            self._queue = deque(other for other in self._queue if other.payload is not None)
+
+    def _forget_first(self, key: Key) -> None:
+        waiting = self._waiting[key]
+        self._key_bytes[key] -= waiting.popleft().size
+        if not waiting:
+            del self._waiting[key], self._key_bytes[key]

@@ -1,0 +1,134 @@
+"""Messages in several fragments: cut for a client that asks for it, put together from one that sends them.
+
+Each fragment is a message `{"op": "fragment", "id", "data", "num", "total"}`; `data` is a piece of the JSON
+text (ROSBRIDGE_PROTOCOL.md, 3.1.1). What a client leaves incomplete is bounded and forgotten with time.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+__all__ = ["FragmentError", "Reassembly", "cut"]
+
+MOST_SENT = 4096
+"""Fragments of one message that we send: a client that asks for pieces of one character gets longer ones."""
+MOST_RECEIVED = 1 << 16
+INCOMPLETE = 16
+"""Messages of one client that may be incomplete at a time."""
+SECONDS = 600.0
+"""An incomplete message is forgotten when no fragment of it came for so long, as in rosbridge."""
+_OVERHEAD = 100  # bytes that a fragment costs besides its text
+
+
+class FragmentError(Exception):
+    """A fragment does not fit; the text is a sentence for the client."""
+
+
+def cut(text: str, size: int | None, id: str | int) -> tuple[str, ...]:
+    """The messages that carry a text: itself, or fragments with `size` characters of it each.
+
+    Args:
+        text: A JSON text.
+        size: Longest text that goes whole; None: any does.
+        id: What the fragments are told by; roslib passes over a 0.
+    """
+    if size is None or len(text) <= size:
+        return (text,)
+    size = max(size, -(-len(text) // MOST_SENT))
+    pieces = [text[start : start + size] for start in range(0, len(text), size)]
+    total = len(pieces)
+    return tuple(
+        json.dumps({"op": "fragment", "id": id, "data": piece, "num": num, "total": total})
+        for num, piece in enumerate(pieces)
+    )
+
+
+class _Incomplete:
+    __slots__ = ("pieces", "seen", "total")
+
+    def __init__(self, total: int, now: float) -> None:
+        self.total = total
+        self.seen = now
+        self.pieces: dict[int, str] = {}
+
+
+class Reassembly:
+    """The fragments of one client.
+
+    Attributes:
+        held: Bytes of memory that incomplete messages take, roughly.
+    """
+
+    def __init__(self, most_bytes: int) -> None:
+        self._most_bytes = most_bytes
+        self._waiting: dict[str | int, _Incomplete] = {}
+        self.held = 0
+
+    def __len__(self) -> int:
+        return len(self._waiting)
+
+    def add(self, message: dict[str, Any], now: float) -> str | None:
+        """Take one fragment; the whole text when it was the last one that was missing.
+
+        Args:
+            message: The fragment's fields, unchecked.
+            now: Monotonic seconds.
+
+        Raises:
+            FragmentError: It is none, or too much is incomplete; the message it belongs to is forgotten.
+        """
+        self._forget_old(now)
+        id, num, total, data = (message.get(key) for key in ("id", "num", "total", "data"))
+        if not isinstance(id, (str, int)) or isinstance(id, bool):
+            raise FragmentError("field id of a fragment is missing or neither a text nor a whole number")
+        if not isinstance(data, str):
+            raise FragmentError("field data of a fragment is missing or no text")
+        try:
+            return self._add(id, _whole(num), _whole(total), data, now)
+        except FragmentError:
+            self._forget(id)
+            raise
+
+    def _add(self, id: str | int, num: int | None, total: int | None, data: str, now: float) -> str | None:
+        if total is None or not 0 < total <= MOST_RECEIVED:
+            raise FragmentError(f"field total of a fragment must be a whole number from 1 to {MOST_RECEIVED}")
+        if num is None or not 0 <= num < total:
+            raise FragmentError(f"field num of a fragment must be a whole number from 0 to {total - 1}")
+        found = self._waiting.get(id)
+        if found is None:
+            if len(self._waiting) >= INCOMPLETE:
+                raise FragmentError(f"{INCOMPLETE} messages are incomplete already; send one at a time")
+            found = self._waiting[id] = _Incomplete(total, now)
+        if found.total != total:
+            raise FragmentError(
+                f"a fragment says {total} in all, an earlier one of its message {found.total}"
+            )
+        if num in found.pieces:
+            raise FragmentError(f"fragment {num} came twice")
+        found.pieces[num] = data
+        found.seen = now
+        self.held += _cost(data)
+        if self.held > self._most_bytes:
+            raise FragmentError(f"incomplete messages take more than the limit of {self._most_bytes} bytes")
+        if len(found.pieces) < total:
+            return None
+        self._forget(id)
+        return "".join(found.pieces[number] for number in range(total))
+
+    def _forget_old(self, now: float) -> None:
+        for id in [id for id, found in self._waiting.items() if now - found.seen > SECONDS]:
+            self._forget(id)
+
+    def _forget(self, id: str | int) -> None:
+        found = self._waiting.pop(id, None)
+        if found is not None:
+            self.held -= sum(map(_cost, found.pieces.values()))
+
+
+def _cost(data: str) -> int:
+    return data.__sizeof__() + _OVERHEAD
+
+
+def _whole(value: Any) -> int | None:
+    return value if type(value) is int else None

@@ -1,0 +1,360 @@
+"""rosbridge protocol v2, sans-IO: what one client sent becomes effects, what it is told becomes payloads.
+
+Source: ROSBRIDGE_PROTOCOL.md of github.com/RobotWebTools/rosbridge_suite, branch ros1, and rosbridge_library.
+`operations.OPERATIONS` is the table. Whatever comes in, `receive` raises nothing: a client is answered with a
+status that says what is wrong, or the connection is to be closed.
+
+What differs from the original is on purpose: a message ends with its WebSocket message (a rest is never kept
+for the next one), everything is bounded, statuses are sent (the original's branch for ROS 1 only logs them),
+and a `png` operation is also read.
+"""
+
+from __future__ import annotations
+
+import json
+from json.encoder import encode_basestring_ascii as quoted
+from typing import Any
+from typing import Protocol as Structural
+
+from rosproto.gateway.rosbridge.effects import (
+    Advertise,
+    AdvertiseService,
+    Auth,
+    CallService,
+    CancelActionGoal,
+    Close,
+    Compression,
+    Effect,
+    Id,
+    Payload,
+    Publish,
+    Reply,
+    SendActionGoal,
+    ServiceResponse,
+    SetLevel,
+    Subscribe,
+    Unadvertise,
+    UnadvertiseService,
+    Unsubscribe,
+)
+from rosproto.gateway.rosbridge.fragments import FragmentError, Reassembly, cut
+from rosproto.gateway.rosbridge.operations import (
+    OPERATIONS,
+    RECEIVED_PARTS,
+    FieldError,
+    read_id,
+    read_operation,
+)
+from rosproto.gateway.rosbridge.png import MOST_BYTES, PngError, unpack
+from rosproto.gateway.rosbridge.status import Level, is_wanted
+from rosproto.text import printable
+
+__all__ = [
+    "Advertise",
+    "AdvertiseService",
+    "Auth",
+    "CallService",
+    "CancelActionGoal",
+    "Close",
+    "Compression",
+    "Effect",
+    "Id",
+    "Payload",
+    "Protocol",
+    "Publish",
+    "Reply",
+    "SendActionGoal",
+    "ServiceResponse",
+    "SetLevel",
+    "Subscribe",
+    "Unadvertise",
+    "UnadvertiseService",
+    "Unsubscribe",
+    "WireLimits",
+    "publish_text",
+]
+
+TOO_BIG = 1009
+"""The WebSocket close code for a message that is too long."""
+
+MOST_OBJECTS = 1 << 20
+"""Arrays and objects in one message: an empty one takes three bytes on the wire and sixty of memory."""
+_MOST_AT_ONCE = 1000  # JSON objects behind one another in one WebSocket message
+_WRAPPED = 2  # a picture in fragments, but no fragments in fragments in fragments
+
+_decoder = json.JSONDecoder()
+
+
+class WireLimits(Structural):
+    """What bounds a client's messages; `GatewayLimits` has it."""
+
+    @property
+    def message_bytes(self) -> int: ...
+    @property
+    def nesting(self) -> int: ...
+    @property
+    def text_length(self) -> int: ...
+
+
+class _Refused(Exception):
+    """What came is no message; the text is a sentence for the client."""
+
+
+def publish_text(topic: str, message: str) -> str:
+    """The message that brings a topic's message, whose JSON text is given, to a client."""
+    return f'{{"op":"publish","topic":{quoted(topic)},"msg":{message}}}'
+
+
+class Protocol:
+    """One client. Not thread-safe: one thread at a time.
+
+    Args:
+        limits: Bounds of what the client sends.
+
+    Attributes:
+        level: The statuses that the client wants.
+        received: Messages that came.
+        refused: Those that were answered with an error here.
+        closed: `receive` said `Close`: it says nothing more.
+    """
+
+    def __init__(self, limits: WireLimits) -> None:
+        self._limits = limits
+        self._fragments = Reassembly(limits.message_bytes)
+        self._fragmented = 0
+        self.level: Level = "error"
+        self.received = 0
+        self.refused = 0
+        self.closed = False
+
+    # -- in
+
+    def receive(self, data: str | bytes | bytearray | memoryview, now: float = 0.0) -> list[Effect]:
+        """What one WebSocket message asks for, in its order.
+
+        Args:
+            data: The message; bytes are taken for UTF-8.
+            now: Monotonic seconds; fragments age by it.
+        """
+        if self.closed:
+            return []
+        self.received += 1
+        if len(data) > self._limits.message_bytes:
+            self.closed = True
+            return [Close(TOO_BIG, f"a message may have {self._limits.message_bytes} bytes")]
+        effects: list[Effect] = []
+        if not isinstance(data, str):
+            try:
+                data = bytes(data).decode("utf-8")
+            except UnicodeDecodeError as error:
+                self._refuse(effects, f"the message is no UTF-8 text: {error.reason} at byte {error.start}")
+                return effects
+        self._text(data, now, effects, 0)
+        return effects
+
+    def _text(self, text: str, now: float, effects: list[Effect], depth: int) -> None:
+        """Append the effects of one JSON text, or of several behind one another."""
+        try:
+            messages = self._parse(text)
+        except _Refused as error:
+            self._refuse(effects, str(error))
+            return
+        for message in messages:
+            self._message(message, now, effects, depth)
+
+    def _parse(self, text: str) -> list[dict[str, Any]]:
+        brackets = text.count("{") + text.count("[")
+        if brackets > MOST_OBJECTS:
+            raise _Refused(f"the message has {brackets} brackets; at most {MOST_OBJECTS} are allowed")
+        found: list[dict[str, Any]] = []
+        at, end = 0, len(text.rstrip())
+        try:
+            while at < end:
+                while text[at].isspace():
+                    at += 1
+                value, at = _decoder.raw_decode(text, at)
+                if not isinstance(value, dict):
+                    raise _Refused(f"the message is JSON, but {_kind(value)}; expected an object with an op")
+                if brackets > self._limits.nesting:
+                    self._check_nesting(value)
+                found.append(value)
+                if len(found) > _MOST_AT_ONCE:
+                    raise _Refused(f"more than {_MOST_AT_ONCE} messages at once; send them one by one")
+        except RecursionError:
+            raise self._too_deep() from None
+        except ValueError as error:
+            raise _Refused(f"the message is no JSON: {_in_short(error)}") from None
+        if not found:
+            raise _Refused("the message is empty; expected a JSON object with an op")
+        return found
+
+    def _check_nesting(self, value: dict[str, Any]) -> None:
+        level: list[Any] = [value]
+        for _ in range(self._limits.nesting):
+            level = [
+                inner
+                for outer in level
+                for inner in (outer.values() if type(outer) is dict else outer)
+                if type(inner) is dict or type(inner) is list
+            ]
+            if not level:
+                return
+        raise self._too_deep()
+
+    def _too_deep(self) -> _Refused:
+        return _Refused(f"more than {self._limits.nesting} arrays and objects inside one another")
+
+    def _message(self, message: dict[str, Any], now: float, effects: list[Effect], depth: int) -> None:
+        op = message.get("op")
+        id: Id = None
+        try:
+            id = read_id(message, self._limits.text_length)
+            if op in RECEIVED_PARTS if isinstance(op, str) else False:
+                whole = self._part(op, message, now, depth)
+                if whole is not None:
+                    self._text(whole, now, effects, depth + 1)
+                return
+            if not isinstance(op, str) or op not in OPERATIONS:
+                raise FieldError(_no_operation(message, op))
+            effect = read_operation(op, message, self._limits.text_length)
+        except (FieldError, FragmentError, PngError) as error:
+            what = f"{op}: " if isinstance(op, str) and (op in OPERATIONS or op in RECEIVED_PARTS) else ""
+            self._refuse(effects, f"{what}{error}", id)
+            return
+        if isinstance(effect, SetLevel):
+            self.level = effect.level
+        effects.append(effect)
+
+    def _part(self, op: str, message: dict[str, Any], now: float, depth: int) -> str | None:
+        """The text inside a fragment or a picture; None while fragments are missing."""
+        if depth >= _WRAPPED:
+            raise FieldError("too many fragments and pictures inside one another")
+        if op == "fragment" or "num" in message or "total" in message:
+            whole = self._fragments.add(message, now)
+            if op == "fragment" or whole is None:
+                return whole
+            return unpack(whole, min(MOST_BYTES, self._limits.message_bytes))
+        data = message.get("data")
+        if not isinstance(data, str):
+            raise FieldError("field data is missing or no text; expected a picture in base64")
+        return unpack(data, min(MOST_BYTES, self._limits.message_bytes))
+
+    def _refuse(self, effects: list[Effect], text: str, id: Id = None) -> None:
+        self.refused += 1
+        payloads = self.status("error", text, id)
+        if payloads:
+            effects.append(Reply(payloads))
+
+    # -- out
+
+    def status(self, level: Level, text: str, id: Id = None) -> tuple[Payload, ...]:
+        """Tell the client something, if it wants statuses of this level; empty where it does not.
+
+        Args:
+            level: "error", "warning" or "info".
+            text: A sentence.
+            id: Of the message that it is about.
+        """
+        if not is_wanted(level, self.level):
+            return ()
+        message: dict[str, Any] = {"op": "status", "level": level, "msg": printable(text, keep="\n\t")}
+        if id is not None:
+            message["id"] = id
+        return (json.dumps(message),)
+
+    def publish(self, text: str, fragment_size: int | None = None) -> tuple[Payload, ...]:
+        """Payloads of a message (`publish_text`, `png.publish_png`), which is the same for every client."""
+        return self._cut(text, fragment_size, None)
+
+    def service_response(self, call: CallService, values: str, *, result: bool = True) -> tuple[Payload, ...]:
+        """Answer a call.
+
+        Args:
+            call: What was asked.
+            values: The response's JSON text; where it failed, that of a sentence (`failure`).
+            result: Whether it succeeded.
+        """
+        head = f'{{"op":"service_response","service":{quoted(call.asked)},"values":{values}'
+        text = f'{head},"result":{_truth(result)}{_with_id(call.id)}}}'
+        return self._cut(text, call.fragment_size, call.id)
+
+    def service_failure(self, call: CallService, text: str) -> tuple[Payload, ...]:
+        """Answer a call that failed with a sentence."""
+        return self.service_response(call, quoted(printable(text, keep="\n\t")), result=False)
+
+    def call_service(self, id: str, service: str, args: str) -> tuple[Payload, ...]:
+        """Call a service that the client provides; `ServiceResponse` with this id is its answer.
+
+        Args:
+            id: New for every call.
+            service: The name it was advertised by.
+            args: The request's JSON text.
+        """
+        text = f'{{"op":"call_service","id":{quoted(id)},"service":{quoted(service)},"args":{args}}}'
+        return (text,)
+
+    def action_feedback(self, goal: SendActionGoal, values: str) -> tuple[Payload, ...]:
+        """Feedback on a goal; `values` is its JSON text."""
+        head = f'{{"op":"action_feedback","action":{quoted(goal.asked)},"values":{values}'
+        return self._cut(f"{head}{_with_id(goal.id)}}}", goal.fragment_size, goal.id)
+
+    def action_result(
+        self, goal: SendActionGoal, values: str, status: int, *, result: bool = True
+    ) -> tuple[Payload, ...]:
+        """The end of a goal.
+
+        Args:
+            goal: What was asked.
+            values: The result's JSON text; where there is none, that of a sentence.
+            status: `actions.ActionStatus`.
+            result: False: the goal never came to an end that the server told.
+        """
+        head = (
+            f'{{"op":"action_result","action":{quoted(goal.asked)},"values":{values},"status":{int(status)}'
+        )
+        return self._cut(
+            f'{head},"result":{_truth(result)}{_with_id(goal.id)}}}', goal.fragment_size, goal.id
+        )
+
+    def action_failure(self, goal: SendActionGoal, text: str) -> tuple[Payload, ...]:
+        """The end of a goal that was not sent, or of which nothing more is heard, with a sentence."""
+        return self.action_result(goal, quoted(printable(text, keep="\n\t")), 0, result=False)
+
+    def _cut(self, text: str, size: int | None, id: Id) -> tuple[Payload, ...]:
+        if size is None or len(text) <= size:
+            return (text,)
+        if not id:  # none, or one that roslib takes for none
+            self._fragmented += 1
+            id = f"fragment:{self._fragmented}"
+        return cut(text, size, id)
+
+
+def _with_id(id: Id) -> str:
+    return "" if id is None else f',"id":{json.dumps(id)}'
+
+
+def _truth(value: bool) -> str:
+    return "true" if value else "false"
+
+
+def _kind(value: object) -> str:
+    if isinstance(value, (list, str)):
+        return "an array" if isinstance(value, list) else "a text"
+    return "null" if value is None else "true or false" if isinstance(value, bool) else "a number"
+
+
+def _in_short(error: ValueError) -> str:
+    """What the JSON reader says and where, without the text it quotes."""
+    if isinstance(error, json.JSONDecodeError):
+        return f"{error.msg} at character {error.pos}"
+    return "a number has too many digits"
+
+
+def _no_operation(message: dict[str, Any], op: object) -> str:
+    if op is None and "receiver" in message:
+        return "this is a message of rosbridge v1; expected v2, whose messages have an op"
+    allowed = ", ".join([*OPERATIONS, *RECEIVED_PARTS])
+    if op is None:
+        return f"the message has no op; expected one of {allowed}"
+    shown = f"'{printable(op[:60])}'" if isinstance(op, str) else _kind(op)
+    return f"the operation {shown} is unknown; expected one of {allowed}"

@@ -1,0 +1,221 @@
+"""The services of /rosapi: a table of their names, types and answers.
+
+Requests and responses are the fields of their definitions (msgdefs/rosapi) as JSON has them. Every request
+field of rosapi is a string.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+from rosproto.errors import RosError
+from rosproto.gateway.rosbridge.rosapi.definitions import Definitions
+from rosproto.gateway.rosbridge.rosapi.errors import RosapiError
+from rosproto.gateway.rosbridge.rosapi.graph import VisibleGraph
+from rosproto.gateway.rosbridge.rosapi.parameters import VisibleParameters
+from rosproto.gateway.rosbridge.rosapi.visible import Asked, Visible
+from rosproto.msg import bundled
+from rosproto.records import NamedTuple
+from rosproto.transport.deadline import Deadline
+
+if TYPE_CHECKING:
+    from rosproto.node import Node
+
+__all__ = ["Rosapi", "RosapiError"]
+
+NAMESPACE = "/rosapi"
+CALL_SECONDS = 10.0
+MOST_TEXT = 1 << 20  # characters of one field: a robot_description may be set
+
+Values = dict[str, object]
+Fields = dict[str, str]
+
+
+class _Entry(NamedTuple):
+    """One service: the name of its type, and what answers it."""
+
+    type: str
+    answer: Callable[[Fields, Deadline], Values]
+
+
+class Rosapi:
+    """Answers the services of /rosapi within what an `Access` allows.
+
+    `call` asks the master and other nodes, and blocks meanwhile: call it in a thread that may wait. Safe from
+    several threads.
+
+    Args:
+        node: Asks in its name; the services are listed as this node's.
+        access: What clients may see and write.
+        timeout: Seconds for one call.
+
+    Attributes:
+        services: name -> type of all of them: "/rosapi/topics" -> "rosapi/Topics".
+    """
+
+    def __init__(self, node: Node, access: Asked, *, timeout: float = CALL_SECONDS) -> None:
+        self._node = node
+        self._timeout = timeout
+        visible = Visible(access)
+        self._parameters = VisibleParameters(node, visible)
+        self._definitions = Definitions(node, visible)
+        self._table = self._entries()
+        self.services: Mapping[str, str] = {
+            f"{NAMESPACE}/{name}": f"rosapi/{entry.type}" for name, entry in self._table.items()
+        }
+        self._graph = VisibleGraph(node, visible, self.services)
+
+    def answers(self, service: str) -> bool:
+        """True when a call of this service is answered here; "rosapi/topics" is "/rosapi/topics"."""
+        return _local_name(service) in self._table
+
+    def call(self, service: str, args: object = None) -> Values:
+        """Answer one call.
+
+        Args:
+            service: Its name.
+            args: The request: a dict of fields, a list of them in order, or None. What is left out is "".
+
+        Returns:
+            The fields of the response, as JSON has them.
+
+        Raises:
+            RosapiError: It is refused, or cannot be answered; the text is for the client.
+        """
+        entry = self._table.get(_local_name(service))
+        if entry is None:
+            raise RosapiError(f"service {service} is not one of {NAMESPACE}")
+        fields = _fields(entry.type, args)
+        try:
+            return entry.answer(fields, Deadline(self._timeout))
+        except RosapiError:
+            raise
+        except (RosError, ValueError) as error:
+            raise RosapiError(f"{NAMESPACE}/{_local_name(service)}: {error}") from error
+
+    def _name(self, name: str) -> str:
+        """The global name that a client means: the one that patterns are compared with."""
+        return self._node.resolve_name(name) if name else name
+
+    def _entries(self) -> dict[str, _Entry]:
+        return {
+            "topics": _Entry("Topics", lambda _, d: _columns(self._graph.topics(d))),
+            "topics_for_type": _Entry(
+                "TopicsForType", lambda f, d: {"topics": self._graph.topics_for_type(f["type"], d)}
+            ),
+            "topics_and_raw_types": _Entry("TopicsAndRawTypes", self._raw_types),
+            "topic_type": _Entry(
+                "TopicType", lambda f, d: {"type": self._graph.topics(d).get(self._name(f["topic"]), "")}
+            ),
+            "publishers": _Entry(
+                "Publishers", lambda f, d: {"publishers": self._graph.publishers(self._name(f["topic"]), d)}
+            ),
+            "subscribers": _Entry(
+                "Subscribers",
+                lambda f, d: {"subscribers": self._graph.subscribers(self._name(f["topic"]), d)},
+            ),
+            "services": _Entry("Services", lambda _, d: {"services": self._graph.services(d)}),
+            "services_for_type": _Entry(
+                "ServicesForType", lambda f, d: {"services": self._graph.services_for_type(f["type"], d)}
+            ),
+            "service_type": _Entry(
+                "ServiceType", lambda f, d: {"type": self._graph.service_type(self._name(f["service"]), d)}
+            ),
+            "service_providers": _Entry(
+                "ServiceProviders", lambda f, d: {"providers": self._graph.service_providers(f["service"], d)}
+            ),
+            "service_node": _Entry(
+                "ServiceNode", lambda f, d: {"node": self._graph.service_node(self._name(f["service"]), d)}
+            ),
+            "service_host": _Entry(
+                "ServiceHost", lambda f, d: {"host": self._graph.service_host(self._name(f["service"]), d)}
+            ),
+            "nodes": _Entry("Nodes", lambda _, d: {"nodes": self._graph.nodes(d)}),
+            "node_details": _Entry("NodeDetails", self._node_details),
+            "action_servers": _Entry(
+                "GetActionServers", lambda _, d: {"action_servers": self._graph.action_servers(d)}
+            ),
+            "message_details": _Entry(
+                "MessageDetails", lambda f, _: {"typedefs": self._definitions.message_details(f["type"])}
+            ),
+            "service_request_details": _Entry(
+                "ServiceRequestDetails",
+                lambda f, _: {"typedefs": self._definitions.service_details(f["type"], "request")},
+            ),
+            "service_response_details": _Entry(
+                "ServiceResponseDetails",
+                lambda f, _: {"typedefs": self._definitions.service_details(f["type"], "response")},
+            ),
+            "get_param": _Entry(
+                "GetParam", lambda f, _: {"value": self._parameters.get(f["name"], f["default"])}
+            ),
+            "set_param": _Entry("SetParam", self._set_param),
+            "has_param": _Entry("HasParam", lambda f, _: {"exists": self._parameters.has(f["name"])}),
+            "search_param": _Entry(
+                "SearchParam", lambda f, _: {"global_name": self._parameters.search(f["name"])}
+            ),
+            "delete_param": _Entry("DeleteParam", self._delete_param),
+            "get_param_names": _Entry("GetParamNames", lambda _, __: {"names": self._parameters.names()}),
+            "get_time": _Entry("GetTime", lambda _, __: {"time": self._time()}),
+        }
+
+    def _raw_types(self, _: Fields, deadline: Deadline) -> Values:
+        topics = self._graph.topics(deadline)
+        texts = {kind: self._definitions.full_text(kind, deadline) for kind in set(topics.values()) if kind}
+        return {**_columns(topics), "typedefs_full_text": [texts.get(kind, "") for kind in topics.values()]}
+
+    def _node_details(self, fields: Fields, deadline: Deadline) -> Values:
+        found = self._graph.node_details(self._name(fields["node"]), deadline)
+        return dict(zip(("subscribing", "publishing", "services"), found, strict=True))
+
+    def _set_param(self, fields: Fields, _: Deadline) -> Values:
+        self._parameters.set(fields["name"], fields["value"])
+        return {}
+
+    def _delete_param(self, fields: Fields, _: Deadline) -> Values:
+        self._parameters.delete(fields["name"])
+        return {}
+
+    def _time(self) -> Values:
+        now = self._node.clock.now()
+        return {"secs": now.secs, "nsecs": now.nsecs}
+
+
+def _columns(topics: dict[str, str]) -> Values:
+    return {"topics": list(topics), "types": list(topics.values())}
+
+
+def _local_name(service: str) -> str:
+    head, _, name = service.lstrip("/").partition("/")
+    return name if f"/{head}" == NAMESPACE else ""
+
+
+def _fields(type_name: str, args: object) -> Fields:
+    """The request's fields, all strings, by its definition."""
+    request = bundled().service(f"rosapi/{type_name}").request
+    names = [field.name for field in request.fields]
+    fields = dict.fromkeys(names, "")
+    for name, value in _given(type_name, names, args).items():
+        if name not in names:
+            raise RosapiError(
+                f"rosapi/{type_name} has no field {str(name)[:80]!r}; its request has {names or 'no fields'}"
+            )
+        if not isinstance(value, str):
+            raise RosapiError(f"rosapi/{type_name}.{name}: expected a string, got a {type(value).__name__}")
+        if len(value) > MOST_TEXT:
+            raise RosapiError(f"rosapi/{type_name}.{name}: {len(value)} characters, {MOST_TEXT} are the most")
+        fields[name] = value
+    return fields
+
+
+def _given(type_name: str, names: list[str], args: object) -> Mapping[str, object]:
+    if args is None:
+        return {}
+    if isinstance(args, Mapping):
+        return args
+    if isinstance(args, (list, tuple)):
+        return dict(zip(names, args))  # as in the original: too many are ignored  # noqa: B905
+    raise RosapiError(
+        f"rosapi/{type_name}: the arguments are a {type(args).__name__}, expected an object or a list"
+    )

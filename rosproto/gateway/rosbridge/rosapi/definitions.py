@@ -1,0 +1,127 @@
+"""The definition of a type by its name: the node's own, the bundled ones, or what a publisher says.
+
+Services have no definition on the wire: theirs are the bundled ones and the user's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from rosproto.bounded_cache import BoundedCache
+from rosproto.errors import DefinitionError, RosError
+from rosproto.gateway.rosbridge.rosapi.errors import RosapiError
+from rosproto.gateway.rosbridge.rosapi.type_details import Typedef, type_details
+from rosproto.msg import (
+    BUILTIN_TYPES,
+    DefinitionLibrary,
+    Field,
+    FieldType,
+    MessageSpec,
+    ServiceSpec,
+    bundled,
+    library_from_full_text,
+)
+from rosproto.transport.deadline import Deadline
+
+if TYPE_CHECKING:
+    from rosproto.gateway.rosbridge.rosapi.visible import Visible
+    from rosproto.node import Node
+
+__all__ = ["Definitions"]
+
+MOST_LEARNED = 256
+MOST_CHARACTERS = 4 << 20
+MOST_ASKED = 3  # publishers of one type
+ASK_SECONDS = 3.0
+
+
+class Definitions:
+    """Definitions by type name, for one node; safe from any thread."""
+
+    def __init__(self, node: Node, visible: Visible) -> None:
+        self._node = node
+        self._visible = visible
+        self._learned: BoundedCache[str, DefinitionLibrary] = BoundedCache(MOST_LEARNED, MOST_CHARACTERS)
+
+    def message_details(self, name: str) -> list[Typedef]:
+        """Typedefs of a message type; none for a builtin type, as in the original."""
+        if name in BUILTIN_TYPES:
+            alone = MessageSpec("", (Field("", FieldType(name)),), (), "")
+            return type_details(alone, bundled().message)[1:]
+        name = self._full_name(name)
+        library = self._library(name)
+        return self._guard(name, lambda: type_details(library.message(name), library.message))
+
+    def service_details(self, name: str, half: str) -> list[Typedef]:
+        """Typedefs of the "request" or "response" of a service type."""
+        name = self._full_name(name)
+        library = self._node.revisions.library_for(name, "srv") or bundled()
+
+        def details() -> list[Typedef]:
+            service: ServiceSpec = library.service(name)
+            return type_details(getattr(service, half), library.message)
+
+        return self._guard(name, details)
+
+    def full_text(self, name: str, deadline: Deadline | None = None) -> str:
+        """The definition with all it uses, as a connection header has it; "" where nobody knows it."""
+        try:
+            return self._library(self._full_name(name), deadline).full_text(name, kind="msg")
+        except (RosapiError, DefinitionError):
+            return ""
+
+    @staticmethod
+    def _full_name(name: str) -> str:
+        parts = [part for part in name.split("/") if part]
+        if len(parts) == 3 and parts[1] in ("msg", "srv", "action"):  # as ROS 2 writes it
+            del parts[1]
+        if len(parts) != 2:
+            raise RosapiError(f'"{name}" is no type; expected package/Type, such as std_msgs/String')
+        return "/".join(parts)
+
+    @staticmethod
+    def _guard(name: str, details: Callable[[], list[Typedef]]) -> list[Typedef]:
+        try:
+            return details()
+        except DefinitionError as error:
+            raise RosapiError(f"{name}: its definition is not known here: {error}") from error
+
+    def _library(self, name: str, deadline: Deadline | None = None) -> DefinitionLibrary:
+        library = self._node.revisions.library_for(name)
+        if library is not None:
+            return library
+        if bundled().has("msg", name):
+            return bundled()
+        learned = self._learned.get(name) or self._ask(name, deadline or Deadline(ASK_SECONDS))
+        if learned is None:
+            raise RosapiError(
+                f"the definition of {name} is not known here, and no publisher of a visible topic told it;"
+                " give the gateway a folder of .msg files (msg_path)"
+            )
+        return learned
+
+    def _ask(self, name: str, deadline: Deadline) -> DefinitionLibrary | None:
+        """Ask those who publish it: their connection header has the definition."""
+        from rosproto.node import probe_topic
+
+        node = self._node
+        try:
+            types = node.master.get_topic_types(timeout=deadline.remaining())
+            publishers = node.master.get_system_state(timeout=deadline.remaining()).publishers
+        except (RosError, OSError):
+            return None
+        topics = [topic for topic, kind in types.items() if kind == name and topic in publishers]
+        places = [(topic, node_name) for topic in topics for node_name in publishers[topic]]
+        shown = [(topic, who) for topic, who in places if self._visible.shows("topic", topic)]
+        for topic, publisher in shown[:MOST_ASKED]:
+            try:
+                reply = probe_topic(node, topic, publisher, deadline)
+                if reply.type_name != name:
+                    continue
+                library = library_from_full_text(name, reply.message_definition)
+            except (RosError, OSError):
+                continue  # the next one may know
+            self._learned.put(name, library, len(reply.message_definition))
+            return library
+        return None

@@ -1,0 +1,32 @@
+"""rosbridge's status messages: which are sent at which level (ROSBRIDGE_PROTOCOL.md, 3.2)."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+__all__ = ["LEVELS", "Level", "is_wanted", "level_named"]
+
+Level = Literal["none", "error", "warning", "info"]
+
+LEVELS: tuple[Level, ...] = ("none", "error", "warning", "info")
+"""Each includes those before it."""
+
+_SPELLINGS: dict[str, Level] = {
+    "none": "none",
+    "error": "error",
+    "err": "error",
+    "warning": "warning",
+    "warn": "warning",
+    "info": "info",
+    "information": "info",
+}
+
+
+def level_named(name: str) -> Level | None:
+    """The level of this name, the short spellings of the original included; None: there is none."""
+    return _SPELLINGS.get(name)
+
+
+def is_wanted(level: Level, asked: Level) -> bool:
+    """Whether a status of `level` goes to a client that asked for `asked`."""
+    return 0 < LEVELS.index(level) <= LEVELS.index(asked)

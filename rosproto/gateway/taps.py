@@ -1,0 +1,311 @@
+"""Topics shared by the clients of a gateway: subscribed once at the robot, while somebody wants them.
+
+A topic is subscribed with the first receiver, and left some time after the last one has gone. Its messages
+come as the bytes that were received; a `Sample` decodes them with the first use, for all. Receivers are
+called in the thread that received the message and must not block: they put it into an outbox.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import TYPE_CHECKING, Any, Protocol
+
+from rosproto.codec import AnyMsg, message_class
+from rosproto.errors import DefinitionError, LocalProtocolError
+from rosproto.gateway.limits import GatewayLimits
+from rosproto.gateway.sample import Sample, TopicDescription
+from rosproto.logs import get_logger
+from rosproto.time import Time
+
+if TYPE_CHECKING:
+    from rosproto.node import Node, Subscriber
+
+__all__ = ["Receiver", "Sample", "Tap", "Taps", "TopicDescription"]
+
+_log = get_logger("rosproto.gateway")
+
+MOST_LATCHED = 100  # publishers of one topic whose last message is kept
+MOST_DESCRIPTIONS = 100  # that publishers of one topic have told
+MOST_WAITING = 100  # messages of one topic that wait for receivers which are slow together
+
+
+class Receiver(Protocol):
+    """Who wants the messages of a topic."""
+
+    def offer(self, sample: Sample) -> None:
+        """Take a message; called in a thread of the library, also before `Taps.open` has returned.
+
+        Must not block. What it raises is logged.
+        """
+
+
+class Tap:
+    """A receiver at a topic; made by `Taps.open`. Close it.
+
+    Attributes:
+        topic: Resolved name.
+    """
+
+    def __init__(self, source: _Source, receiver: Receiver) -> None:
+        self.topic = source.topic
+        self._source = source
+        self.receiver = receiver
+        self.closed = False
+
+    @property
+    def description(self) -> TopicDescription | None:
+        """What the last publisher that sent something said of the topic; None before."""
+        return self._source.latest
+
+    @property
+    def connections(self) -> int:
+        """Publishers connected now."""
+        subscriber = self._source.subscriber
+        return 0 if subscriber is None else subscriber.connections
+
+    def close(self) -> None:
+        """No further message is offered, but for one that is on its way. Twice is fine."""
+        self._source.remove(self)
+
+    def __repr__(self) -> str:
+        return f"<Tap {self.topic}{', closed' if self.closed else ''}>"
+
+
+class Taps:
+    """The topics that clients of one gateway, or of several on the same node, want now.
+
+    Args:
+        node: Subscribes them.
+        limits: `linger_seconds` counts here.
+    """
+
+    def __init__(self, node: Node, limits: GatewayLimits | None = None) -> None:
+        self._node = node
+        self._limits = limits or GatewayLimits()
+        self._lock = threading.Lock()
+        self._sources: dict[str, _Source] = {}
+        self._closed = False
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """Topics subscribed now, also those that linger."""
+        with self._lock:
+            return tuple(self._sources)
+
+    def open(self, topic: str, receiver: Receiver) -> Tap:
+        """Have every message of a topic offered to a receiver, first the last one of each latched publisher.
+
+        Asks the master, so it may take seconds when that is away.
+
+        Args:
+            topic: Its name.
+            receiver: Gets the messages.
+
+        Raises:
+            LocalProtocolError: The node, or this, is closed.
+            MasterError, ConnectionLost, RosTimeout: It could not be registered.
+            ValueError: It is no name.
+        """
+        name = self._node.resolve_name(topic)
+        while True:
+            with self._lock:
+                if self._closed:
+                    raise LocalProtocolError(f"{name}: the gateway is closed")
+                source = self._sources.get(name)
+                if source is None:
+                    source = self._sources[name] = _Source(self, self._node, name)
+            tap = source.add(receiver)
+            if tap is not None:
+                return tap
+            # It was being left in that moment: another one is made.
+
+    def forget(self, source: _Source) -> None:
+        """It has been left."""
+        with self._lock:
+            if self._sources.get(source.topic) is source:
+                del self._sources[source.topic]
+
+    @property
+    def linger(self) -> float:
+        """Seconds that a topic is kept without receivers."""
+        return 0.0 if self._closed else self._limits.linger_seconds
+
+    def close(self) -> None:
+        """Leave every topic now. Twice is fine."""
+        with self._lock:
+            self._closed = True
+            sources = list(self._sources.values())
+        for source in sources:
+            source.end()
+
+
+class _Source:
+    """One topic at the robot.
+
+    `_state` guards who receives; `_opening` is held while the master is asked, which may take seconds.
+    """
+
+    def __init__(self, taps: Taps, node: Node, topic: str) -> None:
+        self.topic = topic
+        self.subscriber: Subscriber | None = None
+        self.latest: TopicDescription | None = None
+        self._taps = taps
+        self._node = node
+        self._clock = node.clock
+        self._opening = threading.Lock()
+        self._state = threading.Lock()
+        self._receivers: tuple[Tap, ...] = ()
+        self._latched: dict[str, Sample] = {}  # by publisher
+        self._header: tuple[dict[str, str], TopicDescription | None] | None = None
+        self._timer: threading.Timer | None = None
+        self._ended = False
+        self._descriptions: dict[tuple[object, ...], TopicDescription] = {}
+        self._told = False
+
+    # -- receivers ------------------------------------------------------------------------------------------
+
+    def add(self, receiver: Receiver) -> Tap | None:
+        """One more; None when this is over."""
+        tap = Tap(self, receiver)
+        with self._state:
+            if self._ended:
+                return None
+            self._stop_timer()
+            for sample in self._still_latched():
+                self._offer(tap, sample)
+            self._receivers = (*self._receivers, tap)
+        try:
+            self._subscribe()
+        except BaseException:
+            self.remove(tap)
+            raise
+        return tap
+
+    def _subscribe(self) -> None:
+        with self._opening:
+            if self.subscriber is None and not self._ended:
+                self.subscriber = self._node.subscriber(
+                    self.topic, AnyMsg, self._received, queue_size=MOST_WAITING, raw=True
+                )
+
+    def remove(self, tap: Tap) -> None:
+        with self._state:
+            if tap.closed:
+                return
+            tap.closed = True
+            self._receivers = tuple(other for other in self._receivers if other is not tap)
+            if self._receivers or self._ended:
+                return
+            linger = self._taps.linger
+            if linger > 0.0 and self.subscriber is not None:
+                self._timer = threading.Timer(linger, self._leave)
+                self._timer.daemon = True
+                self._timer.name = f"rosproto:leave {self.topic}"
+                self._timer.start()
+                return
+        self._leave()
+
+    def _stop_timer(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _leave(self) -> None:
+        """Nobody has come back."""
+        self.end(only_if_unused=True)
+
+    def end(self, *, only_if_unused: bool = False) -> None:
+        """Leave the topic."""
+        with self._state:
+            if self._ended or (only_if_unused and self._receivers):
+                return
+            self._ended = True
+            self._stop_timer()
+            for tap in self._receivers:
+                tap.closed = True
+            self._receivers = ()
+            self._latched.clear()
+        self._taps.forget(self)
+        with self._opening:
+            if self.subscriber is not None:
+                self.subscriber.close()
+
+    # -- messages -------------------------------------------------------------------------------------------
+
+    def _received(self, message: Any) -> None:
+        """In the thread of the publisher's connection."""
+        description = self._described(message._connection_header or {})
+        if description is None:
+            return
+        stamp = Time.from_wire(*divmod(self._clock.now_nsec(), 1_000_000_000))
+        sample = Sample(description, message._buff, time.monotonic(), stamp)
+        with self._state:
+            self.latest = description
+            if description.latched:
+                self._remember(description.publisher, sample)
+            receivers = self._receivers
+        for tap in receivers:
+            if not tap.closed:
+                self._offer(tap, sample)
+
+    def _offer(self, tap: Tap, sample: Sample) -> None:
+        try:
+            tap.receiver.offer(sample)
+        except Exception:  # one receiver's mistake is not the others'
+            _log.exception("! %s: a receiver of the gateway raised", self.topic)
+
+    def _remember(self, publisher: str, sample: Sample) -> None:
+        self._latched.pop(publisher, None)
+        while len(self._latched) >= MOST_LATCHED:
+            self._latched.pop(next(iter(self._latched)))
+        self._latched[publisher] = sample
+
+    def _still_latched(self) -> list[Sample]:
+        """Of publishers that have gone nothing is latched any more."""
+        if self.subscriber is None or not self._latched:
+            return []
+        present = set(self.subscriber.publishers)
+        self._latched = {name: sample for name, sample in self._latched.items() if name in present}
+        return list(self._latched.values())
+
+    def _described(self, header: dict[str, str]) -> TopicDescription | None:
+        """The publisher's own description; the same object while it says the same."""
+        kept = self._header
+        if kept is not None and kept[0] is header:
+            return kept[1]
+        description = self._describe(header)
+        self._header = header, description
+        return description
+
+    def _describe(self, header: dict[str, str]) -> TopicDescription | None:
+        kind, md5sum = header.get("type", "*"), header.get("md5sum", "*")
+        publisher, latched = header.get("callerid", ""), header.get("latching") == "1"
+        if kind == "*" or md5sum == "*":
+            if not self._told:
+                self._told = True
+                _log.warning(
+                    "! %s: %s publishes AnyMsg, whose type nobody knows; no client gets it",
+                    self.topic,
+                    publisher[:200],
+                )
+            return None
+        told = header.get("message_definition", "")
+        key = kind, md5sum, told, latched, publisher
+        known = self._descriptions.get(key)
+        if known is None:
+            if len(self._descriptions) >= MOST_DESCRIPTIONS:
+                self._descriptions.clear()
+            known = self._descriptions[key] = TopicDescription(
+                self.topic, kind, md5sum, told or _bundled(kind, md5sum), latched=latched, publisher=publisher
+            )
+        return known
+
+
+def _bundled(kind: str, md5sum: str) -> str:
+    """For publishers that send no definition: ours, if it is the same."""
+    try:
+        ours = message_class(kind)
+        return ours._full_text if ours._md5sum == md5sum else ""
+    except DefinitionError:
+        return ""

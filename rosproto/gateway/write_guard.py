@@ -1,0 +1,261 @@
+"""Zero follows a velocity whose client is gone or silent.
+
+Most robots go on driving at the last velocity they were given. So for every topic of velocities that a client
+of a gateway publishes: when the last one it sent was not zero, and it leaves, or sends nothing for half a
+second, zero is published there, several times, unless another client drives on that topic. This is a help
+against pages that are closed and networks that end; it is no emergency stop, and no help when this process is
+killed.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from rosproto.codec import Message, decode
+from rosproto.logs import get_logger
+
+__all__ = ["VELOCITY_TYPES", "DriveTable", "Publishes", "WriteGuard", "is_velocity", "moves"]
+
+_log = get_logger("rosproto.gateway")
+
+VELOCITY_TYPES = frozenset(
+    {
+        "geometry_msgs/Twist",
+        "geometry_msgs/TwistStamped",
+        "ackermann_msgs/AckermannDrive",
+        "ackermann_msgs/AckermannDriveStamped",
+    }
+)
+"""What is taken for a velocity: messages that stand still when every number in them is zero."""
+
+SILENCE = 0.5  # seconds
+ZEROS = 5
+OVER = 0.5  # seconds from the first zero to the last
+
+
+def is_velocity(type_name: str) -> bool:
+    """Whether messages of this type make something move for as long as no other comes."""
+    return type_name in VELOCITY_TYPES
+
+
+class Publishes(Protocol):
+    """A publisher, as far as this goes."""
+
+    @property
+    def topic(self) -> str: ...
+    @property
+    def type_name(self) -> str: ...
+    @property
+    def message_class(self) -> type[Message]: ...
+    @property
+    def closed(self) -> bool: ...
+    def publish(self, message: Any = None) -> None: ...
+
+
+def moves(message: Any) -> bool:
+    """Whether any number of a velocity is not zero; its header does not count."""
+    for name in message.__slots__:
+        value = getattr(message, name)
+        if name == "header" and hasattr(value, "frame_id"):
+            continue
+        if moves(value) if isinstance(value, Message) else value != 0:
+            return True
+    return False
+
+
+@dataclass(slots=True)
+class _Topic:
+    """One topic of velocities.
+
+    Attributes:
+        drivers: Clients whose last velocity was not zero, and when it came.
+        zeros_left: Zeros still to be sent.
+        next_zero: When the next one is due.
+    """
+
+    drivers: dict[Hashable, float] = field(default_factory=dict)
+    zeros_left: int = 0
+    next_zero: float = 0.0
+
+
+class DriveTable:
+    """Who drives where, and which zeros are due. Pure: the time is given.
+
+    Args:
+        silence: Seconds after which a driver counts as gone.
+        zeros: How many zeros follow.
+        over: Seconds from the first to the last.
+    """
+
+    def __init__(self, *, silence: float = SILENCE, zeros: int = ZEROS, over: float = OVER) -> None:
+        self._silence = silence
+        self._zeros = zeros
+        self._apart = over / max(1, zeros - 1)
+        self._topics: dict[str, _Topic] = {}
+
+    @property
+    def driven(self) -> tuple[str, ...]:
+        """Topics with a driver, or with zeros still to come."""
+        return tuple(self._topics)
+
+    def note(self, client: Hashable, topic: str, now: float, *, moving: bool) -> None:
+        """A client has published a velocity."""
+        state = self._topics.get(topic)
+        if moving:
+            if state is None:
+                state = self._topics[topic] = _Topic()
+            state.drivers[client] = now
+            state.zeros_left = 0  # somebody drives: no zero in between
+        elif state is not None and state.drivers.pop(client, None) is not None and not state.drivers:
+            del self._topics[topic]  # it has stopped by itself
+
+    def gone(self, client: Hashable, now: float, topic: str | None = None) -> None:
+        """A client has left, or with `topic` that one only."""
+        for name, state in self._topics.items():
+            if topic in (None, name) and state.drivers.pop(client, None) is not None:
+                self._stop_if_nobody_drives(state, now)
+
+    def all_gone(self, now: float) -> None:
+        """Nobody drives any more."""
+        for state in self._topics.values():
+            if state.drivers:
+                state.drivers.clear()
+                self._stop_if_nobody_drives(state, now)
+
+    def _stop_if_nobody_drives(self, state: _Topic, now: float) -> None:
+        if not state.drivers:
+            state.zeros_left, state.next_zero = self._zeros, now
+
+    def due(self, now: float) -> list[str]:
+        """Topics on which a zero is to be published now; each call is one zero of each."""
+        found = []
+        for name, state in list(self._topics.items()):
+            silent = [client for client, last in state.drivers.items() if now - last >= self._silence]
+            for client in silent:
+                del state.drivers[client]
+            if silent:
+                self._stop_if_nobody_drives(state, now)
+            if state.zeros_left and now >= state.next_zero:
+                found.append(name)
+                state.zeros_left -= 1
+                state.next_zero = now + self._apart
+            if not state.drivers and not state.zeros_left:
+                del self._topics[name]
+        return found
+
+    def next_look(self) -> float | None:
+        """When `due` has something to say at the earliest; None while nobody drives."""
+        times = [last + self._silence for state in self._topics.values() for last in state.drivers.values()]
+        times += [state.next_zero for state in self._topics.values() if state.zeros_left]
+        return min(times, default=None)
+
+
+class WriteGuard:
+    """Publishes for clients, and zero after them. One for each gateway.
+
+    A thread of its own runs while somebody drives, and no longer.
+
+    Args:
+        stamp: Gives the time for zeros that have a header; None leaves it at 0.
+        table: Who drives where; of other times for tests.
+    """
+
+    def __init__(self, stamp: Callable[[], Any] | None = None, table: DriveTable | None = None) -> None:
+        self._stamp = stamp
+        self._table = table or DriveTable()
+        self._changed = threading.Condition()
+        self._publishers: dict[str, Publishes] = {}
+        self._frames: dict[str, str] = {}
+        self._thread: threading.Thread | None = None
+        self._closed = False
+        self.zeros = 0
+        """How many were sent in clients' stead."""
+
+    @property
+    def driven(self) -> tuple[str, ...]:
+        """Topics that a client drives now, or on which zeros are still to come."""
+        with self._changed:
+            return self._table.driven
+
+    def publish(self, client: Hashable, publisher: Publishes, message: Any) -> None:
+        """Publish a client's message; a velocity is watched from now on.
+
+        Args:
+            client: Whose it is.
+            publisher: Publishes it. It has to stay open for a second after the client has gone.
+            message: A message, or its encoded bytes.
+
+        Raises:
+            CodecError: The bytes are none of that type.
+            LocalProtocolError: The publisher is closed.
+        """
+        if not is_velocity(publisher.type_name):
+            publisher.publish(message)
+            return
+        if not isinstance(message, Message):
+            message = decode(publisher.message_class, bytes(message))
+        moving = moves(message)
+        with self._changed:  # what is published and what is noted have one order
+            topic = publisher.topic
+            if moving and self._closed:
+                return  # nobody would stop it
+            publisher.publish(message)
+            if moving:
+                self._publishers[topic] = publisher
+                header = getattr(message, "header", None)
+                self._frames[topic] = getattr(header, "frame_id", "")
+            self._table.note(client, topic, time.monotonic(), moving=moving)
+            if moving and self._thread is None:
+                self._thread = threading.Thread(target=self._run, name="rosproto:write guard", daemon=True)
+                self._thread.start()
+
+    def gone(self, client: Hashable, topic: str | None = None) -> None:
+        """A client has left, or does not publish on one topic any more: zero, now, where it drove."""
+        with self._changed:
+            now = time.monotonic()
+            self._table.gone(client, now, topic)
+            self._send(now)
+            self._changed.notify_all()
+
+    def close(self) -> None:
+        """Zero wherever somebody drives, all of them now (half a second), and no velocity any more."""
+        with self._changed:
+            self._closed = True
+            self._table.all_gone(time.monotonic())
+            self._changed.notify_all()
+            thread = self._thread
+        if thread is not None and thread is not threading.current_thread():
+            thread.join(2 * OVER + 1.0)
+
+    def _run(self) -> None:
+        with self._changed:
+            while (look := self._table.next_look()) is not None:
+                wait = look - time.monotonic()
+                if wait > 0.0:
+                    self._changed.wait(wait)
+                self._send(time.monotonic())
+            self._thread = None
+            self._publishers.clear()
+            self._frames.clear()
+
+    def _send(self, now: float) -> None:
+        """With the lock held."""
+        for topic in self._table.due(now):
+            publisher = self._publishers[topic]
+            try:
+                publisher.publish(self._zero(topic, publisher))
+                self.zeros += 1
+            except Exception as error:  # the node is closed: there is no way left to say it
+                _log.warning("! %s: zero could not be published after its client: %s", topic, error)
+
+    def _zero(self, topic: str, publisher: Publishes) -> Any:
+        zero: Any = publisher.message_class()
+        if publisher.message_class._has_header:
+            zero.header.frame_id = self._frames.get(topic, "")
+            if self._stamp is not None:
+                zero.header.stamp = self._stamp()
+        return zero

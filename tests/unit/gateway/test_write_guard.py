@@ -1,0 +1,235 @@
+"""Zero follows a velocity whose client is gone or silent; nothing else is sent in anybody's stead."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import Any
+
+import pytest
+
+from rosproto import Master, Node
+from rosproto.codec import encode, message_class
+from rosproto.errors import CodecError, LocalProtocolError
+from rosproto.gateway.publications import Publications
+from rosproto.gateway.write_guard import DriveTable, WriteGuard, is_velocity, moves
+
+Twist = message_class("geometry_msgs/Twist")
+TwistStamped = message_class("geometry_msgs/TwistStamped")
+String = message_class("std_msgs/String")
+
+
+def forward(speed: float = 0.2) -> Any:
+    twist = Twist()
+    twist.linear.x = speed
+    return twist
+
+
+def zeros_until(table: DriveTable, start: float, end: float) -> list[float]:
+    """When zeros were due on the one topic."""
+    found = []
+    step = 0.01
+    now = start
+    while now < end:
+        found += [round(now, 2)] * len(table.due(now))
+        now += step
+    return found
+
+
+def test_silence_is_followed_by_zeros() -> None:
+    """Half a second after the last velocity, five times over half a second; then nothing."""
+    table = DriveTable()
+    for i in range(10):
+        table.note("c", "/v", i * 0.1, moving=True)
+    zeros = zeros_until(table, 0.9, 5.0)
+    assert len(zeros) == 5
+    assert 1.39 <= zeros[0] <= 1.42
+    assert 0.45 <= zeros[-1] - zeros[0] <= 0.6
+    assert table.driven == ()
+    assert table.next_look() is None
+
+
+def test_leaving_is_followed_by_zeros_at_once() -> None:
+    """Not half a second later."""
+    table = DriveTable()
+    table.note("c", "/v", 0.0, moving=True)
+    table.note("c", "/w", 0.0, moving=True)
+    table.gone("c", 0.1, "/v")
+    assert table.due(0.1) == ["/v"]
+    table.gone("c", 0.11)
+    assert table.due(0.11) == ["/w"]
+    assert len(zeros_until(table, 0.12, 3.0)) == 4 + 4
+
+
+def test_a_client_that_stops_by_itself_is_left_alone() -> None:
+    """Its zero was the last word."""
+    table = DriveTable()
+    table.note("c", "/v", 0.0, moving=True)
+    table.note("c", "/v", 0.1, moving=False)
+    table.gone("c", 0.2)
+    assert zeros_until(table, 0.2, 3.0) == []
+    table.note("c", "/v", 4.0, moving=False)
+    assert table.driven == ()
+
+
+def test_no_zero_while_another_client_drives() -> None:
+    """It has the topic; when it is gone, too, zero follows."""
+    table = DriveTable()
+    table.note("a", "/v", 0.0, moving=True)
+    table.note("b", "/v", 0.1, moving=True)
+    table.gone("a", 0.2)
+    assert table.due(0.2) == []
+    table.note("b", "/v", 0.3, moving=True)
+    assert zeros_until(table, 0.3, 0.75) == []
+    assert len(zeros_until(table, 0.75, 3.0)) == 5
+
+
+def test_who_drives_on_ends_the_zeros() -> None:
+    """They would stutter into it."""
+    table = DriveTable()
+    table.note("a", "/v", 0.0, moving=True)
+    assert zeros_until(table, 0.5, 0.6) != []
+    table.note("a", "/v", 0.6, moving=True)
+    assert zeros_until(table, 0.6, 1.0) == []
+    assert len(zeros_until(table, 1.0, 3.0)) == 5
+
+
+def test_another_client_that_stands_still_does_not_drive() -> None:
+    """Zeros of a second page (a joystick at rest) neither end the first one's drive nor its guard."""
+    table = DriveTable()
+    table.note("a", "/v", 0.0, moving=True)
+    table.note("b", "/v", 0.1, moving=False)
+    assert table.driven == ("/v",)
+    assert len(zeros_until(table, 0.1, 3.0)) == 5
+
+
+@pytest.mark.parametrize("value", [0.1, -0.1, float("nan"), float("inf"), 1e-300])
+def test_what_moves(value: float) -> None:
+    """Any number but zero; also what is none."""
+    for axis in ("x", "y", "z"):
+        for part in ("linear", "angular"):
+            twist = Twist()
+            assert not moves(twist)
+            setattr(getattr(twist, part), axis, value)
+            assert moves(twist)
+    stamped = TwistStamped()
+    stamped.header.seq = 7
+    stamped.header.frame_id = "base"
+    assert not moves(stamped)
+    twist = Twist()
+    twist.linear.x = -0.0
+    assert not moves(twist)
+
+
+class Robot:
+    """A node that notes velocities, with the time."""
+
+    def __init__(self, node: Node, topic: str, type_: str) -> None:
+        self.got: list[tuple[float, Any]] = []
+        self.changed = threading.Condition()
+        self.subscriber = node.subscriber(topic, type_, self.take, queue_size=1000)
+
+    def take(self, message: Any) -> None:
+        with self.changed:
+            self.got.append((time.monotonic(), message))
+            self.changed.notify_all()
+
+    def wait(self, count: int, seconds: float = 10.0) -> list[tuple[float, Any]]:
+        with self.changed:
+            assert self.changed.wait_for(lambda: len(self.got) >= count, seconds), self.got
+            return list(self.got)
+
+
+def test_over_real_sockets() -> None:
+    """Silence, bytes, stamps, closing; and no thread stays."""
+    with (
+        Master() as master,
+        Node("/robot", master_uri=master.uri, intraprocess=False) as robot_node,
+        Node("/gateway", master_uri=master.uri, intraprocess=False) as node,
+    ):
+        plain = Robot(robot_node, "/cmd_vel", "geometry_msgs/Twist")
+        stamped = Robot(robot_node, "/cmd_stamped", "geometry_msgs/TwistStamped")
+        guard = WriteGuard(node.clock.now)
+        publications = Publications(node, guard)
+        drive = publications.open("c", "/cmd_vel", "geometry_msgs/Twist")
+        second = publications.open("c", "/cmd_stamped", "geometry_msgs/TwistStamped")
+        for publisher in plain, stamped:
+            publisher.subscriber.wait_for_connection(10)
+        drive.publish(encode(forward()))
+        message = TwistStamped()
+        message.header.frame_id = "base_link"
+        message.twist.angular.z = 1.0
+        second.publish(message)
+        got = plain.wait(6)
+        assert moves(got[0][1])
+        assert not any(moves(m) for _, m in got[1:6])
+        assert 0.3 <= got[1][0] - got[0][0] <= 2.0
+        zeros = [m for _, m in stamped.wait(6)[1:]]
+        assert not any(moves(m) for m in zeros)
+        assert {m.header.frame_id for m in zeros} == {"base_link"}
+        assert all(m.header.stamp.to_sec() > 1e9 for m in zeros)
+        # The client goes in the middle of a drive: the publisher stays for the zeros.
+        before = len(plain.got)
+        drive.publish(forward())
+        drive.close()
+        with pytest.raises(LocalProtocolError):
+            drive.publish(forward())
+        left = plain.wait(before + 6)
+        assert left[before + 1][0] - left[before][0] < 0.4
+        # The gateway goes.
+        third = publications.open("d", "/cmd_vel", "geometry_msgs/Twist")
+        before = len(plain.got)
+        third.publish(forward())
+        publications.close()
+        assert len(plain.wait(before + 6)) >= before + 6
+        assert not [
+            t for t in threading.enumerate() if t.name in ("rosproto:write guard", "rosproto:leave /cmd_vel")
+        ]
+
+
+class Recorder:
+    """A publisher that is none."""
+
+    topic = "/v"
+    type_name = "geometry_msgs/Twist"
+    message_class = Twist
+    closed = False
+
+    def __init__(self) -> None:
+        self.got: list[Any] = []
+
+    def publish(self, message: Any = None) -> None:
+        self.got.append(message)
+
+
+def test_bytes_that_are_no_velocity_are_not_published() -> None:
+    """What cannot be read cannot be guarded."""
+    publisher, guard = Recorder(), WriteGuard()
+    with pytest.raises(CodecError):
+        guard.publish("c", publisher, b"\x01\x02")
+    assert publisher.got == []
+    assert guard.driven == ()
+
+
+def test_a_closed_guard_lets_nothing_move() -> None:
+    """Nobody would stop it; zeros may pass."""
+    publisher, guard = Recorder(), WriteGuard()
+    guard.close()
+    guard.publish("c", publisher, forward())
+    assert publisher.got == []
+    guard.publish("c", publisher, Twist())
+    assert len(publisher.got) == 1
+
+
+def test_other_types_pass_as_they_are() -> None:
+    """Bytes are not decoded."""
+
+    class Other(Recorder):
+        type_name = "std_msgs/String"
+        message_class = String
+
+    publisher, guard = Other(), WriteGuard()
+    guard.publish("c", publisher, b"whatever")
+    assert publisher.got == [b"whatever"]
+    assert not is_velocity("std_msgs/String")
+    assert guard.driven == ()
