@@ -209,7 +209,7 @@ class Protocol:
         id: Id = None
         try:
             id = read_id(message, self._limits.text_length)
-            if op in RECEIVED_PARTS if isinstance(op, str) else False:
+            if isinstance(op, str) and op in RECEIVED_PARTS:
                 whole = self._part(op, message, now, depth)
                 if whole is not None:
                     self._text(whole, now, effects, depth + 1)

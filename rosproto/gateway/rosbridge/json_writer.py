@@ -1,0 +1,102 @@
+"""Messages as rosbridge's JSON text, by generated code.
+
+As `rosbridge_library.internal.message_conversion` has it: NaN and infinities are null, `uint8[]` and `char[]`
+(of any length) are base64, times are `{"secs", "nsecs"}`. Arrays go through Python's own text of a list,
+several times faster than an encoder of JSON.
+"""
+
+from __future__ import annotations
+
+from binascii import b2a_base64
+from collections.abc import Callable
+from json.encoder import encode_basestring_ascii
+from typing import Any
+
+from rosproto.codec.layout import FieldLayout
+from rosproto.gateway.rosbridge.writer import Writer
+
+__all__ = ["JsonWriter"]
+
+
+class JsonWriter(Writer):
+    """Generates functions that return text."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            {
+                "integers": _integers,
+                "items": _items,
+                "no": "false",
+                "null": "null",
+                "octets": _octets,
+                "real": float.__repr__,
+                "reals": _reals,
+                "text": encode_basestring_ascii,
+                "time": _time,
+                "truths": _truths,
+                "yes": "true",
+            }
+        )
+
+    def run(self, pieces: list[tuple[str, str]], *, first: bool) -> str:
+        fields = ",".join(f'"{name}":{{{expression}}}' for name, expression in pieces)
+        return f"f'{fields}'" if first else f"f',{fields}'"
+
+    def join(self, names: list[str]) -> str:
+        return "f'{{" + "".join(f"{{{name}}}" for name in names) + "}}'"
+
+    def one(self, field: FieldLayout, value: str) -> str:
+        if field.kind == "time":
+            return f"time({value})"
+        if field.kind == "string":
+            return f"text({value})"
+        if field.code == "?":
+            return f"yes if {value} else no"
+        if field.code in "fd":
+            return f"real({value}) if {value} - {value} == 0.0 else null"
+        return f"{value}:d"
+
+    def many(self, field: FieldLayout, value: str) -> str:
+        if field.kind == "time":
+            return f"items(time, {value})"
+        if field.kind == "string":
+            return f"items(text, {value})"
+        kind = {"?": "truths", "f": "reals", "d": "reals", "B": "octets"}.get(field.code, "integers")
+        return f"{kind}({value})"
+
+    def messages(self, call: str, value: str) -> str:
+        return f"items({call}, {value})"
+
+
+def _time(value: Any) -> str:
+    return f'{{"secs":{value.secs:d},"nsecs":{value.nsecs:d}}}'
+
+
+def _items(call: Callable[[Any], str], values: Any) -> str:
+    return f"[{','.join(map(call, values))}]"
+
+
+def _octets(values: Any) -> str:
+    if isinstance(values, (list, tuple)):
+        values = bytes(values)
+    return f'"{b2a_base64(values, newline=False).decode("ascii")}"'
+
+
+def _list(values: Any) -> list[Any]:
+    tolist = getattr(values, "tolist", None)
+    return list(values) if tolist is None else tolist()
+
+
+def _integers(values: Any) -> str:
+    return str(_list(values))
+
+
+def _reals(values: Any) -> str:
+    text = str(_list(values))
+    if "n" in text:  # nan and inf; no other number has one
+        text = text.replace("-inf", "null").replace("inf", "null").replace("nan", "null")
+    return text
+
+
+def _truths(values: Any) -> str:
+    return f"[{','.join('true' if value else 'false' for value in values)}]"
