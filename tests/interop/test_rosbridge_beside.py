@@ -200,6 +200,21 @@ def test_what_differs_on_purpose(
     del beside.world.node.params["/odd"]
 
 
+def test_an_action_with_other_topics_below_its_name(beside: Beside) -> None:
+    """move_base is one: the original does not list it."""
+    node = beside.world.node
+    topics = ("cancel", "feedback", "global_costmap/costmap", "goal", "result", "status")
+    with ExitStack() as stack:
+        for name in topics:
+            stack.enter_context(node.publisher(f"/navigate/{name}", "std_msgs/String"))
+        found = [
+            answer(client, {"service": "/rosapi/action_servers"})["values"]["action_servers"]
+            for client in (beside.original, beside.ours)
+        ]
+    assert "/navigate" not in found[0]
+    assert found[1] == ["/navigate", "/walk"]
+
+
 @pytest.mark.parametrize(
     "request_",
     [

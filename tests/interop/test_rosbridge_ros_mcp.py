@@ -10,6 +10,8 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from tests.interop.rosbridge_world import World
 from tests.support import ros, web_peers
 
@@ -108,3 +110,12 @@ def test_messages_calls_and_parameters(web_world: World, tmp_path: Path) -> None
     assert has["exists"]
     assert deleted["successful"]
     assert not gone["exists"]
+
+
+def test_a_goal(web_world: World, tmp_path: Path) -> None:
+    """Its tool for actions, which knows ROS 2's operations only."""
+    if web_world.bridge != "ours":
+        pytest.skip("the original has no such operation")
+    goal = {"action_name": "/walk", "action_type": "actionlib/action/Test", "goal": {"goal": 5}}
+    (answer,) = tools(web_world, tmp_path, ("send_action_goal", goal))
+    assert (answer["success"], answer["result"]) == (True, {"result": 10})
