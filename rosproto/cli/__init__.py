@@ -42,8 +42,8 @@ if TYPE_CHECKING:
         announced,
         serve,
         server_options,
-        until_interrupted,
     )
+    from rosproto.cli.gateway_options import until_interrupted
     from rosproto.cli.json_output import json_text
     from rosproto.cli.keys import Keys, open_keys
     from rosproto.cli.option_types import (
@@ -189,6 +189,6 @@ __getattr__ = late_names(
         "whole": "option_types",
         "serve": "foxglove",
         "server_options": "foxglove",
-        "until_interrupted": "foxglove",
+        "until_interrupted": "gateway_options",
     },
 )

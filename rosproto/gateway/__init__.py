@@ -15,6 +15,8 @@ from rosproto.late import late_names
 
 if TYPE_CHECKING:
     from rosproto.gateway.access import Access, Refusal
+    from rosproto.gateway.foxglove.local import LocalTopic
+    from rosproto.gateway.foxglove.server import ClientFacts, Foxglove, FoxgloveStats
     from rosproto.gateway.limits import GatewayLimits
     from rosproto.gateway.outbox import Outbox
     from rosproto.gateway.rosbridge.server import Rosbridge
@@ -23,7 +25,11 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Access",
+    "ClientFacts",
+    "Foxglove",
+    "FoxgloveStats",
     "GatewayLimits",
+    "LocalTopic",
     "Outbox",
     "Refusal",
     "Rosbridge",
@@ -37,6 +43,10 @@ __getattr__ = late_names(
     __name__,
     {
         "Access": "access",
+        "ClientFacts": "foxglove.server",
+        "Foxglove": "foxglove.server",
+        "FoxgloveStats": "foxglove.server",
+        "LocalTopic": "foxglove.local",
         "GatewayLimits": "limits",
         "Outbox": "outbox",
         "Refusal": "access",

@@ -13,12 +13,12 @@ from typing import Any
 from woosh_pure.foxglove.live import MAP, OVERLAY
 from woosh_pure.interface.table import find
 
-__all__ = ["layout", "write_layout"]
+__all__ = ["chassis_layout", "write_layout"]
 
 PLAN = "/move_base/global_plan"
 
 
-def layout() -> dict[str, Any]:
+def chassis_layout() -> dict[str, Any]:
     """The layout: 3-D with map, scan, path, pose and overlay; the camera; battery and state; plots."""
     scan, camera = find("scan").name, find("camera").name
     battery, status = find("battery").name, find("status").name
@@ -177,6 +177,6 @@ def write_layout(path: str | os.PathLike[str]) -> Path:
     """
     file = Path(path)
     temporary = file.with_name(file.name + ".new")
-    temporary.write_text(json.dumps(layout(), indent=2) + "\n", encoding="utf-8")
+    temporary.write_text(json.dumps(chassis_layout(), indent=2) + "\n", encoding="utf-8")
     os.replace(temporary, file)
     return file

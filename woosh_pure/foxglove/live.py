@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from msgdefs.nav_msgs.msg import OccupancyGrid
 from msgdefs.visualization_msgs.msg import MarkerArray
 from rosproto.errors import RosError
-from rosproto.gateway.foxglove import LocalTopic
+from rosproto.gateway import LocalTopic
 from rosproto.logs import get_logger
 from woosh_pure.foxglove.overlay import Overlay, OverlayState
 from woosh_pure.interface.table import row

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["Channels", "Shown"]
 
 ENCODING, SCHEMA_ENCODING = "ros1", "ros1msg"
+SDK_TABLE = "_channels_by_id"
 
 
 class Closes(Protocol):
@@ -60,7 +61,7 @@ class Shown:
         self.closed = True
         self.channel.close()
         # The SDK's Python side keeps every channel that was ever made; a gateway makes them for each client.
-        kept = getattr(importlib.import_module("foxglove.channel"), "_channels_by_id", None)
+        kept = vars(importlib.import_module("foxglove.channel")).get(SDK_TABLE)
         if isinstance(kept, dict):
             kept.pop(self.id, None)
 

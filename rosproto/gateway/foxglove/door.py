@@ -233,7 +233,7 @@ class Visitor(asyncio.Protocol):
         except head.BadRequest as problem:
             self._refuse(problem)
             return
-        self._reading(False)
+        self.reading(False)
         self._opening = self.door.loop.create_task(self._open(request, offered))
 
     def connection_lost(self, error: Exception | None) -> None:
@@ -315,7 +315,7 @@ class Visitor(asyncio.Protocol):
         if self._buffer:
             inside.write(bytes(self._buffer))
             self._buffer.clear()
-        self._reading(True)
+        self.reading(True)
 
     def _not_wanted(self, making: Any) -> None:
         """Made for a client that has gone meanwhile."""
@@ -329,7 +329,8 @@ class Visitor(asyncio.Protocol):
         if self.transport is not None:
             self.transport.write(data)
 
-    def _reading(self, wanted: bool) -> None:
+    def reading(self, wanted: bool) -> None:
+        """Take what the client sends, or let it wait."""
         if self.transport is None or self.transport.is_closing():
             return
         if wanted:
@@ -409,10 +410,10 @@ class _Inside(asyncio.Protocol):
             self._transport.write(data)
 
     def pause_writing(self) -> None:
-        self._visitor._reading(False)
+        self._visitor.reading(False)
 
     def resume_writing(self) -> None:
-        self._visitor._reading(True)
+        self._visitor.reading(True)
 
     def reading(self, wanted: bool) -> None:
         if self._transport is None or self._transport.is_closing():

@@ -168,7 +168,7 @@ class House:
         view = self.view
         if self.services.ask(view, lambda: self._closed or not self._sessions):
             for session in self.sessions:
-                session._show_services(view)
+                session.show_services(view)
 
     def _lost(self, problem: RosError) -> None:
         _log.warning("! foxglove: %s", _away(problem))

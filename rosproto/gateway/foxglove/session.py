@@ -101,12 +101,15 @@ class Session:
         if self._closed:
             return
         self.channels.show(view)
-        self._show_services(view)
+        self.show_services(view)
         self._reading.add(self._follow)
         if self._graph_wanted:
             self.server.publish_connection_graph(connection_graph(view, self.house.access))
 
-    def _show_services(self, view: GraphView) -> None:
+    def show_services(self, view: GraphView) -> None:
+        """Offer those whose type is known, and no others."""
+        if self._closed:
+            return
         present = self.house.services.present(view)
         with self._lock:
             over = [name for name, kind in self._services.items() if present.get(name) is not kind]

@@ -18,12 +18,12 @@ from rosproto.gateway.rosbridge.writer import Writer
 
 __all__ = ["JsonWriter"]
 
+PIECE = 20_000
+"""Numbers of an array that are written at once: a millisecond, in which no other thread runs."""
+PIECE_OF_SMALL = 1 << 17
 LEAST_OF_THREE = -99
 """The least number with three characters."""
 FEW = 100
-PIECE = 20_000
-"""Numbers of an array that are written at once: a millisecond."""
-AT_ONCE = 1 << 20
 
 
 class JsonWriter(Writer):
@@ -115,7 +115,9 @@ def _small_integers(values: Any) -> str:
         return _integers(values)
     table = _table()
     octets = values.view("u1")
-    pieces = [table[octets[at : at + AT_ONCE]].tobytes() for at in range(0, len(octets), AT_ONCE)]
+    pieces = [
+        table[octets[at : at + PIECE_OF_SMALL]].tobytes() for at in range(0, len(octets), PIECE_OF_SMALL)
+    ]
     return f"[{b''.join(pieces)[:-1].decode('ascii')}]"
 
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import json
 import re
+import sys
 from collections.abc import Callable
 from json.encoder import encode_basestring_ascii as quoted
 from typing import Any
@@ -85,7 +86,15 @@ _MOST_AT_ONCE = 100  # JSON objects behind one another in one WebSocket message
 _MOST_PICTURES = 4  # in one: a kilobyte of it may take a twentieth of a second to unpack
 _WRAPPED = 2  # a picture in fragments, but no fragments in fragments in fragments
 
-_decoder = json.JSONDecoder()
+
+def _short_int(digits: str) -> int:
+    """As Python does by itself from 3.10.7 on: a million digits would take minutes."""
+    if len(digits) > 4300:
+        raise ValueError("too many digits")
+    return int(digits)
+
+
+_decoder = json.JSONDecoder(parse_int=None if hasattr(sys, "get_int_max_str_digits") else _short_int)
 _blanks: Callable[[str, int], re.Match[str]] = re.compile(r"[ \t\n\r]*").match  # type: ignore[assignment]
 
 

@@ -63,7 +63,7 @@ def run(args: Namespace, out: Output) -> int:
             out.line(line)
         out.result({"url": server.url, "token": options["token"], "write": list(options["access"].write)})
         try:
-            until_interrupted(server, args.seconds)
+            until_interrupted(chassis.node, args.seconds)
         except KeyboardInterrupt:
             pass  # the orderly end of this command
     return 0

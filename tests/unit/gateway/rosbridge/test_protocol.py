@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from rosproto.gateway import GatewayLimits
-from rosproto.gateway.rosbridge import png
+from rosproto.gateway.rosbridge import png, protocol
 from rosproto.gateway.rosbridge.operations import OPERATIONS
 from rosproto.gateway.rosbridge.protocol import (
     Advertise,
@@ -219,6 +219,14 @@ def test_wrong_messages(message: Any, sentence: str) -> None:
     text = refused(message)
     assert text.startswith(sentence)
     assert "\x1b" not in text
+
+
+def test_long_numbers_on_early_pythons(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Python 3.10.0 to 3.10.6 read a number of any length, slowly: there the protocol looks first."""
+    decoder = json.JSONDecoder(parse_int=protocol._short_int)
+    monkeypatch.setattr(protocol, "_decoder", decoder)
+    assert refused("9" * 5000) == "the message is no JSON: a number has too many digits"
+    assert Protocol(LIMITS).receive('{"op": "subscribe", "topic": "/t", "id": 12}') == [Subscribe(12, "/t")]
 
 
 def test_several_messages_at_once() -> None:

@@ -12,6 +12,7 @@ import pytest
 
 from rosproto.codec import decode, define, encode, message_class, service_class
 from rosproto.errors import CodecError
+from rosproto.gateway.rosbridge.json_writer import PIECE
 from rosproto.gateway.rosbridge.values import from_arguments, from_values, to_json, to_values
 from rosproto.msg import bundled
 from rosproto.time import Time
@@ -121,7 +122,7 @@ def test_octets_of_every_kind(octets: Any) -> None:
     assert to_values(EVERYTHING(octets=octets))["octets"] == base64.b64encode(b"\1\2").decode()
 
 
-@pytest.mark.parametrize("count", [0, 1, 99, 100, 101, 1 << 20, (1 << 20) + 1])
+@pytest.mark.parametrize("count", [0, 1, 99, 100, 101, 1 << 17, (1 << 18) + 1])
 @pytest.mark.parametrize("least", [-128, -100, -99, 0])
 def test_small_integers_of_any_number(count: int, least: int) -> None:
     """The cells of a map: long arrays take another way than short ones, and than those with -128."""
@@ -133,6 +134,17 @@ def test_small_integers_of_any_number(count: int, least: int) -> None:
         inside = text[text.index("[") + 1 : text.index("]")]
         assert np.array_equal(np.array(inside.split(","), "i1"), cells)
     assert to_values(GRID(data=cells[:300][::2]))["data"] == cells[:300][::2].tolist()
+
+
+@pytest.mark.parametrize("count", [PIECE - 1, PIECE, PIECE + 1, 2 * PIECE, 2 * PIECE + 1])
+def test_long_arrays_are_written_in_pieces(count: int) -> None:
+    """Every number is there once, in its place, also NaN at the seams."""
+    message = EVERYTHING(integers=np.arange(count, dtype="<i4"), singles=np.arange(count, dtype="<f4"))
+    message.singles[[PIECE - 2, -1]] = np.nan
+    values = to_values(decode(EVERYTHING, encode(message)))
+    assert values["integers"] == list(range(count))
+    assert [i for i, value in enumerate(values["singles"]) if value != i] == sorted({PIECE - 2, count - 1})
+    assert values["singles"][-1] is None
 
 
 def test_empty_messages() -> None:

@@ -15,7 +15,7 @@ from rosproto.time import Time
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.enums import RobotState
 from woosh_pure.faults import decode_status_code
-from woosh_pure.foxglove import ChassisTopics, Overlay, OverlayState, layout, write_layout
+from woosh_pure.foxglove import ChassisTopics, Overlay, OverlayState, chassis_layout, write_layout
 from woosh_pure.foxglove.overlay import GREEN, GREY, RED
 from woosh_pure.geometry import Pose2D
 from woosh_pure.interface.table import driving_patterns, row
@@ -92,7 +92,7 @@ def test_a_layout_of_the_table(tmp_path: Path) -> None:
     """Every panel that is placed is described, and every topic is one of the chassis or made here."""
     path = write_layout(tmp_path / "woosh.json")
     made = json.loads(path.read_text("utf-8"))
-    assert made == layout()
+    assert made == chassis_layout()
     assert list(tmp_path.iterdir()) == [path]
 
     def places(node: Any) -> list[str]:
