@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 from rosproto.bag import BagLimits
+from rosproto.gateway import GatewayLimits
 from rosproto.msg import DefinitionLimits
 from rosproto.protocol.limits import Limits
 
@@ -275,6 +276,45 @@ HOLDS = {
         "unit/transport/test_tcp_server.py::test_running_out_of_file_descriptors_is_survived_and_logged_once",
         "unit/master/test_master_server.py::test_silent_connections_that_take_every_file_keep_nobody_out",
     ],
+    "off this computer it does not start without a token": [
+        "unit/gateway/test_websocket_server.py::test_nobody_is_served_off_this_computer_without_a_token",
+        "unit/gateway/test_websocket_server.py::test_tokens",
+    ],
+    "A web page from elsewhere is refused by its origin": [
+        "unit/gateway/test_websocket_server.py::test_pages_from_elsewhere_are_refused",
+        "unit/gateway/test_access.py::test_origins",
+        "unit/gateway/test_access.py::test_hosts",
+    ],
+    "Nothing is written through a gateway unless a pattern opens it": [
+        "unit/gateway/test_access.py::test_everything_is_read_and_nothing_written_at_first",
+        "unit/gateway/test_rosbridge.py::test_a_client_publishes_what_a_pattern_opens",
+        "unit/gateway/test_rosbridge.py::test_services",
+        "unit/gateway/test_rosbridge.py::test_goals",
+    ],
+    "is neither read, nor written, nor listed": [
+        "unit/gateway/test_rosbridge.py::test_what_is_denied_is_neither_read_nor_listed",
+        "unit/gateway/test_access.py::test_a_goal_denied_on_one_way_is_denied_on_the_other",
+    ],
+    "leaves or is silent for half a second, zero follows": [
+        "unit/gateway/test_write_guard.py::test_over_real_sockets",
+        "unit/gateway/test_rosbridge.py::test_zero_follows_when_a_driving_client_goes",
+    ],
+    "loses the oldest messages of its topics and costs bounded memory": [
+        "unit/gateway/test_websocket_server.py::test_a_client_that_stops_reading_costs_nobody_else",
+        "unit/gateway/test_outbox.py::test_bounds_hold_whatever_comes",
+    ],
+    "one that asks and does not read is cut off": [
+        "unit/gateway/test_websocket_server.py::test_answers_that_are_not_read_end_the_connection",
+    ],
+    "gives no sign of life for twice `silence_seconds`": [
+        "unit/gateway/test_websocket_server.py::test_a_client_that_gives_no_sign_of_life_is_given_up",
+    ],
+    "Connections that hold back their handshake make room for new ones": [
+        "unit/gateway/test_websocket_server.py::test_connections_that_say_nothing_make_room_and_are_ended",
+    ],
+    "come and go leave no thread, file or topic": [
+        "unit/gateway/test_websocket_server.py::test_hundreds_that_come_and_go_leave_nothing",
+    ],
     "asks the system for 4096": [
         "unit/transport/test_open_files.py::test_it_is_raised_as_far_as_needed_and_allowed",
     ],
@@ -322,6 +362,11 @@ def test_definition_limits() -> None:
     assert rows("DefinitionLimits") == expected
 
 
+def test_gateway_limits() -> None:
+    """The table is the tuple."""
+    assert rows("GatewayLimits") == {name: str(v) for name, v in GatewayLimits._field_defaults.items()}
+
+
 def test_bag_limits() -> None:
     """The table is the tuple."""
     assert rows("BagLimits") == {name: str(value) for name, value in BagLimits._field_defaults.items()}
@@ -349,7 +394,7 @@ def test_every_limit_is_set_by_a_test() -> None:
     tests = [
         path.read_text("utf-8") for room in ("unit", "scenarios") for path in (here / room).rglob("*.py")
     ]
-    for kind in (Limits, DefinitionLimits, BagLimits):
+    for kind in (Limits, DefinitionLimits, BagLimits, GatewayLimits):
         setting = [text for text in tests if kind.__name__ in text]
         names = kind._field_defaults
         untested = [name for name in names if not any(re.search(rf"\b{name}\b", text) for text in setting)]
