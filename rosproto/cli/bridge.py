@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
@@ -33,6 +34,9 @@ def run(arguments: argparse.Namespace) -> int:
     allow_open_files(4096)
     with ExitStack() as stack:
         stack.enter_context(interrupt_on_signals())
+        # A thread that waits for the interpreter gets it after 5 ms by default, and a message passes several.
+        stack.callback(sys.setswitchinterval, sys.getswitchinterval())
+        sys.setswitchinterval(0.0005)
         node = stack.enter_context(open_node(arguments, "rosbridge"))
         server = stack.enter_context(_serving(node, options))
         token = options["token"]

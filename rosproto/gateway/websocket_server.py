@@ -13,7 +13,7 @@ import socket
 import ssl
 import threading
 from collections import Counter, OrderedDict, deque
-from collections.abc import Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 from concurrent.futures import Future, wait
 from http import HTTPStatus
 from importlib import import_module
@@ -33,6 +33,7 @@ __all__ = ["WebSocketServer", "need_websockets"]
 WRITE_BUFFER = 256 << 10  # bytes given to the system's socket ahead of what it took
 UNREAD = 2  # messages of a client read ahead of its session
 START_SECONDS = 10.0
+PIECE = 512 << 10  # bytes, or characters, that are written at once; between them others have their turn
 TURN = 64  # messages written to one client before others have their turn
 _GOING_AWAY, _TRY_AGAIN = 1001, 1013
 
@@ -316,7 +317,7 @@ class WebSocketServer:
                 else:
                     payloads = await self.pool.run(item.payloads)
                 for payload in payloads:
-                    await connection.send(payload)
+                    await connection.send(payload if len(payload) <= PIECE else _pieces(payload))
                     channel.sent += 1
             except _closed(self._websockets):
                 return
@@ -429,6 +430,13 @@ def _current() -> BaseException | None:
     import sys
 
     return sys.exc_info()[1]
+
+
+async def _pieces(payload: str | bytes) -> AsyncIterator[str | bytes]:
+    """A large message as the frames of a fragmented one: a map does not hold up the other clients."""
+    for start in range(0, len(payload), PIECE):
+        yield payload[start : start + PIECE]
+        await asyncio.sleep(0)
 
 
 def _peer(connection: Any) -> str:

@@ -74,14 +74,23 @@ def test_json_is_the_plain_way(case: Case) -> None:
     assert json.loads(text) == plain_json(message._binding.layout, as_decoded(message))
 
 
+def is_whole(value: Any) -> bool:
+    """Without null, and without a text that UTF-8 has no bytes for (surrogateescape: the robot's bytes were none)."""
+    if isinstance(value, (dict, list)):
+        return all(map(is_whole, value.values() if isinstance(value, dict) else value))
+    if isinstance(value, str):
+        return value.encode("utf-8", "replace").decode() == value
+    return value is not None
+
+
 @COMMON
 @given(cases())
 def test_json_comes_back(case: Case) -> None:
-    """What was sent out and is sent in is the same message; null is refused by the field that has it."""
+    """What was sent out and is sent in is the same message; null, and half a character, are refused."""
     message = message_of(case)
     values = to_values(message)
-    if "null" in json.dumps(values):
-        with pytest.raises(CodecError, match="null given; expected a number"):
+    if not is_whole(values):
+        with pytest.raises(CodecError, match=r"null given; expected a number|half a character"):
             from_values(type(message), values)
         return
     again = from_values(type(message), values)

@@ -60,7 +60,7 @@ def to_cbor(message: Any) -> Any:
         write = _writers[cls] = CborWriter().function(cls._binding.layout)
     try:
         return write(message)
-    except (AttributeError, TypeError, ValueError):
+    except (AttributeError, BufferError, TypeError, ValueError):
         return write(decode(cls, encode(message)))  # as in `values.to_json`
 
 
@@ -134,10 +134,12 @@ def _time(value: Any) -> dict[str, int]:
 
 
 def _octets(values: Any) -> bytes:
-    return values.tobytes() if hasattr(values, "tobytes") else bytes(values)
+    return values if type(values) is bytes else _bytes(values, "u1")
 
 
 def _bytes(values: Any, dtype: str) -> bytes:
-    import numpy as np
-
-    return np.asarray(values, dtype).tobytes()
+    """Of an array as messages have them; TypeError for a list or another width, which the codec converts."""
+    if getattr(values, "dtype", None) != dtype:
+        raise TypeError(dtype)
+    data: bytes = values.tobytes()
+    return data

@@ -200,7 +200,8 @@ def _publish(id: effects.Id, topic: str, msg: Any = _NOT_GIVEN, **given: Any) ->
     return effects.Publish(id=id, topic=topic, msg={} if msg is _NOT_GIVEN else msg, **given)
 
 
-def _service_response(id: effects.Id, service: str, result: bool, values: Any = None) -> Effect:
+def _service_response(id: effects.Id, service: str, result: bool = False, values: Any = None) -> Effect:
+    """Without `result` it failed: roslib leaves it out where a page's callback returns nothing."""
     return effects.ServiceResponse(id, service, values, result)
 
 
@@ -255,7 +256,7 @@ OPERATIONS: dict[str, Operation] = {
     "unadvertise_service": Operation(effects.UnadvertiseService, (Field("service", _name, True),)),
     "service_response": Operation(
         _service_response,
-        (Field("service", _name, True), Field("values", _anything), Field("result", _flag, True)),
+        (Field("service", _name, True), Field("values", _anything), Field("result", _flag)),
     ),
     "send_action_goal": Operation(
         _send_action_goal,

@@ -141,6 +141,7 @@ class Rosbridge:
         """Made with the first client, in the loop's thread."""
         if self._shared is None:
             from rosproto.gateway.rosbridge.rosapi import Rosapi
+            from rosproto.gateway.rosbridge.tf_on_demand import TfOnDemand
 
             self._shared = Shared(
                 node=self._node,
@@ -150,6 +151,7 @@ class Rosbridge:
                 publications=self._publications,
                 rosapi=Rosapi(self._node, self.access) if self._rosapi else None,
                 pool=self._server.pool,
+                tf=TfOnDemand(self._node, self.access),
             )
         return self._shared
 
@@ -217,6 +219,8 @@ class Rosbridge:
         try:
             self._server.close(timeout)
         finally:
+            if self._shared is not None:
+                self._shared.tf.close()
             self._publications.close()
             self._taps.close()
 

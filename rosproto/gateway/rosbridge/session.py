@@ -184,7 +184,8 @@ class RosbridgeSession:
 
     def _open(self, topic: str, type_name: str, *, latch: bool, queue_size: int) -> Publication:
         name = self._shared.node.resolve_name(topic)
-        insist(self._shared.access.may_write("topic", name, type_name))
+        if not self._shared.tf.opens(name):
+            insist(self._shared.access.may_write("topic", name, type_name))
         known = self._publications.get(topic)
         if known is not None:
             if known.type_name != type_name:
@@ -212,12 +213,14 @@ class RosbridgeSession:
         publication = self._publications.get(asked.topic)
         if publication is None:
             name = self._shared.node.resolve_name(asked.topic)
-            insist(self._shared.access.may_write("topic", name))
+            if not self._shared.tf.opens(name):
+                insist(self._shared.access.may_write("topic", name))
             type_name = self._shared.topic_type(name)
             if type_name is None:
                 raise Refused(f"nobody knows the type of {asked.topic}: advertise it first")
             publication = self._open(asked.topic, type_name, latch=asked.latch, queue_size=asked.queue_size)
         now = self._shared.node.clock.now()
+        self._shared.tf.publishes(self, publication.topic, asked.msg)
         publication.publish(from_values(publication.message_class, asked.msg, now=now))
 
     # -- the end --------------------------------------------------------------------------------------------
@@ -229,6 +232,7 @@ class RosbridgeSession:
             publication.close()
         for subscription in list(self._subscriptions.values()):
             subscription.close()
+        self._shared.tf.gone(self)
         self._provided.close()
         self._goals.close()
         self._calls.close()

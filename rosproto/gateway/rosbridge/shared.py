@@ -18,6 +18,7 @@ from rosproto.gateway.taps import Taps
 
 if TYPE_CHECKING:
     from rosproto.gateway.rosbridge.rosapi import Rosapi
+    from rosproto.gateway.rosbridge.tf_on_demand import TfOnDemand
     from rosproto.node import Node
 
 __all__ = ["Refused", "Shared", "insist"]
@@ -47,6 +48,7 @@ class Shared:
         publications: Topics that are written.
         rosapi: Answers /rosapi; None where it does not.
         pool: Threads for what has to wait.
+        tf: The tf republisher.
     """
 
     node: Node
@@ -56,6 +58,7 @@ class Shared:
     publications: Publications
     rosapi: Rosapi | None
     pool: Pool
+    tf: TfOnDemand
     _lock: threading.Lock = field(default_factory=threading.Lock)
     _waiting: int = 0
 

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.action import ActionServer
 from rosproto.bounded_cache import BoundedCache
 from rosproto.errors import RosError
+from rosproto.gateway.rosbridge.tf_on_demand import ACTION, ACTION_TYPE, SERVICE
 from rosproto.tf import TransformError, TransformListener
 from rosproto.tf.buffer import frame_name
 
@@ -30,9 +31,6 @@ if TYPE_CHECKING:
 
 __all__ = ["TfRepublisher"]
 
-NAME = "/tf2_web_republisher"
-SERVICE = "/republish_tfs"
-TYPE = "tf2_web_republisher/TFSubscriptionAction"
 MOST_GOALS = 64
 MOST_TOPICS = 64
 LEAST_PATIENCE, MOST_PATIENCE = 1.0, 60.0  # seconds that a topic stays without a subscriber
@@ -66,7 +64,7 @@ class TfRepublisher:
         self._listener = TransformListener(node)
         try:
             self._server = ActionServer(
-                node, NAME, TYPE, self._serve, concurrent=True, check=_problem, most_goals=MOST_GOALS
+                node, ACTION, ACTION_TYPE, self._serve, concurrent=True, check=_problem, most_goals=MOST_GOALS
             )
             kind = "tf2_web_republisher/RepublishTFs"
             self._service = node.service_server(SERVICE, kind, self._open_topic)
@@ -95,11 +93,6 @@ class TfRepublisher:
         for thread in topics:
             thread.join(CLOSE_SECONDS)
         self._listener.close()
-
-    @staticmethod
-    def owns(name: str) -> bool:
-        """True for the action, the topics on which its clients publish, and the service."""
-        return name in (NAME, f"{NAME}/goal", f"{NAME}/cancel", SERVICE)
 
     def sent(self, client: object, goal_id: str) -> None:
         """A client of the gateway sends a goal with this id; said before the goal is published."""
@@ -131,7 +124,7 @@ class TfRepublisher:
             raise ValueError(problem)
         sending = _Sending(request)
         patience = min(max(request.timeout.to_sec(), LEAST_PATIENCE), MOST_PATIENCE)
-        name = f"{NAME}/tf_repub_{next(self._numbers)}"
+        name = f"{ACTION}/tf_repub_{next(self._numbers)}"
         with self._lock:
             if len(self._topics) >= MOST_TOPICS:
                 raise ValueError(f"{MOST_TOPICS} topics of transforms are open, no more are opened")

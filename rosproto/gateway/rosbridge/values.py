@@ -44,7 +44,7 @@ def to_json(message: Any) -> str:
         write = _writers[cls] = JsonWriter().function(cls._binding.layout)
     try:
         return write(message)
-    except (AttributeError, TypeError, ValueError):
+    except (AttributeError, BufferError, TypeError, ValueError):
         # Somebody put in what the wire allows and a decoded message does not have: an int for a float.
         return write(decode(cls, encode(message)))
 
@@ -234,9 +234,8 @@ class _Reader:
                 if field.code == "B":
                     return packed
                 return _view(packed, field) if self.binding.flavour.views else value
-        for i, item in enumerate(value):
-            self.one(field, item, f"{path}[{i}]")
-        raise CodecError(f"a value is too large for {field.base}", type_name=self.top, field_path=path)
+        # Finds the one that is wrong.
+        return [self.one(field, item, f"{path}[{i}]") for i, item in enumerate(value)]
 
 
 def _view(packed: bytes, field: FieldLayout) -> Any:

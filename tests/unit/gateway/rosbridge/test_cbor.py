@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 import struct
 import sys
+from typing import Any
 
+import numpy as np
 import pytest
 
 from rosproto.codec import decode, encode, message_class
-from rosproto.errors import RosError
+from rosproto.errors import CodecError, RosError
 from rosproto.gateway.rosbridge.cbor import MissingLibrary, dumps, publish_cbor, publish_cbor_raw, to_cbor
 from rosproto.gateway.rosbridge.values import from_values
 from tests.unit.gateway.rosbridge.test_values import EVERYTHING, VALUES
@@ -51,6 +53,20 @@ def test_what_a_program_put_in() -> None:
     assert seen["singles"] == cbor2.CBORTag(85, struct.pack("<2f", 1, 2))
     assert seen["octets"] == b"\x01\x02"
     assert (seen["text"], seen["texts"], seen["flags"]) == ("a?", ["?"], [True, False])
+
+
+@pytest.mark.parametrize(
+    "octets", [b"\1\2", bytearray(b"\1\2"), [1, 2], (1, 2), np.array([1, 2]), np.array([1, 9, 2], "u1")[::2]]
+)
+def test_octets_of_every_kind(octets: Any) -> None:
+    """Whatever the codec takes for bytes comes as these bytes."""
+    assert to_cbor(EVERYTHING(octets=octets))["octets"] == b"\1\2"
+
+
+def test_what_does_not_belong_there() -> None:
+    """A field that holds nothing of its kind is an error that names it."""
+    with pytest.raises(CodecError, match="singles"):
+        to_cbor(EVERYTHING(singles=["no number"]))
 
 
 @pytest.mark.parametrize("kind", [bytes, bytearray, memoryview])

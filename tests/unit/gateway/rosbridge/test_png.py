@@ -55,7 +55,7 @@ def picture(width: int, height: int, raw: bytes, *, kind: int = 2, depth: int = 
         (picture(2, 1, b"\0\xff\xff\xff\xff\xff\xff"), "the picture's bytes are no UTF-8"),
         (picture(2, 1, b"\0\0\0", kind=0), "1 channels; expected red, green and blue"),
         (base64.b64encode(encode_png(np.zeros((2, 2, 4), np.uint8))).decode(), "4 channels"),
-        ("A" * (MOST_BYTES * 4 // 3 + 5), "more than the limit of 1048576 bytes"),
+        ("A" * (MOST_BYTES * 4 // 3 + 5), "more than the limit of 262144 bytes"),
     ],
 )
 def test_what_is_no_such_picture(data: str, why: str) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from rosproto.gateway import GatewayLimits
-from rosproto.gateway.rosbridge import png
+from rosproto.gateway.rosbridge import png, protocol
 from rosproto.gateway.rosbridge.operations import OPERATIONS
 from rosproto.gateway.rosbridge.protocol import (
     Advertise,
@@ -30,6 +30,7 @@ from rosproto.gateway.rosbridge.protocol import (
     Unsubscribe,
     publish_text,
 )
+from tests.test_layers import IMPURE_MODULES, ROOT, imports_of
 
 LIMITS = GatewayLimits(message_bytes=100_000, nesting=10, text_length=50)
 
@@ -81,6 +82,7 @@ CONVERSATION: list[tuple[dict[str, Any], Effect]] = [
         {"op": "service_response", "id": "r", "service": "/s", "result": False},
         ServiceResponse("r", "/s", None, False),
     ),
+    ({"op": "service_response", "id": "r", "service": "/s"}, ServiceResponse("r", "/s", None, False)),
     (
         {
             "op": "send_action_goal",
@@ -219,6 +221,14 @@ def test_wrong_messages(message: Any, sentence: str) -> None:
     assert "\x1b" not in text
 
 
+def test_long_numbers_on_early_pythons(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Python 3.10.0 to 3.10.6 read a number of any length, slowly: there the protocol looks first."""
+    decoder = json.JSONDecoder(parse_int=protocol._short_int)
+    monkeypatch.setattr(protocol, "_decoder", decoder)
+    assert refused("9" * 5000) == "the message is no JSON: a number has too many digits"
+    assert Protocol(LIMITS).receive('{"op": "subscribe", "topic": "/t", "id": 12}') == [Subscribe(12, "/t")]
+
+
 def test_several_messages_at_once() -> None:
     """Objects behind one another are each done, as in the original; the rest of a broken one is not kept."""
     protocol = Protocol(LIMITS)
@@ -227,7 +237,7 @@ def test_several_messages_at_once() -> None:
     status_of(protocol.receive(one[:10]))
     status_of(protocol.receive(one[10:]))
     assert protocol.receive(one) == [Subscribe(None, "/a")]
-    assert "more than 1000 messages at once" in refused("{}" * 1001)
+    assert "more than 100 messages at once" in refused("{}" * 101)
 
 
 def test_nesting_is_bounded() -> None:
@@ -313,6 +323,22 @@ def test_pictures_of_a_client() -> None:
     assert refused({"op": "png", "data": "AAAA"}).startswith("png: no PNG picture in base64: ")
 
 
+def test_pictures_in_one_message_are_bounded() -> None:
+    """Each costs far more than its bytes: the fifth, also inside another one, is refused."""
+    one = json.dumps({"op": "png", "data": png.pack('{"op": "subscribe", "topic": "/t"}')})
+    effects = Protocol(LIMITS).receive(one * 6)
+    assert [type(effect) for effect in effects] == [Subscribe] * 4 + [Reply] * 2
+    inside = json.dumps({"op": "png", "data": png.pack(one * 4)})
+    assert [type(effect) for effect in Protocol(LIMITS).receive(inside)] == [Subscribe] * 3 + [Reply]
+
+
+def test_blanks_are_passed_over() -> None:
+    """Around messages and between them; those that JSON does not know are refused."""
+    one = '{"op": "subscribe", "topic": "/t"}'
+    assert Protocol(LIMITS).receive(f" \r\n\t{one}{' ' * 50_000}{one}\n") == [Subscribe(None, "/t")] * 2
+    assert "no JSON" in refused(f"\u2003{one}")
+
+
 def test_a_picture_in_fragments() -> None:
     """The operation png with num and total: its data is cut, not its text."""
     data = png.pack('{"op": "subscribe", "topic": "/t"}')
@@ -368,8 +394,22 @@ def test_what_is_sent_in_fragments() -> None:
         assert [part["num"] for part in fragments] == list(range(3))
         assert {part["total"] for part in fragments} == {3}
     assert sent[0][0]["id"] != sent[1][0]["id"]
+    (call,) = protocol.receive('{"op": "call_service", "id": "c", "service": "/s", "fragment_size": 20}')
+    assert isinstance(call, CallService)
+    assert {json.loads(p)["id"] for p in protocol.service_response(call, '{"data": "0123456789"}')} == {"c"}
     (call,) = protocol.receive('{"op": "call_service", "id": 0, "service": "/s", "fragment_size": 20}')
     assert isinstance(call, CallService)
     ids = {json.loads(payload)["id"] for payload in protocol.service_response(call, '{"data": "0123456789"}')}
     assert len(ids) == 1
     assert all(ids)
+
+
+@pytest.mark.parametrize(
+    "name",
+    "actions cbor effects fragments json_writer operations png protocol status values writer".split(),
+)
+def test_the_protocol_knows_no_sockets_threads_or_clocks(name: str) -> None:
+    """Whoever drives it brings bytes and the time."""
+    module = f"rosproto.gateway.rosbridge.{name}"
+    path = ROOT.joinpath(*module.split(".")).with_suffix(".py")
+    assert not {found.partition(".")[0] for found, _ in imports_of(module, path)} & IMPURE_MODULES

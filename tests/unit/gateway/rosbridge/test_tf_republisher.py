@@ -143,3 +143,17 @@ def test_topics_of_the_service_are_bounded(nodes: tuple[Node, Node], monkeypatch
         with pytest.raises(ServiceError, match="no more"):
             client.call(Request(**asked), timeout=5)
     assert not republisher._topics
+
+
+def test_goals_are_bounded(nodes: tuple[Node, Node], monkeypatch: pytest.MonkeyPatch) -> None:
+    """One client, or many, send no goals without end."""
+    monkeypatch.setattr(tf_republisher, "MOST_GOALS", 2)
+    robot, gateway = nodes
+    with (
+        TfRepublisher(gateway),
+        ActionClient(robot, "/tf2_web_republisher", "tf2_web_republisher/TFSubscription") as client,
+    ):
+        client.wait_for_server(5)
+        goals = [client.send_goal(a_goal()) for _ in range(8)]
+        eventually(lambda: sum(goal.status is GoalStatus.REJECTED for goal in goals) >= 5)
+        assert sum(goal.status is GoalStatus.ACTIVE for goal in goals) <= 3

@@ -12,6 +12,7 @@ import pytest
 
 from rosproto.codec import decode, define, encode, message_class, service_class
 from rosproto.errors import CodecError
+from rosproto.gateway.rosbridge.json_writer import PIECE
 from rosproto.gateway.rosbridge.values import from_arguments, from_values, to_json, to_values
 from rosproto.msg import bundled
 from rosproto.time import Time
@@ -45,6 +46,7 @@ std_msgs/Header[] headers
 
 
 EVERYTHING = define("test_msgs/Everything", ALL, base=bundled())
+GRID = define("a/Grid", "int8[] data")
 HEADER = message_class("std_msgs/Header")
 POSE = message_class("geometry_msgs/PoseStamped")
 
@@ -110,6 +112,39 @@ def test_what_a_program_put_in() -> None:
     )
     with pytest.raises(CodecError, match="single"):
         to_json(EVERYTHING(single="no number"))
+
+
+@pytest.mark.parametrize(
+    "octets", [b"\1\2", bytearray(b"\1\2"), [1, 2], (1, 2), np.array([1, 2]), np.array([1, 9, 2], "u1")[::2]]
+)
+def test_octets_of_every_kind(octets: Any) -> None:
+    """Whatever the codec takes for bytes is base64 of these bytes."""
+    assert to_values(EVERYTHING(octets=octets))["octets"] == base64.b64encode(b"\1\2").decode()
+
+
+@pytest.mark.parametrize("count", [0, 1, 99, 100, 101, 1 << 17, (1 << 18) + 1])
+@pytest.mark.parametrize("least", [-128, -100, -99, 0])
+def test_small_integers_of_any_number(count: int, least: int) -> None:
+    """The cells of a map: long arrays take another way than short ones, and than those with -128."""
+    cells = np.resize(np.arange(least, 128, dtype="i1"), count)
+    text = to_json(decode(GRID, encode(GRID(data=cells))))
+    if count < 1000:
+        assert json.loads(text)["data"] == cells.tolist()
+    else:
+        inside = text[text.index("[") + 1 : text.index("]")]
+        assert np.array_equal(np.array(inside.split(","), "i1"), cells)
+    assert to_values(GRID(data=cells[:300][::2]))["data"] == cells[:300][::2].tolist()
+
+
+@pytest.mark.parametrize("count", [PIECE - 1, PIECE, PIECE + 1, 2 * PIECE, 2 * PIECE + 1])
+def test_long_arrays_are_written_in_pieces(count: int) -> None:
+    """Every number is there once, in its place, also NaN at the seams."""
+    message = EVERYTHING(integers=np.arange(count, dtype="<i4"), singles=np.arange(count, dtype="<f4"))
+    message.singles[[PIECE - 2, -1]] = np.nan
+    values = to_values(decode(EVERYTHING, encode(message)))
+    assert values["integers"] == list(range(count))
+    assert [i for i, value in enumerate(values["singles"]) if value != i] == sorted({PIECE - 2, count - 1})
+    assert values["singles"][-1] is None
 
 
 def test_empty_messages() -> None:
