@@ -80,6 +80,56 @@ HOLDS = {
     "gives what others send to one that is read alike, or leaves it out and says so": [
         "unit/recording/test_recorder.py::test_headers_of_publishers_are_bounded",
     ],
+    "nothing it sends leaves the protocol as an exception": [
+        "fuzz/test_fuzz.py::test_a_fixed_handful_of_mutations_finds_nothing",
+        "property/test_rosbridge_values.py::test_any_message_is_done_or_refused",
+        "property/test_rosbridge_values.py::test_any_values_fit_or_are_refused",
+        "unit/gateway/rosbridge/test_protocol.py::test_wrong_messages",
+        "unit/gateway/rosbridge/test_protocol.py::test_a_required_field_is_missed",
+        "unit/gateway/rosbridge/test_values.py::test_wrong_values",
+    ],
+    "A message is bounded in bytes, in nesting, and to a million arrays and objects": [
+        "unit/gateway/rosbridge/test_protocol.py::test_size_is_bounded",
+        "unit/gateway/rosbridge/test_protocol.py::test_nesting_is_bounded",
+        "unit/gateway/rosbridge/test_protocol.py::test_objects_are_bounded",
+    ],
+    "16 may be incomplete, all together as large as one message, for ten minutes": [
+        "unit/gateway/rosbridge/test_fragments.py::test_what_is_incomplete_is_bounded",
+    ],
+    "is in no answer of `/rosapi`, by whatever spelling of its name": [
+        "unit/gateway/rosbridge/rosapi/test_answers.py::test_what_is_denied_is_in_no_list",
+        "unit/gateway/rosbridge/rosapi/test_parameters.py::test_a_hidden_parameter_is_not_read",
+    ],
+    "A namespace of parameters is no way around a pattern": [
+        "unit/gateway/rosbridge/rosapi/test_parameters.py::test_a_namespace_is_no_way_around",
+        "unit/gateway/rosbridge/rosapi/test_parameters.py::test_a_pattern_of_one_parameter_opens_that_one",
+        "unit/gateway/rosbridge/rosapi/test_parameters.py::test_nothing_is_written_by_default",
+    ],
+    "a million characters at most, a parameter's value 32 levels, an answer 300 types": [
+        "unit/gateway/rosbridge/rosapi/test_answers.py::test_what_cannot_be_answered_is_a_sentence",
+        "unit/gateway/rosbridge/rosapi/test_answers.py::test_a_master_that_is_gone_is_a_sentence",
+        "unit/gateway/rosbridge/rosapi/test_answers.py::test_a_provider_that_is_silent_holds_up_nobody_for_long",
+        "unit/gateway/rosbridge/rosapi/test_parameters.py::test_deep_values_are_refused",
+        "unit/gateway/rosbridge/rosapi/test_type_details.py::test_a_definition_without_end_gives_a_bounded_answer",
+    ],
+    "64 of each at a time, 500 frames, 100 Hz at most": [
+        "unit/gateway/rosbridge/test_tf_republisher.py::test_a_goal_without_sense_is_rejected",
+        "unit/gateway/rosbridge/test_tf_republisher.py::test_topics_of_the_service_are_bounded",
+        "unit/gateway/rosbridge/test_tf_republisher.py::test_goals_are_bounded",
+    ],
+    "They end with their client, and are not there where `/tf` is hidden": [
+        "unit/gateway/rosbridge/test_tf_on_demand.py::test_it_begins_with_the_first_goal_and_ends_with_its_client",
+        "unit/gateway/rosbridge/test_tf_on_demand.py::test_where_tf_is_hidden_it_is_not_there",
+        "unit/gateway/rosbridge/test_tf_on_demand.py::test_other_goals_stay_closed",
+    ],
+    "A picture is measured before it is unpacked": [
+        "unit/gateway/rosbridge/test_png.py::test_what_is_no_such_picture",
+        "unit/gateway/rosbridge/test_png.py::test_a_bomb_takes_no_memory",
+        "unit/gateway/rosbridge/test_protocol.py::test_pictures_in_one_message_are_bounded",
+    ],
+    "a message comes in 4096 at most": [
+        "unit/gateway/rosbridge/test_fragments.py::test_small_fragments_of_a_large_text_are_made_larger",
+    ],
     "the rospy layer keeps latched messages of those publishers that are connected": [
         "unit/rospy/test_rospy_modules.py::test_latched_messages_of_publishers_that_have_gone_are_forgotten",
     ],
@@ -198,6 +248,26 @@ HOLDS = {
         "scenarios/hostile/test_hostile_chassis.py::test_what_a_chassis_says_when_it_refuses",
         "unit/cli/test_hostile_names.py::test_connections_of_a_bag",
         "unit/node/rosout/test_rosout_log.py::test_no_text_forges_a_record",
+    ],
+    "Retained orders and instant actions are not obeyed": [
+        "interop/fleet/test_vehicle.py::test_a_retained_order_is_not_obeyed",
+    ],
+    "is answered with `validationError` and changes nothing": [
+        "interop/fleet/test_vehicle.py::test_what_does_not_fit_is_answered",
+        "unit/fleet/test_messages.py::test_any_value_at_any_place_is_read_or_invalid",
+        "unit/fleet/test_order.py::test_a_malformed_order_is_a_validation_error",
+    ],
+    "an order of more than 1000 nodes, and what comes while 100 messages wait": [
+        "unit/fleet/test_messages.py::test_what_is_no_object_of_json_is_invalid",
+        "unit/fleet/test_messages.py::test_an_order_of_too_many_nodes_is_invalid",
+        "unit/fleet/test_vehicle.py::test_a_flood_of_messages_is_bounded",
+    ],
+    "an address that holds one is refused": [
+        "unit/fleet/test_config.py::test_an_address_of_a_broker_holds_no_secret",
+        "unit/fleet/test_config.py::test_secrets_are_in_a_file_of_ones_own",
+    ],
+    "get their parameters on standard input, through no shell": [
+        "unit/fleet/test_abilities.py::test_a_program_gets_the_parameters_and_gives_the_result",
     ],
     "given up for each new one, then the longest idle one": [
         "unit/transport/test_tcp_server.py::test_pending_handshakes_bounds_the_unready_and_drops_the_oldest",

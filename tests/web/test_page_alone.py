@@ -180,6 +180,28 @@ def test_nothing_is_sent_without_a_yes(browser: Browser, served: tuple[Fake, str
         assert fake.calls == []
 
 
+@pytest.mark.parametrize("size", [*SIZES, pytest.param((844, 390), id="lying phone")])
+def test_a_question_covers_neither_the_place_nor_stop(
+    browser: Browser, served: tuple[Fake, str], size: Any
+) -> None:
+    """While a place is chosen the map can be pressed around its middle, and STOP is free."""
+    with person(browser, served[1], size) as page:
+        page.click("#choose-place")
+        for target in ("#canvas", "#stop"):
+            free = page.evaluate(
+                """(target) => { const box = document.querySelector(target).getBoundingClientRect();
+                return [0.4, 0.5, 0.6].every((part) => document.elementFromPoint(
+                    box.x + part * box.width, box.y + 0.5 * box.height).closest(target) !== null); }""",
+                target,
+            )
+            assert free, target
+        card = page.locator("#confirm").bounding_box()
+        assert card is not None
+        assert card["x"] >= 0
+        assert card["y"] >= 0
+        assert card["x"] + card["width"] <= size[0]
+
+
 def test_why_it_would_not_move_and_what_to_do(browser: Browser, served: tuple[Fake, str]) -> None:
     """A plain no is shown on every page; faults have their sentence and an advice."""
     fake, url = served

@@ -136,6 +136,8 @@ export class Drive {
       return;
     }
     if (this.link.send({ t: "confirm" })) this.switch(true);
+    byId("panel").scrollTop = 0;
+    if (this.on) this.store.set("closer", true); // who drives looks at what is near
   }
 
   switch(on) {

@@ -39,6 +39,7 @@ export class MapView {
     store.on("plan footprint marks scan lost robot goal", () => this.change());
     store.on("pose", (pose) => this.takePose(pose));
     store.on("ground", () => this.takeGround());
+    store.on("closer", () => this.closer());
     const dark = matchMedia("(prefers-color-scheme: dark)");
     dark.addEventListener("change", () => {
       this.paint = layers.paintOf(document.body);
@@ -132,6 +133,11 @@ export class MapView {
     this.change();
   }
 
+  closer() {
+    this.view.scale = Math.max(this.view.scale, 45);
+    this.follow(true);
+  }
+
   centre() {
     const pose = this.store.get("pose");
     if (pose) this.view.centre(pose.x, pose.y);
@@ -172,7 +178,7 @@ export class MapView {
   setPlacing(told, start = null) {
     this.placing = told;
     this.place = start;
-    this.canvas.classList.toggle("placing", told !== null);
+    this.canvas.parentElement.classList.toggle("placing", told !== null);
     this.change();
   }
 
