@@ -1,4 +1,4 @@
-"""Options that the commands which serve other programs share: where to listen, who may connect, what is open."""
+"""Options of the commands that serve other programs: where to listen, who may connect, what is open."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def add_gateway_options(parser: argparse.ArgumentParser, default_port: int) -> N
         "--bind",
         default="127.0.0.1",
         metavar="ADDRESS",
-        help="address to listen on; this computer alone by default, and with another one a token is asked for",
+        help="address to listen on; this computer alone by default, and with another one a token is needed",
     )
     parser.add_argument(
         "--port", type=port, default=default_port, help=f"port, 0 for a free one (default: {default_port})"

@@ -27,6 +27,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -315,7 +316,7 @@ def row_map(args: Any, servers: list[Server], master_uri: str) -> None:
         await asyncio.gather(reader, return_exceptions=True)
         await other.close()
         print(f"    {server.name}: the map ({int(out) / 1e6:.1f} MB of JSON) came after {got[0]:.1f} s")
-        return 1000 * max((b - a for a, b in zip(times, times[1:], strict=False)), default=float("nan"))
+        return 1000 * max((b - a for a, b in pairwise(times)), default=float("nan"))
 
     with published(master_uri, "map", "odom"):
         time.sleep(3)

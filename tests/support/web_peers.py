@@ -24,6 +24,7 @@ NPM = (
     "@foxglove/ws-protocol@0.8.0",
     "@foxglove/rosmsg@5",
     "@foxglove/rosmsg-serialization@2",
+    "@mcap/core@2",
 )
 PYPI = ("roslibpy==2.1.0", "ros-mcp==3.1.2")
 
