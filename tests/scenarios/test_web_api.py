@@ -427,7 +427,7 @@ def test_the_description_names_every_operation_once_and_every_error(web: Served)
     assert {"create_goal", "wait_for_goal", "stop", "create_goal_of_robot"} <= set(names)
     text = json.dumps(schema)
     assert "HTTPValidationError" not in text
-    for reference in set(part.partition('"')[0] for part in text.split('"#/components/schemas/')[1:]):
+    for reference in {part.partition('"')[0] for part in text.split('"#/components/schemas/')[1:]}:
         assert reference in schema["components"]["schemas"]
     for operation in operations:
         assert operation.get("summary")
