@@ -365,6 +365,29 @@ def test_control_is_asked_for_and_handed_over(browser: Browser, served: tuple[Fa
         assert fake.holder == "page 2"
 
 
+def test_what_a_robot_says_is_shown_as_text(
+    browser: Browser, served: tuple[Fake, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A mark, a fault and a reason that look like HTML make no element and run nothing."""
+    from tests.web import fake_server
+
+    fake, url = served
+    html = "<img src=x onerror=document.title='taken'><b id=planted>B</b>"
+    monkeypatch.setattr(fake_server, "MARKS", [{**fake_server.MARKS[0], "name": html, "note": html}])
+    fake.ready = {"answer": "no", "text": html, "reasons": [{"key": html, "text": html, "blocking": True}]}
+    fault = {"code": 7, "level": html, "text": html, "text_zh": html}
+    fake.faults = {"known": True, "present": True, "text": html, "active": [fault]}
+    with person(browser, url) as page:
+        page.click(".markrow")
+        assert html in page.inner_text("#confirm-text")
+        page.click("#confirm .plain")
+        page.click("#fault-chip")
+        page.wait_for_selector("#tab-health li >> text=planted")
+        assert html in page.inner_text("#notices")
+        assert page.locator("#planted").count() == 0
+        assert page.title() == "woosh-42"
+
+
 def test_everything_is_reached_by_the_keyboard(browser: Browser, served: tuple[Fake, str]) -> None:
     """Tab reaches STOP, the map, the tabs and the marks; the first step skips to STOP; focus can be seen."""
     with person(browser, served[1]) as page:
