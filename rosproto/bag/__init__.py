@@ -1,6 +1,7 @@
 """Bags, format 2.0: read everything a recorder leaves behind, write what every ROS 1 tool reads."""
 
 from rosproto.bag.limits import BagLimits
+from rosproto.bag.opening import create_bag, open_bag
 from rosproto.bag.reader import BagReader, Compression, RawMessage, TopicInfo
 from rosproto.bag.records import ChunkInfo, Connection
 from rosproto.bag.repair import Report, recover, reindex
@@ -16,6 +17,8 @@ __all__ = [
     "RawMessage",
     "Report",
     "TopicInfo",
+    "create_bag",
+    "open_bag",
     "recover",
     "reindex",
 ]

@@ -33,6 +33,7 @@ __all__ = [
     "ChunkData",
     "RecordHead",
     "chunk_header",
+    "plain_data",
     "read_chunk",
     "read_head",
     "read_index_times",
@@ -90,21 +91,20 @@ class ChunkData:
         blob: Bytes that contain the plain data (an uncompressed chunk is kept as it was read, not copied).
         base: Where the data starts in `blob`.
         end: Where it ends.
-        index: Offsets into the data by connection id, from the index records; None when there are none to
-            trust.
         complete: False when some of the data is missing.
         packed: True when it was compressed.
         budget: How many records it may have; None for as many as there are.
+        tail: Bytes with the index records, and where those begin; None when there are none to trust.
     """
 
     info: ChunkInfo
     blob: bytes
     base: int
     end: int
-    index: dict[int, NDArray[np.uint32]] | None
     complete: bool = True
     packed: bool = False
     budget: Budget | None = None
+    tail: tuple[bytes, int] | None = None
 
     def rows(self, wanted: Collection[int] | None = None) -> Rows:
         """The messages of the wanted connections (None: all), in file order for each connection.
@@ -114,9 +114,11 @@ class ChunkData:
         """
         import numpy as np
 
-        if self.index is None:
+        # Offsets into the data by connection id, from the index records.
+        index = None if self.tail is None else _read_index(*self.tail, self.info)
+        if index is None:
             return self._walked(wanted)
-        chosen = {conn: o for conn, o in self.index.items() if wanted is None or conn in wanted}
+        chosen = {conn: o for conn, o in index.items() if wanted is None or conn in wanted}
         offsets = np.concatenate([np.zeros(0, np.uint32), *chosen.values()])
         conns = np.repeat(np.fromiter(chosen, np.uint32), [len(o) for o in chosen.values()])
         rows = rows_at(self.blob, self.base, self.end, offsets)
@@ -178,13 +180,14 @@ def read_chunk(source: BagFile, info: ChunkInfo, span: int, *, with_index: bool 
     # An index is never larger than what it indexes.
     tail = min(tail, 64 + (INDEX_ENTRY_BYTES + 1) * chunk.size)
     raw = source.read_at(head.data_pos, in_file + tail)
-    index = _read_index(raw, in_file, info) if with_index and info.indexed and not info.partial else None
+    indexed = with_index and info.indexed and not info.partial
     if chunk.compression == "none":
         complete = len(raw) >= head.data_size == chunk.size and not info.partial
         if not complete and not info.partial:
             raise source.error("an uncompressed chunk is shorter than its header says", info.pos)
-        return ChunkData(info, raw, 0, min(in_file, len(raw)), index, complete)
-    packed = raw[:in_file] if len(raw) != in_file else raw
+        index = (raw, in_file) if indexed else None
+        return ChunkData(info, raw, 0, min(in_file, len(raw)), complete, tail=index)
+    packed = memoryview(raw)[:in_file]
     declared = chunk.size
     if info.partial and not declared:
         # A recorder that died has not said how large it is: as much as a chunk of its length may become.
@@ -193,12 +196,12 @@ def read_chunk(source: BagFile, info: ChunkInfo, span: int, *, with_index: bool 
     try:
         if info.partial:
             plain, complete = decompress_prefix(chunk.compression, packed, declared)
-            index = None
         else:
             plain, complete = decompress(chunk.compression, packed, chunk.size), True
     except BagError as problem:
         raise source.error(str(problem), info.pos) from None
-    return ChunkData(info, plain, 0, len(plain), index, complete, True, source.records)
+    index = (raw[in_file:], 0) if indexed else None
+    return ChunkData(info, plain, 0, len(plain), complete, True, source.records, index)
 
 
 def _chunk_head(source: BagFile, pos: int) -> RecordHead:
@@ -217,6 +220,18 @@ def chunk_header(source: BagFile, info: ChunkInfo) -> tuple[ChunkHeader, int]:
     head = _chunk_head(source, info.pos)
     left = source.size - head.data_pos
     return ChunkHeader.from_fields(head.fields), min(head.data_size, left) if head.data_size else left
+
+
+def plain_data(source: BagFile, info: ChunkInfo) -> tuple[int, int]:
+    """Where an uncompressed chunk's data begins in the file, and its bytes; (0, 0) for any other chunk.
+
+    Raises:
+        BagError: There is no chunk.
+    """
+    head = _chunk_head(source, info.pos)
+    chunk = ChunkHeader.from_fields(head.fields)
+    plain = chunk.compression == "none" and chunk.size == head.data_size
+    return (head.data_pos, chunk.size) if plain else (0, 0)
 
 
 def read_index_times(

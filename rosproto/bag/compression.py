@@ -51,7 +51,7 @@ def _lz4_compress(data: bytes) -> bytes:
     return packed
 
 
-def decompress(name: str, data: bytes, size: int) -> bytes:
+def decompress(name: str, data: bytes | memoryview, size: int) -> bytes:
     """A whole chunk.
 
     Args:
@@ -70,7 +70,7 @@ def decompress(name: str, data: bytes, size: int) -> bytes:
     return plain
 
 
-def decompress_prefix(name: str, data: bytes, size: int) -> tuple[bytes, bool]:
+def decompress_prefix(name: str, data: bytes | memoryview, size: int) -> tuple[bytes, bool]:
     """As much of a chunk as can be had.
 
     Returns:
@@ -80,7 +80,7 @@ def decompress_prefix(name: str, data: bytes, size: int) -> tuple[bytes, bool]:
         BagError: Nothing can be had: unknown compression, or damage at the very start.
     """
     if name == "none":
-        return data[:size], len(data) == size
+        return bytes(data[:size]), len(data) == size
     if name == "bz2":
         return _bz2_prefix(data, size)
     if name == "lz4":
@@ -88,7 +88,7 @@ def decompress_prefix(name: str, data: bytes, size: int) -> tuple[bytes, bool]:
     raise BagError(f"a chunk has compression {name!r}; known are {', '.join(COMPRESSIONS)}")
 
 
-def _bz2_prefix(data: bytes, size: int) -> tuple[bytes, bool]:
+def _bz2_prefix(data: bytes | memoryview, size: int) -> tuple[bytes, bool]:
     import bz2
 
     whole = bz2.BZ2Decompressor()
@@ -103,12 +103,15 @@ def _bz2_prefix(data: bytes, size: int) -> tuple[bytes, bool]:
     return _up_to_damage(bz2.BZ2Decompressor().decompress, data, size), False
 
 
-def _lz4_prefix(data: bytes, size: int) -> tuple[bytes, bool]:
+def _lz4_prefix(data: bytes | memoryview, size: int) -> tuple[bytes, bool]:
     frame = _lz4()
     whole = frame.LZ4FrameDecompressor()
     try:
         # The buffer is taken at once, so a header's wild size is bounded by what LZ4 can reach (255 to 1).
-        plain = whole.decompress(data, min(size + 1, 256 * len(data) + 1024))
+        # With room for a whole block more than there is, LZ4 unpacks each block into it; without, elsewhere
+        # first.
+        room = min(size, 256 * len(data)) + _lz4_block_bytes(data)
+        plain = whole.decompress(data, room)
         if whole.eof and len(plain) == size:
             return plain, True
         return plain[:size], False
@@ -117,7 +120,13 @@ def _lz4_prefix(data: bytes, size: int) -> tuple[bytes, bool]:
     return _up_to_damage(frame.LZ4FrameDecompressor().decompress, data, size), False
 
 
-def _up_to_damage(decompress: Callable[[bytes, int], bytes], data: bytes, size: int) -> bytes:
+def _lz4_block_bytes(data: bytes | memoryview) -> int:
+    """The most bytes that a block of a frame becomes, by its fifth byte: 64 KiB to 4 MiB."""
+    code = data[5] >> 4 & 7 if len(data) > 5 else 0
+    return 1 << (2 * code + 8) if 4 <= code <= 7 else 1 << 16
+
+
+def _up_to_damage(decompress: Callable[[Any, int], bytes], data: bytes | memoryview, size: int) -> bytes:
     """What a stream gives in small steps before the one with the damage (blocks of bz2 are 900 kB)."""
     got = bytearray()
     try:

@@ -6,10 +6,11 @@ import os
 from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
+from typing import TYPE_CHECKING, Any, BinaryIO, Literal, NamedTuple
 
 from rosproto.bag.bag_file import BagFile
-from rosproto.bag.chunk import ChunkData, chunk_header, read_chunk, read_index_times
+from rosproto.bag.chunk import ChunkData, chunk_header, plain_data, read_chunk, read_index_times
+from rosproto.bag.few import Found, few_alone, few_messages, few_places
 from rosproto.bag.index import open_index
 from rosproto.bag.limits import BagLimits
 from rosproto.bag.merge import Batch, merge
@@ -36,7 +37,7 @@ class RawMessage(NamedTuple):
 
     Attributes:
         type: "package/Type".
-        data: Serialized message.
+        data: Serialized message; a read-only memoryview of the chunk with raw="view".
         md5sum: Of its definition.
         position: (byte position of the chunk in the file, of the message in the uncompressed chunk).
         connection: Its connection, with the definition; `BagWriter.write` takes it over.
@@ -115,18 +116,22 @@ class BagReader:
             raise
         self._skip = skip_damaged
         self._spans = found.spans()
+        self._take_contents(found.connections, found.chunks, found.damage)
+        self.version = found.version
+        self.indexed = found.closed
+
+    def _take_contents(
+        self, connections: dict[int, Connection], chunks: list[ChunkInfo], damage: list[str]
+    ) -> None:
         self._functions: dict[int, Give] = {}
         self.path = self._source.path
         self.size = self._source.size
-        self.damage = found.damage
-        self.version = found.version
-        self.indexed = found.closed
-        self.chunks: tuple[ChunkInfo, ...] = tuple(found.chunks)
-        counts = total_counts(found.chunks)
+        self.damage = damage
+        self.chunks: tuple[ChunkInfo, ...] = tuple(chunks)
+        counts = total_counts(chunks)
         self._counts = counts
-        self.connections = MappingProxyType(
-            {i: c for i, c in sorted(found.connections.items()) if counts.get(i)}
-        )
+        self.connections = MappingProxyType({i: c for i, c in sorted(connections.items()) if counts.get(i)})
+        self._known = {i: (c.topic, c.type, c.md5sum, c) for i, c in self.connections.items()}
         self.topics = MappingProxyType(self._make_topics())
         self.message_count = sum(counts.values())
 
@@ -173,7 +178,7 @@ class BagReader:
         topics: str | Iterable[str] | None = None,
         start_time: Stamp | None = None,
         end_time: Stamp | None = None,
-        raw: bool = False,
+        raw: bool | Literal["view"] = False,
         *,
         connections: Iterable[Connection] | None = None,
     ) -> Iterator[tuple[str, Any, Time]]:
@@ -188,7 +193,8 @@ class BagReader:
             topics: Only these.
             start_time: Not earlier than this: a Time, or seconds.
             end_time: Not later than this.
-            raw: Give `RawMessage`, not decoded.
+            raw: Give `RawMessage`, not decoded. "view": its data is a memoryview of the chunk, no copy; one
+                that is kept keeps the whole chunk in memory.
             connections: Only these.
 
         Yields:
@@ -197,17 +203,73 @@ class BagReader:
         Raises:
             BagError: A chunk is damaged (see `skip_damaged`), or a connection has no usable definition.
             CodecError: A message does not fit its stored definition.
+            ValueError: `raw` is another text.
         """
+        if raw not in (False, True, "view"):
+            raise ValueError(f'raw={raw!r}: True, False or "view"')
         wanted = self._wanted(topics, connections)
         low = None if start_time is None else to_ns(start_time)
         high = None if end_time is None else to_ns(end_time)
-        for batch in self._batches(wanted, low, high):
+        return self._read_messages(wanted, low, high, raw)
+
+    def _read_messages(
+        self, wanted: set[int], low: int | None, high: int | None, raw: bool | str
+    ) -> Iterator[tuple[str, Any, Time]]:
+        view = raw == "view"
+        ahead = ReadAhead(self._source, self._spans)
+        order = self._chunks_of(wanted, low, high)
+        alone = self._alone(order)
+        number = 0
+        while number < len(order):
+            first, info = number, order[number]
+            if not alone[first]:
+                while number < len(order) and not alone[number]:
+                    number += 1
+                for batch in self._merge(order[first:number], ahead, wanted, low, high):
+                    yield from self._of_batch(batch, raw, view)
+                continue
+            number += 1
+            # Only a chunk that lies in the span: which of its messages do is not asked below.
+            whole = (low is None or info.start >= low) and (high is None or info.end <= high)
+            if whole and raw and not view and (found := self._few_messages(info, wanted)) is not None:
+                yield from self._raw_found(info, found)
+                continue
+            data = self._load(info, ahead, lambda count, at=number: order[at : at + count])  # type: ignore[misc]
+            if data is None:
+                continue
+            places = few_places(data.blob, data.base, data.end, info.counts) if whole else None
+            if places is None:
+                for batch in merge([info], lambda *_, held=data: held, self._selector(wanted, low, high)):
+                    yield from self._of_batch(batch, raw, view)
+                continue
+            if len(wanted) < len(self.connections):
+                places = [place for place in places if place.conn in wanted]
             if raw:
-                yield from self._raw_messages(batch)
-            elif batch.chunk is not None:
-                yield from self._messages(batch.chunk.blob, batch.rows)
+                base = data.base + MESSAGE_HEAD
+                yield from self._raw_places(info, memoryview(data.blob) if view else data.blob, base, places)
             else:
-                yield from self._merged_messages(batch)
+                yield from self._decoded(data.blob, [place.conn for place in places], places)
+            del data, places  # their memory is what the next chunk is read into, while it is in the cache
+
+    def _alone(self, order: list[ChunkInfo]) -> list[bool]:
+        return few_alone(order)
+
+    def _few_messages(self, info: ChunkInfo, wanted: set[int]) -> list[Found] | None:
+        """A chunk's messages read one by one; None where that is not the quicker way, or it is damaged."""
+        self._source.check_open()
+        try:
+            position, size = plain_data(self._source, info)
+            return few_messages(self._source, info, position, size, wanted) if size else None
+        except BagError:
+            return None  # the general way says what it is
+
+    def _of_batch(self, batch: Batch, raw: bool | str, view: bool) -> Iterator[tuple[str, Any, Time]]:
+        if raw:
+            return self._raw_messages(batch, view)
+        if batch.chunk is not None:
+            columns = [column.tolist() for column in batch.rows]
+            return self._decoded(batch.chunk.blob, columns[0], zip(*columns, strict=True))
+        return self._merged_messages(batch)
 
     def message_at(self, topic: str, time: Stamp, *, raw: bool = False) -> tuple[str, Any, Time] | None:
         """The latest message on a topic received at or before a time; None when there is none.
@@ -231,8 +293,7 @@ class BagReader:
         if best is None:
             return None
         batch = Batch(best[2], best[1])
-        messages = self._raw_messages(batch) if raw else self._messages(best[1].blob, best[2])
-        return next(messages)
+        return next(self._of_batch(batch, raw, False))
 
     def times(self, topic: str) -> NDArray[np.int64]:
         """Receive times of a topic's messages, ns, sorted, (N,) int64; reads index records, not messages."""
@@ -294,6 +355,34 @@ class BagReader:
 
         return to_numpy(self, topic, self._topic(topic).connections, fields)
 
+    def to_arrow(
+        self,
+        topic: str,
+        fields: Iterable[str] | None = None,
+        *,
+        start_time: Stamp | None = None,
+        end_time: Stamp | None = None,
+    ) -> Any:
+        """A topic as a `pyarrow.RecordBatchReader`: batches of bounded size, read as they are asked for.
+
+        `.read_all()` makes a Table of it, `.read_pandas()` a DataFrame, `polars.from_arrow` takes that
+        Table. Needs the extra `arrow`; what becomes of which field says `rosproto.bag.arrow.schema_of`.
+
+        Args:
+            topic: Which one; all its messages must have one definition.
+            fields: Paths such as "pose.pose.position.x", each a column; None for the whole message. What is
+                not wanted is not decoded.
+            start_time: Not earlier than this: a Time, or seconds.
+            end_time: Not later than this.
+
+        Raises:
+            BagError: No such topic or field, several definitions, or no pyarrow. While it is read: see
+                `read_messages`; pyarrow hands these errors on as they are.
+        """
+        from rosproto.bag.arrow import to_arrow
+
+        return to_arrow(self, topic, self._topic(topic).connections, fields, start_time, end_time)
+
     def batches(self, topic: str) -> Iterator[Batch]:
         """Where the messages of a topic lie, chunk by chunk: for those who take bytes and need no objects.
 
@@ -331,7 +420,8 @@ class BagReader:
             chosen &= {c.id for c in connections}
         return chosen
 
-    def _batches(self, wanted: Collection[int], low: int | None, high: int | None) -> Iterator[Batch]:
+    def _chunks_of(self, wanted: Collection[int], low: int | None, high: int | None) -> list[ChunkInfo]:
+        """Chunks that have wanted messages, by start time."""
         chunks = [
             c
             for c in self.chunks
@@ -339,12 +429,30 @@ class BagReader:
             and (high is None or c.start <= high)
             and not c.counts.keys().isdisjoint(wanted)
         ]
+        return sorted(chunks, key=lambda c: (c.start, c.pos))
+
+    def _batches(self, wanted: Collection[int], low: int | None, high: int | None) -> Iterator[Batch]:
         ahead = ReadAhead(self._source, self._spans)
+        return self._merge(self._chunks_of(wanted, low, high), ahead, wanted, low, high)
+
+    def _merge(
+        self,
+        chunks: list[ChunkInfo],
+        ahead: ReadAhead,
+        wanted: Collection[int],
+        low: int | None,
+        high: int | None,
+    ) -> Iterator[Batch]:
         return merge(
             chunks,
             lambda info, following: self._load(info, ahead, following),
-            lambda data: self._select(data, wanted, low, high),
+            self._selector(wanted, low, high),
         )
+
+    def _selector(
+        self, wanted: Collection[int], low: int | None, high: int | None
+    ) -> Callable[[ChunkData], Rows | None]:
+        return lambda data: self._select(data, wanted, low, high)
 
     def _load(
         self, info: ChunkInfo, ahead: ReadAhead | None = None, following: Following | None = None
@@ -384,12 +492,13 @@ class BagReader:
         if note not in self.damage:
             self.damage.append(note)
 
-    def _messages(self, blob: bytes, rows: Rows) -> Iterator[tuple[str, Any, Time]]:
+    def _decoded(
+        self, blob: bytes, conns: list[int], places: Iterable[tuple[int, int, int, int, int]]
+    ) -> Iterator[tuple[str, Any, Time]]:
         """The hot loop: decoded messages of one chunk."""
-        columns = [column.tolist() for column in rows]
-        takers = self._takers(columns[0])
+        takers = self._takers(conns)
         time_class, new = Time, object.__new__
-        for conn, secs, nsecs, start, end in zip(*columns, strict=True):
+        for conn, secs, nsecs, start, end in places:
             stamp = new(time_class)
             stamp.secs = secs
             stamp.nsecs = nsecs
@@ -408,25 +517,45 @@ class BagReader:
             topic, decode = takers[conn]
             yield topic, decode(blob, start, end), Time.from_wire(secs, nsecs)
 
-    def _raw_messages(self, batch: Batch) -> Iterator[tuple[str, RawMessage, Time]]:
-        rows = batch.rows
-        time_class, new, make = Time, object.__new__, tuple.__new__
-        facts = {i: (c.topic, c.type, c.md5sum, c) for i, c in self.connections.items()}
-        columns = [column.tolist() for column in rows]
-        pieces = iter(batch.pieces.tolist()) if batch.pieces is not None else None
+    def _raw_messages(self, batch: Batch, view: bool) -> Iterator[tuple[str, RawMessage, Time]]:
+        columns = [column.tolist() for column in batch.rows]
         if batch.chunk is not None:
-            blob, info = batch.chunk.blob, batch.chunk.info
+            blob = memoryview(batch.chunk.blob) if view else batch.chunk.blob
             base = batch.chunk.base + MESSAGE_HEAD
-        for conn, secs, nsecs, start, end in zip(*columns, strict=True):
-            if pieces is not None and batch.blob_of is not None:
-                info, blob = batch.blob_of(next(pieces))
-                base = MESSAGE_HEAD
+            yield from self._raw_places(batch.chunk.info, blob, base, zip(*columns, strict=True))
+            return
+        assert batch.pieces is not None
+        assert batch.blob_of is not None
+        for piece, place in zip(batch.pieces.tolist(), zip(*columns, strict=True), strict=True):
+            info, plain = batch.blob_of(piece)
+            yield from self._raw_places(info, memoryview(plain) if view else plain, MESSAGE_HEAD, (place,))
+
+    def _raw_places(
+        self,
+        info: ChunkInfo,
+        blob: bytes | memoryview,
+        base: int,
+        places: Iterable[tuple[int, int, int, int, int]],
+    ) -> Iterator[tuple[str, RawMessage, Time]]:
+        """Serialized messages of one chunk."""
+        time_class, new, make = Time, object.__new__, tuple.__new__
+        facts, pos = self._known, info.pos
+        for conn, secs, nsecs, start, end in places:
             stamp = new(time_class)
             stamp.secs = secs
             stamp.nsecs = nsecs
             topic, kind, md5sum, connection = facts[conn]
-            place = (info.pos, start - base)
+            place = (pos, start - base)
             yield topic, make(RawMessage, (kind, blob[start:end], md5sum, place, connection)), stamp
+
+    def _raw_found(self, info: ChunkInfo, found: list[Found]) -> Iterator[tuple[str, RawMessage, Time]]:
+        facts, pos = self._known, info.pos
+        found.reverse()
+        while found:  # what was given out is not kept here
+            conn, secs, nsecs, offset, data = found.pop()
+            topic, kind, md5sum, connection = facts[conn]
+            raw = RawMessage(kind, data, md5sum, (pos, offset), connection)
+            yield topic, raw, Time.from_wire(secs, nsecs)
 
     def _takers(self, conns: list[int]) -> dict[int, tuple[str, Give]]:
         """Topic and decoding function for each of these connections."""

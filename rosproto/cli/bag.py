@@ -17,11 +17,12 @@ VERBS = {
     "echo": ("bag_echo", "echo", "print the messages of a topic"),
     "filter": ("bag_edit", "filter", "copy chosen topics, a span, or what an expression chooses"),
     "merge": ("bag_edit", "merge", "put several bags into one, by time"),
+    "convert": ("bag_edit", "convert", "make MCAP of a bag, or a bag of MCAP"),
     "compress": ("bag_edit", "compress", "compress a bag in place; the original is kept"),
     "decompress": ("bag_edit", "decompress", "decompress a bag in place; the original is kept"),
     "reindex": ("bag_repair", "reindex", "give a bag that was not closed its index, in place"),
     "fix": ("bag_repair", "fix", "save what can be read of a damaged bag into a new one"),
-    "export": ("bag_export", "export", "write messages as CSV, PNG, NPZ or MCAP"),
+    "export": ("bag_export", "export", "write messages as CSV, PNG, NPZ, MCAP or Parquet"),
 }
 """Verb -> (module, its functions `add_<name>_arguments` and `<name>`, help); what they need comes later."""
 

@@ -30,11 +30,11 @@ def add_check_arguments(parser: argparse.ArgumentParser) -> None:
 
 def check(arguments: argparse.Namespace) -> int:
     """0 when every bag is sound, 1 when something is wrong with one."""
-    from rosproto.bag import BagReader
+    from rosproto.bag import open_bag
 
     bad = 0
     for path in arguments.bags:
-        with BagReader(path, skip_damaged=True) as bag:
+        with open_bag(path, skip_damaged=True) as bag:
             problems = problems_of(bag, quiet=arguments.quiet)
             notes = _notes(bag)
         bad += bool(problems)

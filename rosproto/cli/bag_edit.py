@@ -24,11 +24,13 @@ if TYPE_CHECKING:
 
 __all__ = [
     "add_compress_arguments",
+    "add_convert_arguments",
     "add_decompress_arguments",
     "add_filter_arguments",
     "add_merge_arguments",
     "add_span_arguments",
     "compress",
+    "convert",
     "decompress",
     "filter",
     "merge",
@@ -104,12 +106,12 @@ def add_filter_arguments(parser: argparse.ArgumentParser) -> None:
 
 def filter(arguments: argparse.Namespace) -> int:
     """Copy what is chosen."""
-    from rosproto.bag import BagReader
+    from rosproto.bag import open_bag
 
     rule = Expression(arguments.expression, NAMES) if arguments.expression else None
     shown = Expression(arguments.shown, NAMES) if arguments.shown else None
     _check_new(arguments.output, arguments.bag)
-    with BagReader(arguments.bag) as bag:
+    with open_bag(arguments.bag) as bag:
         topics = wanted_topics(bag, arguments)
         start, end = span(bag, arguments)
         entries = bag.read_messages(topics, start, end, raw=True)
@@ -153,16 +155,49 @@ def add_merge_arguments(parser: argparse.ArgumentParser) -> None:
 
 def merge(arguments: argparse.Namespace) -> int:
     """All messages of several bags in one, by receive time."""
-    from rosproto.bag import BagReader
+    from rosproto.bag import open_bag
 
     _check_new(arguments.output, *arguments.bags)
     with ExitStack() as stack:
-        bags = [stack.enter_context(BagReader(path)) for path in arguments.bags]
+        bags = [stack.enter_context(open_bag(path)) for path in arguments.bags]
         streams = [bag.read_messages(raw=True) for bag in bags]
         entries = heapq.merge(*streams, key=lambda entry: (entry[2].secs, entry[2].nsecs))
         total = sum(bag.message_count for bag in bags)
         count = _write(arguments.output, entries, arguments.compression, total)
     print(f"{arguments.output}: {counted(count, 'message')} of {counted(len(bags), 'bag')}")
+    return 0
+
+
+# -- convert -----------------------------------------------------------------------------------------------
+
+
+def add_convert_arguments(parser: argparse.ArgumentParser) -> None:
+    """From what to what; the second name's ending tells the form."""
+    parser.add_argument("bag", metavar="IN")
+    parser.add_argument("output", metavar="OUT", help="NAME.mcap or NAME.bag")
+    add_quiet(parser)
+    add_compression(parser)
+
+
+def convert(arguments: argparse.Namespace) -> int:
+    """The same messages, times, topics and connection headers in the other form."""
+    from rosproto.bag import open_bag
+
+    if not arguments.output.lower().endswith((".mcap", ".bag")):
+        raise CommandError(f"{arguments.output}: the name must end in .mcap or .bag, which tells the form")
+    _check_new(arguments.output, arguments.bag)
+    try:
+        with open_bag(arguments.bag) as bag:
+            entries = bag.read_messages(raw=True)
+            count = _write(
+                arguments.output, entries, arguments.compression, bag.message_count, quiet=arguments.quiet
+            )
+    except BaseException:
+        if os.path.exists(arguments.output):  # half of it would pass for the whole
+            os.remove(arguments.output)
+        raise
+    if not arguments.quiet:
+        print(f"{arguments.output}: {counted(count, 'message')}")
     return 0
 
 
@@ -243,9 +278,12 @@ def _write(
     what: str = "",
 ) -> int:
     """Write messages into a new bag; how many there are in it."""
-    from rosproto.bag import BagWriter
+    from rosproto.bag import create_bag
 
-    with BagWriter(output, compression) as writer, Progress(what or output, total, quiet=quiet) as progress:
+    with (
+        create_bag(output, compression) as writer,
+        Progress(what or output, total, quiet=quiet) as progress,
+    ):
         write, step = writer.write, progress.step
         for topic, message, stamp in entries:
             if keep is None or keep(topic, message, stamp):

@@ -1,4 +1,4 @@
-"""`rosproto bag export`: messages in forms that other programs read: CSV, PNG, NPZ, MCAP."""
+"""`rosproto bag export`: messages in forms that other programs read: CSV, PNG, NPZ, MCAP, Parquet."""
 
 from __future__ import annotations
 
@@ -12,26 +12,35 @@ from .bag_progress import Progress
 from .connection import CommandError
 from .counts import counted
 from .export_names import file_names
+from .export_parquet import write_parquet
 from .field_path import parse_field_path
+from .optional import need
 from .shared_options import add_quiet
 
 if TYPE_CHECKING:
     from rosproto.bag import BagReader
 
-__all__ = ["add_export_arguments", "export", "need"]
+__all__ = ["add_export_arguments", "export"]
 
 
 def add_export_arguments(parser: argparse.ArgumentParser) -> None:
     """Which messages, and in which form."""
     parser.add_argument("bag", metavar="BAG")
     parser.add_argument(
-        "form", choices=sorted(FORMS), help="csv, npz: a file a topic; png: a file an image; mcap: one file"
+        "form",
+        nargs="?",
+        choices=sorted(FORMS),
+        help="csv, npz, parquet: a file a topic; png: a file an image; mcap: one file",
+    )
+    parser.add_argument("--format", choices=sorted(FORMS), help="the same, as an option")
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="PATH",
+        help="a directory (mcap: a file; parquet of one topic: also a file); default: next to the bag",
     )
     parser.add_argument(
-        "-o", "--output", metavar="PATH", help="a directory (mcap: a file); default: next to the bag"
-    )
-    parser.add_argument(
-        "--fields", nargs="+", metavar="FIELD", help="csv, npz: only these: pose.pose.position.x"
+        "--fields", nargs="+", metavar="FIELD", help="csv, npz, parquet: only these: pose.pose.position.x"
     )
     parser.add_argument(
         "--scale-depth", action="store_true", help="png: depth to look at, instead of 16-bit millimetres"
@@ -42,30 +51,17 @@ def add_export_arguments(parser: argparse.ArgumentParser) -> None:
 
 def export(arguments: argparse.Namespace) -> int:
     """Write what is chosen; prints each file."""
-    from rosproto.bag import BagReader
+    from rosproto.bag import open_bag
 
-    with BagReader(arguments.bag) as bag:
+    if (arguments.form is None) == (arguments.format is None):
+        raise CommandError(f"name one form: {', '.join(sorted(FORMS))}, as BAG csv or --format csv")
+    form = arguments.form or arguments.format
+    with open_bag(arguments.bag) as bag:
         topics = wanted_topics(bag, arguments)
-        for path in FORMS[arguments.form](bag, topics, arguments):
+        for path in FORMS[form](bag, topics, arguments):
             if not arguments.quiet:
                 print(path)
     return 0
-
-
-def need(module: str, package: str, extra: str) -> Any:
-    """Import an optional package.
-
-    Raises:
-        CommandError: It is not installed; names the extra.
-    """
-    import importlib
-
-    try:
-        return importlib.import_module(module)
-    except ImportError as problem:
-        raise CommandError(
-            f"this needs the package {package}: pip install 'woosh-pure[{extra}]'"
-        ) from problem
 
 
 def _directory(arguments: argparse.Namespace) -> str:
@@ -231,55 +227,20 @@ def _free(path: str, ending: str, written: set[str]) -> str:
 
 def _mcap(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> list[str]:
     """One file in the ros1 profile, messages as they are; Foxglove opens it."""
-    writer_module = need("mcap.writer", "mcap", "mcap")
+    need("mcap.writer", "mcap", "mcap")
+    from rosproto.bag.mcap import McapWriter
+
     path = arguments.output or os.path.splitext(arguments.bag)[0] + ".mcap"
     if os.path.exists(path):
         raise CommandError(f"{path} exists already; choose another name with -o")
     start, end = span(bag, arguments)
-    with open(path, "wb") as file, Progress(path, _total(bag, topics), quiet=arguments.quiet) as progress:
-        writer = writer_module.Writer(file)
-        writer.start(profile="ros1", library="rosproto")
-        channels = _McapChannels(writer)
+    progress_line = Progress(path, _total(bag, topics), quiet=arguments.quiet)
+    with McapWriter(path, "zstd") as writer, progress_line as progress:
         for topic, raw, stamp in bag.read_messages(topics, start, end, raw=True):
-            nanoseconds = stamp.to_nsec()
-            writer.add_message(
-                channel_id=channels.number(topic, raw.connection),
-                log_time=nanoseconds,
-                publish_time=nanoseconds,
-                data=raw.data,
-            )
+            writer.write(topic, raw, stamp)
             progress.step()
-        writer.finish()
     return [path]
 
 
-class _McapChannels:
-    """A channel for each connection, a schema for each definition (mcap.dev/spec/registry: ros1, ros1msg)."""
-
-    def __init__(self, writer: Any) -> None:
-        self._writer = writer
-        self._schemas: dict[tuple[str, str], int] = {}
-        self._channels: dict[int, int] = {}
-
-    def number(self, topic: str, connection: Any) -> int:
-        if connection.id not in self._channels:
-            header = {"callerid": connection.callerid, "latching": connection.header.get("latching", "")}
-            self._channels[connection.id] = self._writer.register_channel(
-                topic=topic,
-                message_encoding="ros1",
-                schema_id=self._schema(connection),
-                metadata={"md5sum": connection.md5sum} | {k: v for k, v in header.items() if v},
-            )
-        return self._channels[connection.id]
-
-    def _schema(self, connection: Any) -> int:
-        key = (connection.type, connection.md5sum)
-        if key not in self._schemas:
-            text = connection.definition.encode("utf-8", "surrogateescape")
-            number = self._writer.register_schema(name=connection.type, encoding="ros1msg", data=text)
-            self._schemas[key] = number
-        return self._schemas[key]
-
-
 Form = Callable[["BagReader", list[str], argparse.Namespace], list[str]]
-FORMS: dict[str, Form] = {"csv": _csv, "npz": _npz, "png": _png, "mcap": _mcap}
+FORMS: dict[str, Form] = {"csv": _csv, "npz": _npz, "png": _png, "mcap": _mcap, "parquet": write_parquet}

@@ -44,7 +44,7 @@ def png_of(message: Any, *, scale_depth: bool = False) -> bytes:
 def _converted(data: bytes) -> bytes:
     import io
 
-    from .bag_export import need
+    from .optional import need
 
     pillow = need("PIL.Image", "Pillow", "cli")
     file = io.BytesIO()

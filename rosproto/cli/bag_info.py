@@ -39,13 +39,13 @@ def info(arguments: argparse.Namespace) -> int:
     """Print what each bag holds."""
     if arguments.key and not arguments.yaml:
         raise CommandError("--key chooses a part of the YAML: add --yaml")
-    from rosproto.bag import BagReader
+    from rosproto.bag import open_bag
     from rosproto.bag.summary import facts, text
 
     for number, path in enumerate(arguments.bags):
         if number and not arguments.json:
             print("---")
-        with BagReader(path) as bag:
+        with open_bag(path) as bag:
             found = facts(bag, freq=arguments.freq)
             if arguments.json:
                 print_json(found | {"curves": _counts(bag)})

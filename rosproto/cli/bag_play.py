@@ -63,12 +63,12 @@ def add_play_arguments(parser: argparse.ArgumentParser) -> None:
 
 def play(arguments: argparse.Namespace) -> int:
     """Publish until the end, or until interrupted."""
-    from rosproto.bag import BagReader
+    from rosproto.bag import open_bag
     from rosproto.recording import Player
 
     paths, remap = _split_remappings([*arguments.bags, *arguments.more_bags])
     with ExitStack() as stack:
-        bags = [stack.enter_context(BagReader(path)) for path in paths]
+        bags = [stack.enter_context(open_bag(path)) for path in paths]
         stack.enter_context(interrupt_on_signals())
         # A thread that waits for the interpreter gets it after 5 ms by default: too late for a message.
         stack.callback(sys.setswitchinterval, sys.getswitchinterval())

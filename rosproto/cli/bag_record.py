@@ -79,6 +79,9 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--repeat-latched", action="store_true", help="in each split: what is done anyway")
     group.add_argument("--no-repeat-latched", action="store_true", help="do not repeat them in each split")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress line")
+    parser.add_argument(
+        "--format", choices=("bag", "mcap"), help="what is written; default: what NAME ends in, else bag"
+    )
     add_compression(parser)
 
 
@@ -118,6 +121,7 @@ def recorder_options(arguments: argparse.Namespace) -> dict[str, Any]:
         "repeat_latched": not arguments.no_repeat_latched,
         "limit": arguments.limit,
         "announce": arguments.publish,
+        "form": arguments.format,
         "least_free_bytes": int(arguments.min_space * MB),
         "buffer_bytes": int(arguments.buffsize * MB) or 1 << 62,
     }

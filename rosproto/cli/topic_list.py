@@ -118,9 +118,9 @@ def _by_host(master: MasterClient, published: Side, subscribed: Side) -> dict[st
 
 def _of_bag(arguments: argparse.Namespace) -> int:
     """Topics, or with a namespace how many messages it has, from when to when: as rostopic list -b."""
-    from rosproto.bag import BagReader
+    from rosproto.bag import open_bag
 
-    with BagReader(arguments.bag) as bag:
+    with open_bag(arguments.bag) as bag:
         names = below(bag.topics, arguments.namespace)
         stamps: Iterable[float] = (
             [stamp.to_sec() for _, _, stamp in bag.read_messages(topics=names, raw=True)]

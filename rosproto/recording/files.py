@@ -11,11 +11,15 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from rosproto.bag import BagWriter, RawMessage
+from rosproto.bag import BagWriter, RawMessage, create_bag
+from rosproto.bag.opening import is_mcap_name
 from rosproto.errors import BagError
 from rosproto.time import Time
+
+if TYPE_CHECKING:
+    from rosproto.bag.mcap import McapWriter
 
 __all__ = ["BagSeries", "bag_name"]
 
@@ -24,18 +28,23 @@ Compression = Literal["none", "bz2", "lz4"]
 
 
 def bag_name(
-    prefix: str = "", *, dated: bool = True, number: int | None = None, now: float | None = None
+    prefix: str = "",
+    *,
+    dated: bool = True,
+    number: int | None = None,
+    now: float | None = None,
+    ending: str = ".bag",
 ) -> str:
     """The name rosbag record would give: `prefix_2026-11-21-09-30-00_0.bag`.
 
     Args:
-        prefix: Path and beginning of the name; a `.bag` at its end is taken off.
+        prefix: Path and beginning of the name; the ending at its end is taken off.
         dated: Add date and local time.
         number: Number of the split, None without splits.
         now: Seconds since 1970; None is now.
+        ending: ".bag", or ".mcap" for MCAP.
     """
-    if prefix.endswith(".bag"):
-        prefix = prefix[:-4]
+    prefix = prefix.removesuffix(ending)
     parts = [prefix] if prefix else []
     if dated:
         parts.append(time.strftime("%Y-%m-%d-%H-%M-%S", time.localtime(now)))
@@ -43,7 +52,7 @@ def bag_name(
         parts.append(str(number))
     if not parts:
         raise ValueError("a bag without name: give a prefix, or let the date be added")
-    return "_".join(parts) + ".bag"
+    return "_".join(parts) + ending
 
 
 class BagSeries:
@@ -138,11 +147,12 @@ class BagSeries:
         """
         self._finish()
 
-    def _open(self) -> tuple[str, BagWriter]:
+    def _open(self) -> tuple[str, BagWriter | McapWriter]:
         path = self._name(self._number)
         if not self._overwrite:
             _check_free(path)
-        writer = BagWriter(path + ACTIVE, self._compression, self._chunk_bytes)
+        mcap = is_mcap_name(path)
+        writer = create_bag(path + ACTIVE, self._compression, self._chunk_bytes, mcap=mcap)
         if self._on_open is not None:
             self._on_open(path)
         return path, writer

@@ -15,8 +15,9 @@ import time
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
+from rosproto.bag.opening import is_mcap_name
 from rosproto.codec import message_class
 from rosproto.errors import BagError, LocalProtocolError, RosError
 from rosproto.logs import get_logger
@@ -90,6 +91,7 @@ class Recorder:
         tcp_nodelay, unreliable: See `Node.subscriber`.
         announce: Publish the name of each bag, latched, on `begin_write` when it is begun (rosbag record -p).
         least_free_bytes: Finish with an error, the bag closed properly, when the disk has less room left.
+        form: "bag" or "mcap" (extra `mcap`); None: MCAP if `path` ends in `.mcap`, else a bag.
 
     Raises:
         BagError: The file cannot be opened, or exists.
@@ -122,6 +124,7 @@ class Recorder:
         unreliable: bool = False,
         announce: bool = False,
         least_free_bytes: int = 0,
+        form: Literal["bag", "mcap"] | None = None,
     ) -> None:
         self._node = node
         self._selection = selection or TopicSelection(
@@ -141,6 +144,9 @@ class Recorder:
         )
         splits = split_bytes is not None or split_seconds is not None
         began = time.time()
+        if form is None and path is not None and is_mcap_name(path):
+            form = "mcap"
+        ending = ".mcap" if form == "mcap" else ".bag"
         self._buffer = MessageBuffer(buffer_bytes, chunk_bytes)
         self._series = BagSeries(
             lambda number: bag_name(
@@ -148,6 +154,7 @@ class Recorder:
                 dated=path is None,
                 number=number if splits else None,
                 now=began,
+                ending=ending,
             ),
             compression=compression,
             chunk_bytes=chunk_bytes,

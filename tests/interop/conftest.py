@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 
 from rosproto.master import Master
-from tests.support import ros
+from tests.interop.rosbridge_world import World, world
+from tests.support import ros, rosbridge_suite
 
 HERE = Path(__file__).resolve().parent
 COMPILED = {
@@ -126,3 +127,22 @@ def roscpp_peer(ros_installed: None, shared_directory: Path) -> Path:
     """The executable of roscpp_peer.cpp, compiled once per session; its first argument is a role."""
     source = (HERE / "roscpp_peer.cpp").read_text("utf-8")
     return ros.build_cpp_node("roscpp_peer", source, shared_directory, optimise="-O0")
+
+
+@pytest.fixture(scope="session")
+def built_rosbridge(ros_installed: None, shared_directory: Path) -> Path:
+    """rosbridge_suite as catkin would have made it; skipped without a checkout of it."""
+    place = rosbridge_suite.checkout()
+
+    def make(target: Path) -> Path:
+        return rosbridge_suite.build(place, target)
+
+    return _made_once(shared_directory / "rosbridge-suite", make)
+
+
+@pytest.fixture(scope="module", params=["ours", "original"])
+def web_world(request: pytest.FixtureRequest, genpy_packages: Path) -> Iterator[World]:
+    """A robot of rospy at Debian's master, behind our bridge, and behind the original."""
+    built = request.getfixturevalue("built_rosbridge") if request.param == "original" else None
+    with ros.start_real_master() as uri, world(request.param, uri, genpy_packages, built) as made:
+        yield made

@@ -345,7 +345,7 @@ def test_walking_tolerates_damage_only_where_asked():
     assert (len(offsets), len(connections)) == (1, 1)
     with pytest.raises(BagError, match="ends inside"):
         walk(data, 0, len(data))
-    partial = ChunkData(ChunkInfo(0, 0, 0), data, 0, len(data), None, complete=False)
+    partial = ChunkData(ChunkInfo(0, 0, 0), data, 0, len(data), complete=False)
     assert len(partial.rows().conn) == 1
 
 

@@ -1,0 +1,284 @@
+"""Serialized messages to Arrow arrays, all messages of a batch at once, field by field.
+
+Every message has a place where its next field begins; a field is read at all these places together, and moves
+each on by its own size. Fields that nobody wants only move them. Where bytes and definition disagree,
+`Misfit` says so, and the codec, asked for the same messages one by one, says what it is.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+from rosproto.bag.arrow.library import pyarrow
+from rosproto.bag.arrow.schema import arrow_type, is_binary, struct_type
+from rosproto.codec.layout import DTYPES
+from rosproto.codec.reference import LIGHT_PER_BYTE, LIGHT_SPARE
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from rosproto.bag.arrow.schema import Want
+    from rosproto.codec.layout import FieldLayout, Layout
+
+    Places = NDArray[np.int64]
+
+__all__ = ["Columns", "Misfit"]
+
+_NS = 1_000_000_000
+_BY_SLICES = 64  # bytes for each message from which they are copied one by one
+
+
+class Misfit(Exception):
+    """Some message does not have the form of its definition."""
+
+
+class Columns:
+    """Arrays of the messages that lie in a blob.
+
+    Args:
+        blob: Serialized messages, one behind the other.
+        start: Where each begins, (N,) int64.
+        end: Where each ends, (N,) int64.
+    """
+
+    def __init__(self, blob: bytes, start: Places, end: Places) -> None:
+        self._pa = pyarrow()
+        self._blob = blob
+        self._start, self._end = start, end
+        # Elements of (nearly) no bytes cost the sender nothing: their memory is counted.
+        self._light = LIGHT_SPARE + LIGHT_PER_BYTE * len(blob)
+
+    def take(self, layout: Layout, want: Want) -> dict[str, Any]:
+        """The wanted fields' arrays, by path.
+
+        Raises:
+            Misfit: Bytes and definition disagree.
+        """
+        found: dict[str, Any] = {}
+        at = self._wanted(layout, self._start, self._end, want, "", found)
+        # What stands behind the last wanted field was not looked at, unless that is the last.
+        if at is not None and (at != self._end).any():
+            raise Misfit
+        return found
+
+    def _wanted(
+        self, layout: Layout, at: Places, end: Places, want: Want, prefix: str, found: dict[str, Any]
+    ) -> Places | None:
+        """Fill `found`; the places behind the message, None when its last fields were not looked at."""
+        left = len(want) - ("" in want)
+        for field in layout.fields:
+            if not left:
+                return None
+            inside = want.get(field.name)
+            path = prefix + field.name
+            if inside is None:
+                _, at = self._field(field, at, end, take=False)
+                continue
+            left -= 1
+            begun = at
+            if inside is True or "" in inside:
+                found[path], at = self._field(field, at, end, take=True)
+            if inside is not True and any(inside_name for inside_name in inside):
+                assert field.layout is not None
+                after = self._wanted(field.layout, begun, end, inside, path + ".", found)
+                if after is None and left:
+                    _, after = self._field(field, begun, end, take=False)
+                if after is None:
+                    return None
+                at = after
+        return at
+
+    # -- one field ---------------------------------------------------------------------------------------
+
+    def _field(
+        self, field: FieldLayout, at: Places, end: Places, *, take: bool, single: bool = True
+    ) -> tuple[Any, Places]:
+        """A field's array, None unless it is to be taken, and the places behind it."""
+        if field.is_array:
+            return self._array(field, at, end, take)
+        if field.layout is not None:
+            return self._message(field.layout, at, end, take, single)
+        if field.kind == "string":
+            text, after = self._bytes(at, end, take)
+            return (self._texts(*text, coded=single) if take else None), after
+        after = _moved(at, field.size, end)
+        return (self._numbers(field, self._gather(at, field)) if take else None), after
+
+    def _message(
+        self, layout: Layout, at: Places, end: Places, take: bool, single: bool
+    ) -> tuple[Any, Places]:
+        if not layout.fields:
+            return (self._pa.nulls(len(at)) if take else None), at
+        if not take and layout.fixed_size is not None:
+            return None, _moved(at, layout.fixed_size, end)
+        arrays: list[Any] = []
+        for field in layout.fields:
+            array, at = self._field(field, at, end, take=take, single=single)
+            arrays.append(array)
+        if not take:
+            return None, at
+        kind = struct_type(layout, single=single)
+        return self._pa.StructArray.from_arrays(arrays, fields=list(kind)), at
+
+    def _array(self, field: FieldLayout, at: Places, end: Places, take: bool) -> tuple[Any, Places]:
+        import numpy as np
+
+        if field.length is None:
+            counts = self._lengths(at, end)
+            at = at + 4
+        else:
+            counts = np.full(len(at), field.length, np.int64)
+        if (counts * field.size > end - at).any():
+            raise Misfit
+        if field.layout is not None and field.layout.is_light:
+            self._light -= int(counts.sum()) * field.layout.weight
+            if self._light < 0:
+                raise Misfit
+        if field.layout is None and field.kind != "string":
+            values = None
+            if take:
+                plain = self._ranges(at, counts * field.size)
+                values = plain if is_binary(field) else self._numbers(field, plain)
+            after = at + counts * field.size
+        else:
+            values, after = self._elements(field, at, end, counts, take)
+        return (self._listed(field, values, counts) if take else None), after
+
+    def _elements(
+        self, field: FieldLayout, at: Places, end: Places, counts: Places, take: bool
+    ) -> tuple[Any, Places]:
+        """Elements of arrays of messages or texts, one behind the other."""
+        import numpy as np
+
+        size = field.layout.fixed_size if field.layout is not None else None
+        first = _offsets(counts)
+        if size is not None:
+            after = at + counts * size
+            if not take:
+                return None, after
+            each = np.arange(first[-1]) - np.repeat(first[:-1], counts)
+            places = np.repeat(at, counts) + each * size
+        else:
+            places = np.empty(first[-1] if take else 0, np.int64)
+            after = at.copy()
+            # Each message's next element, in all of those that have one.
+            for number in range(int(counts.max(initial=0))):
+                which = np.flatnonzero(counts > number)
+                if take:
+                    places[first[which] + number] = after[which]
+                after[which] = self._one(field, after[which], end[which], take=False)[1]
+        if not take:
+            return None, after
+        return self._one(field, places, np.repeat(end, counts), take=True)[0], after
+
+    def _one(self, field: FieldLayout, at: Places, end: Places, *, take: bool) -> tuple[Any, Places]:
+        if field.layout is not None:
+            return self._message(field.layout, at, end, take, False)
+        text, after = self._bytes(at, end, take)
+        return (self._texts(*text, coded=False) if take else None), after
+
+    # -- bytes -------------------------------------------------------------------------------------------
+
+    def _lengths(self, at: Places, end: Places) -> Places:
+        import numpy as np
+
+        _moved(at, 4, end)
+        return _windows(self._blob, 4)[at].view("<u4").astype(np.int64) if len(at) else at
+
+    def _bytes(self, at: Places, end: Places, take: bool) -> tuple[tuple[bytes, Places], Places]:
+        """Texts: their bytes, their lengths, and the places behind them."""
+        sizes = self._lengths(at, end)
+        at = at + 4
+        if (sizes > end - at).any():
+            raise Misfit
+        return (self._ranges(at, sizes) if take else b"", sizes), at + sizes
+
+    def _gather(self, at: Places, field: FieldLayout) -> bytes:
+        return _windows(self._blob, field.size)[at].tobytes() if len(at) else b""
+
+    def _ranges(self, at: Places, sizes: Places) -> bytes:
+        """So many bytes from each place, joined."""
+        import numpy as np
+
+        total = int(sizes.sum())
+        if not total:
+            return b""
+        if total > _BY_SLICES * len(at):
+            blob = memoryview(self._blob)
+            return b"".join([blob[a : a + size] for a, size in zip(at.tolist(), sizes.tolist(), strict=True)])
+        first = _offsets(sizes)
+        index = np.arange(total) + np.repeat(at - first[:-1], sizes)
+        return np.frombuffer(self._blob, np.uint8)[index].tobytes()
+
+    # -- arrays ------------------------------------------------------------------------------------------
+
+    def _numbers(self, field: FieldLayout, plain: bytes) -> Any:
+        import numpy as np
+
+        pa = self._pa
+        if field.kind == "time":
+            parts = np.frombuffer(plain, "<u4" if field.base == "time" else "<i4").reshape(-1, 2)
+            whole = parts[:, 0].astype(np.int64) * _NS + parts[:, 1]
+            kind = pa.timestamp("ns", "UTC") if field.base == "time" else pa.duration("ns")
+            return pa.array(whole).view(kind)
+        if field.code == "?":
+            return pa.array(np.frombuffer(plain, np.uint8) != 0)
+        return pa.array(np.frombuffer(plain, DTYPES[field.base]))
+
+    def _texts(self, plain: bytes, sizes: Places, *, coded: bool) -> Any:
+        import numpy as np
+
+        pa = self._pa
+        offsets = _offsets(sizes).astype(np.int32)
+        buffers = [None, pa.py_buffer(offsets), pa.py_buffer(plain)]
+        array = pa.Array.from_buffers(pa.string(), len(sizes), buffers)
+        try:
+            array.validate(full=True)
+        except pa.ArrowInvalid:  # not UTF-8: Arrow's strings are nothing else
+            ends = offsets.tolist()
+            array = pa.array(
+                [plain[a:b].decode("utf-8", "replace") for a, b in pairwise(ends)],
+                pa.string(),
+            )
+        return array.dictionary_encode() if coded else array
+
+    def _listed(self, field: FieldLayout, values: Any, counts: Places) -> Any:
+        """Values as the lists that they belong to."""
+        import numpy as np
+
+        pa = self._pa
+        kind = arrow_type(field, single=False)
+        offsets = _offsets(counts).astype(np.int32)
+        if is_binary(field):
+            buffers = [None, pa.py_buffer(offsets), pa.py_buffer(values)]
+            if field.length:
+                buffers = [None, buffers[2]]
+            return pa.Array.from_buffers(kind, len(counts), buffers)
+        if field.length:
+            return pa.FixedSizeListArray.from_arrays(values, type=kind)
+        return pa.ListArray.from_arrays(pa.array(offsets), values, type=kind)
+
+
+def _moved(at: Places, size: int, end: Places) -> Places:
+    after = at + size
+    if (after > end).any():
+        raise Misfit
+    return after
+
+
+def _offsets(sizes: Places) -> Places:
+    """Where each begins in all of them together, and the end."""
+    import numpy as np
+
+    found = np.zeros(len(sizes) + 1, np.int64)
+    np.cumsum(sizes, out=found[1:])
+    return found
+
+
+def _windows(blob: bytes, size: int) -> Any:
+    """That many bytes from every place of it."""
+    import numpy as np
+
+    return np.ndarray((max(len(blob) - size + 1, 0),), f"V{size}", blob, 0, (1,))

@@ -1,0 +1,192 @@
+"""The Arrow schema of a topic, from its message definition.
+
+Nested messages are structs, arrays are lists (fixed-size lists where the definition fixes the length),
+`uint8[]` and `char[]` are binary, times are UTC timestamps and durations are durations, both in nanoseconds,
+and a single string is dictionary-encoded: a frame's name is stored once. Text that is not UTF-8 has U+FFFD
+for its odd bytes. A message without fields is a column of nulls.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from rosproto.bag.arrow.library import pyarrow
+from rosproto.errors import BagError
+
+if TYPE_CHECKING:
+    from rosproto.bag.records import Connection
+    from rosproto.codec import Message
+    from rosproto.codec.layout import FieldLayout, Layout
+
+__all__ = ["Want", "arrow_type", "is_binary", "layout_of", "schema_of", "time_name", "wanted_fields"]
+
+Want = Mapping[str, Any]
+"""Wanted fields by name: True, or what is wanted inside."""
+
+_FIELD = re.compile(r"^\s*[A-Za-z][\w/]*(?:\[\d*\])?\s+([A-Za-z]\w*)\s*(?:#(.*))?$")
+_COMMENT = re.compile(r"^\s*#(.*)$")
+
+
+def schema_of(cls: type[Message], connection: Connection, fields: Iterable[str] | None = None) -> Any:
+    """The schema that `to_arrow` gives a topic's messages.
+
+    Args:
+        cls: Their class.
+        connection: Their connection; its md5sum and definition become metadata.
+        fields: Paths such as "pose.pose.position.x", each a column of that name; None for all of the message.
+
+    Returns:
+        A pyarrow.Schema: the receive time, then the fields. Its metadata have `topic`, `type`, `md5sum` and
+        `definition`; a field's have its `comment` in the definition.
+
+    Raises:
+        BagError: No such field, or pyarrow is missing.
+    """
+    pa = pyarrow()
+    layout = layout_of(cls)
+    paths = None if fields is None else list(fields)
+    wanted_fields(layout, paths, connection.topic)
+    names = [field.name for field in layout.fields] if paths is None else list(dict.fromkeys(paths))
+    columns = [pa.field(time_name(names), pa.timestamp("ns", "UTC"), nullable=False)]
+    for path in names:
+        owner, field = _find(layout, path)
+        comment = _comments(owner.spec.text).get(field.name)
+        metadata = {"comment": comment} if comment else None
+        columns.append(pa.field(path, arrow_type(field, single=True), metadata=metadata))
+    definition = connection.definition or cls._full_text
+    facts = {
+        "topic": connection.topic,
+        "type": connection.type,
+        "md5sum": connection.md5sum,
+        "definition": definition,
+    }
+    return pa.schema(columns, {name: text.encode("utf-8", "surrogateescape") for name, text in facts.items()})
+
+
+def time_name(names: Iterable[str]) -> str:
+    """The receive time's column; a message that has a field of that name keeps it."""
+    return "_receive_time" if "receive_time" in names else "receive_time"
+
+
+def layout_of(cls: type[Message]) -> Layout:
+    """A message class's definition, resolved."""
+    assert cls._binding is not None
+    return cls._binding.layout
+
+
+def wanted_fields(layout: Layout, paths: Iterable[str] | None, topic: str) -> Want:
+    """Which fields to take, as a tree.
+
+    Raises:
+        BagError: There is no such field; names those that are.
+    """
+    if paths is None:
+        return {field.name: True for field in layout.fields}
+    tree: dict[str, Any] = {}
+    for path in paths:
+        at, inside = layout, tree
+        parts = path.split(".")
+        for number, name in enumerate(parts):
+            field = next((field for field in at.fields if field.name == name), None)
+            last = number == len(parts) - 1
+            if field is None or not (last or (field.layout is not None and not field.is_array)):
+                names = ", ".join(f.name for f in at.fields) or "no fields"
+                why = f"{at.spec.name} has {names}"
+                if field is not None:
+                    why = f"{name} is {field.type_text}, a column as a whole"
+                raise BagError(f"{topic}: no field {path!r}: {why}")
+            if last:
+                inside.setdefault(name, {})[""] = True
+            else:
+                assert field.layout is not None
+                at, inside = field.layout, inside.setdefault(name, {})
+    return tree
+
+
+def _find(layout: Layout, path: str) -> tuple[Layout, FieldLayout]:
+    *outer, last = path.split(".")
+    for name in outer:
+        layout = next(field.layout for field in layout.fields if field.name == name)  # type: ignore[assignment]
+    return layout, next(field for field in layout.fields if field.name == last)
+
+
+def is_binary(field: FieldLayout) -> bool:
+    """Whether an array of it is bytes."""
+    return field.is_array and field.code == "B"
+
+
+def arrow_type(field: FieldLayout, *, single: bool) -> Any:
+    """A field's type.
+
+    Args:
+        field: The field.
+        single: No array is around it: its string is dictionary-encoded.
+    """
+    pa = pyarrow()
+    if is_binary(field):
+        return pa.binary(field.length) if field.length else pa.binary()
+    if field.layout is not None:
+        one = struct_type(field.layout, single=single and not field.is_array)
+    elif field.kind == "string":
+        one = pa.dictionary(pa.int32(), pa.string()) if single and not field.is_array else pa.string()
+    elif field.kind == "time":
+        one = pa.timestamp("ns", "UTC") if field.base == "time" else pa.duration("ns")
+    else:
+        one = _NUMBERS[field.code](pa)
+    if not field.is_array:
+        return one
+    return pa.list_(one, field.length) if field.length else pa.list_(one)
+
+
+def struct_type(layout: Layout, *, single: bool) -> Any:
+    """A message's type."""
+    pa = pyarrow()
+    if not layout.fields:
+        return pa.null()
+    comments = _comments(layout.spec.text)
+    return pa.struct(
+        [
+            pa.field(
+                field.name,
+                arrow_type(field, single=single),
+                metadata={"comment": comments[field.name]} if field.name in comments else None,
+            )
+            for field in layout.fields
+        ]
+    )
+
+
+_NUMBERS: dict[str, Any] = {
+    "?": lambda pa: pa.bool_(),
+    "b": lambda pa: pa.int8(),
+    "B": lambda pa: pa.uint8(),
+    "h": lambda pa: pa.int16(),
+    "H": lambda pa: pa.uint16(),
+    "i": lambda pa: pa.int32(),
+    "I": lambda pa: pa.uint32(),
+    "q": lambda pa: pa.int64(),
+    "Q": lambda pa: pa.uint64(),
+    "f": lambda pa: pa.float32(),
+    "d": lambda pa: pa.float64(),
+}
+
+
+def _comments(text: str) -> dict[str, str]:
+    """What a definition says of its fields: the comment behind one, or else those on the lines above it."""
+    found: dict[str, str] = {}
+    above: list[str] = []
+    for line in text.splitlines():
+        comment = _COMMENT.match(line)
+        field = _FIELD.match(line)
+        if comment:
+            above.append(comment.group(1).strip())
+        elif field:
+            said = (field.group(2) or "").strip() or " ".join(filter(None, above))
+            if said:
+                found[field.group(1)] = said
+            above = []
+        else:
+            above = []
+    return found

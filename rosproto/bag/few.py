@@ -1,0 +1,180 @@
+"""Chunks of a few large messages, where numpy takes longer to begin than Python to be done.
+
+A chunk of pictures and laser scans holds twenty messages. Finding those at once with numpy takes longer than
+going through them one by one; and where the chunk is not compressed and only bytes are wanted, a large
+message is read from the file straight into the bytes that are given out, not into the chunk first. Whatever
+does not fit the picture (a record of another form, counts that the table of contents does not have) gives
+None, and is read the general way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from struct import Struct
+from typing import Any, NamedTuple
+
+from rosproto.bag.bag_file import BagFile
+from rosproto.bag.records import NS, OP_CONNECTION, ChunkInfo, decode_fields, op_of
+from rosproto.bag.rows import MESSAGE_HEAD
+from rosproto.errors import BagError
+
+__all__ = ["Found", "Place", "few_alone", "few_messages", "few_places"]
+
+FEW = 256  # messages
+LARGE = 4096  # bytes a message, on average, from which they are read one by one
+MOST_BYTES = 64 << 20  # of a chunk that is read so
+_WINDOW = 16 << 10
+_U32 = Struct("<I")
+# The head of a message record, by the order of its fields: conn, op, time (roscpp, and what is written here)
+# and op, conn, time (rospy). What never changes, connection, what never changes, secs, nsecs, bytes of the
+# message.
+_ORDERS = (
+    (Struct("<13sI17sIII"), b"\x26\0\0\0\x09\0\0\0conn=", b"\4\0\0\0op=\2\x0d\0\0\0time="),
+    (Struct("<21sI9sIII"), b"\x26\0\0\0\4\0\0\0op=\2\x09\0\0\0conn=", b"\x0d\0\0\0time="),
+)
+
+
+class Place(NamedTuple):
+    """A message in a chunk's plain bytes: connection, receive time, its first byte, and the one behind it."""
+
+    conn: int
+    secs: int
+    nsecs: int
+    start: int
+    end: int
+
+
+class Found(NamedTuple):
+    """A message read by itself: connection, receive time, its record's offset in the chunk, its bytes."""
+
+    conn: int
+    secs: int
+    nsecs: int
+    offset: int
+    data: bytes
+
+
+def few_alone(order: Sequence[ChunkInfo]) -> list[bool]:
+    """For chunks by start time: whether each has few messages, and none at the time of another's."""
+    alone: list[bool] = []
+    latest = -1
+    for number, info in enumerate(order):
+        after = order[number + 1].start if number + 1 < len(order) else info.end
+        apart = latest <= info.start <= info.end <= after
+        alone.append(apart and not info.partial and 0 < sum(info.counts.values()) <= FEW)
+        latest = max(latest, info.end)
+    return alone
+
+
+def few_places(blob: bytes, base: int, end: int, counts: Mapping[int, int]) -> list[Place] | None:
+    """Where all messages of a chunk are, in the order of time; None for the general way."""
+    places: list[Place] = []
+    at, records = base, 0
+    make = tuple.__new__
+    while at < end:
+        head = _head(blob, at, end)
+        records += 1
+        if head is None or records > 2 * FEW:
+            return None
+        conn, secs, nsecs, size = head
+        start = at + MESSAGE_HEAD
+        if conn >= 0:
+            at = start + size
+            places.append(make(Place, (conn, secs, nsecs, start, at)))
+        else:
+            at += size
+    if at != end or not _agree(places, counts):
+        return None
+    return places if _in_order(places) else sorted(places, key=lambda p: (p.secs * NS + p.nsecs, p.start))
+
+
+def few_messages(
+    source: BagFile, info: ChunkInfo, position: int, size: int, wanted: Collection[int]
+) -> list[Found] | None:
+    """The wanted messages of an uncompressed chunk, read one by one; None for the general way.
+
+    Args:
+        source: The file.
+        info: The chunk.
+        position: Where its data begins in the file.
+        size: Bytes of the data.
+        wanted: Connections; large messages of others are not read.
+
+    Raises:
+        BagError: The disk fails.
+    """
+    if not LARGE * sum(info.counts.values()) <= size <= min(MOST_BYTES, source.size - position):
+        return None
+    found: list[Found] = []
+    seen: list[tuple[int, int, int]] = []
+    at, records, begin, window = 0, 0, 0, b""
+    read, make = source.read_at, tuple.__new__
+    while at < size:
+        head = _head(window, at - begin, len(window)) if at < begin + len(window) else None
+        if head is None:
+            window, begin = read(position + at, min(_WINDOW, size - at)), at
+            head = _head(window, 0, len(window))
+        records += 1
+        if head is None or records > 2 * FEW:
+            return None
+        conn, secs, nsecs, length = head
+        if conn < 0:
+            at += length
+            continue
+        start = at + MESSAGE_HEAD
+        if start + length > size:
+            return None
+        seen.append((conn, secs, nsecs))
+        if conn in wanted:
+            first = start - begin
+            if first + length <= len(window):
+                data = window[first : first + length]
+            else:
+                data = read(position + start, length)
+                if len(data) != length:
+                    return None
+            found.append(make(Found, (conn, secs, nsecs, at, data)))
+        at = start + length
+    if at != size or not _agree(seen, info.counts):
+        return None
+    return found if _in_order(found) else sorted(found, key=lambda m: (m.secs * NS + m.nsecs, m.offset))
+
+
+def _head(blob: bytes, at: int, end: int) -> tuple[int, int, int, int] | None:
+    """Connection, secs, nsecs and bytes of the message whose record begins there; None when there is none.
+
+    For a connection record the connection is -1, and the bytes are those of the whole record.
+    """
+    if at + MESSAGE_HEAD <= end:
+        for layout, first, second in _ORDERS:
+            one, conn, two, secs, nsecs, size = layout.unpack_from(blob, at)
+            if one == first and two == second:
+                return conn, secs, nsecs, size
+    if at + 4 > end:
+        return None
+    data = at + 8 + _U32.unpack_from(blob, at)[0]
+    if data > end:
+        return None
+    try:
+        op = op_of(decode_fields(blob, at + 4, data - 4))
+    except BagError:
+        return None
+    return (-1, 0, 0, data + _U32.unpack_from(blob, data - 4)[0] - at) if op == OP_CONNECTION else None
+
+
+def _agree(messages: Sequence[tuple[Any, ...]], counts: Mapping[int, int]) -> bool:
+    """Whether there are as many of each connection as the table of contents has."""
+    seen: dict[int, int] = {}
+    for message in messages:
+        seen[message[0]] = seen.get(message[0], 0) + 1
+    return seen == {conn: count for conn, count in counts.items() if count}
+
+
+def _in_order(messages: Sequence[tuple[Any, ...]]) -> bool:
+    last = (0, 0)
+    for message in messages:
+        time = message[1], message[2]
+        if time < last or time[1] >= NS:
+            return False
+        last = time
+    return True

@@ -1,0 +1,87 @@
+"""Recordings of either form: by what a file begins with, or by the name it shall have."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+from rosproto.bag.limits import BagLimits
+from rosproto.bag.reader import BagReader
+from rosproto.bag.writer import BagWriter
+from rosproto.errors import BagError
+
+if TYPE_CHECKING:
+    from rosproto.bag.mcap import McapWriter
+
+__all__ = ["create_bag", "is_mcap_name", "open_bag"]
+
+_MCAP = b"\x89MCAP"
+
+
+def open_bag(
+    file: str | os.PathLike[str] | BinaryIO,
+    *,
+    skip_damaged: bool = False,
+    limits: BagLimits | None = None,
+) -> BagReader:
+    """A reader of a bag or of an MCAP file, whatever its name is.
+
+    Args:
+        file: Path, or a seekable binary file.
+        skip_damaged: See `BagReader`.
+        limits: See `BagReader`.
+
+    Raises:
+        BagError: It cannot be opened, or is neither.
+    """
+    if _begins(file).startswith(_MCAP):
+        from rosproto.bag.mcap import McapReader
+
+        return McapReader(file, skip_damaged=skip_damaged, limits=limits)
+    return BagReader(file, skip_damaged=skip_damaged, limits=limits)
+
+
+def _begins(file: str | os.PathLike[str] | BinaryIO) -> bytes:
+    """Its first bytes; none of what cannot be opened, which the reader says better."""
+    try:
+        if isinstance(file, (str, os.PathLike)):
+            with open(file, "rb") as opened:
+                return opened.read(len(_MCAP))
+        file.seek(0)
+        return file.read(len(_MCAP))
+    except (OSError, ValueError):
+        return b""
+
+
+def is_mcap_name(path: str | os.PathLike[str]) -> bool:
+    """Whether a file of that name is to be MCAP."""
+    return os.fspath(path).lower().endswith(".mcap")
+
+
+def create_bag(
+    path: str | os.PathLike[str],
+    compression: Any = "none",
+    chunk_bytes: int = 768 * 1024,
+    *,
+    mcap: bool | None = None,
+) -> BagWriter | McapWriter:
+    """A writer for a new file.
+
+    Args:
+        path: An existing file is replaced.
+        compression: "none", "lz4"; a bag also knows "bz2", MCAP "zstd".
+        chunk_bytes: See `BagWriter`.
+        mcap: The form; None: MCAP if the name ends in `.mcap`, else a bag.
+
+    Raises:
+        BagError: It cannot be opened, or does not know the compression.
+    """
+    if is_mcap_name(path) if mcap is None else mcap:
+        from rosproto.bag.mcap import McapWriter
+
+        if compression == "bz2":
+            raise BagError("MCAP knows no bz2; take lz4 or zstd", path=os.fspath(path))
+        return McapWriter(path, compression, chunk_bytes)
+    if compression == "zstd":
+        raise BagError("a bag knows no zstd; take lz4 or bz2", path=os.fspath(path))
+    return BagWriter(path, compression, chunk_bytes)

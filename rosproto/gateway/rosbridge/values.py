@@ -1,0 +1,255 @@
+"""Messages as rosbridge's JSON, and what a client sends as messages.
+
+Source: `rosbridge_library.internal.message_conversion` (rosbridge_suite, branch ros1). The same values where
+that takes them; where it takes a wrong value in silence (text that is no base64, a time that is a number, an
+array of another length) a client gets a sentence that names the field.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from base64 import b64decode
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
+
+from rosproto.codec import decode, encode
+from rosproto.codec.layout import DTYPES, RANGES_BY_CODE, FieldLayout, Layout
+from rosproto.errors import CodecError
+from rosproto.gateway.rosbridge.json_writer import JsonWriter
+from rosproto.time import Time
+
+if TYPE_CHECKING:
+    from rosproto.codec.message import Message
+
+__all__ = ["from_arguments", "from_values", "to_json", "to_values"]
+
+_WORDS = {"": "a text", "?": "true or false", "f": "a number", "d": "a number"}
+_SINGLE = struct.Struct("<f")
+_HEADERS = frozenset({"std_msgs/Header", "roslib/Header"})
+
+_writers: WeakKeyDictionary[type, Callable[[Any], str]] = WeakKeyDictionary()
+
+
+def to_json(message: Any) -> str:
+    """A message as rosbridge's JSON text.
+
+    Raises:
+        CodecError: A field holds what does not belong there.
+    """
+    cls = type(message)
+    write = _writers.get(cls)
+    if write is None:
+        write = _writers[cls] = JsonWriter().function(cls._binding.layout)
+    try:
+        return write(message)
+    except (AttributeError, BufferError, TypeError, ValueError):
+        # Somebody put in what the wire allows and a decoded message does not have: an int for a float.
+        return write(decode(cls, encode(message)))
+
+
+def to_values(message: Any) -> dict[str, Any]:
+    """A message as rosbridge's JSON would be read: dicts, lists, texts, numbers, None for NaN."""
+    values: dict[str, Any] = json.loads(to_json(message))
+    return values
+
+
+def from_values(cls: type[Message], value: Any, *, now: Time | None = None) -> Any:
+    """A new message with the values of a client; fields that are not named keep their defaults.
+
+    Args:
+        cls: Its class.
+        value: What JSON had: an object by field.
+        now: What "now" means for a time, and the stamp of each Header that is named, unless it has its own.
+
+    Raises:
+        CodecError: A field does not exist, or a value does not fit; names the field.
+    """
+    message = cls()
+    reader = _Reader(cls, now)
+    reader.message(reader.binding.layout, message, value, "")
+    return message
+
+
+def from_arguments(cls: type[Message], args: Any, *, now: Time | None = None) -> Any:
+    """A service request, or a goal, from `args`: an object by field, an array by position, or None.
+
+    Raises:
+        CodecError: As `from_values`; or there are more arguments than fields.
+    """
+    if isinstance(args, list):
+        names = cls.__slots__
+        if len(args) > len(names):
+            raise CodecError(
+                f"{len(args)} arguments given, but it has the fields: {', '.join(names) or 'none'}",
+                type_name=cls._type,
+            )
+        args = dict(zip(names, args, strict=False))
+    return from_values(cls, {} if args is None else args, now=now)
+
+
+class _Reader:
+    """Reads one message."""
+
+    def __init__(self, cls: type[Message], now: Time | None) -> None:
+        assert cls._binding is not None, f"{cls} is no type of messages"
+        self.binding = cls._binding
+        self.top = cls._type
+        self.now = now
+        self.fields: dict[str, dict[str, FieldLayout]] = {}
+
+    def wrong(self, expected: str, value: Any, path: str) -> CodecError:
+        return CodecError(f"{_shown(value)} given; expected {expected}", type_name=self.top, field_path=path)
+
+    def message(self, layout: Layout, message: Any, value: Any, path: str) -> None:
+        """Fill `message`."""
+        if type(value) is not dict:
+            raise self.wrong(f"an object with the fields of {layout.spec.name}", value, path)
+        if layout.spec.name in _HEADERS and self.now is not None:
+            message.stamp = self.binding.flavour.time.from_wire(self.now.secs, self.now.nsecs)
+        fields = self.fields.get(layout.spec.name)
+        if fields is None:
+            fields = self.fields[layout.spec.name] = {field.name: field for field in layout.fields}
+        for name, item in value.items():
+            field = fields.get(name)
+            if field is None:
+                raise CodecError(
+                    f"{layout.spec.name} has no field {name[:100]!r}; it has: {', '.join(fields) or 'none'}",
+                    type_name=self.top,
+                    field_path=path,
+                )
+            inner = f"{path}.{name}" if path else name
+            if field.is_array:
+                setattr(message, field.attr, self.array(field, item, inner))
+            elif field.layout is not None:
+                self.message(field.layout, getattr(message, field.attr), item, inner)
+            else:
+                setattr(message, field.attr, self.one(field, item, inner, getattr(message, field.attr)))
+
+    def one(self, field: FieldLayout, value: Any, path: str, present: Any = None) -> Any:
+        """A number, text or time."""
+        if field.kind == "time":
+            return self.time(field, value, path, present)
+        kind = type(value)
+        if field.kind == "string":
+            if kind is str:
+                return self.text(value, path)
+        elif field.code == "?":
+            if kind is bool:
+                return value
+        elif field.code in "fd":
+            if kind is float or (kind is int and value.bit_length() <= 1023):
+                return self.real(field, float(value), path)
+        elif kind is int:
+            least, greatest = RANGES_BY_CODE[field.code]
+            if least <= value <= greatest:
+                return value
+            raise self.wrong(f"{least} to {greatest}", value, path)
+        raise self.wrong(_WORDS.get(field.code, "a whole number"), value, path)
+
+    def text(self, value: str, path: str) -> str:
+        if not value.isascii():
+            try:
+                value.encode("utf-8")
+            except UnicodeEncodeError as error:
+                half = f"half a character (surrogate U+{ord(value[error.start]):04X})"
+                raise CodecError(
+                    f"{half} at {error.start}; expected a text of whole ones",
+                    type_name=self.top,
+                    field_path=path,
+                ) from None
+        return value
+
+    def real(self, field: FieldLayout, value: float, path: str) -> float:
+        if field.code == "f":
+            try:
+                _SINGLE.pack(value)
+            except OverflowError:
+                raise self.wrong("a number within float32", value, path) from None
+        return value
+
+    def time(self, field: FieldLayout, value: Any, path: str, present: Any) -> Any:
+        flavour = self.binding.flavour
+        if value == "now" and field.base == "time":
+            if self.now is None:
+                raise CodecError(
+                    "'now' means nothing here: there is no clock", type_name=self.top, field_path=path
+                )
+            return flavour.time.from_wire(self.now.secs, self.now.nsecs)
+        if type(value) is not dict or not value.keys() <= {"secs", "nsecs"}:
+            raise self.wrong(
+                'an object {"secs", "nsecs"}' + ', or "now"' * (field.base == "time"), value, path
+            )
+        if not value and present is not None:
+            return present
+        least, greatest = RANGES_BY_CODE[field.code[0]]
+        parts = []
+        for name in ("secs", "nsecs"):
+            part = value.get(name, 0)
+            if type(part) is not int or not least <= part <= greatest:
+                raise self.wrong(f"a whole number from {least} to {greatest}", part, f"{path}.{name}")
+            parts.append(part)
+        return (flavour.time if field.base == "time" else flavour.duration).from_wire(*parts)
+
+    def array(self, field: FieldLayout, value: Any, path: str) -> Any:
+        if field.code == "B" and type(value) is str:
+            items: Any = self.octets(value, path)
+        elif type(value) is not list:
+            raise self.wrong("an array" + ", or its bytes as base64" * (field.code == "B"), value, path)
+        else:
+            items = value
+        if field.length is not None and len(items) != field.length:
+            raise CodecError(
+                f"{len(items)} elements given; expected {field.length}", type_name=self.top, field_path=path
+            )
+        if items is not value:
+            return items
+        if field.layout is not None:
+            return [self.element(field.layout, item, f"{path}[{i}]") for i, item in enumerate(value)]
+        if field.kind == "number" and field.code != "?":
+            return self.numbers(field, value, path)
+        return [self.one(field, item, f"{path}[{i}]") for i, item in enumerate(value)]
+
+    def element(self, layout: Layout, value: Any, path: str) -> Any:
+        message = self.binding.class_for(layout.spec.name)()
+        self.message(layout, message, value, path)
+        return message
+
+    def octets(self, value: str, path: str) -> bytes:
+        try:
+            return b64decode("".join(value.split()), validate=True)
+        except ValueError as error:
+            raise CodecError(f"no base64: {error}", type_name=self.top, field_path=path) from None
+
+    def numbers(self, field: FieldLayout, value: list[Any], path: str) -> Any:
+        """An array of numbers, checked at the speed of `struct`."""
+        kinds = set(map(type, value))
+        if kinds <= ({int, float} if field.code in "fd" else {int}):
+            try:
+                packed = struct.Struct(f"<{len(value)}{field.code}").pack(*value)
+            except (struct.error, OverflowError):
+                pass
+            else:
+                if field.code == "B":
+                    return packed
+                return _view(packed, field) if self.binding.flavour.views else value
+        # Finds the one that is wrong.
+        return [self.one(field, item, f"{path}[{i}]") for i, item in enumerate(value)]
+
+
+def _view(packed: bytes, field: FieldLayout) -> Any:
+    import numpy as np
+
+    return np.frombuffer(packed, DTYPES[field.base])
+
+
+def _shown(value: Any) -> str:
+    """A client's value for a sentence: short."""
+    if isinstance(value, (dict, list)):
+        return f"{'an object' if isinstance(value, dict) else 'an array'} of {len(value)}"
+    if isinstance(value, str):
+        return repr(value if len(value) <= 60 else f"{value[:60]}...")
+    if isinstance(value, int) and value.bit_length() > 64:
+        return "a number of more than 64 bits"
+    return json.dumps(value)

@@ -1,0 +1,457 @@
+"""A WebSocket server for the clients of a gateway: one asyncio loop in a thread of its own, on `websockets`.
+
+What a stranger can do before he is let in is bounded in number and time, and judged from the HTTP request:
+the token, the origin of the page, the host it was sent to. After that a session reads one message after the
+other, and a task writes what waits in the client's outbox, at the speed the client takes it.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import socket
+import ssl
+import threading
+from collections import Counter, OrderedDict, deque
+from collections.abc import AsyncIterator, Callable, Sequence
+from concurrent.futures import Future, wait
+from http import HTTPStatus
+from importlib import import_module
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+from rosproto.aio.pool import Pool, notify
+from rosproto.errors import LocalProtocolError, RosTimeout
+from rosproto.gateway.access import foreign_host, foreign_origin, require_token_off_loopback, token_fits
+from rosproto.gateway.channel import Channel, Session
+from rosproto.gateway.limits import GatewayLimits
+from rosproto.logs import PeerLog
+from rosproto.transport.os_errors import system_errors
+
+__all__ = ["WebSocketServer", "need_websockets"]
+
+WRITE_BUFFER = 256 << 10  # bytes given to the system's socket ahead of what it took
+UNREAD = 2  # messages of a client read ahead of its session
+START_SECONDS = 10.0
+PIECE = 512 << 10  # bytes, or characters, that are written at once; between them others have their turn
+TURN = 64  # messages written to one client before others have their turn
+_GOING_AWAY, _TRY_AGAIN = 1001, 1013
+
+
+def need_websockets() -> Any:
+    """The library, imported with the first use.
+
+    Raises:
+        LocalProtocolError: It is not installed, or too old; names the extra.
+    """
+    try:
+        return import_module("websockets.asyncio.server")
+    except ImportError as problem:
+        raise LocalProtocolError(
+            "a rosbridge server needs the package websockets (13 or newer): pip install 'woosh-pure[bridge]'"
+        ) from problem
+
+
+class WebSocketServer:
+    """Serves until `close`.
+
+    Args:
+        open_session: Called in the loop for each client that is let in.
+        host: Address to listen on.
+        port: Port, 0 for a free one.
+        limits: Bounds.
+        tls: Certificate and key; None for none.
+        origins: Origins of pages that may connect, besides those of this computer.
+        token: What a client has to know; None only on loopback.
+        name: For threads and errors.
+
+    Raises:
+        LocalProtocolError: `websockets` is missing.
+        ValueError: Others can reach the address, and there is no token.
+        ConnectionLost: The address cannot be listened on.
+
+    Attributes:
+        host, port: Where it listens.
+        refused: Connections that were not let in, by reason.
+        accepted: Clients let in so far.
+        lost_seconds: Clients given up so far because they gave no sign of life, or were too slow to close.
+    """
+
+    def __init__(
+        self,
+        open_session: Callable[[Channel], Session],
+        *,
+        host: str = "127.0.0.1",
+        port: int = 0,
+        limits: GatewayLimits | None = None,
+        tls: ssl.SSLContext | None = None,
+        origins: Sequence[str] = (),
+        token: str | None = None,
+        name: str = "gateway",
+    ) -> None:
+        self._websockets = need_websockets()
+        require_token_off_loopback(host, token)
+        if isinstance(origins, str):
+            raise ValueError(f"origins are a list of texts; for one alone write [{origins!r}]")
+        self.host = host
+        self.limits = limits or GatewayLimits()
+        self.secure = tls is not None
+        self.refused: Counter[str] = Counter()
+        self.accepted = 0
+        self.pool = Pool(4 * self.limits.connections, name=name)
+        self.said = PeerLog("rosproto.gateway")
+        self._open_session = open_session
+        self._tls = tls
+        self._origins = tuple(origins)
+        self._token = token
+        self._name = name
+        self._lock = threading.Lock()
+        self._woken: deque[Channel] = deque()
+        self._told = False
+        self._events: dict[Channel, asyncio.Event] = {}
+        self._sockets: dict[Channel, Any] = {}
+        self._tasks: set[asyncio.Task[Any]] = set()
+        self._pending: OrderedDict[Any, None] = OrderedDict()
+        self._transports: set[Any] = set()
+        self._leaving: set[Future[None]] = set()
+        self._closing = False
+        with system_errors(f"listen on {host}:{port}", f"{host}:{port}"):
+            self._listener = _listener(host, port)
+        self.port: int = self._listener.getsockname()[1]
+        self._started: Future[None] = Future()
+        self._loop = asyncio.new_event_loop()
+        self._stop = asyncio.Event()
+        self._thread = threading.Thread(target=self._run, name=f"rosproto:{name}", daemon=True)
+        self._thread.start()
+        try:
+            self._started.result(START_SECONDS)
+        except BaseException:
+            self.close(1.0)
+            raise
+
+    @property
+    def url(self) -> str:
+        """Where clients connect."""
+        host = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}.get(self.host, self.host)
+        shown = f"[{host}]" if ":" in host else host
+        return f"{'wss' if self.secure else 'ws'}://{shown}:{self.port}"
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Clients now."""
+        with self._lock:
+            return tuple(self._sockets)
+
+    # -- the loop -------------------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        try:
+            self._loop.run_until_complete(self._main())
+        except BaseException as error:
+            if not self._started.done():
+                self._started.set_exception(error)
+            else:
+                raise
+        finally:
+            self._listener.close()
+            self._loop.run_until_complete(self._loop.shutdown_asyncgens())
+            self._loop.close()
+
+    async def _main(self) -> None:
+        limits = self.limits
+        quiet = logging.Logger("websockets, whose words about strangers nobody bounds", logging.CRITICAL + 1)
+        server = await self._websockets.serve(
+            self._serve,
+            sock=self._listener,
+            ssl=self._tls,
+            **({"ssl_handshake_timeout": limits.handshake_seconds} if self._tls is not None else {}),
+            process_request=self._judge,
+            create_connection=_connection_type(self._websockets.ServerConnection, self),
+            compression=None,
+            open_timeout=limits.handshake_seconds,
+            ping_interval=limits.silence_seconds,
+            ping_timeout=limits.silence_seconds,
+            close_timeout=limits.close_seconds,
+            max_size=limits.message_bytes,
+            max_queue=UNREAD,
+            write_limit=WRITE_BUFFER,
+            server_header=None,
+            logger=quiet,
+        )
+        self._started.set_result(None)
+        await self._stop.wait()
+        server.close()
+        try:
+            await asyncio.wait_for(server.wait_closed(), limits.close_seconds + 0.5)
+        except (asyncio.TimeoutError, TimeoutError):
+            pass  # what is left is cut off
+        for transport in list(self._transports):
+            transport.abort()
+        tasks = [task for task in self._tasks if task is not asyncio.current_task()]
+        if tasks:
+            _, left = await asyncio.wait(tasks, timeout=1.0)
+            for task in left:
+                task.cancel()
+            await asyncio.gather(*left, return_exceptions=True)
+
+    # -- strangers ------------------------------------------------------------------------------------------
+
+    def began(self, transport: Any) -> None:
+        """A connection was accepted; the one that holds back its handshake longest makes room."""
+        self._transports.add(transport)
+        self._pending[transport] = None
+        if len(self._pending) > self.limits.pending_handshakes:
+            oldest, _ = self._pending.popitem(last=False)
+            self.refused["too many handshakes at a time"] += 1
+            oldest.abort()
+
+    def over(self, transport: Any) -> None:
+        """A connection is lost."""
+        self._transports.discard(transport)
+        self._pending.pop(transport, None)
+
+    def _judge(self, connection: Any, request: Any) -> Any:
+        """An HTTP answer to a request that is refused; None to go on."""
+        headers = request.headers
+        hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
+        if len(hosts) > 1 or len(origins) > 1:
+            return self._refuse(connection, HTTPStatus.BAD_REQUEST, "headers", "a header is there twice")
+        why = foreign_host(hosts[0] if hosts else None, self.host)
+        if why is not None:
+            return self._refuse(connection, HTTPStatus.FORBIDDEN, "host", why)
+        why = foreign_origin(origins[0] if origins else None, self._origins)
+        if why is not None:
+            return self._refuse(connection, HTTPStatus.FORBIDDEN, "origin", why)
+        if not token_fits(_token_of(request), self._token):
+            why = "the token is missing or wrong; give it as ?token=... or as Authorization: Bearer ..."
+            return self._refuse(connection, HTTPStatus.UNAUTHORIZED, "token", why)
+        if len(self._sockets) >= self.limits.connections:
+            why = f"{self.limits.connections} clients are connected, which is the limit"
+            return self._refuse(connection, HTTPStatus.SERVICE_UNAVAILABLE, "connections", why)
+        return None
+
+    def _refuse(self, connection: Any, status: HTTPStatus, reason: str, text: str) -> Any:
+        self.refused[reason] += 1
+        self.said.warning(reason, "! %s: refused %s: %s", self._name, _peer(connection), text)
+        return connection.respond(status, f"{text}\n")
+
+    # -- clients --------------------------------------------------------------------------------------------
+
+    async def _serve(self, connection: Any) -> None:
+        task = asyncio.current_task()
+        assert task is not None
+        self._tasks.add(task)
+        self._pending.pop(connection.transport, None)
+        channel = Channel(_peer(connection), self.limits, self._wake, self._end, self._later)
+        with self._lock:
+            full = len(self._sockets) >= self.limits.connections or self._closing
+            if not full:
+                self._sockets[channel] = connection
+        try:
+            if full:  # several came at once
+                self.refused["connections"] += 1
+                await connection.close(_TRY_AGAIN, "too many clients")
+            else:
+                self.accepted += 1
+                await self._serve_client(connection, channel)
+        finally:
+            self._tasks.discard(task)
+
+    async def _serve_client(self, connection: Any, channel: Channel) -> None:
+        self._events[channel] = asyncio.Event()
+        writer = asyncio.ensure_future(self._write(connection, channel))
+        session: Session | None = None
+        try:
+            session = self._open_session(channel)
+            async for data in connection:
+                channel.received += 1
+                await session.received(data)
+        except _closed(self._websockets):
+            pass  # however it ended: it is over
+        except Exception:
+            self.said.error(
+                channel.peer, "! %s: %s is cut off", self._name, channel.peer, exc_info=_current()
+            )
+            channel.close(1011, "an error of the gateway")
+        finally:
+            with self._lock:
+                self._sockets.pop(channel, None)
+                self._events.pop(channel, None)
+            channel.outbox.close()
+            writer.cancel()
+            if session is not None:
+                self._say_goodbye(session)
+
+    def _say_goodbye(self, session: Session) -> None:
+        done: Future[None] = Future()
+        self._leaving.add(done)
+
+        def leave() -> None:
+            try:
+                session.ended()
+            except Exception:
+                self.said.error("ended", "! %s: a session ended badly", self._name, exc_info=_current())
+            finally:
+                self._leaving.discard(done)
+                done.set_result(None)
+
+        self.pool.spawn(leave)
+
+    async def _write(self, connection: Any, channel: Channel) -> None:
+        """What waits for a client, one after the other; ends with its connection."""
+        event = self._events[channel]
+        turn = 0
+        while True:
+            item = channel.outbox.take()
+            if item is None:
+                event.clear()
+                await event.wait()
+                continue
+            channel.busy = True
+            try:
+                if isinstance(item, (str, bytes)):
+                    payloads: tuple[str | bytes, ...] = (item,)
+                elif item.quick:
+                    payloads = item.payloads()
+                else:
+                    payloads = await self.pool.run(item.payloads)
+                for payload in payloads:
+                    await connection.send(payload if len(payload) <= PIECE else _pieces(payload))
+                    channel.sent += 1
+            except _closed(self._websockets):
+                return
+            except Exception:
+                self.said.error(
+                    channel.peer, "! %s: a message to %s", self._name, channel.peer, exc_info=_current()
+                )
+            finally:
+                channel.busy = False
+            turn += 1
+            if turn % TURN == 0:
+                await asyncio.sleep(0)
+
+    # -- from any thread ------------------------------------------------------------------------------------
+
+    def _wake(self, channel: Channel) -> None:
+        """Something waits for a client: the loop is woken once for all that comes together."""
+        with self._lock:
+            self._woken.append(channel)
+            told, self._told = self._told, True
+        if not told:
+            notify(self._loop, self._wake_all)
+
+    def _wake_all(self) -> None:
+        with self._lock:
+            woken, self._woken = self._woken, deque()
+            self._told = False
+        for channel in woken:
+            event = self._events.get(channel)
+            if event is not None:
+                event.set()
+
+    def _later(self, seconds: float, function: Callable[[], object]) -> None:
+        notify(self._loop, self._loop.call_later, seconds, function)
+
+    def _end(self, channel: Channel) -> None:
+        notify(self._loop, self._close_channel, channel)
+
+    def _close_channel(self, channel: Channel) -> None:
+        connection = self._sockets.get(channel)
+        if connection is None or channel.ending is None:
+            return
+        task = asyncio.ensure_future(self._close_connection(connection, *channel.ending))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _close_connection(self, connection: Any, code: int, reason: str) -> None:
+        """In the way of the protocol where the client takes part, else by force."""
+        try:
+            await asyncio.wait_for(connection.close(code, reason), self.limits.close_seconds)
+        except (asyncio.TimeoutError, TimeoutError):
+            pass
+        except _closed(self._websockets):
+            pass
+        connection.transport.abort()
+
+    # -- closing --------------------------------------------------------------------------------------------
+
+    def close(self, timeout: float = 5.0) -> None:
+        """End all connections; returns in bounded time. Twice is fine.
+
+        Raises:
+            RosTimeout: A session did not end in time.
+        """
+        with self._lock:
+            self._closing = True
+        notify(self._loop, self._stop.set)
+        if threading.current_thread() is self._thread:
+            return
+        self._thread.join(timeout)
+        _, left = wait(list(self._leaving), timeout)
+        self.pool.close()
+        if left or self._thread.is_alive():
+            raise RosTimeout(
+                f"{self._name}: {len(left)} sessions have not ended after {timeout:g} s",
+                what=f"the end of {self._name}",
+                seconds=timeout,
+            )
+
+
+def _listener(host: str, port: int) -> socket.socket:
+    family, *_, address = socket.getaddrinfo(
+        host or "0.0.0.0", port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+    )[0]
+    return socket.create_server(address[:2], family=family, backlog=128)
+
+
+def _connection_type(base: Any, server: WebSocketServer) -> Any:
+    """The library's connection, told of to the server from the first byte to the last."""
+
+    def connection_made(self: Any, transport: Any) -> None:
+        base.connection_made(self, transport)
+        server.began(transport)
+
+    def connection_lost(self: Any, error: Exception | None) -> None:
+        server.over(self.transport)
+        base.connection_lost(self, error)
+
+    return type(
+        "Connection", (base,), {"connection_made": connection_made, "connection_lost": connection_lost}
+    )
+
+
+def _closed(server: Any) -> Any:
+    """The exception that says a connection is over."""
+    return import_module("websockets.exceptions").ConnectionClosed
+
+
+def _current() -> BaseException | None:
+    import sys
+
+    return sys.exc_info()[1]
+
+
+async def _pieces(payload: str | bytes) -> AsyncIterator[str | bytes]:
+    """A large message as the frames of a fragmented one: a map does not hold up the other clients."""
+    for start in range(0, len(payload), PIECE):
+        yield payload[start : start + PIECE]
+        await asyncio.sleep(0)
+
+
+def _peer(connection: Any) -> str:
+    address = connection.remote_address
+    return f"{address[0]}:{address[1]}" if address else "?"
+
+
+def _token_of(request: Any) -> str | None:
+    """The token as the client gave it; None when it gave none, or several."""
+    given = request.headers.get_all("Authorization")
+    if len(given) == 1 and given[0][:7].lower() == "bearer ":
+        text: str = given[0][7:].strip()
+        return text
+    try:
+        values = parse_qs(urlsplit(request.path).query, max_num_fields=100).get("token", [])
+    except ValueError:
+        return None
+    return values[0] if len(values) == 1 else None

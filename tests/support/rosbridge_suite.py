@@ -1,0 +1,117 @@
+"""The original, rosbridge_suite (branch ros1), as a peer: its server and its rosapi, unchanged, beside ours.
+
+ROSBRIDGE_SUITE names a checkout of github.com/RobotWebTools/rosbridge_suite, branch ros1. It runs on Debian's rospy
+with Debian's python3-autobahn and python3-bson, or on our own layer (`rosproto run`).
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+from tests.support import ros
+from tests.support.ports import unused_port
+
+__all__ = ["build", "checkout", "served"]
+
+VARIABLE = "ROSBRIDGE_SUITE"
+PACKAGES = ("rosapi", "rosbridge_library", "rosbridge_msgs")
+PROGRAMS = ("rosapi", "rosbridge_library", "rosbridge_server")
+ROSAUTH = """string mac
+string client
+string dest
+string rand
+time t
+string level
+time end
+---
+bool authenticated
+"""  # what rosbridge_server imports of the package rosauth, which is no part of it; facts of the wire
+
+
+def checkout() -> Path:
+    """The checkout; the running test is skipped where there is none, or Debian has not what it imports."""
+    place = Path(os.environ.get(VARIABLE, ""))
+    found = bool(os.environ.get(VARIABLE)) and (place / "rosbridge_server" / "scripts").is_dir()
+    ros.require(found, f"{VARIABLE} names no checkout of rosbridge_suite, branch ros1")
+    ros.require_ros("rospy", "autobahn", "bson", "rosservice", "rostopic", "rosnode")
+    return place
+
+
+def build(place: Path, target: Path) -> Path:
+    """What catkin would make of the checkout: code of its definitions, its Python packages, manifests.
+
+    Args:
+        place: The checkout.
+        target: A folder to make it in: `python` is for PYTHONPATH, `share` for ROS_PACKAGE_PATH.
+    """
+    definitions, python, share = target / "definitions", target / "python", target / "share"
+    for package in PACKAGES:
+        for kind in ("msg", "srv"):
+            if (place / package / kind).is_dir():
+                shutil.copytree(place / package / kind, definitions / package / kind)
+    (definitions / "rosauth" / "srv").mkdir(parents=True)
+    (definitions / "rosauth" / "srv" / "Authentication.srv").write_text(ROSAUTH)
+    ros.generate_python_packages(python, definitions)
+    for package in PROGRAMS:
+        shutil.copytree(place / package / "src" / package, python / package, dirs_exist_ok=True)
+    for package in {*PACKAGES, *PROGRAMS, "rosauth", *(p.name for p in ros.MSGDEFS.iterdir() if p.is_dir())}:
+        (share / package).mkdir(parents=True)
+        (share / package / "package.xml").write_text(
+            f'<package format="2"><name>{package}</name><version>0.0.0</version><description>x</description>'
+            '<maintainer email="x@example.org">x</maintainer><license>x</license></package>\n'
+        )
+    return target
+
+
+@contextmanager
+def served(
+    place: Path, built: Path, master_uri: str, *, layer: bool = False, messages: Path | None = None
+) -> Iterator[str]:
+    """Run its WebSocket server and its rosapi; the URL.
+
+    Args:
+        place: The checkout.
+        built: What `build` has made of it.
+        master_uri: The master of both.
+        layer: Run them by `rosproto run`, on our own rospy, with Debian's Python; else on Debian's.
+        messages: Further generated messages, for PYTHONPATH.
+    """
+    port = unused_port()
+    folders = [built / "python", *([messages] if messages else []), *([_ROOT] if layer else [])]
+    environment = ros.environment(
+        master_uri.rstrip("/"),
+        packages=os.pathsep.join(map(str, folders)),
+        extra={"ROS_PACKAGE_PATH": f"{built / 'share'}{os.pathsep}/usr/share"},
+    )
+    start = [ros.PYTHON, "-m", "rosproto", "run"] if layer else [ros.PYTHON]
+    server = place / "rosbridge_server" / "scripts" / "rosbridge_websocket.py"
+    with ExitStack() as stack:
+        api = stack.enter_context(
+            ros.RosProcess([*start, str(place / "rosapi" / "scripts" / "rosapi_node")], environment)
+        )
+        bridge = stack.enter_context(
+            ros.RosProcess([*start, str(server), "--port", str(port), "--address", "127.0.0.1"], environment)
+        )
+        _wait_for_port(port, bridge)
+        api.wait_for("Rosapi started")
+        yield f"ws://127.0.0.1:{port}"
+
+
+def _wait_for_port(port: int, process: ros.RosProcess, timeout: float = 60.0) -> None:
+    end = time.monotonic() + timeout
+    while process.running and time.monotonic() < end:
+        try:
+            socket.create_connection(("127.0.0.1", port), 1.0).close()
+            return
+        except OSError:
+            time.sleep(0.05)
+    raise AssertionError(f"rosbridge_suite does not serve within {timeout} s:\n{process.output}")
+
+
+_ROOT = Path(__file__).resolve().parents[2]
