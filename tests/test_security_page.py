@@ -14,6 +14,16 @@ PAGE = (Path(__file__).resolve().parent.parent / "SECURITY.md").read_text("utf-8
 
 
 HOLDS = {
+    "no chunk gives more than it declares, and a length beyond the file takes no memory": [
+        "unit/bag/test_bag_mcap.py::test_a_chunk_that_unpacks_to_more_than_it_says",
+        "unit/bag/test_bag_mcap.py::test_lengths_beyond_the_file_cost_nothing",
+    ],
+    "does not fill a table": [
+        "unit/bag/test_bag_arrow.py::test_elements_of_no_bytes_do_not_fill_the_memory",
+    ],
+    "A server that lies about ranges is an error": [
+        "unit/bag/test_bag_remote.py::test_servers_that_lie",
+    ],
     "a definition of its own goes with its connection": [
         "unit/node/test_peer_costs.py::test_a_revision_goes_with_its_last_subscriber",
         "unit/node/test_peer_costs.py::test_one_that_leaves_during_the_handshake_leaves_nothing",
