@@ -12,7 +12,8 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = [
     "rosproto", "rosproto.action", "rosproto.aio", "rosproto.bag", "rosproto.node",
-    "rosproto.numeric", "rosproto.recording", "rosproto.tf", "woosh_pure", "woosh_pure.aio", "woosh_pure.sim",
+    "rosproto.numeric", "rosproto.recording", "rosproto.tf", "woosh_pure", "woosh_pure.aio", "woosh_pure.fleet",
+    "woosh_pure.sim", "woosh_pure.web",
 ]  # fmt: skip
 
 

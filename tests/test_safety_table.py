@@ -85,6 +85,18 @@ HELD_BY = {
     "**the process is killed": (
         "test_motion.py::test_what_remains_of_a_killed_process_is_the_chassis_own_behaviour",
     ),
+    "a hand that drives from the page": (
+        "test_web_dead_man.py::test_zero_follows_within_half_a_second",
+        "test_web_dead_man.py::test_a_page_whose_process_is_stopped_or_killed",
+        "test_web_dead_man.py::test_after_a_cut_nothing_resumes_when_the_network_is_back",
+        "test_web_dead_man.py::test_beats_that_a_slow_network_delivers_late_do_not_drive",
+    ),
+    "SIGTERM to `woosh web`": ("test_web_dead_man.py::test_a_server_that_is_ended_by_sigterm",),
+    "STOP in the page": (
+        "test_web_live.py::test_a_stop_of_anybody_ends_the_drive_and_nothing_resumes",
+        "test_web_dead_man.py::test_a_stop_that_another_person_gives_ends_the_drive_in_zero",
+        "test_web_api.py::test_stop_answers_what_stands_still",
+    ),
     "SIGTERM to a program of yours": (
         "test_ends_of_programs.py::test_a_goal_of_a_killed_program_goes_on_and_another_program_can_stop_it",
         "test_ends_of_programs.py::test_a_program_that_turns_sigterm_into_an_exit_stops_the_robot",

@@ -24,6 +24,51 @@ HOLDS = {
     "A server that lies about ranges is an error": [
         "unit/bag/test_bag_remote.py::test_servers_that_lie",
     ],
+    "elsewhere it takes a token of at least 8 letters": [
+        "scenarios/test_web_api.py::test_off_this_computer_only_with_a_token",
+        "scenarios/test_web_api.py::test_without_the_token_nothing_but_the_page_is_shown",
+        "scenarios/test_web_live.py::test_without_the_token_the_page_is_told_why",
+        "unit/woosh/web/test_access.py::test_a_token_that_can_be_guessed_or_not_be_sent_is_refused",
+    ],
+    "answered ten times, then once every six seconds": [
+        "scenarios/test_web_api.py::test_who_guesses_tokens_is_slowed_down",
+        "unit/woosh/web/test_access.py::test_who_guesses_is_slowed_down_and_nobody_else",
+    ],
+    "a cookie that scripts cannot read and other sites do not send": [
+        "scenarios/test_web_api.py::test_the_page_logs_in_with_a_cookie_that_scripts_cannot_read",
+    ],
+    "is refused (DNS rebinding)": [
+        "scenarios/test_web_api.py::test_a_name_that_is_not_ours_is_refused_for_everything",
+        "unit/woosh/web/test_access.py::test_another_name_is_dns_rebinding",
+    ],
+    "page of another site asks for": [
+        "scenarios/test_web_api.py::test_a_foreign_page_may_change_nothing",
+        "scenarios/test_web_live.py::test_a_foreign_page_gets_no_connection",
+        "unit/woosh/web/test_access.py::test_only_our_own_page_may_change_something",
+    ],
+    "(Content-Security-Policy without exceptions)": [
+        "scenarios/test_web_api.py::test_the_page_has_a_strict_policy_and_nothing_is_framed",
+    ],
+    "nonsense ends that connection in a sentence": [
+        "scenarios/test_web_live.py::test_nonsense_ends_that_connection_in_a_sentence",
+        "scenarios/test_web_live.py::test_a_flood_ends_that_connection",
+        "scenarios/test_web_api.py::test_a_body_that_is_too_large_is_not_read",
+        "scenarios/test_web_api.py::test_hostile_bodies_get_a_sentence_and_move_nothing",
+    ],
+    "until then it costs two frames": [
+        "scenarios/test_web_live.py::test_a_page_that_acknowledges_nothing_gets_two_frames_and_a_sentence",
+        "scenarios/test_web_live.py::test_a_page_that_stops_reading_costs_no_memory",
+    ],
+    "200 goals and 20 bags are kept": [
+        "scenarios/test_web_live.py::test_more_pages_than_are_shown_are_told",
+        "unit/woosh/web/test_values.py::test_sessions_have_a_bound_and_those_that_went_first_make_room",
+        "unit/woosh/web/test_values.py::test_the_journal_keeps_its_last_entries_and_how_they_ended",
+    ],
+    "driving by velocity needs `--allow-driving`, the lease and": [
+        "scenarios/test_web_live.py::test_driving_is_off_unless_it_was_allowed",
+        "scenarios/test_web_live.py::test_driving_needs_the_lease_and_the_confirmation",
+        "scenarios/test_web_api.py::test_odd_methods_get_a_sentence",
+    ],
     "a definition of its own goes with its connection": [
         "unit/node/test_peer_costs.py::test_a_revision_goes_with_its_last_subscriber",
         "unit/node/test_peer_costs.py::test_one_that_leaves_during_the_handshake_leaves_nothing",
@@ -44,6 +89,56 @@ HOLDS = {
     ],
     "gives what others send to one that is read alike, or leaves it out and says so": [
         "unit/recording/test_recorder.py::test_headers_of_publishers_are_bounded",
+    ],
+    "nothing it sends leaves the protocol as an exception": [
+        "fuzz/test_fuzz.py::test_a_fixed_handful_of_mutations_finds_nothing",
+        "property/test_rosbridge_values.py::test_any_message_is_done_or_refused",
+        "property/test_rosbridge_values.py::test_any_values_fit_or_are_refused",
+        "unit/gateway/rosbridge/test_protocol.py::test_wrong_messages",
+        "unit/gateway/rosbridge/test_protocol.py::test_a_required_field_is_missed",
+        "unit/gateway/rosbridge/test_values.py::test_wrong_values",
+    ],
+    "A message is bounded in bytes, in nesting, and to a million arrays and objects": [
+        "unit/gateway/rosbridge/test_protocol.py::test_size_is_bounded",
+        "unit/gateway/rosbridge/test_protocol.py::test_nesting_is_bounded",
+        "unit/gateway/rosbridge/test_protocol.py::test_objects_are_bounded",
+    ],
+    "16 may be incomplete, all together as large as one message, for ten minutes": [
+        "unit/gateway/rosbridge/test_fragments.py::test_what_is_incomplete_is_bounded",
+    ],
+    "is in no answer of `/rosapi`, by whatever spelling of its name": [
+        "unit/gateway/rosbridge/rosapi/test_answers.py::test_what_is_denied_is_in_no_list",
+        "unit/gateway/rosbridge/rosapi/test_parameters.py::test_a_hidden_parameter_is_not_read",
+    ],
+    "A namespace of parameters is no way around a pattern": [
+        "unit/gateway/rosbridge/rosapi/test_parameters.py::test_a_namespace_is_no_way_around",
+        "unit/gateway/rosbridge/rosapi/test_parameters.py::test_a_pattern_of_one_parameter_opens_that_one",
+        "unit/gateway/rosbridge/rosapi/test_parameters.py::test_nothing_is_written_by_default",
+    ],
+    "a million characters at most, a parameter's value 32 levels, an answer 300 types": [
+        "unit/gateway/rosbridge/rosapi/test_answers.py::test_what_cannot_be_answered_is_a_sentence",
+        "unit/gateway/rosbridge/rosapi/test_answers.py::test_a_master_that_is_gone_is_a_sentence",
+        "unit/gateway/rosbridge/rosapi/test_answers.py::test_a_provider_that_is_silent_holds_up_nobody_for_long",
+        "unit/gateway/rosbridge/rosapi/test_parameters.py::test_deep_values_are_refused",
+        "unit/gateway/rosbridge/rosapi/test_type_details.py::test_a_definition_without_end_gives_a_bounded_answer",
+    ],
+    "64 of each at a time, 500 frames, 100 Hz at most": [
+        "unit/gateway/rosbridge/test_tf_republisher.py::test_a_goal_without_sense_is_rejected",
+        "unit/gateway/rosbridge/test_tf_republisher.py::test_topics_of_the_service_are_bounded",
+        "unit/gateway/rosbridge/test_tf_republisher.py::test_goals_are_bounded",
+    ],
+    "They end with their client, and are not there where `/tf` is hidden": [
+        "unit/gateway/rosbridge/test_tf_on_demand.py::test_it_begins_with_the_first_goal_and_ends_with_its_client",
+        "unit/gateway/rosbridge/test_tf_on_demand.py::test_where_tf_is_hidden_it_is_not_there",
+        "unit/gateway/rosbridge/test_tf_on_demand.py::test_other_goals_stay_closed",
+    ],
+    "A picture is measured before it is unpacked": [
+        "unit/gateway/rosbridge/test_png.py::test_what_is_no_such_picture",
+        "unit/gateway/rosbridge/test_png.py::test_a_bomb_takes_no_memory",
+        "unit/gateway/rosbridge/test_protocol.py::test_pictures_in_one_message_are_bounded",
+    ],
+    "a message comes in 4096 at most": [
+        "unit/gateway/rosbridge/test_fragments.py::test_small_fragments_of_a_large_text_are_made_larger",
     ],
     "the rospy layer keeps latched messages of those publishers that are connected": [
         "unit/rospy/test_rospy_modules.py::test_latched_messages_of_publishers_that_have_gone_are_forgotten",
@@ -163,6 +258,26 @@ HOLDS = {
         "scenarios/hostile/test_hostile_chassis.py::test_what_a_chassis_says_when_it_refuses",
         "unit/cli/test_hostile_names.py::test_connections_of_a_bag",
         "unit/node/rosout/test_rosout_log.py::test_no_text_forges_a_record",
+    ],
+    "Retained orders and instant actions are not obeyed": [
+        "interop/fleet/test_vehicle.py::test_a_retained_order_is_not_obeyed",
+    ],
+    "is answered with `validationError` and changes nothing": [
+        "interop/fleet/test_vehicle.py::test_what_does_not_fit_is_answered",
+        "unit/fleet/test_messages.py::test_any_value_at_any_place_is_read_or_invalid",
+        "unit/fleet/test_order.py::test_a_malformed_order_is_a_validation_error",
+    ],
+    "an order of more than 1000 nodes, and what comes while 100 messages wait": [
+        "unit/fleet/test_messages.py::test_what_is_no_object_of_json_is_invalid",
+        "unit/fleet/test_messages.py::test_an_order_of_too_many_nodes_is_invalid",
+        "unit/fleet/test_vehicle.py::test_a_flood_of_messages_is_bounded",
+    ],
+    "an address that holds one is refused": [
+        "unit/fleet/test_config.py::test_an_address_of_a_broker_holds_no_secret",
+        "unit/fleet/test_config.py::test_secrets_are_in_a_file_of_ones_own",
+    ],
+    "get their parameters on standard input, through no shell": [
+        "unit/fleet/test_abilities.py::test_a_program_gets_the_parameters_and_gives_the_result",
     ],
     "given up for each new one, then the longest idle one": [
         "unit/transport/test_tcp_server.py::test_pending_handshakes_bounds_the_unready_and_drops_the_oldest",

@@ -19,6 +19,7 @@ from woosh_pure.connection.timeouts import require_timeout
 from woosh_pure.core import Core
 from woosh_pure.errors import MotionRefused
 from woosh_pure.feed.readings import Readings
+from woosh_pure.lease import ChassisLease
 from woosh_pure.maps.localisation import Localisation
 from woosh_pure.motion.action_goal import ActionHandle, start_action
 from woosh_pure.motion.moving import Moving
@@ -94,6 +95,7 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         self.master_uri = master_uri_of(address)
         timeout = as_float(timeout)
         self._aio: aio.Chassis | None = None
+        self._lease = ChassisLease()
         if not 0.0 < timeout < math.inf:
             raise ValueError(f"timeout={timeout}: expected more than 0 s, and not for ever")
         self._core = Core(
@@ -161,6 +163,15 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
         """True while something that this object has started may move the robot."""
         running = self._core.running
         return bool(running.goals) or any(not drive.finished for drive in running.drives)
+
+    @property
+    def lease(self) -> ChassisLease:
+        """Who commands this robot now, among those who use this object: the page, the REST door, your
+        program.
+
+        For a program it is advice (`chassis.lease.holder`), for the page and the REST door a rule.
+        """
+        return self._lease
 
     @property
     def node(self) -> rosproto.Node:

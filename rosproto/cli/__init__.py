@@ -37,6 +37,13 @@ if TYPE_CHECKING:
         say,
         signals_unwind,
     )
+    from rosproto.cli.foxglove import (
+        add_server_options,
+        announced,
+        serve,
+        server_options,
+    )
+    from rosproto.cli.gateway_options import until_interrupted
     from rosproto.cli.json_output import json_text
     from rosproto.cli.keys import Keys, open_keys
     from rosproto.cli.option_types import (
@@ -68,6 +75,8 @@ __all__ = [
     "WrongUse",
     "add_completion_arguments",
     "add_output_options",
+    "add_server_options",
+    "announced",
     "answer_completion",
     "as_typed",
     "cannot_listen",
@@ -96,6 +105,8 @@ __all__ = [
     "recorder_options",
     "say",
     "seconds",
+    "serve",
+    "server_options",
     "show_bare_help",
     "shows_unicode",
     "signals_unwind",
@@ -103,6 +114,7 @@ __all__ = [
     "to_float",
     "to_int",
     "unguarded",
+    "until_interrupted",
     "whole",
 ]
 
@@ -138,6 +150,8 @@ __getattr__ = late_names(
         "WrongUse": "parser",
         "add_completion_arguments": "completion:add_arguments",
         "add_output_options": "bag_record",
+        "add_server_options": "foxglove",
+        "announced": "foxglove",
         "answer_completion": "completion:answer",
         "as_typed": "streams",
         "cannot_listen": "failure",
@@ -173,5 +187,8 @@ __getattr__ = late_names(
         "to_int": "option_types",
         "unguarded": "streams",
         "whole": "option_types",
+        "serve": "foxglove",
+        "server_options": "foxglove",
+        "until_interrupted": "gateway_options",
     },
 )

@@ -65,7 +65,7 @@ def _command(words: list[str], *, until_exit: bool) -> int:
     return _run(name, arguments, until_exit=until_exit)
 
 
-_WITHOUT_VERBS = ("graph", "doctor", "run", "master", "completion")
+_WITHOUT_VERBS = ("graph", "doctor", "bridge", "foxglove", "run", "master", "completion")
 
 
 def behind_the_verb(words: Sequence[str]) -> list[str]:

@@ -38,6 +38,10 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "log echo": ("rosproto log echo --level warn --node '/move_base*'",),
     "log set": ("rosproto log set /move_base root debug",),
     "dynparam set": ("rosproto dynparam set /camera '{size: 20, enabled: false}'",),
+    "bridge": (
+        "rosproto bridge",
+        "rosproto bridge --bind 0.0.0.0 --token SECRET --allow-write 'topic:/chatter' --deny 'param:*'",
+    ),
     "run": ("rosproto run --sim program.py _speed:=0.2",),
     "master": ("rosproto master --host 0.0.0.0 --advertise 169.254.128.20",),
 }

@@ -15,16 +15,24 @@ from rosproto.late import late_names
 
 if TYPE_CHECKING:
     from rosproto.gateway.access import Access, Refusal
+    from rosproto.gateway.foxglove.local import LocalTopic
+    from rosproto.gateway.foxglove.server import ClientFacts, Foxglove, FoxgloveStats
     from rosproto.gateway.limits import GatewayLimits
     from rosproto.gateway.outbox import Outbox
+    from rosproto.gateway.rosbridge.server import Rosbridge
     from rosproto.gateway.sample import Sample, TopicDescription
     from rosproto.gateway.taps import Tap, Taps
 
 __all__ = [
     "Access",
+    "ClientFacts",
+    "Foxglove",
+    "FoxgloveStats",
     "GatewayLimits",
+    "LocalTopic",
     "Outbox",
     "Refusal",
+    "Rosbridge",
     "Sample",
     "Tap",
     "Taps",
@@ -35,9 +43,14 @@ __getattr__ = late_names(
     __name__,
     {
         "Access": "access",
+        "ClientFacts": "foxglove.server",
+        "Foxglove": "foxglove.server",
+        "FoxgloveStats": "foxglove.server",
+        "LocalTopic": "foxglove.local",
         "GatewayLimits": "limits",
         "Outbox": "outbox",
         "Refusal": "access",
+        "Rosbridge": "rosbridge.server",
         "Sample": "sample",
         "Tap": "taps",
         "Taps": "taps",

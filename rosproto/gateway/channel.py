@@ -55,6 +55,7 @@ class Channel:
         limits: GatewayLimits,
         wake: Callable[[Channel], object],
         end: Callable[[Channel], object],
+        later: Callable[[float, Callable[[], object]], object],
     ) -> None:
         self.peer = peer
         self.since = time.monotonic()
@@ -64,6 +65,8 @@ class Channel:
         self.received = 0
         self.ending: tuple[int, str] | None = None
         self._end = end
+        self.later = later
+        """`later(seconds, function)`: have it called in the server's loop; it must not block."""
 
     @property
     def dropped(self) -> int:

@@ -7,10 +7,12 @@ page that is loaded anew advertises again at once.
 from __future__ import annotations
 
 import threading
+import time
+from collections import deque
 from collections.abc import Hashable
 from typing import TYPE_CHECKING, Any
 
-from rosproto.codec import Message
+from rosproto.codec import Message, encode
 from rosproto.errors import LocalProtocolError
 from rosproto.gateway.write_guard import WriteGuard, is_velocity
 from rosproto.logs import get_logger
@@ -23,7 +25,46 @@ __all__ = ["Publication", "Publications"]
 _log = get_logger("rosproto.gateway")
 
 LINGER = 2.0  # seconds; the zeros take half of one
+EARLY_SECONDS = 1.0
+EARLY_MESSAGES = 100
+EARLY_BYTES = 4 << 20
 LATE_VELOCITIES = 1  # that wait for a slow robot: an old one is of no use
+
+
+class _Early:
+    """What is published in the first second, for subscribers that connect within it."""
+
+    def __init__(self) -> None:
+        self._until = time.monotonic() + EARLY_SECONDS
+        self._lock = threading.Lock()
+        self._sent: deque[tuple[bytes, frozenset[str]]] = deque(maxlen=EARLY_MESSAGES)
+        self._bytes = 0
+        self.publisher: Publisher | None = None
+
+    def publish(self, message: Any) -> bool:
+        """Publish it here, and remember for whom; False when the second is over, or there is too much."""
+        publisher = self.publisher
+        if publisher is None or time.monotonic() > self._until:
+            self._sent.clear()
+            return False
+        data = message if isinstance(message, bytes) else encode(message)
+        with self._lock:
+            self._bytes += len(data)
+            if self._bytes > EARLY_BYTES:
+                return False
+            self._sent.append((data, frozenset(publisher.subscribers)))
+            publisher.publish(data)
+        return True
+
+    def connected(self, caller_id: str) -> None:
+        """A subscriber came, in a thread of the library."""
+        publisher = self.publisher
+        if publisher is None or time.monotonic() > self._until:
+            return
+        with self._lock:
+            missed = [data for data, present in self._sent if caller_id not in present]
+            for data in missed:
+                publisher.publish_to(caller_id, data)
 
 
 class Publication:
@@ -36,9 +77,12 @@ class Publication:
         message_class: Class of its messages.
     """
 
-    def __init__(self, owner: Publications, client: Hashable, publisher: Publisher) -> None:
+    def __init__(
+        self, owner: Publications, client: Hashable, publisher: Publisher, early: _Early | None
+    ) -> None:
         self._owner = owner
         self._publisher = publisher
+        self._early = early
         self.client = client
         self.topic = publisher.topic
         self.type_name = publisher.type_name
@@ -55,6 +99,10 @@ class Publication:
         """
         if self.closed:
             raise LocalProtocolError(f"{self.topic}: not advertised any more")
+        if self._early is not None:
+            if self._early.publish(message):
+                return
+            self._early = None
         self._owner.guard.publish(self.client, self._publisher, message)
 
     @property
@@ -107,17 +155,21 @@ class Publications:
             raise LocalProtocolError(f"{topic}: the gateway is closed")
         name = type if isinstance(type, str) else type._type
         velocity = is_velocity(name)
+        early = None if velocity or latch else _Early()
         publisher = self._node.publisher(
             topic,
             type,
             latch=latch,
             queue_size=LATE_VELOCITIES if velocity else max(1, queue_size),
             linger=not velocity,
+            on_connect=None if early is None else early.connected,
         )
+        if early is not None:
+            early.publisher = publisher
         with self._lock:
             if not self._closed:
                 self._open.add(publisher)
-                return Publication(self, client, publisher)
+                return Publication(self, client, publisher, early)
         publisher.close()
         raise LocalProtocolError(f"{topic}: the gateway is closed")
 

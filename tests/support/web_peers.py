@@ -18,7 +18,14 @@ from tests.support.watched.plugin import CACHE
 
 __all__ = ["NPM", "PYPI", "install", "npm_module", "python_with", "start_module"]
 
-NPM = ("roslib@2.1.0",)
+NPM = (
+    "roslib@2.1.0",
+    "ws@8",
+    "@foxglove/ws-protocol@0.8.0",
+    "@foxglove/rosmsg@5",
+    "@foxglove/rosmsg-serialization@2",
+    "@mcap/core@2",
+)
 PYPI = ("roslibpy==2.1.0", "ros-mcp==3.1.2")
 
 

@@ -28,6 +28,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "led": ("woosh led idle", "woosh led --color ff8000 --strip both"),
     "say": ("woosh say 你好",),
     "record": ("woosh record -O drive.bag --duration 10m",),
+    "web": ("woosh --sim web", "woosh web --bind 0.0.0.0 --token Kd83-hsa2-Pq"),
     "shell": ("woosh --sim shell",),
     "completion": ('eval "$(woosh completion bash)"',),
 }

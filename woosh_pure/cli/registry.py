@@ -20,7 +20,7 @@ COMMANDS = (
     *("goto", "task", "charge", "move", "rotate", "drive", "stop"),
     *("localization", "map", "plan", "costmap", "footprint", "mode", "marks"),
     *("led", "say"),
-    *("record",),
+    *("record", "web", "foxglove", "vda5050"),
     *("shell", "completion"),
 )
 

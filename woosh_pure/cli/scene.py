@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from woosh_pure.readiness.assessment import Readiness
     from woosh_pure.values.state import Battery, LaserScan, RobotStatus
 
-__all__ = ["Observer", "Scene", "known_path", "scan_in_base", "scan_in_map"]
+__all__ = ["Observer", "Scene", "in_base", "known_path", "scan_in_base", "scan_in_map"]
 
 FEEDS = ("pose", "velocity", "scan", "battery", "status", "plan", "localization", "odometer")
 
@@ -138,8 +138,16 @@ def scan_in_base(chassis: Chassis, scan: LaserScan) -> NDArray[np.floating]:
 
     flat = scan.points().astype(np.float64)
     points = np.hstack([flat, np.zeros((len(flat), 1))])
+    result: NDArray[np.floating] = in_base(chassis, points, scan.frame)[:, :2]
+    return result
+
+
+def in_base(chassis: Chassis, points: NDArray[np.float64], frame: str) -> NDArray[np.float64]:
+    """(N, 3) points of a frame, m in base_link by the fixed transforms; as they are where none is known."""
+    import numpy as np
+
     links = _fixed_links(chassis)
-    frame = scan.frame.lstrip("/")
+    frame = frame.lstrip("/")
     for _ in range(20):  # a loop in the tree must not hold us
         if frame in ("base_link", "base_footprint") or frame not in links:
             break
@@ -147,8 +155,7 @@ def scan_in_base(chassis: Chassis, scan: LaserScan) -> NDArray[np.floating]:
         points = _turned(points, transform.rotation)
         t = transform.translation
         points = points + np.array([t.x, t.y, t.z])
-    result: NDArray[np.floating] = points[:, :2]
-    return result
+    return points
 
 
 def _fixed_links(chassis: Chassis) -> dict[str, tuple[str, Any]]:

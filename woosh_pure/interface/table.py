@@ -14,6 +14,7 @@ __all__ = [
     "ROWS",
     "Row",
     "actions",
+    "driving_patterns",
     "feeds",
     "find",
     "row",
@@ -87,6 +88,14 @@ def services() -> tuple[Row, ...]:
 def actions() -> tuple[Row, ...]:
     """Action rows."""
     return tuple(r for r in ROWS if r.kind == "action")
+
+
+def driving_patterns() -> tuple[str, ...]:
+    """What drives the robot, as patterns for a gateway (`rosproto.gateway.Access(write=...)`): the topics of
+    velocities, and the actions that move the whole robot.
+    """
+    rows = [r for r in ROWS if r.bypasses_protection or r.moves_base]
+    return tuple(f"{r.kind}:{name}" for r in rows for name in (r.name, *r.aliases))
 
 
 def feeds() -> tuple[Row, ...]:

@@ -90,7 +90,7 @@ class Graph:
         self.heard: dict[str, Any] = {}
         self._keep: list[Any] = []
         self._building: ExitStack | None = None
-        self._robot = LocalNodes()
+        self._robot = LocalNodes(told_as="TCPROS")  # as the real one's nodes are connected
         self.internal_clients: dict[str, rosproto.ActionClient] = {}
 
     def node(self, name: str) -> rosproto.Node:

@@ -14,12 +14,18 @@ from weakref import WeakKeyDictionary
 
 from rosproto.codec import decode, encode
 from rosproto.codec.layout import DTYPES, FieldLayout
+from rosproto.errors import RosError
 from rosproto.gateway.rosbridge.writer import Writer
 
-__all__ = ["dumps", "publish_cbor", "publish_cbor_raw", "to_cbor"]
+__all__ = ["MissingLibrary", "dumps", "publish_cbor", "publish_cbor_raw", "to_cbor"]
 
 TAGS = {"H": 69, "I": 70, "Q": 71, "b": 72, "h": 77, "i": 78, "q": 79, "f": 85, "d": 86}
 """RFC 8746's numbers for arrays of these struct codes, little-endian. Octets are a byte string."""
+
+
+class MissingLibrary(RosError, ImportError):
+    """cbor2 is not installed; names the extra it belongs to."""
+
 
 _writers: WeakKeyDictionary[type, Callable[[Any], Any]] = WeakKeyDictionary()
 
@@ -28,7 +34,7 @@ def publish_cbor(topic: str, message: Any) -> bytes:
     """The binary message that brings a topic's message to a client.
 
     Raises:
-        ImportError: cbor2 is not installed; names the extra.
+        MissingLibrary: cbor2 is not installed.
     """
     return dumps({"op": "publish", "topic": topic, "msg": to_cbor(message)})
 
@@ -54,7 +60,7 @@ def to_cbor(message: Any) -> Any:
         write = _writers[cls] = CborWriter().function(cls._binding.layout)
     try:
         return write(message)
-    except (AttributeError, TypeError, ValueError):
+    except (AttributeError, BufferError, TypeError, ValueError):
         return write(decode(cls, encode(message)))  # as in `values.to_json`
 
 
@@ -62,7 +68,7 @@ def dumps(value: Any) -> bytes:
     """Bytes of values.
 
     Raises:
-        ImportError: cbor2 is not installed; names the extra.
+        MissingLibrary: cbor2 is not installed.
     """
     try:
         data: bytes = _library().dumps(value)
@@ -84,9 +90,8 @@ def _library() -> Any:
     try:
         return import_module("cbor2")
     except ImportError as error:
-        raise ImportError(
-            "compression cbor and cbor-raw need the package cbor2: pip install 'woosh-pure[bridge]'",
-            name="cbor2",
+        raise MissingLibrary(
+            "compression cbor and cbor-raw need the package cbor2: pip install 'woosh-pure[bridge]'"
         ) from error
 
 
@@ -129,10 +134,12 @@ def _time(value: Any) -> dict[str, int]:
 
 
 def _octets(values: Any) -> bytes:
-    return values.tobytes() if hasattr(values, "tobytes") else bytes(values)
+    return values if type(values) is bytes else _bytes(values, "u1")
 
 
 def _bytes(values: Any, dtype: str) -> bytes:
-    import numpy as np
-
-    return np.asarray(values, dtype).tobytes()
+    """Of an array as messages have them; TypeError for a list or another width, which the codec converts."""
+    if getattr(values, "dtype", None) != dtype:
+        raise TypeError(dtype)
+    data: bytes = values.tobytes()
+    return data

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from binascii import b2a_base64
 from collections.abc import Callable
+from functools import cache
 from json.encoder import encode_basestring_ascii
 from typing import Any
 
@@ -16,6 +17,13 @@ from rosproto.codec.layout import FieldLayout
 from rosproto.gateway.rosbridge.writer import Writer
 
 __all__ = ["JsonWriter"]
+
+PIECE = 20_000
+"""Numbers of an array that are written at once: a millisecond, in which no other thread runs."""
+PIECE_OF_SMALL = 1 << 17
+LEAST_OF_THREE = -99
+"""The least number with three characters."""
+FEW = 100
 
 
 class JsonWriter(Writer):
@@ -31,6 +39,7 @@ class JsonWriter(Writer):
                 "octets": _octets,
                 "real": float.__repr__,
                 "reals": _reals,
+                "small": _small_integers,
                 "text": encode_basestring_ascii,
                 "time": _time,
                 "truths": _truths,
@@ -61,7 +70,8 @@ class JsonWriter(Writer):
             return f"items(time, {value})"
         if field.kind == "string":
             return f"items(text, {value})"
-        kind = {"?": "truths", "f": "reals", "d": "reals", "B": "octets"}.get(field.code, "integers")
+        kinds = {"?": "truths", "f": "reals", "d": "reals", "B": "octets", "b": "small"}
+        kind = kinds.get(field.code, "integers")
         return f"{kind}({value})"
 
     def messages(self, call: str, value: str) -> str:
@@ -77,8 +87,8 @@ def _items(call: Callable[[Any], str], values: Any) -> str:
 
 
 def _octets(values: Any) -> str:
-    if isinstance(values, (list, tuple)):
-        values = bytes(values)
+    if type(values) is not bytes and getattr(values, "dtype", None) != "u1":
+        raise TypeError("octets")  # a list, or wider numbers: the codec converts them
     return f'"{b2a_base64(values, newline=False).decode("ascii")}"'
 
 
@@ -87,12 +97,41 @@ def _list(values: Any) -> list[Any]:
     return list(values) if tolist is None else tolist()
 
 
+def _numbers(values: Any) -> str:
+    """Python's text of a list; of a long one piece by piece, since nothing else runs while it is made."""
+    if len(values) <= PIECE:
+        return str(_list(values))
+    pieces = [str(_list(values[at : at + PIECE]))[1:-1] for at in range(0, len(values), PIECE)]
+    return f"[{', '.join(pieces)}]"
+
+
 def _integers(values: Any) -> str:
-    return str(_list(values))
+    return _numbers(values)
+
+
+def _small_integers(values: Any) -> str:
+    """Of int8[]: a map has millions, and hardly one needs more than three characters; blanks fill up."""
+    if getattr(values, "dtype", None) != "i1" or len(values) < FEW or values.min() < LEAST_OF_THREE:
+        return _integers(values)
+    table = _table()
+    octets = values.view("u1")
+    pieces = [
+        table[octets[at : at + PIECE_OF_SMALL]].tobytes() for at in range(0, len(octets), PIECE_OF_SMALL)
+    ]
+    return f"[{b''.join(pieces)[:-1].decode('ascii')}]"
+
+
+@cache
+def _table() -> Any:
+    """For each octet the four characters of the int8 that it is, as one number: three digits and a comma."""
+    import numpy as np
+
+    numbers = [value if value < 128 else max(value - 256, LEAST_OF_THREE) for value in range(256)]
+    return np.frombuffer("".join(f"{number:>3}," for number in numbers).encode(), "u4")
 
 
 def _reals(values: Any) -> str:
-    text = str(_list(values))
+    text = _numbers(values)
     if "n" in text:  # nan and inf; no other number has one
         text = text.replace("-inf", "null").replace("inf", "null").replace("nan", "null")
     return text

@@ -6,7 +6,6 @@ what its capabilities do where that is silent. An optional field that is null co
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -136,7 +135,7 @@ def _whole(least: int) -> Check:
 
 def _seconds(value: Any, _longest: int) -> float | None:
     """roslib has every number at or below zero for "no time-out of mine"."""
-    if type(value) in (int, float) and math.isfinite(value) and abs(value) <= LARGEST:
+    if type(value) in (int, float) and abs(value) <= LARGEST:  # not a NaN, nor an integer beyond floats
         return float(value) if value > 0 else None
     raise ValueError("a number of seconds")
 
@@ -201,7 +200,8 @@ def _publish(id: effects.Id, topic: str, msg: Any = _NOT_GIVEN, **given: Any) ->
     return effects.Publish(id=id, topic=topic, msg={} if msg is _NOT_GIVEN else msg, **given)
 
 
-def _service_response(id: effects.Id, service: str, result: bool, values: Any = None) -> Effect:
+def _service_response(id: effects.Id, service: str, result: bool = False, values: Any = None) -> Effect:
+    """Without `result` it failed: roslib leaves it out where a page's callback returns nothing."""
     return effects.ServiceResponse(id, service, values, result)
 
 
@@ -256,7 +256,7 @@ OPERATIONS: dict[str, Operation] = {
     "unadvertise_service": Operation(effects.UnadvertiseService, (Field("service", _name, True),)),
     "service_response": Operation(
         _service_response,
-        (Field("service", _name, True), Field("values", _anything), Field("result", _flag, True)),
+        (Field("service", _name, True), Field("values", _anything), Field("result", _flag)),
     ),
     "send_action_goal": Operation(
         _send_action_goal,

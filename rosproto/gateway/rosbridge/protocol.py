@@ -12,6 +12,9 @@ and a `png` operation is also read.
 from __future__ import annotations
 
 import json
+import re
+import sys
+from collections.abc import Callable
 from json.encoder import encode_basestring_ascii as quoted
 from typing import Any
 from typing import Protocol as Structural
@@ -79,10 +82,20 @@ TOO_BIG = 1009
 
 MOST_OBJECTS = 1 << 20
 """Arrays and objects in one message: an empty one takes three bytes on the wire and sixty of memory."""
-_MOST_AT_ONCE = 1000  # JSON objects behind one another in one WebSocket message
+_MOST_AT_ONCE = 100  # JSON objects behind one another in one WebSocket message
+_MOST_PICTURES = 4  # in one: a kilobyte of it may take a twentieth of a second to unpack
 _WRAPPED = 2  # a picture in fragments, but no fragments in fragments in fragments
 
-_decoder = json.JSONDecoder()
+
+def _short_int(digits: str) -> int:
+    """As Python does by itself from 3.10.7 on: a million digits would take minutes."""
+    if len(digits) > 4300:
+        raise ValueError("too many digits")
+    return int(digits)
+
+
+_decoder = json.JSONDecoder(parse_int=None if hasattr(sys, "get_int_max_str_digits") else _short_int)
+_blanks: Callable[[str, int], re.Match[str]] = re.compile(r"[ \t\n\r]*").match  # type: ignore[assignment]
 
 
 class WireLimits(Structural):
@@ -122,6 +135,7 @@ class Protocol:
         self._limits = limits
         self._fragments = Reassembly(limits.message_bytes)
         self._fragmented = 0
+        self._pictures = 0  # in the message that is read
         self.level: Level = "error"
         self.received = 0
         self.refused = 0
@@ -139,6 +153,7 @@ class Protocol:
         if self.closed:
             return []
         self.received += 1
+        self._pictures = 0
         if len(data) > self._limits.message_bytes:
             self.closed = True
             return [Close(TOO_BIG, f"a message may have {self._limits.message_bytes} bytes")]
@@ -170,9 +185,7 @@ class Protocol:
         at, end = 0, len(text.rstrip())
         try:
             while at < end:
-                while text[at].isspace():
-                    at += 1
-                value, at = _decoder.raw_decode(text, at)
+                value, at = _decoder.raw_decode(text, _blanks(text, at).end())
                 if not isinstance(value, dict):
                     raise _Refused(f"the message is JSON, but {_kind(value)}; expected an object with an op")
                 if brackets > self._limits.nesting:
@@ -229,14 +242,19 @@ class Protocol:
         """The text inside a fragment or a picture; None while fragments are missing."""
         if depth >= _WRAPPED:
             raise FieldError("too many fragments and pictures inside one another")
-        if op == "fragment" or "num" in message or "total" in message:
-            whole = self._fragments.add(message, now)
-            if op == "fragment" or whole is None:
-                return whole
-            return unpack(whole, min(MOST_BYTES, self._limits.message_bytes))
-        data = message.get("data")
+        if op == "fragment":
+            return self._fragments.add(message, now)
+        if "num" in message or "total" in message:
+            data: Any = self._fragments.add(message, now)
+            if data is None:
+                return None
+        else:
+            data = message.get("data")
         if not isinstance(data, str):
             raise FieldError("field data is missing or no text; expected a picture in base64")
+        self._pictures += 1
+        if self._pictures > _MOST_PICTURES:
+            raise FieldError(f"more than {_MOST_PICTURES} pictures in one message; send them one by one")
         return unpack(data, min(MOST_BYTES, self._limits.message_bytes))
 
     def _refuse(self, effects: list[Effect], text: str, id: Id = None) -> None:

@@ -1,20 +1,24 @@
-"""The action /tf2_web_republisher: transforms for web clients that have no tf of their own.
+"""/tf2_web_republisher and /republish_tfs: transforms for web clients that have no tf of their own.
 
-ROSLIB.TFClient sends it the frames that it wants, and gets as feedback those that have moved; tf itself, at
-full rate and with every frame, is too much for a phone. A goal moves nothing: it may be sent without a write
-pattern.
+roslib's TFClient sends the action the frames that it wants, and gets as feedback those that have moved;
+roslibpy's calls the service, and gets them on a topic. tf itself, at full rate and with every frame, is too
+much for a phone. Neither moves anything: they may be used without a write pattern.
 
 Source: tf2_web_republisher (tf_web_republisher.cpp): which transform is looked up, and when it is sent again.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 import threading
+import time
 from typing import TYPE_CHECKING, Any
 
 from rosproto.action import ActionServer
 from rosproto.bounded_cache import BoundedCache
+from rosproto.errors import RosError
+from rosproto.gateway.rosbridge.tf_on_demand import ACTION, ACTION_TYPE, SERVICE
 from rosproto.tf import TransformError, TransformListener
 from rosproto.tf.buffer import frame_name
 
@@ -27,16 +31,17 @@ if TYPE_CHECKING:
 
 __all__ = ["TfRepublisher"]
 
-NAME = "/tf2_web_republisher"
-TYPE = "tf2_web_republisher/TFSubscriptionAction"
 MOST_GOALS = 64
+MOST_TOPICS = 64
+LEAST_PATIENCE, MOST_PATIENCE = 1.0, 60.0  # seconds that a topic stays without a subscriber
+CLOSE_SECONDS = 2.0
 MOST_REMEMBERED = 1000  # goals of clients that have left
 MOST_FRAMES = 500  # of one goal
 HIGHEST_RATE = 100.0  # Hz
 
 
 class TfRepublisher:
-    """Provides the action; close it, or the node.
+    """Provides the action and the service; close it, or the node.
 
     A goal goes on until it is cancelled. A web page that is closed cancels nothing, so the gateway tells
     which client sent which goal (`sent`), and when that one has left (`gone`).
@@ -53,11 +58,16 @@ class TfRepublisher:
         self._lock = threading.Lock()
         self._clients: dict[object, set[str]] = {}
         self._left: BoundedCache[str, bool] = BoundedCache(MOST_REMEMBERED)
+        self._topics: set[threading.Thread] = set()
+        self._numbers = itertools.count()
+        self._closing = threading.Event()
         self._listener = TransformListener(node)
         try:
             self._server = ActionServer(
-                node, NAME, TYPE, self._serve, concurrent=True, check=_problem, most_goals=MOST_GOALS
+                node, ACTION, ACTION_TYPE, self._serve, concurrent=True, check=_problem, most_goals=MOST_GOALS
             )
+            kind = "tf2_web_republisher/RepublishTFs"
+            self._service = node.service_server(SERVICE, kind, self._open_topic)
         except BaseException:
             self._listener.close()
             raise
@@ -74,14 +84,15 @@ class TfRepublisher:
         self.close()
 
     def close(self) -> None:
-        """End all goals and the subscriptions; may be called twice."""
+        """End all goals, topics and subscriptions; may be called twice."""
+        self._closing.set()
+        self._service.close()
         self._server.close()
+        with self._lock:
+            topics = list(self._topics)
+        for thread in topics:
+            thread.join(CLOSE_SECONDS)
         self._listener.close()
-
-    @staticmethod
-    def owns(name: str) -> bool:
-        """True for the action, and the topics on which its clients publish."""
-        return name in (NAME, f"{NAME}/goal", f"{NAME}/cancel")
 
     def sent(self, client: object, goal_id: str) -> None:
         """A client of the gateway sends a goal with this id; said before the goal is published."""
@@ -99,14 +110,54 @@ class TfRepublisher:
             self._left.put(goal_id, True)
 
     def _serve(self, goal: ServerGoal) -> None:
-        sending = _Sending(goal.goal.angular_thres, goal.goal.trans_thres)
-        target, sources = frame_name(goal.goal.target_frame), list(map(frame_name, goal.goal.source_frames))
-        period = 1.0 / goal.goal.rate
-        while not self._ended(goal, period):
-            transforms = [self._message(found) for found in sending.due(self._looked_up(target, sources))]
+        sending = _Sending(goal.goal)
+        while not self._ended(goal, sending.period):
+            transforms = self._due(sending)
             if transforms:
                 goal.publish_feedback({"transforms": transforms})
         goal.preempted()
+
+    def _open_topic(self, request: Any) -> dict[str, str]:
+        """The service: a topic for one client, with a thread that ends when nobody subscribes it any more."""
+        problem = _problem(request)
+        if problem is not None:
+            raise ValueError(problem)
+        sending = _Sending(request)
+        patience = min(max(request.timeout.to_sec(), LEAST_PATIENCE), MOST_PATIENCE)
+        name = f"{ACTION}/tf_repub_{next(self._numbers)}"
+        with self._lock:
+            if len(self._topics) >= MOST_TOPICS:
+                raise ValueError(f"{MOST_TOPICS} topics of transforms are open, no more are opened")
+            thread = threading.Thread(
+                target=self._serve_topic, args=(name, sending, patience), name=f"rosproto:{name}", daemon=True
+            )
+            self._topics.add(thread)
+        thread.start()
+        return {"topic_name": name}
+
+    def _serve_topic(self, name: str, sending: _Sending, patience: float) -> None:
+        try:
+            with self._node.publisher(
+                name, "tf2_web_republisher/TFArray", on_connect=lambda _: sending.forget()
+            ) as publisher:
+                heard = time.monotonic()
+                while time.monotonic() - heard < patience and not self._closing.wait(sending.period):
+                    if not publisher.connections:
+                        continue
+                    heard = time.monotonic()
+                    transforms = self._due(sending)
+                    if transforms:
+                        publisher.publish(transforms=transforms)
+        except RosError as error:
+            self._node.logger.warning("! %s ends: %s", name, error)
+        finally:
+            with self._lock:
+                self._topics.discard(threading.current_thread())
+
+    def _due(self, sending: _Sending) -> list[Any]:
+        return [
+            self._message(found) for found in sending.due(self._looked_up(sending.target, sending.sources))
+        ]
 
     def _ended(self, goal: ServerGoal, period: float) -> bool:
         return goal.wait_for_cancel(period) or self._left.get(goal.id) is not None
@@ -127,12 +178,19 @@ class TfRepublisher:
 
 
 class _Sending:
-    """Which transforms have moved since they were sent last."""
+    """What one client asked for, and which transforms have moved since they were sent last."""
 
-    def __init__(self, angle: float, distance: float) -> None:
-        self._angle = angle
-        self._distance = distance
+    def __init__(self, asked: Any) -> None:
+        self.target = frame_name(asked.target_frame)
+        self.sources = [frame_name(name) for name in asked.source_frames]
+        self.period = 1.0 / asked.rate
+        self._angle = asked.angular_thres
+        self._distance = asked.trans_thres
         self._sent: dict[str, Transform] = {}
+
+    def forget(self) -> None:
+        """Somebody new listens: everything is sent again."""
+        self._sent = {}
 
     def due(self, transforms: list[Transform]) -> list[Transform]:
         moved = [found for found in transforms if self._moved(found)]
@@ -146,7 +204,7 @@ class _Sending:
             return True
         along = abs(sum(a * b for a, b in zip(before.rotation, now.rotation, strict=True)))
         angle = 2.0 * math.acos(min(1.0, along))
-        return math.dist(before.translation, now.translation) > self._distance or angle > self._angle
+        return bool(math.dist(before.translation, now.translation) > self._distance or angle > self._angle)
 
 
 def _problem(goal: Any) -> str | None:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 __all__ = ["from_arguments", "from_values", "to_json", "to_values"]
 
 _WORDS = {"": "a text", "?": "true or false", "f": "a number", "d": "a number"}
+_SINGLE = struct.Struct("<f")
 _HEADERS = frozenset({"std_msgs/Header", "roslib/Header"})
 
 _writers: WeakKeyDictionary[type, Callable[[Any], str]] = WeakKeyDictionary()
@@ -43,7 +44,7 @@ def to_json(message: Any) -> str:
         write = _writers[cls] = JsonWriter().function(cls._binding.layout)
     try:
         return write(message)
-    except (AttributeError, TypeError, ValueError):
+    except (AttributeError, BufferError, TypeError, ValueError):
         # Somebody put in what the wire allows and a decoded message does not have: an int for a float.
         return write(decode(cls, encode(message)))
 
@@ -133,21 +134,40 @@ class _Reader:
         kind = type(value)
         if field.kind == "string":
             if kind is str:
-                return value
+                return self.text(value, path)
         elif field.code == "?":
             if kind is bool:
                 return value
         elif field.code in "fd":
-            if kind is float:
-                return value
-            if kind is int and value.bit_length() <= 1023:
-                return float(value)
+            if kind is float or (kind is int and value.bit_length() <= 1023):
+                return self.real(field, float(value), path)
         elif kind is int:
             least, greatest = RANGES_BY_CODE[field.code]
             if least <= value <= greatest:
                 return value
             raise self.wrong(f"{least} to {greatest}", value, path)
         raise self.wrong(_WORDS.get(field.code, "a whole number"), value, path)
+
+    def text(self, value: str, path: str) -> str:
+        if not value.isascii():
+            try:
+                value.encode("utf-8")
+            except UnicodeEncodeError as error:
+                half = f"half a character (surrogate U+{ord(value[error.start]):04X})"
+                raise CodecError(
+                    f"{half} at {error.start}; expected a text of whole ones",
+                    type_name=self.top,
+                    field_path=path,
+                ) from None
+        return value
+
+    def real(self, field: FieldLayout, value: float, path: str) -> float:
+        if field.code == "f":
+            try:
+                _SINGLE.pack(value)
+            except OverflowError:
+                raise self.wrong("a number within float32", value, path) from None
+        return value
 
     def time(self, field: FieldLayout, value: Any, path: str, present: Any) -> Any:
         flavour = self.binding.flavour
@@ -189,12 +209,10 @@ class _Reader:
             return [self.element(field.layout, item, f"{path}[{i}]") for i, item in enumerate(value)]
         if field.kind == "number" and field.code != "?":
             return self.numbers(field, value, path)
-        if field.kind == "string" and set(map(type, value)) <= {str}:
-            return value
         return [self.one(field, item, f"{path}[{i}]") for i, item in enumerate(value)]
 
     def element(self, layout: Layout, value: Any, path: str) -> Any:
-        message = self.binding.maker(layout.spec.name)()
+        message = self.binding.class_for(layout.spec.name)()
         self.message(layout, message, value, path)
         return message
 
@@ -216,9 +234,8 @@ class _Reader:
                 if field.code == "B":
                     return packed
                 return _view(packed, field) if self.binding.flavour.views else value
-        for i, item in enumerate(value):
-            self.one(field, item, f"{path}[{i}]")
-        raise CodecError(f"a value is too large for {field.base}", type_name=self.top, field_path=path)
+        # Finds the one that is wrong.
+        return [self.one(field, item, f"{path}[{i}]") for i, item in enumerate(value)]
 
 
 def _view(packed: bytes, field: FieldLayout) -> Any:

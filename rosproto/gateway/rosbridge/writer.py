@@ -6,6 +6,7 @@ source. One function a type, nested types included; a value never becomes source
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Any
 
@@ -18,7 +19,7 @@ MOST_PIECES = 200
 """Fields in one expression; a definition of the wire may have tens of thousands."""
 
 
-class Writer:
+class Writer(ABC):
     """Generates `write(message)` for a layout and for those inside it.
 
     Args:
@@ -60,22 +61,27 @@ class Writer:
 
     # -- what a kind of writer says
 
+    @abstractmethod
     def run(self, pieces: list[tuple[str, str]], *, first: bool) -> str:
         """Expression of several fields: (name, expression) each."""
-        raise NotImplementedError
+        ...
 
+    @abstractmethod
     def join(self, names: list[str]) -> str:
         """Expression of a message whose runs of fields are in these variables."""
-        raise NotImplementedError
+        ...
 
+    @abstractmethod
     def one(self, field: FieldLayout, value: str) -> str:
         """Expression of a number, string or time."""
-        raise NotImplementedError
+        ...
 
+    @abstractmethod
     def many(self, field: FieldLayout, value: str) -> str:
         """Expression of an array of them."""
-        raise NotImplementedError
+        ...
 
+    @abstractmethod
     def messages(self, call: str, value: str) -> str:
         """Expression of an array of messages, each written by `call`."""
-        raise NotImplementedError
+        ...

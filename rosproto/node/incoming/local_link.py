@@ -40,6 +40,7 @@ class _Pipe:
         self.address = link.subscription.context.uri
         self.id = id
         self.queue_size = queue_size
+        self._told_as = link.transport
         self._publication = publication
         self._condition = threading.Condition(threading.Lock())
         self._frames: deque[bytes] = deque()
@@ -115,7 +116,7 @@ class _Pipe:
             direction="out",
             peer=self.caller_id,
             address=self.address,
-            transport=self.transport,
+            transport=self._told_as,
             connected=not self._closed,
             bytes=self._bytes,
             messages=self._messages,
@@ -128,10 +129,10 @@ class _Pipe:
 class LocalLink(PublisherLink):
     """The subscriber's side; see `PublisherLink`."""
 
-    transport = "INTRAPROCESS"
-
     def __init__(self, subscription: LinkOwner, uri: str, id: int) -> None:
         super().__init__(subscription, uri, id)
+        nodes = self._context.local_nodes
+        self.transport = "INTRAPROCESS" if nodes is None else nodes.told_as
         self._pipe: _Pipe | None = None
         self._bytes = 0
         self._messages = 0

@@ -19,9 +19,15 @@ FindPublication = Callable[[str], Any]
 
 
 class LocalNodes:
-    """Nodes that exchange messages without sockets."""
+    """Nodes that exchange messages without sockets.
 
-    def __init__(self) -> None:
+    Args:
+        told_as: The transport that these links have in statistics and for `rosnode info`: a simulation tells
+            of those it simulates.
+    """
+
+    def __init__(self, told_as: str = "INTRAPROCESS") -> None:
+        self.told_as = told_as
         self._open: dict[tuple[str, int], FindPublication] = {}
 
     def note(self, uri: str, find: FindPublication) -> None:

@@ -8,11 +8,17 @@ from collections.abc import Iterator
 import pytest
 
 from rosproto.action import ActionClient, GoalStatus
+from rosproto.codec import service_class
+from rosproto.errors import ServiceError
+from rosproto.gateway.rosbridge import tf_republisher
 from rosproto.gateway.rosbridge.tf_republisher import TfRepublisher
 from rosproto.master import Master
 from rosproto.node import Node
 from rosproto.tf import StaticTransformBroadcaster, Transform, TransformBroadcaster
+from rosproto.time import Duration
 from tests.support.victim import eventually
+
+Request = service_class("tf2_web_republisher/RepublishTFs").Request
 
 
 @pytest.fixture
@@ -101,3 +107,53 @@ def test_a_goal_without_sense_is_rejected(nodes: tuple[Node, Node], change: dict
         eventually(lambda: goal.status is GoalStatus.REJECTED)
         assert goal.text
         assert "check" not in goal.text
+
+
+def test_a_topic_for_clients_that_call_the_service(nodes: tuple[Node, Node]) -> None:
+    """Each gets a topic, on which newcomers get everything; it goes when nobody listens any more."""
+    robot, gateway = nodes
+    with StaticTransformBroadcaster(robot) as fixed, TfRepublisher(gateway) as republisher:
+        fixed.send(
+            Transform.planar("map", "base", 1.0, 0.0, 0.0), Transform.planar("base", "laser", 1.0, 0.0, 0.0)
+        )
+        client = robot.service_client("/republish_tfs", "tf2_web_republisher/RepublishTFs")
+        client.wait(5)
+        asked = {**a_goal(), "timeout": Duration(0, 0)}
+        name = client.call(Request(**asked), timeout=5).topic_name
+        assert client.call(Request(**asked), timeout=5).topic_name != name
+        for _ in range(2):
+            with robot.subscriber(name, "tf2_web_republisher/TFArray") as topic:
+                came = {t.child_frame_id: t.transform.translation.x for t in topic.next(5).transforms}
+                assert came == {"base": 1.0, "laser": 2.0}
+        with pytest.raises(ServiceError, match="rate"):
+            client.call(Request(**{**asked, "rate": 0.0}), timeout=5)
+        eventually(lambda: not republisher._topics, 10)
+
+
+def test_topics_of_the_service_are_bounded(nodes: tuple[Node, Node], monkeypatch: pytest.MonkeyPatch) -> None:
+    """No client opens topics without end; closing ends them."""
+    monkeypatch.setattr(tf_republisher, "MOST_TOPICS", 2)
+    robot, gateway = nodes
+    with TfRepublisher(gateway) as republisher:
+        client = robot.service_client("/republish_tfs", "tf2_web_republisher/RepublishTFs")
+        client.wait(5)
+        asked = {**a_goal(), "timeout": Duration(50, 0)}
+        for _ in range(2):
+            client.call(Request(**asked), timeout=5)
+        with pytest.raises(ServiceError, match="no more"):
+            client.call(Request(**asked), timeout=5)
+    assert not republisher._topics
+
+
+def test_goals_are_bounded(nodes: tuple[Node, Node], monkeypatch: pytest.MonkeyPatch) -> None:
+    """One client, or many, send no goals without end."""
+    monkeypatch.setattr(tf_republisher, "MOST_GOALS", 2)
+    robot, gateway = nodes
+    with (
+        TfRepublisher(gateway),
+        ActionClient(robot, "/tf2_web_republisher", "tf2_web_republisher/TFSubscription") as client,
+    ):
+        client.wait_for_server(5)
+        goals = [client.send_goal(a_goal()) for _ in range(8)]
+        eventually(lambda: sum(goal.status is GoalStatus.REJECTED for goal in goals) >= 5)
+        assert sum(goal.status is GoalStatus.ACTIVE for goal in goals) <= 3

@@ -99,12 +99,14 @@ def test_whatever_makes_a_callback_slow_it_gets_a_thread(takes_long: Callable[[f
     """Slow time after time, but never surely slow at once: the receiving thread goes on, the newest is called."""
     inbox = Inbox(1)
     gate, entered, finished = threading.Event(), threading.Event(), threading.Event()
+    returned = threading.Semaphore(0)  # on a busy computer the first call may be surely slow
     seen: list[int] = []
 
     def callback(n: int) -> None:
         seen.append(n)
         if n < 2:
             takes_long(SLOW_CALL * 3)
+            returned.release()
         elif n == 2:
             entered.set()
             gate.wait(20)
@@ -112,8 +114,9 @@ def test_whatever_makes_a_callback_slow_it_gets_a_thread(takes_long: Callable[[f
             finished.set()
 
     runner = CallbackRunner(callback, inbox, "/t")
-    runner.offer_one(0)
-    runner.offer_one(1)
+    for n in range(2):
+        runner.offer_one(n)
+        assert returned.acquire(timeout=20)
     assert runner.has_thread
     runner.offer_one(2)
     assert entered.wait(20)

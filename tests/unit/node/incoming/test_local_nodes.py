@@ -41,6 +41,20 @@ def test_nodes_with_a_table_of_their_own_are_local_to_each_other_and_to_nobody_e
         assert transports(stranger) == ["TCPROS"]
 
 
+def test_a_simulation_tells_of_the_links_that_it_simulates(master: Master) -> None:
+    ours = LocalNodes(told_as="TCPROS")
+    options = {"master_uri": master.uri, "host": "127.0.0.1", "rosout": False, "intraprocess": ours}
+    with (
+        Node("/a", **options) as a,
+        Node("/b", **options) as b,
+        a.publisher("/t", "std_msgs/String", latch=True) as publisher,
+        b.subscriber("/t", "std_msgs/String") as subscriber,
+    ):
+        publisher.publish(data="x")
+        assert subscriber.next(timeout=5).data == "x"
+        assert [link.transport for node in (a, b) for link in node.stats().links] == ["TCPROS", "TCPROS"]
+
+
 def test_a_closed_node_is_in_no_table(master: Master) -> None:
     ours = LocalNodes()
     with Node("/a", master_uri=master.uri, host="127.0.0.1", rosout=False, intraprocess=ours) as a:

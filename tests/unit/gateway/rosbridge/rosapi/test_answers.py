@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Iterator
 
 import pytest
 
 from rosproto.codec import service_class
 from rosproto.gateway.access import Access
-from rosproto.gateway.rosbridge.rosapi import Rosapi, RosapiError, provide
+from rosproto.gateway.rosbridge.rosapi import Rosapi, RosapiError, provide, service_types
 from rosproto.gateway.rosbridge.rosapi.graph import action_servers
 from rosproto.master import Master
 from rosproto.msg import bundled
@@ -213,3 +214,23 @@ def test_the_same_answers_as_ros_services(nodes: tuple[Node, Node]) -> None:
         with pytest.raises(Exception, match="provides it already"):
             provide(robot, Rosapi(robot, Access()))
     eventually(lambda: "/rosapi/topics" not in robot.master.get_system_state().services)
+
+
+def test_a_provider_that_is_silent_holds_up_nobody_for_long(
+    nodes: tuple[Node, Node], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A port that accepts and never answers: its type is unknown, asked once, and the others are told."""
+    monkeypatch.setattr(service_types, "PROBE_SECONDS", 0.2)
+    robot, gateway = nodes
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        uri = f"rosrpc://127.0.0.1:{silent.getsockname()[1]}"
+        robot.master.register_service("/aaa", uri, robot.uri)
+        rosapi = Rosapi(gateway, Access(), timeout=4.0)
+        for _ in range(2):
+            answer = rosapi.call("/rosapi/services_for_type", {"type": "std_srvs/SetBool"})
+            assert answer == {"services": ["/lamp"]}
+        assert rosapi.call("/rosapi/service_type", {"service": "/aaa"}) == {"type": ""}
+        silent.settimeout(0.0)
+        silent.accept()[0].close()
+        with pytest.raises(BlockingIOError):
+            silent.accept()

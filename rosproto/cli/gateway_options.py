@@ -1,0 +1,121 @@
+"""Options of the commands that serve other programs: where to listen, who may connect, what is open."""
+
+from __future__ import annotations
+
+import argparse
+import secrets
+import ssl
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .failure import CommandError
+from .option_types import port, seconds
+
+if TYPE_CHECKING:
+    from rosproto.gateway import Access
+    from rosproto.node import Node
+
+__all__ = ["add_gateway_options", "gateway_options", "opened", "until_interrupted"]
+
+STEP = 0.5  # s; Windows delivers no Ctrl-C to a thread in an endless wait
+
+
+def add_gateway_options(parser: argparse.ArgumentParser, default_port: int) -> None:
+    """Address, token, TLS, origins, patterns."""
+    parser.add_argument(
+        "--bind",
+        default="127.0.0.1",
+        metavar="ADDRESS",
+        help="address to listen on; this computer alone by default, and with another one a token is needed",
+    )
+    parser.add_argument(
+        "--port", type=port, default=default_port, help=f"port, 0 for a free one (default: {default_port})"
+    )
+    parser.add_argument("--token", help="clients have to give it: ws://...?token=T")
+    parser.add_argument("--tls-cert", type=Path, metavar="FILE", help="certificate (PEM), for wss://")
+    parser.add_argument("--tls-key", type=Path, metavar="FILE", help="its key (PEM)")
+    parser.add_argument(
+        "--origin",
+        action="append",
+        default=[],
+        metavar="URL",
+        help="let a web page of this origin connect, such as https://robots.example.org",
+    )
+    parser.add_argument("--allow", action="append", metavar="PATTERN", help="show only these names")
+    parser.add_argument("--deny", action="append", default=[], metavar="PATTERN", help="but not these")
+    parser.add_argument(
+        "--allow-write",
+        action="append",
+        default=[],
+        metavar="PATTERN",
+        help="let clients publish, call, set or send goals: /name, /space/*, topic:/x, service:/x, action:/x",
+    )
+    parser.add_argument("--read-only", action="store_true", help="refuse all of that in any case")
+    parser.add_argument(
+        "--for", dest="seconds", type=seconds, metavar="S", help="end after this many seconds"
+    )
+
+
+def gateway_options(arguments: argparse.Namespace, *, write: Sequence[str] = ()) -> dict[str, Any]:
+    """What a server is to be made with; off this computer with a token in any case.
+
+    Args:
+        arguments: Of the command line.
+        write: Patterns besides those of --allow-write.
+
+    Raises:
+        CommandError: The certificate cannot be used.
+    """
+    from rosproto.gateway import Access
+    from rosproto.gateway.access import is_loopback_host
+
+    token = arguments.token
+    if token is None and not is_loopback_host(arguments.bind):
+        token = secrets.token_urlsafe(18)
+    return {
+        "host": arguments.bind,
+        "port": arguments.port,
+        "access": Access(
+            allow=arguments.allow or ("*",),
+            deny=arguments.deny,
+            write=[*arguments.allow_write, *write],
+            read_only=arguments.read_only,
+        ),
+        "tls": _tls(arguments),
+        "origins": tuple(arguments.origin),
+        "token": token,
+    }
+
+
+def _tls(arguments: argparse.Namespace) -> ssl.SSLContext | None:
+    if arguments.tls_cert is None and arguments.tls_key is None:
+        return None
+    if arguments.tls_cert is None:
+        raise CommandError("--tls-key needs --tls-cert, too")
+    context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
+    try:
+        context.load_cert_chain(arguments.tls_cert, arguments.tls_key)
+    except (OSError, ssl.SSLError) as problem:
+        raise CommandError(f"--tls-cert {arguments.tls_cert}: it cannot be used: {problem}") from problem
+    return context
+
+
+def opened(access: Access) -> str:
+    """What clients may write, in words."""
+    if access.writes_anything:
+        return f"writing: {', '.join(access.write)}"
+    return "read only" if access.read_only else "read only: --allow-write PATTERN opens more"
+
+
+def until_interrupted(node: Node, limit: float | None) -> None:
+    """Wait for Ctrl-C, the end of the time given, or of the node.
+
+    Raises:
+        CommandError: The node was ended by somebody else.
+    """
+    end = None if limit is None else time.monotonic() + limit
+    while end is None or time.monotonic() < end:
+        if node.wait(STEP if end is None else max(0.0, min(STEP, end - time.monotonic()))):
+            raise CommandError(f"the node was ended: {node.close_reason or 'closed'}")

@@ -1,0 +1,75 @@
+"""Files of packages, for viewers that draw a robot: `package://NAME/meshes/base.stl`.
+
+Only from folders that were named, only of kinds that describe a robot, never through a link that leads out.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from urllib.parse import unquote
+
+__all__ = ["Assets"]
+
+SCHEME = "package://"
+KINDS = frozenset(
+    ".stl .dae .obj .mtl .gltf .glb .bin .ply .urdf .xacro .sdf"
+    " .png .jpg .jpeg .tif .tiff .webp .bmp .tga".split()
+)
+MOST_BYTES = 32 << 20
+
+
+class Assets:
+    """Folders with packages, as ROS_PACKAGE_PATH lists them; each package is a folder of its name in one.
+
+    Args:
+        folders: Where packages are looked for, in this order; one may itself be a package.
+        most_bytes: Larger files are refused.
+    """
+
+    def __init__(
+        self, folders: Iterable[str | os.PathLike[str]] = (), *, most_bytes: int = MOST_BYTES
+    ) -> None:
+        self.folders = tuple(Path(folder) for folder in folders)
+        self._most = most_bytes
+
+    def __bool__(self) -> bool:
+        return bool(self.folders)
+
+    def fetch(self, uri: str) -> bytes:
+        """The file's bytes.
+
+        Raises:
+            ValueError: It is no such address, or the file is of another kind or too large.
+            FileNotFoundError: There is no such file in the folders.
+        """
+        if not uri.startswith(SCHEME) or len(uri) > 1024:
+            raise ValueError(f"{uri[:100]!r} is no address of a package's file: package://NAME/PATH")
+        package, _, inside = unquote(uri[len(SCHEME) :]).partition("/")
+        parts = inside.split("/")
+        if not package or package.startswith(".") or "" in parts or any(p in (".", "..") for p in parts):
+            raise ValueError(f"{uri[:100]!r} names no file of a package")
+        if any(sign in package + inside for sign in "\\:\0"):
+            raise ValueError(f"{uri[:100]!r} has signs that no file of a package has")
+        if Path(inside).suffix.lower() not in KINDS:
+            raise ValueError(f"{uri[:100]!r}: only meshes, textures and robot descriptions are given")
+        for folder in self.folders:
+            root = folder if folder.name == package else folder / package
+            found = self._read(root, parts, uri)
+            if found is not None:
+                return found
+        raise FileNotFoundError(f"{uri[:100]!r}: no such file in the folders of --assets")
+
+    def _read(self, root: Path, parts: list[str], uri: str) -> bytes | None:
+        try:
+            real, home = root.joinpath(*parts).resolve(strict=True), root.resolve(strict=True)
+            if not real.is_relative_to(home) or not real.is_file():
+                return None
+            with real.open("rb") as file:
+                data = file.read(self._most + 1)
+        except OSError:
+            return None
+        if len(data) > self._most:
+            raise ValueError(f"{uri[:100]!r} is larger than {self._most} bytes")
+        return data

@@ -1,0 +1,179 @@
+"""The request that opens a WebSocket: read, judged, passed on as the SDK wants it. Pure: text in, text out.
+
+Only the HTTP/1.1 head is looked at (RFC 6455, 4.1 and 4.2); the frames after it are the SDK's and the
+client's.
+
+A client says which protocol it speaks. The SDK answers to `foxglove.sdk.v1` alone, older viewers offer
+`foxglove.websocket.v1`: the same messages under their former name, so they are let in under that name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from urllib.parse import parse_qs, urlsplit
+
+from rosproto.gateway.access import foreign_host, foreign_origin, token_fits
+from rosproto.records import NamedTuple
+
+__all__ = [
+    "END",
+    "MOST_BYTES",
+    "PROTOCOL",
+    "BadRequest",
+    "Request",
+    "accepted",
+    "answer",
+    "forwarded",
+    "judged",
+    "parsed",
+]
+
+END = b"\r\n\r\n"
+MOST_BYTES = 16 << 10
+PROTOCOL, FORMER = "foxglove.sdk.v1", "foxglove.websocket.v1"
+
+_REASONS = {
+    400: "Bad Request",
+    401: "Unauthorized",
+    403: "Forbidden",
+    405: "Method Not Allowed",
+    426: "Upgrade Required",
+    431: "Request Header Fields Too Large",
+    503: "Service Unavailable",
+}
+
+
+class BadRequest(Exception):
+    """A request that is answered with "no".
+
+    Attributes:
+        status: HTTP status.
+        text: Why, one sentence.
+    """
+
+    def __init__(self, status: int, text: str) -> None:
+        super().__init__(text)
+        self.status = status
+        self.text = text
+
+
+class Request(NamedTuple):
+    """The head of a request.
+
+    Attributes:
+        target: What is asked for, with the query.
+        headers: By lower-case name; several of one name are joined by commas.
+    """
+
+    target: str
+    headers: dict[str, str]
+
+    @property
+    def token(self) -> str | None:
+        """From `Authorization: Bearer T`, or `?token=T` (a browser cannot set headers)."""
+        kind, _, given = self.headers.get("authorization", "").partition(" ")
+        if kind.lower() == "bearer" and given.strip():
+            return given.strip()
+        try:
+            values = parse_qs(urlsplit(self.target).query, max_num_fields=20).get("token")
+        except ValueError:
+            return None
+        return values[0] if values else None
+
+    @property
+    def offered(self) -> str | None:
+        """Under which name the client speaks our protocol; None when it does not offer it."""
+        names = [name.strip() for name in self.headers.get("sec-websocket-protocol", "").split(",")]
+        return next((name for name in (PROTOCOL, FORMER) if name in names), None)
+
+
+def parsed(head: bytes) -> Request:
+    """The head, with or without the empty line at its end.
+
+    Raises:
+        BadRequest: It is none of a WebSocket.
+    """
+    if len(head) > MOST_BYTES:
+        raise BadRequest(431, f"the request's head is longer than {MOST_BYTES} bytes")
+    lines = head.decode("latin-1").removesuffix("\r\n\r\n").split("\r\n")
+    words = lines[0].split(" ")
+    if len(words) != 3 or not words[2].startswith("HTTP/1."):
+        raise BadRequest(400, "this is no HTTP/1.1 request")
+    headers: dict[str, str] = {}
+    for line in lines[1:]:
+        name, colon, value = line.partition(":")
+        if not colon or not name or name != name.strip() or any(ord(c) < 32 and c != "\t" for c in value):
+            raise BadRequest(400, "a line of the request's head is no header")
+        name, value = name.lower(), value.strip()
+        headers[name] = f"{headers[name]}, {value}" if name in headers else value
+    if words[0] != "GET":
+        raise BadRequest(405, "only GET opens a WebSocket")
+    return Request(words[1], headers)
+
+
+def judged(request: Request, *, bound: str, origins: Sequence[str], token: str | None) -> str:
+    """Under which name its client speaks the protocol.
+
+    Args:
+        request: From the client.
+        bound: The address we listen on.
+        origins: Of pages that may connect.
+        token: That the client has to know; None for none.
+
+    Raises:
+        BadRequest: It may not come in; who may not is told nothing but that.
+    """
+    for refusal in (
+        foreign_host(request.headers.get("host"), bound),
+        foreign_origin(request.headers.get("origin"), origins),
+    ):
+        if refusal is not None:
+            raise BadRequest(403, refusal)
+    if not token_fits(request.token, token):
+        raise BadRequest(401, "the token is missing or wrong: add ?token=... to the address")
+    upgrade = request.headers.get("upgrade", "").lower()
+    if upgrade != "websocket" or not request.headers.get("sec-websocket-key"):
+        raise BadRequest(
+            426, "this is a Foxglove server: open its address (ws://...) in Foxglove or Lichtblick"
+        )
+    offered = request.offered
+    if offered is None:
+        raise BadRequest(400, f"the client speaks neither {PROTOCOL} nor {FORMER}")
+    return offered
+
+
+def forwarded(request: Request, port: int) -> bytes:
+    """What the SDK's server is sent: the fields it needs, no token, no extension."""
+    return (
+        "GET / HTTP/1.1\r\n"
+        f"Host: 127.0.0.1:{port}\r\n"
+        "Upgrade: websocket\r\n"
+        "Connection: Upgrade\r\n"
+        f"Sec-WebSocket-Key: {request.headers['sec-websocket-key']}\r\n"
+        f"Sec-WebSocket-Version: {request.headers.get('sec-websocket-version', '13')}\r\n"
+        f"Sec-WebSocket-Protocol: {PROTOCOL}\r\n\r\n"
+    ).encode("latin-1")
+
+
+def accepted(head: bytes, offered: str) -> bytes:
+    """The SDK's answer as the client gets it: with the name that the client offered.
+
+    Raises:
+        BadRequest: The SDK said no.
+    """
+    first, *lines = head.decode("latin-1").removesuffix("\r\n\r\n").split("\r\n")
+    if first.split(" ")[1:2] != ["101"]:
+        raise BadRequest(400, "the request opens no WebSocket")
+    kept = [line for line in lines if line.partition(":")[0].strip().lower() != "sec-websocket-protocol"]
+    return "\r\n".join([first, *kept, f"Sec-WebSocket-Protocol: {offered}", "", ""]).encode("latin-1")
+
+
+def answer(problem: BadRequest) -> bytes:
+    """The "no" as the client reads it."""
+    body = f"{problem.text}\n".encode("utf-8", "replace")
+    extra = "WWW-Authenticate: Bearer\r\n" if problem.status == 401 else ""
+    return (
+        f"HTTP/1.1 {problem.status} {_REASONS[problem.status]}\r\n"
+        f"Content-Type: text/plain; charset=utf-8\r\nContent-Length: {len(body)}\r\n{extra}"
+        "Connection: close\r\n\r\n"
+    ).encode("latin-1") + body

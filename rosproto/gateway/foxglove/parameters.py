@@ -1,0 +1,199 @@
+"""The parameter server as clients see it: every leaf with its whole name, and what changes."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import MasterError, RosError
+from rosproto.gateway.access import Access
+from rosproto.gateway.foxglove.sdk import sdk
+from rosproto.gateway.limits import GatewayLimits
+from rosproto.logs import get_logger
+
+if TYPE_CHECKING:
+    from rosproto.node import Node
+    from rosproto.node.params.parameters import ParameterSubscription
+
+__all__ = ["FollowedParameters", "ParameterView", "leaves"]
+
+_log = get_logger("rosproto.gateway")
+
+ASK_SECONDS = 3.0
+MOST = 10_000  # parameters that a client is shown
+DEEPEST = 64
+
+
+def leaves(name: str, value: object, depth: int = 0) -> Iterator[tuple[str, object]]:
+    """The parameters in a namespace, with their names; an empty one is itself a value."""
+    if isinstance(value, dict) and value and depth < DEEPEST:
+        for key, one in value.items():
+            yield from leaves(f"{name.rstrip('/')}/{key}", one, depth + 1)
+    else:
+        yield name, value
+
+
+def _plain(value: object) -> Any:
+    """As JSON can carry it."""
+    if isinstance(value, (bool, int, float, str, bytes)):
+        return value
+    if isinstance(value, (list, tuple)):
+        return [_text(one) if isinstance(one, bytes) else _plain(one) for one in value]
+    if isinstance(value, dict):
+        return {str(key): _text(one) if isinstance(one, bytes) else _plain(one) for key, one in value.items()}
+    return str(value)
+
+
+def _text(value: bytes) -> str:
+    return value.decode("utf-8", "replace")
+
+
+def shown(name: str, value: object) -> Any:
+    """A parameter for the SDK; without a value one that is not set."""
+    fg = sdk()
+    if value is None:
+        return fg.Parameter(name)
+    try:
+        return fg.Parameter(name, value=_plain(value))
+    except (TypeError, ValueError, OverflowError):  # a list of mixed values, a number of more than 64 bits
+        return fg.Parameter(name, value=str(value))
+
+
+class ParameterView:
+    """What one server tells of parameters, and sets.
+
+    Args:
+        node: Asks its master.
+        access: Which are open, and which may be set.
+        limits: Bounds.
+    """
+
+    def __init__(self, node: Node, access: Access, limits: GatewayLimits) -> None:
+        self._node = node
+        self._access = access
+        self._limits = limits
+
+    def get(self, names: Iterable[str]) -> dict[str, object]:
+        """Values of parameters, or all; what is not set, or not open, is left out.
+
+        Raises:
+            RosError: The master cannot be asked.
+        """
+        wanted = [self._named(name) for name in names]
+        found: dict[str, object] = {}
+        if not wanted:
+            tree = self._node.master.get_param("/", timeout=ASK_SECONDS)
+            pairs = leaves("/", tree) if isinstance(tree, dict) and tree else iter(())
+        else:
+            calls = [("getParam", (name,)) for name in wanted[:MOST]]
+            answers = self._node.master.several(calls, timeout=ASK_SECONDS)
+            pairs = (
+                leaf
+                for name, value in zip(wanted, answers, strict=False)
+                if not isinstance(value, MasterError)
+                for leaf in leaves(name, value)
+            )
+        for name, value in pairs:
+            if len(found) >= MOST:
+                break
+            if self._access.may_read("parameter", name) is None:
+                found[name] = value
+        return found
+
+    def _named(self, name: str) -> str:
+        return name if name.startswith("/") else f"/{name}"
+
+    def set(self, name: str, value: object) -> str | None:
+        """Set one, or with None delete it; None, or a sentence why it was not done."""
+        name = self._named(name)
+        if len(name) > self._limits.text_length:
+            return "the name of a parameter is too long"
+        refusal = self._access.may_write("parameter", name)
+        if refusal is not None:
+            return refusal.text
+        try:
+            if value is None:
+                self._node.params.delete(name)
+            else:
+                self._node.params.set(name, value)
+        except (RosError, ValueError) as problem:
+            return f"parameter {name} is not set: {problem}"
+        return None
+
+
+class FollowedParameters:
+    """The parameters that one client follows.
+
+    Args:
+        node: Subscribes them.
+        access: Which are open.
+        most: How many at a time.
+        tell: Called with the SDK's parameters that have changed; in a thread of the node.
+    """
+
+    def __init__(self, node: Node, access: Access, most: int, tell: Callable[[list[Any]], object]) -> None:
+        self._node = node
+        self._access = access
+        self._most = most
+        self._tell = tell
+        self._lock = threading.Lock()
+        self._subscriptions: dict[str, ParameterSubscription] = {}
+        self._closed = False
+
+    def follow(self, names: Iterable[str]) -> str | None:
+        """Follow them, too; None, or a sentence why some are not. Asks the master."""
+        problem = None
+        for name in names:
+            with self._lock:
+                if self._closed or name in self._subscriptions:
+                    continue
+                if len(self._subscriptions) >= self._most:
+                    return f"{self._most} parameters are followed: no more for this client"
+            refusal = self._access.may_read("parameter", name)
+            if refusal is not None:
+                problem = refusal.text
+                continue
+            try:
+                made = self._node.params.subscribe(name, self._changed)
+            except (RosError, ValueError) as error:
+                problem = f"parameter {name[:200]} is not followed: {error}"
+                continue
+            with self._lock:
+                kept = not self._closed and self._subscriptions.setdefault(name, made) is made
+            if not kept:
+                made.close()
+            elif made.value is not None:  # it may have changed since the client asked for it
+                self._changed(name, made.value)
+        return problem
+
+    def leave(self, names: Iterable[str]) -> None:
+        """Follow these no more."""
+        with self._lock:
+            over = [self._subscriptions.pop(name) for name in names if name in self._subscriptions]
+        self._end(over)
+
+    def _changed(self, key: str, value: object) -> None:
+        pairs = [
+            (name, one)
+            for name, one in leaves(key, value)
+            if self._access.may_read("parameter", name) is None
+        ]
+        if pairs and not self._closed:
+            self._tell([shown(name, one) for name, one in pairs[:MOST]])
+
+    @staticmethod
+    def _end(subscriptions: Iterable[ParameterSubscription]) -> None:
+        for one in subscriptions:
+            try:
+                one.close()
+            except RosError as problem:
+                _log.info("! foxglove: parameter %s could not be left: %s", one.key, problem)
+
+    def close(self) -> None:
+        """Follow nothing any more."""
+        with self._lock:
+            self._closed = True
+            over = list(self._subscriptions.values())
+            self._subscriptions.clear()
+        self._end(over)

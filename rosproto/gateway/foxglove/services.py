@@ -1,0 +1,162 @@
+"""Services of the graph for clients: found out once each, called in the node's name.
+
+The master does not know a service's type; its provider tells it when it is asked. That is done once for each
+provider, in the background, while clients are connected.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from rosproto.codec import decode, encode, service_class
+from rosproto.errors import CodecError, RosError
+from rosproto.gateway.access import Access
+from rosproto.gateway.foxglove.graph import GraphView
+from rosproto.gateway.foxglove.publish import Refused
+from rosproto.gateway.foxglove.sdk import sdk
+from rosproto.gateway.limits import GatewayLimits
+from rosproto.logs import get_logger
+from rosproto.node.services import probe as service_probe
+from rosproto.transport.deadline import Deadline
+
+if TYPE_CHECKING:
+    from rosproto.node import Node
+
+__all__ = ["CallCount", "ServiceBook", "sdk_service"]
+
+_log = get_logger("rosproto.gateway")
+
+PROBE_SECONDS = 2.0
+AGAIN_AFTER = 30.0
+ENCODING = "ros1"
+
+
+class ServiceBook:
+    """The types of services.
+
+    Args:
+        node: Asks their providers.
+        access: Which ones are open.
+    """
+
+    def __init__(self, node: Node, access: Access) -> None:
+        self._node = node
+        self._access = access
+        self._lock = threading.Lock()
+        self._asking = threading.Lock()
+        self._known: dict[tuple[str, str], Any] = {}
+        self._in_vain: dict[tuple[str, str], float] = {}
+
+    def present(self, view: GraphView) -> dict[str, Any]:
+        """Services of a view whose type is known, and its class."""
+        with self._lock:
+            return {key[0]: self._known[key] for key in self._open(view) if key in self._known}
+
+    def _open(self, view: GraphView) -> list[tuple[str, str]]:
+        """What is to be offered: (service, provider)."""
+        return [
+            (service, nodes[0])
+            for service, nodes in sorted(view.state.services.items())
+            if nodes and self._access.may_read("service", service) is None
+        ]
+
+    def ask(self, view: GraphView, stop: Callable[[], bool]) -> bool:
+        """Ask the providers that have not been; True when something new is known. Takes its time."""
+        if not self._asking.acquire(blocking=False):
+            return False
+        try:
+            found = False
+            for key in self._open(view):
+                if stop():
+                    break
+                with self._lock:
+                    if key in self._known or time.monotonic() < self._in_vain.get(key, 0.0):
+                        continue
+                found |= self._ask_one(key)
+            return found
+        finally:
+            self._asking.release()
+
+    def _ask_one(self, key: tuple[str, str]) -> bool:
+        service, _ = key
+        try:
+            header = service_probe.probe(self._node, service, Deadline(PROBE_SECONDS))
+            name = header.get("type", "")
+            kind = service_class(name, self._node.revisions.library_for(name, "srv"))
+            if header.get("md5sum", kind._md5sum) not in (kind._md5sum, "*"):
+                kind = self._node.revisions.service(kind, header["md5sum"]) or kind
+        except (RosError, OSError, ValueError) as problem:
+            _log.info("! foxglove: %s is not offered: %s", service, problem)
+            with self._lock:
+                self._in_vain[key] = time.monotonic() + AGAIN_AFTER
+            return False
+        with self._lock:
+            self._known[key] = kind
+        return True
+
+    def forget(self, view: GraphView) -> None:
+        """Keep what is known of these services alone."""
+        present = set(self._open(view))
+        with self._lock:
+            self._known = {key: kind for key, kind in self._known.items() if key in present}
+            self._in_vain = {key: when for key, when in self._in_vain.items() if key in present}
+
+
+class CallCount:
+    """Calls of one client that have not been answered."""
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._lock = threading.Lock()
+        self.now = 0
+
+    def __enter__(self) -> None:
+        with self._lock:
+            if self.now >= self._most:
+                raise Refused(f"{self._most} calls of this client wait for their answers: no more")
+            self.now += 1
+
+    def __exit__(self, *exc_info: object) -> None:
+        with self._lock:
+            self.now -= 1
+
+
+def sdk_service(
+    name: str, kind: Any, node: Node, access: Access, limits: GatewayLimits, calls: CallCount
+) -> Any:
+    """A service as the SDK offers it to one client."""
+    fg = sdk()
+
+    def text(of: Any, suffix: str) -> Any:
+        schema = fg.Schema(name=kind._type + suffix, encoding="ros1msg", data=of._full_text.encode())
+        return fg.MessageSchema(encoding=ENCODING, schema=schema)
+
+    def handle(request: Any) -> bytes:
+        """In a thread of the SDK; what it raises is the client's answer."""
+        refusal = access.may_write("service", name, kind._type)
+        if refusal is not None:
+            raise Refused(refusal.text)
+        if request.encoding != ENCODING:
+            raise Refused(f"the request comes as {request.encoding[:40]!r}, not {ENCODING}")
+        if len(request.payload) > limits.message_bytes:
+            raise Refused(f"the request has {len(request.payload)} bytes, which is too large")
+        with calls:
+            try:
+                asked = decode(kind._request_class, request.payload)
+            except CodecError as problem:
+                raise Refused(f"the request is none of {kind._type}: {problem}") from None
+            with node.service_client(name, kind) as client:
+                return bytes(encode(client.call(asked, timeout=limits.call_seconds)))
+
+    return fg.Service(
+        name,
+        schema=fg.ServiceSchema(
+            kind._type,
+            request=text(kind._request_class, "_Request"),
+            response=text(kind._response_class, "_Response"),
+        ),
+        handler=handle,
+    )

@@ -1,0 +1,156 @@
+"""Action goals of one client: sent by ROS 1's actionlib, followed to their end, and told of by their id.
+
+A goal goes on when its client leaves, as it does when a program of rospy ends: whoever wants it to end
+cancels it. Everything else that this client opened for it is closed.
+"""
+
+from __future__ import annotations
+
+import threading
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import RosError
+from rosproto.gateway.rosbridge.actions import action_status, action_type
+from rosproto.gateway.rosbridge.effects import CancelActionGoal, Id, SendActionGoal
+from rosproto.gateway.rosbridge.shared import Refused, Shared, insist
+from rosproto.gateway.rosbridge.tf_on_demand import ACTION_TYPE, is_tf_name
+from rosproto.gateway.rosbridge.values import from_arguments, to_json
+
+if TYPE_CHECKING:
+    from rosproto.action import ActionClient
+    from rosproto.action.goal_handle import GoalHandle
+    from rosproto.gateway.rosbridge.session import RosbridgeSession
+
+__all__ = ["Goals"]
+
+SERVER_SECONDS = 5.0
+ACTIONS = 16  # that one client may use at a time; each is five topics
+
+
+class Goals:
+    """Goals of one client that have not ended."""
+
+    def __init__(self, shared: Shared, session: RosbridgeSession) -> None:
+        self._shared = shared
+        self._session = session
+        self._lock = threading.Lock()
+        self._opening = threading.Lock()
+        self._clients: dict[tuple[str, str], ActionClient] = {}
+        self._goals: dict[tuple[str, Id], GoalHandle | None] = {}
+        self._cancelled: set[tuple[str, Id]] = set()
+        self._closed = False
+
+    def send(self, asked: SendActionGoal) -> None:
+        """Begin a goal; its result comes later, also when it cannot be sent."""
+        try:
+            name = self._shared.node.resolve_name(asked.action)
+            if not is_tf_name(name):
+                insist(self._shared.access.may_write("action", name))
+            self._enter(name, asked)
+        except (Refused, ValueError) as error:
+            self._fail(asked, str(error))
+            return
+        self._shared.pool.spawn(partial(self._run, name, asked))
+
+    def _enter(self, name: str, asked: SendActionGoal) -> None:
+        with self._lock:
+            if self._closed:
+                raise Refused("the connection is over")
+            if len(self._goals) >= self._shared.limits.goals_per_client:
+                raise Refused(f"{len(self._goals)} goals have not ended, which is the limit for a client")
+            if (name, asked.id) in self._goals:
+                raise Refused(f"a goal of {name} with the id {asked.id!r} has not ended; give another id")
+            self._goals[name, asked.id] = None
+
+    def _run(self, name: str, asked: SendActionGoal) -> None:
+        """In a thread of its own, to the end of the goal; must not raise."""
+        key = name, asked.id
+        try:
+            with self._shared.waiting():
+                self._follow(key, asked)
+        except (Refused, RosError, ValueError) as error:
+            self._fail(asked, str(error))
+        except Exception as error:
+            self._fail(asked, f"an error of the gateway ({type(error).__name__})")
+            raise
+        finally:
+            with self._lock:
+                self._goals.pop(key, None)
+                self._cancelled.discard(key)
+
+    def _follow(self, key: tuple[str, Id], asked: SendActionGoal) -> None:
+        kind = asked.action_type
+        if self._shared.tf.opens(key[0]):
+            kind = ACTION_TYPE  # a page of ROS 2 has another package for it
+        else:
+            insist(self._shared.access.may_write("action", key[0]))
+        client = self._client(key[0], kind)
+        goal = from_arguments(client.type.goal, asked.args, now=self._shared.node.clock.now())
+        client.wait_for_server(SERVER_SECONDS)
+        with self._lock:
+            if key in self._cancelled:
+                raise Refused("it was cancelled before it was sent")
+        handle = client.send_goal(goal, feedback=partial(self._feedback, asked) if asked.feedback else None)
+        with self._lock:
+            self._goals[key] = handle
+            cancelled = key in self._cancelled
+        if cancelled:
+            handle.cancel()
+        result = handle.wait(None)
+        self._session.answer(
+            self._session.protocol.action_result, asked, to_json(result), action_status(handle.status)
+        )
+
+    def _client(self, name: str, type_name: str) -> ActionClient:
+        from rosproto.action import ActionClient
+
+        kind = action_type(type_name)
+        with self._opening:
+            client = self._clients.get((name, kind))
+            if client is None:
+                if len(self._clients) >= ACTIONS:
+                    raise Refused(f"{ACTIONS} actions are in use, which is the limit for a client")
+                client = ActionClient(self._shared.node, name, kind)
+                with self._lock:
+                    closed = self._closed
+                    self._clients[name, kind] = client
+                if closed:
+                    client.close()
+                    raise Refused("the connection is over")
+            return client
+
+    def _feedback(self, asked: SendActionGoal, _: Any, feedback: Any) -> None:
+        self._session.answer(self._session.protocol.action_feedback, asked, to_json(feedback))
+
+    def cancel(self, asked: CancelActionGoal) -> None:
+        """Ask the action server to give a goal up; its result tells the rest.
+
+        Raises:
+            Refused, RosError: It may not, or there is no such goal.
+        """
+        name = self._shared.node.resolve_name(asked.action)
+        if not is_tf_name(name):
+            insist(self._shared.access.may_write("action", name))
+        key = name, asked.id
+        with self._lock:
+            if key not in self._goals:
+                raise Refused(f"no goal of {name} with the id {asked.id!r} is under way")
+            self._cancelled.add(key)
+            handle = self._goals[key]
+        if handle is not None:
+            handle.cancel()
+
+    def _fail(self, asked: SendActionGoal, text: str) -> None:
+        self._session.answer(self._session.protocol.action_failure, asked, text)
+
+    def close(self) -> None:
+        """The client has gone; its goals go on, but those that only send it transforms."""
+        with self._lock:
+            self._closed = True
+            clients = list(self._clients.values())
+            for (name, _), handle in self._goals.items():
+                if handle is not None and is_tf_name(name):
+                    handle.cancel()
+        for client in clients:
+            client.close()

@@ -1,0 +1,240 @@
+"""Rosbridge: a server of the rosbridge protocol over a node."""
+
+from __future__ import annotations
+
+import ssl
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+from weakref import WeakValueDictionary
+
+from rosproto.gateway.access import Access
+from rosproto.gateway.channel import Channel, Session
+from rosproto.gateway.limits import GatewayLimits
+from rosproto.gateway.publications import Publications
+from rosproto.gateway.rosbridge.session import RosbridgeSession
+from rosproto.gateway.rosbridge.shared import Shared
+from rosproto.gateway.taps import Taps
+from rosproto.gateway.websocket_server import WebSocketServer
+from rosproto.gateway.write_guard import WriteGuard
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from rosproto.node import Node
+
+__all__ = ["Rosbridge", "RosbridgeClient", "RosbridgeStats"]
+
+
+@dataclass(frozen=True, slots=True)
+class RosbridgeClient:
+    """One client, as it is now.
+
+    Attributes:
+        peer: Its address.
+        since: When it came, by the monotonic clock.
+        subscriptions: Topics that it gets, as it names them.
+        sent: Messages sent to it.
+        received: Messages that it sent.
+        dropped: Messages of topics that it was too slow for.
+        waiting_bytes: What waits for it.
+    """
+
+    peer: str
+    since: float
+    subscriptions: tuple[str, ...]
+    sent: int
+    received: int
+    dropped: int
+    waiting_bytes: int
+
+
+@dataclass(frozen=True, slots=True)
+class RosbridgeStats:
+    """Counters since the start.
+
+    Attributes:
+        clients: Now.
+        accepted: Let in so far.
+        refused: Not let in, by reason: "token", "origin", "host", "connections", ...
+        topics: Subscribed at the robot now.
+        zeros: Zero velocities sent after clients that left or fell silent.
+    """
+
+    clients: int
+    accepted: int
+    refused: dict[str, int]
+    topics: tuple[str, ...]
+    zeros: int
+
+
+class Rosbridge:
+    """Serves rosbridge until it is closed, or the node is. Close it, or use it in a `with` block.
+
+    Clients read what `access` shows, and write nothing that its `write` patterns do not open. When one that
+    drives leaves or falls silent for half a second, zero follows. Any number of servers, of this kind and
+    others, may stand on one node.
+
+    Args:
+        node: Subscribes, publishes and calls for the clients.
+        host: Address to listen on; others than 127.0.0.1 and ::1 need a token.
+        port: Port, 0 for a free one.
+        access: What clients may see and write.
+        limits: What a client may cost.
+        tls: Certificate and key: `wss://`.
+        origins: Origins of web pages that may connect, besides those of this computer:
+            `("https://studio.example",)`; "*" for all.
+        token: What clients have to know; they give it as `?token=...`, or in a header
+            `Authorization: Bearer ...`.
+        rosapi: Answer the services of /rosapi here.
+
+    Raises:
+        LocalProtocolError: The package `websockets` is missing.
+        ValueError: Others can reach the address, and there is no token.
+        ConnectionLost: The address cannot be listened on.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        *,
+        host: str = "127.0.0.1",
+        port: int = 9090,
+        access: Access | None = None,
+        limits: GatewayLimits | None = None,
+        tls: ssl.SSLContext | None = None,
+        origins: Sequence[str] = (),
+        token: str | None = None,
+        rosapi: bool = True,
+    ) -> None:
+        self.access = access or Access()
+        self.limits = limits or GatewayLimits()
+        self._node = node
+        self._guard = WriteGuard(node.clock.now)
+        self._taps = Taps(node, self.limits)
+        self._publications = Publications(node, self._guard)
+        self._sessions: WeakValueDictionary[Channel, RosbridgeSession] = WeakValueDictionary()
+        self._lock = threading.Lock()
+        self._closed = False
+        self._shared: Shared | None = None
+        self._rosapi = rosapi
+        self._server = WebSocketServer(
+            self._open_session,
+            host=host,
+            port=port,
+            limits=self.limits,
+            tls=tls,
+            origins=origins,
+            token=token,
+            name="rosbridge",
+        )
+        node.before_close(self._stop_driving)
+        node.add_closer(self.close)
+
+    def _open_session(self, channel: Channel) -> Session:
+        session = RosbridgeSession(self._parts(), channel, self._server.said)
+        self._sessions[channel] = session
+        return session
+
+    def _parts(self) -> Shared:
+        """Made with the first client, in the loop's thread."""
+        if self._shared is None:
+            from rosproto.gateway.rosbridge.rosapi import Rosapi
+            from rosproto.gateway.rosbridge.tf_on_demand import TfOnDemand
+
+            self._shared = Shared(
+                node=self._node,
+                access=self.access,
+                limits=self.limits,
+                taps=self._taps,
+                publications=self._publications,
+                rosapi=Rosapi(self._node, self.access) if self._rosapi else None,
+                pool=self._server.pool,
+                tf=TfOnDemand(self._node, self.access),
+            )
+        return self._shared
+
+    @property
+    def port(self) -> int:
+        """Where it listens."""
+        return self._server.port
+
+    @property
+    def host(self) -> str:
+        """The address it listens on."""
+        return self._server.host
+
+    @property
+    def url(self) -> str:
+        """What clients connect to: "ws://127.0.0.1:9090"."""
+        return self._server.url
+
+    @property
+    def closed(self) -> bool:
+        """True from the beginning of `close`."""
+        return self._closed
+
+    @property
+    def clients(self) -> tuple[RosbridgeClient, ...]:
+        """Who is connected now."""
+        found = []
+        for channel in self._server.channels:
+            session = self._sessions.get(channel)
+            found.append(
+                RosbridgeClient(
+                    peer=channel.peer,
+                    since=channel.since,
+                    subscriptions=tuple(s.topic for s in session.subscriptions) if session else (),
+                    sent=channel.sent,
+                    received=channel.received,
+                    dropped=channel.dropped,
+                    waiting_bytes=channel.outbox.bytes,
+                )
+            )
+        return tuple(found)
+
+    def stats(self) -> RosbridgeStats:
+        """Counters."""
+        return RosbridgeStats(
+            clients=len(self._server.channels),
+            accepted=self._server.accepted,
+            refused=dict(self._server.refused),
+            topics=self._taps.topics,
+            zeros=self._guard.zeros,
+        )
+
+    def _stop_driving(self, reason: str) -> None:
+        """The node is about to close: zeros while it still can."""
+        self._guard.close()
+
+    def close(self, timeout: float = 5.0) -> None:
+        """Zero where a client drives, then end all connections; bounded in time. Twice is fine."""
+        with self._lock:
+            closed, self._closed = self._closed, True
+        if closed:
+            return
+        self._node.remove_closer(self.close)
+        self._guard.close()
+        try:
+            self._server.close(timeout)
+        finally:
+            if self._shared is not None:
+                self._shared.tf.close()
+            self._publications.close()
+            self._taps.close()
+
+    def __enter__(self) -> Rosbridge:
+        return self
+
+    def __exit__(
+        self,
+        error_type: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        state = "closed" if self._closed else f"{len(self._server.channels)} clients"
+        return f"<Rosbridge {self.url}, {state}>"

@@ -1,0 +1,246 @@
+"""One client of a rosbridge server: what its messages ask for is carried out, and answered.
+
+The protocol (`protocol.py`) reads messages; this file does what they say, one after the other. What may take
+time (the master is asked) happens in a thread of the pool while the client's next message waits; calls and
+goals, which wait for other programs, have threads of their own (`calls.py`, `goals.py`). What a client may
+not do, or what fails, is answered with a sentence; nothing that a client sends raises here.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from rosproto.codec import Message
+from rosproto.errors import RosError
+from rosproto.gateway.channel import Channel, Payload
+from rosproto.gateway.publications import Publication
+from rosproto.gateway.rosbridge import effects
+from rosproto.gateway.rosbridge.actions import definition_name
+from rosproto.gateway.rosbridge.calls import Calls
+from rosproto.gateway.rosbridge.effects import Effect, Id
+from rosproto.gateway.rosbridge.goals import Goals
+from rosproto.gateway.rosbridge.protocol import Protocol
+from rosproto.gateway.rosbridge.provided import ProvidedServices
+from rosproto.gateway.rosbridge.shared import Refused, Shared, insist
+from rosproto.gateway.rosbridge.status import Level
+from rosproto.gateway.rosbridge.subscription import TopicSubscription
+from rosproto.gateway.rosbridge.values import from_values
+from rosproto.logs import PeerLog
+
+__all__ = ["RosbridgeSession"]
+
+SMALL = 64 << 10
+"""A message of so many bytes is read in the loop: a millisecond, in which no other client is served."""
+
+
+class RosbridgeSession:
+    """One client.
+
+    Args:
+        shared: The server's parts.
+        channel: The way to the client.
+        said: Bounded logging of what clients do.
+    """
+
+    def __init__(self, shared: Shared, channel: Channel, said: PeerLog) -> None:
+        self.channel = channel
+        self._shared = shared
+        self._limits = shared.limits
+        self._said = said
+        self._protocol = Protocol(shared.limits)
+        self._out = threading.Lock()  # the protocol writes for one thread at a time
+        self._subscriptions: dict[str, TopicSubscription] = {}
+        self._publications: dict[str, Publication] = {}
+        self._advertised: dict[str, set[Id]] = {}
+        self._calls = Calls(shared, self)
+        self._provided = ProvidedServices(shared, self)
+        self._goals = Goals(shared, self)
+        self._perform: dict[type, Callable[[Any], None]] = {
+            effects.Subscribe: self._subscribe,
+            effects.Unsubscribe: self._unsubscribe,
+            effects.Advertise: self._advertise,
+            effects.Unadvertise: self._unadvertise,
+            effects.Publish: self._publish,
+            effects.CallService: self._calls.call,
+            effects.AdvertiseService: self._provided.advertise,
+            effects.UnadvertiseService: self._provided.unadvertise,
+            effects.ServiceResponse: self._provided.respond,
+            effects.SendActionGoal: self._goals.send,
+            effects.CancelActionGoal: self._goals.cancel,
+        }
+
+    @property
+    def subscriptions(self) -> tuple[TopicSubscription, ...]:
+        """Topics that the client gets."""
+        return tuple(self._subscriptions.values())
+
+    # -- in -------------------------------------------------------------------------------------------------
+
+    async def received(self, data: Payload) -> None:
+        """Carry out one message; in the server's loop."""
+        small = len(data) <= SMALL
+        read = partial(self._protocol.receive, data, time.monotonic())
+        for effect in read() if small else await self._shared.pool.run(read):
+            if isinstance(effect, effects.Reply):
+                self.channel.answer(effect.payloads)
+            elif isinstance(effect, effects.Close):
+                self.channel.close(effect.code, effect.reason)
+            elif small and self._is_quick(effect):
+                self._carry_out(effect)
+            else:
+                await self._shared.pool.run(partial(self._carry_out, effect))
+
+    def _is_quick(self, effect: Effect) -> bool:
+        """Whether carrying it out waits for nobody."""
+        if isinstance(effect, effects.Publish):
+            return effect.topic in self._publications
+        quick = (effects.ServiceResponse, effects.SetLevel, effects.Auth, effects.CallService)
+        return isinstance(effect, (*quick, effects.SendActionGoal))
+
+    def _carry_out(self, effect: Effect) -> None:
+        perform = self._perform.get(type(effect))
+        if perform is None:
+            return  # nothing to be done but what the protocol has noted itself
+        try:
+            perform(effect)
+        except (Refused, RosError, ValueError) as error:
+            op = _op_of(effect)
+            self.status("error", f"{op}: {error}", effect.id)  # type: ignore[union-attr]
+            self._said.info(op, "! rosbridge: %s to %s: %s", op, self.channel.peer, error)
+        except Exception as error:
+            self.status("error", f"{_op_of(effect)}: an error of the gateway ({type(error).__name__})")
+            self._said.error("session", "! rosbridge: %s of %s", effect, self.channel.peer, exc_info=error)
+
+    # -- out ------------------------------------------------------------------------------------------------
+
+    def status(self, level: Level, text: str, id: Id = None) -> None:
+        """Tell the client a sentence, if it wants such ones."""
+        self.channel.answer(self._protocol.status(level, text, id))
+
+    def answer(self, write: Callable[..., tuple[Payload, ...]], *args: Any, **more: Any) -> None:
+        """Send what a method of the protocol writes, called with these arguments."""
+        with self._out:
+            payloads = write(*args, **more)
+        self.channel.answer(payloads)
+
+    @property
+    def protocol(self) -> Protocol:
+        """Writes answers; see `answer`."""
+        return self._protocol
+
+    def _cut(self, text: str, size: int | None) -> tuple[Payload, ...]:
+        with self._out:
+            return self._protocol.publish(text, size)
+
+    # -- topics that are read -------------------------------------------------------------------------------
+
+    def _subscribe(self, asked: effects.Subscribe) -> None:
+        name = self._shared.node.resolve_name(asked.topic)
+        insist(self._shared.access.may_read("topic", name))
+        subscription = self._subscriptions.get(asked.topic)
+        if subscription is not None:
+            if subscription.count >= self._limits.subscriptions_per_client:
+                raise Refused(f"{asked.topic} is subscribed {subscription.count} times already")
+            subscription.add(asked)
+            return
+        if len(self._subscriptions) >= self._limits.subscriptions_per_client:
+            raise Refused(f"{len(self._subscriptions)} topics are subscribed: the limit for a client")
+        if asked.type:
+            self._check_type(name, asked.type)
+        subscription = TopicSubscription(asked.topic, self.channel, self._cut, self._undecodable)
+        subscription.add(asked)
+        self._subscriptions[asked.topic] = subscription
+        try:
+            subscription.tap = self._shared.taps.open(name, subscription)
+        except BaseException:
+            del self._subscriptions[asked.topic]
+            raise
+
+    def _check_type(self, topic: str, asked: str) -> None:
+        known = self._shared.topic_type(topic)
+        if known is not None and known != definition_name(asked):
+            raise Refused(f"{topic} is of type {known}, not {asked}")
+
+    def _undecodable(self, topic: str, error: RosError) -> None:
+        self.status("error", f"subscribe: {topic} cannot be decoded: {error}")
+
+    def _unsubscribe(self, asked: effects.Unsubscribe) -> None:
+        subscription = self._subscriptions.get(asked.topic)
+        if subscription is not None and subscription.remove(asked.id):
+            del self._subscriptions[asked.topic]
+            subscription.close()
+
+    # -- topics that are written ----------------------------------------------------------------------------
+
+    def _advertise(self, asked: effects.Advertise) -> None:
+        self._open(asked.topic, definition_name(asked.type), latch=asked.latch, queue_size=asked.queue_size)
+        ids = self._advertised.setdefault(asked.topic, set())
+        if len(ids) < self._limits.advertised_per_client:
+            ids.add(asked.id)
+
+    def _open(self, topic: str, type_name: str, *, latch: bool, queue_size: int) -> Publication:
+        name = self._shared.node.resolve_name(topic)
+        if not self._shared.tf.opens(name):
+            insist(self._shared.access.may_write("topic", name, type_name))
+        known = self._publications.get(topic)
+        if known is not None:
+            if known.type_name != type_name:
+                raise Refused(f"{topic} is advertised as {known.type_name} already, not {type_name}")
+            return known
+        if len(self._publications) >= self._limits.advertised_per_client:
+            raise Refused(f"{len(self._publications)} topics are advertised: the limit for a client")
+        message: type[Message] = self._shared.message_class(type_name)
+        self._check_type(name, type_name)
+        opened = self._shared.publications.open(self, name, message, latch=latch, queue_size=queue_size)
+        self._publications[topic] = opened
+        return opened
+
+    def _unadvertise(self, asked: effects.Unadvertise) -> None:
+        ids = self._advertised.get(asked.topic, set())
+        ids.discard(asked.id)
+        if asked.id is not None and ids:
+            return
+        self._advertised.pop(asked.topic, None)
+        publication = self._publications.pop(asked.topic, None)
+        if publication is not None:
+            publication.close()
+
+    def _publish(self, asked: effects.Publish) -> None:
+        publication = self._publications.get(asked.topic)
+        if publication is None:
+            name = self._shared.node.resolve_name(asked.topic)
+            if not self._shared.tf.opens(name):
+                insist(self._shared.access.may_write("topic", name))
+            type_name = self._shared.topic_type(name)
+            if type_name is None:
+                raise Refused(f"nobody knows the type of {asked.topic}: advertise it first")
+            publication = self._open(asked.topic, type_name, latch=asked.latch, queue_size=asked.queue_size)
+        now = self._shared.node.clock.now()
+        self._shared.tf.publishes(self, publication.topic, asked.msg)
+        publication.publish(from_values(publication.message_class, asked.msg, now=now))
+
+    # -- the end --------------------------------------------------------------------------------------------
+
+    def ended(self) -> None:
+        """The client has gone: zero where it drove, then everything that it had opened is closed."""
+        self._shared.publications.guard.gone(self)
+        for publication in list(self._publications.values()):
+            publication.close()
+        for subscription in list(self._subscriptions.values()):
+            subscription.close()
+        self._shared.tf.gone(self)
+        self._provided.close()
+        self._goals.close()
+        self._calls.close()
+        self._publications.clear()
+        self._subscriptions.clear()
+
+
+def _op_of(effect: object) -> str:
+    """ "call_service" of CallService."""
+    name = type(effect).__name__
+    return "".join("_" + letter.lower() if letter.isupper() else letter for letter in name).lstrip("_")

@@ -1,0 +1,105 @@
+"""What the sessions of one rosbridge server share."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from rosproto.aio.pool import Pool
+from rosproto.codec import Message, message_class, service_class
+from rosproto.gateway.access import Access, Refusal
+from rosproto.gateway.limits import GatewayLimits
+from rosproto.gateway.publications import Publications
+from rosproto.gateway.rosbridge.actions import definition_name
+from rosproto.gateway.taps import Taps
+
+if TYPE_CHECKING:
+    from rosproto.gateway.rosbridge.rosapi import Rosapi
+    from rosproto.gateway.rosbridge.tf_on_demand import TfOnDemand
+    from rosproto.node import Node
+
+__all__ = ["Refused", "Shared", "insist"]
+
+CALLS = 256  # service calls and goals of all clients; each takes a thread
+
+
+class Refused(Exception):
+    """What a client asked for is not done; the text is the sentence for it."""
+
+
+def insist(refusal: Refusal | None) -> None:
+    """Raise `Refused` for a verdict that says no."""
+    if refusal is not None:
+        raise Refused(refusal.text)
+
+
+@dataclass
+class Shared:
+    """The server's parts, for its sessions.
+
+    Attributes:
+        node: Subscribes, publishes, calls.
+        access: What clients may do.
+        limits: What a client may cost.
+        taps: Topics that are read.
+        publications: Topics that are written.
+        rosapi: Answers /rosapi; None where it does not.
+        pool: Threads for what has to wait.
+        tf: The tf republisher.
+    """
+
+    node: Node
+    access: Access
+    limits: GatewayLimits
+    taps: Taps
+    publications: Publications
+    rosapi: Rosapi | None
+    pool: Pool
+    tf: TfOnDemand
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+    _waiting: int = 0
+
+    @contextmanager
+    def waiting(self) -> Iterator[None]:
+        """While a thread waits for somebody else's answer.
+
+        Raises:
+            Refused: Too many do.
+        """
+        with self._lock:
+            if self._waiting >= CALLS:
+                raise Refused(
+                    f"{CALLS} calls of all clients together have not been answered; try again later"
+                )
+            self._waiting += 1
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._waiting -= 1
+
+    def message_class(self, name: str) -> type[Message]:
+        """The class of a type as a client names it.
+
+        Raises:
+            DefinitionError: Nobody knows it.
+        """
+        name = definition_name(name)
+        return message_class(name, self.node.revisions.library_for(name))
+
+    def service_class(self, name: str) -> Any:
+        """As `message_class`, of a service."""
+        name = definition_name(name)
+        return service_class(name, self.node.revisions.library_for(name, "srv"))
+
+    def topic_type(self, topic: str) -> str | None:
+        """The type that the master has for a topic; None when it has none.
+
+        Raises:
+            MasterError, ConnectionLost, RosTimeout: It cannot be asked.
+        """
+        known = self.node.master.get_topic_types().get(topic)
+        return None if known in (None, "", "*") else known

@@ -1,0 +1,312 @@
+"""One topic as one client subscribes it: throttled, queued and encoded as it asked.
+
+A client may subscribe a topic several times, under several ids; it gets each message once, by the settings
+that suit all of them (lowest rate limit, shortest queue, smallest fragments, the most compact encoding), as
+rosbridge_library's `subscribe` and `subscription_modifiers` have it. Encoded is once for all clients: what
+was made is kept with the sample.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rosproto.errors import RosError
+from rosproto.gateway.channel import Channel, Payload
+from rosproto.gateway.rosbridge.cbor import publish_cbor, publish_cbor_raw
+from rosproto.gateway.rosbridge.effects import Compression, Id, Subscribe
+from rosproto.gateway.rosbridge.png import publish_png
+from rosproto.gateway.rosbridge.protocol import publish_text
+from rosproto.gateway.rosbridge.values import to_json
+from rosproto.gateway.sample import Sample
+
+if TYPE_CHECKING:
+    from rosproto.gateway.taps import Tap
+
+__all__ = ["Settings", "Throttle", "TopicSubscription", "combined", "encoded"]
+
+QUICK_BYTES = 16 << 10
+"""A message of so many bytes is encoded in less time than handing it to a thread is worth."""
+_RANK: dict[Compression, int] = {"none": 0, "png": 1, "cbor": 2, "cbor-raw": 3}
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How a client wants a topic.
+
+    Attributes:
+        interval: Least seconds between two messages.
+        queue_length: Messages that wait because of it; 0: those that come too early are dropped.
+        fragment_size: Longest text that goes whole; None: any.
+        compression: How it is encoded.
+    """
+
+    interval: float = 0.0
+    queue_length: int = 0
+    fragment_size: int | None = None
+    compression: Compression = "none"
+
+
+def combined(asked: list[Subscribe]) -> Settings:
+    """The settings that suit every one of a client's subscriptions of a topic."""
+    sizes = [each.fragment_size for each in asked if each.fragment_size is not None]
+    return Settings(
+        interval=min(each.throttle_rate for each in asked) / 1000.0,
+        queue_length=min(each.queue_length for each in asked),
+        fragment_size=min(sizes, default=None),
+        compression=max((each.compression for each in asked), key=_RANK.__getitem__),
+    )
+
+
+class Throttle:
+    """Which messages go out when. Pure: the time is given.
+
+    Attributes:
+        dropped: Messages given up because they came too early.
+    """
+
+    def __init__(self) -> None:
+        self.dropped = 0
+        self._last = float("-inf")
+        self._queue: deque[Sample] = deque()
+
+    def offer(self, sample: Sample, now: float, settings: Settings) -> Sample | None:
+        """A message has come; what to send now, if anything."""
+        if settings.interval <= 0.0 and not self._queue:
+            return sample
+        early = now < self._last + settings.interval
+        if settings.queue_length <= 0:
+            self.dropped += len(self._queue) + early
+            self._queue.clear()
+            if early:
+                return None
+            self._last = now
+            return sample
+        self._queue.append(sample)
+        while len(self._queue) > settings.queue_length:
+            self._queue.popleft()
+            self.dropped += 1
+        return self.due(now, settings)
+
+    def due(self, now: float, settings: Settings) -> Sample | None:
+        """The oldest that waits, if its time has come."""
+        if not self._queue or now < self._last + settings.interval:
+            return None
+        self._last = now
+        return self._queue.popleft()
+
+    def next_due(self, settings: Settings) -> float | None:
+        """When `due` has something; None while nothing waits."""
+        return self._last + settings.interval if self._queue else None
+
+    def clear(self) -> None:
+        """Nothing waits any more."""
+        self._queue.clear()
+
+
+def encoded(sample: Sample, topic: str, compression: Compression) -> Payload:
+    """The message of rosbridge that carries a sample; made once for all clients.
+
+    Args:
+        sample: The message.
+        topic: The topic as the client writes it.
+        compression: How it is to be encoded.
+
+    Raises:
+        RosError: It cannot be decoded.
+    """
+    if compression == "cbor-raw":
+        stamp = sample.stamp
+        return sample.once(
+            ("cbor-raw", topic), lambda: publish_cbor_raw(topic, stamp.secs, stamp.nsecs, bytes(sample.data))
+        )
+    if compression == "cbor":
+        return sample.once(("cbor", topic), lambda: publish_cbor(topic, sample.message))
+    if compression == "png":
+        return sample.once(("png", topic), lambda: publish_png(_text(sample, topic)))
+    return _text(sample, topic)
+
+
+def _text(sample: Sample, topic: str) -> str:
+    return sample.once(("text", topic), lambda: publish_text(topic, to_json(sample.message)))
+
+
+Cut = Callable[[str, int | None], tuple[Payload, ...]]
+"""Cuts a text into fragments: `Protocol.publish` of the client."""
+
+
+class _LateMessage:
+    """A sample that is encoded when the client takes it."""
+
+    __slots__ = ("_failed", "_make", "_sample")
+
+    def __init__(
+        self,
+        sample: Sample,
+        make: Callable[[Sample], tuple[Payload, ...]],
+        failed: Callable[[RosError], None],
+    ) -> None:
+        self._sample = sample
+        self._make = make
+        self._failed = failed
+
+    @property
+    def quick(self) -> bool:
+        return len(self._sample.data) <= QUICK_BYTES
+
+    def payloads(self) -> tuple[Payload, ...]:
+        try:
+            return self._make(self._sample)
+        except RosError as error:
+            self._failed(error)
+            return ()
+
+
+class _Pieces:
+    """Fragments of one message, which go out together or not at all."""
+
+    quick = True
+
+    def __init__(self, pieces: tuple[Payload, ...]) -> None:
+        self._pieces = pieces
+
+    def payloads(self) -> tuple[Payload, ...]:
+        return self._pieces
+
+
+class TopicSubscription:
+    """A topic for one client; a `Receiver` of its tap.
+
+    Args:
+        topic: As the client writes it; in every message to it.
+        channel: The way to the client.
+        cut: Cuts texts into fragments.
+        failed: Told when a message cannot be decoded; once.
+
+    Attributes:
+        tap: The topic at the robot; set by whoever opened it.
+    """
+
+    def __init__(
+        self,
+        topic: str,
+        channel: Channel,
+        cut: Cut,
+        failed: Callable[[str, RosError], object],
+    ) -> None:
+        self.topic = topic
+        self.tap: Tap | None = None
+        self._channel = channel
+        self._cut = cut
+        self._failed = failed
+        self._lock = threading.Lock()
+        self._asked: dict[Id, Subscribe] = {}
+        self._settings = Settings()
+        self._throttle = Throttle()
+        self._ticking = False
+        self._told = False
+        self._closed = False
+
+    @property
+    def settings(self) -> Settings:
+        """Those in force."""
+        return self._settings
+
+    @property
+    def throttled(self) -> int:
+        """Messages that came faster than the client wants them."""
+        return self._throttle.dropped
+
+    def add(self, asked: Subscribe) -> None:
+        """One more subscription, or the same id with other settings."""
+        with self._lock:
+            self._asked[asked.id] = asked
+            self._settings = combined(list(self._asked.values()))
+
+    def remove(self, id: Id) -> bool:
+        """One less, or all of them without an id; True when none is left."""
+        with self._lock:
+            if id is None:
+                self._asked.clear()
+            else:
+                self._asked.pop(id, None)
+            if self._asked:
+                self._settings = combined(list(self._asked.values()))
+            return not self._asked
+
+    @property
+    def count(self) -> int:
+        """Subscriptions of this topic."""
+        return len(self._asked)
+
+    def offer(self, sample: Sample) -> None:
+        """A message of the topic, in the thread that received it."""
+        with self._lock:
+            if self._closed:
+                return
+            settings = self._settings
+            now = time.monotonic()
+            first = self._throttle.offer(sample, now, settings)
+            self._tick_later(now, settings)
+        if first is not None:
+            self._send(first, settings)
+
+    def _tick_later(self, now: float, settings: Settings) -> None:
+        due = self._throttle.next_due(settings)
+        if due is not None and not self._ticking:
+            self._ticking = True
+            self._channel.later(max(0.0, due - now), self._tick)
+
+    def _tick(self) -> None:
+        """In the server's loop: what waited for its time."""
+        with self._lock:
+            self._ticking = False
+            if self._closed:
+                return
+            settings = self._settings
+            now = time.monotonic()
+            sample = self._throttle.due(now, settings)
+            self._tick_later(now, settings)
+        if sample is not None:
+            self._send(sample, settings, late=True)
+
+    def _send(self, sample: Sample, settings: Settings, *, late: bool = False) -> None:
+        """Encoded here, in the publisher's thread, unless the client may not take it anyway."""
+        keep = settings.queue_length or None
+
+        def make(sample: Sample) -> tuple[Payload, ...]:
+            payload = encoded(sample, self.topic, settings.compression)
+            if settings.fragment_size is None or not isinstance(payload, str):
+                return (payload,)
+            return self._cut(payload, settings.fragment_size)
+
+        if late or self._channel.behind:
+            self._channel.offer(
+                self.topic, len(sample.data), _LateMessage(sample, make, self._undecodable), keep
+            )
+            return
+        try:
+            payloads = make(sample)
+        except RosError as error:
+            self._undecodable(error)
+            return
+        size = sum(map(len, payloads))
+        self._channel.offer(self.topic, size, payloads[0] if len(payloads) == 1 else _Pieces(payloads), keep)
+
+    def _undecodable(self, error: RosError) -> None:
+        if not self._told:
+            self._told = True
+            self._failed(self.topic, error)
+
+    def close(self) -> None:
+        """Nothing more is sent."""
+        with self._lock:
+            self._closed = True
+            self._throttle.clear()
+        if self.tap is not None:
+            self.tap.close()
+        self._channel.outbox.forget(self.topic)

@@ -1,0 +1,104 @@
+"""The tf republisher of a bridge: begun when the first client asks for it, and nobody provides it already."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from rosproto.errors import MasterError
+
+if TYPE_CHECKING:
+    from rosproto.gateway.access import Access, Kind
+    from rosproto.gateway.rosbridge.tf_republisher import TfRepublisher
+    from rosproto.node import Node
+
+__all__ = ["ACTION", "ACTION_TYPE", "SERVICE", "TfOnDemand", "is_tf_name"]
+
+ACTION = "/tf2_web_republisher"
+SERVICE = "/republish_tfs"
+ACTION_TYPE = "tf2_web_republisher/TFSubscriptionAction"
+_KINDS: dict[str, Kind] = {
+    ACTION: "action",
+    f"{ACTION}/goal": "topic",
+    f"{ACTION}/cancel": "topic",
+    SERVICE: "service",
+}
+
+
+def is_tf_name(name: str) -> bool:
+    """True for the action, the topics on which its clients publish, and the service."""
+    return name in _KINDS
+
+
+class TfOnDemand:
+    """What sessions ask before they refuse to write.
+
+    Args:
+        node: Provides the action and the service.
+        access: Whether clients may read /tf.
+    """
+
+    def __init__(self, node: Node, access: Access) -> None:
+        self._node = node
+        self._access = access
+        self._lock = threading.Lock()
+        self._republisher: TfRepublisher | None = None
+        self._closed = False
+
+    def opens(self, name: str) -> bool:
+        """True for a name of the republisher's that may be written to without a pattern; it is there then.
+
+        Asks the master with the first such name.
+
+        Args:
+            name: Resolved name of a topic, service or action.
+
+        Raises:
+            MasterError, ConnectionLost, RosTimeout: It cannot be asked, or does not take the registration.
+        """
+        kind = _KINDS.get(name)
+        if kind is None or self._access.may_read(kind, name) is not None:
+            return False
+        if self._access.may_read("topic", "/tf") is not None:
+            return False
+        from rosproto.gateway.rosbridge.tf_republisher import TfRepublisher
+
+        with self._lock:
+            if self._republisher is None and not self._closed and not self._is_provided():
+                self._republisher = TfRepublisher(self._node)
+        return True
+
+    def _is_provided(self) -> bool:
+        """By a real tf2_web_republisher, or another bridge."""
+        if self._node.master.get_system_state().publishers.get(f"{ACTION}/status"):
+            return True
+        try:
+            self._node.master.lookup_service(SERVICE)
+        except MasterError as error:
+            if error.code != -1:
+                raise
+            return False
+        return True
+
+    def publishes(self, client: object, name: str, message: object) -> None:
+        """A client publishes this message on a topic; said before it does."""
+        republisher = self._republisher
+        if republisher is None or name != f"{ACTION}/goal" or not isinstance(message, Mapping):
+            return
+        goal_id = message.get("goal_id")
+        if isinstance(goal_id, Mapping) and isinstance(goal_id.get("id"), str):
+            republisher.sent(client, goal_id["id"])
+
+    def gone(self, client: object) -> None:
+        """A client has left."""
+        if self._republisher is not None:
+            self._republisher.gone(client)
+
+    def close(self) -> None:
+        """End it; twice is fine."""
+        with self._lock:
+            self._closed = True
+            republisher, self._republisher = self._republisher, None
+        if republisher is not None:
+            republisher.close()

@@ -1,0 +1,404 @@
+"""What a rosbridge server costs, beside rosbridge_suite on Debian's rospy in the same run.
+
+    python -m tests.benchmarks gateway [--clients 20] [--seconds 8] [--rounds 2] [--connects 1000]
+                                       [--only odometry,image,map,stuck,connects] [--rosbridge-suite PATH]
+
+* odometry: Odometry at 50 Hz, as JSON, to N clients: processor time of the server for a delivered message.
+* image: 640x480 rgb8 at 30 Hz as cbor-raw to one client: messages that did not arrive, by their numbers.
+* map: a 4000x4000 OccupancyGrid as JSON to one client, while another one gets Odometry: its longest pause.
+* stuck: a cloud of 20 MB/s as cbor-raw to one client that reads and one that has stopped: memory that the server
+  grew by, and the 99th percentile of Odometry's way to a third one.
+* connects: as many clients one after the other, subscribed and gone without a word: threads and files afterwards.
+
+PATH is a checkout of rosbridge_suite, branch ros1; without it only ours is measured. The server is a process of its
+own in both cases, so is the publisher; the clients are this process.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rosproto import Master, Node
+from tests.benchmarks._figures import print_ratio, ratios, spread
+
+ROWS = ("odometry", "image", "map", "stuck", "connects")
+TICKS = os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else 100
+
+
+class Server(NamedTuple):
+    name: str
+    url: str
+    pid: int
+
+    @property
+    def processor(self) -> float:
+        """Seconds of processor time so far."""
+        fields = Path(f"/proc/{self.pid}/stat").read_text().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / TICKS
+
+    def status(self, name: str) -> int:
+        found = re.search(rf"^{name}:\s+(\d+)", Path(f"/proc/{self.pid}/status").read_text(), re.MULTILINE)
+        assert found
+        return int(found[1])
+
+    @property
+    def files(self) -> int:
+        return len(os.listdir(f"/proc/{self.pid}/fd"))
+
+
+def run(arguments: list[str]) -> None:
+    if arguments[:1] == ["publish"]:
+        publish(*arguments[1:])
+        return
+    parser = argparse.ArgumentParser(prog="tests.benchmarks gateway")
+    parser.add_argument("--clients", type=int, default=20)
+    parser.add_argument("--seconds", type=float, default=8.0)
+    parser.add_argument("--rounds", type=int, default=2)
+    parser.add_argument("--connects", type=int, default=1000)
+    parser.add_argument("--only", default=",".join(ROWS))
+    parser.add_argument("--rosbridge-suite", type=Path)
+    args = parser.parse_args(arguments)
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        master = stack.enter_context(Master())
+        servers = [stack.enter_context(ours(master.uri))]
+        if args.rosbridge_suite is not None:
+            servers.append(stack.enter_context(theirs(args.rosbridge_suite.resolve(), folder, master.uri)))
+        for row in args.only.split(","):
+            print(f"\n{row}")
+            globals()[f"row_{row}"](args, servers, master.uri)
+
+
+@contextmanager
+def ours(master_uri: str) -> Iterator[Server]:
+    words = [sys.executable, "-m", "rosproto", "bridge", "--port", "0", "--master", master_uri]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        try:
+            yield Server("rosproto bridge", process.stdout.readline().split()[3], process.pid)
+        finally:
+            process.terminate()
+            process.wait(10)
+
+
+@contextmanager
+def theirs(place: Path, folder: Path, master_uri: str) -> Iterator[Server]:
+    from tests.support import rosbridge_suite
+
+    built = rosbridge_suite.build(place, folder / "suite")
+    with rosbridge_suite.served(place, built, master_uri) as url:
+        port = url.rpartition(":")[2]
+        (pid,) = [
+            int(entry)
+            for entry in os.listdir("/proc")
+            if entry.isdigit() and _is_suite(Path(f"/proc/{entry}/cmdline"), port)
+        ]
+        yield Server("rosbridge_suite", url, pid)
+
+
+def _is_suite(cmdline: Path, port: str) -> bool:
+    try:
+        words = cmdline.read_bytes().decode("utf-8", "replace").split("\0")
+    except OSError:
+        return False
+    return port in words and any(word.endswith("rosbridge_websocket.py") for word in words)
+
+
+# -- the publisher's process ----------------------------------------------------------------------------------
+
+
+def publish(master_uri: str, *kinds: str) -> None:
+    """Publish until killed: "odom", "image", "cloud", "map"."""
+    with (
+        Node("/benchmark_publisher", master_uri=master_uri, intraprocess=False) as node,
+        ExitStack() as stack,
+    ):
+        steps = [stack.enter_context(_Stream(node, kind)) for kind in kinds]
+        began = time.perf_counter()
+        while True:
+            due = min(steps, key=lambda step: step.next)
+            time.sleep(max(0.0, due.next - (time.perf_counter() - began)))
+            due.send()
+
+
+class _Stream:
+    def __init__(self, node: Node, kind: str) -> None:
+        import numpy as np
+
+        from rosproto import message_class
+
+        types = {"odom": "nav_msgs/Odometry", "image": "sensor_msgs/Image", "map": "nav_msgs/OccupancyGrid"}
+        self.message: Any = message_class(types.get(kind, "sensor_msgs/PointCloud2"))()
+        self.every = {"odom": 1 / 50, "image": 1 / 30, "cloud": 1 / 10, "map": 3600.0}[kind]
+        self.next = 0.0
+        if kind == "image":
+            self.message.height, self.message.width, self.message.step = 480, 640, 1920
+            self.message.encoding, self.message.data = "rgb8", np.zeros(480 * 640 * 3, np.uint8)
+        if kind == "cloud":
+            self.message.data = np.zeros(2_000_000, np.uint8)
+        if kind == "map":
+            self.message.info.width = self.message.info.height = 4000
+            cells = np.random.default_rng(1).choice(np.array([-1, 0, 100], np.int8), 16_000_000)
+            self.message.data = cells
+        self.publisher = node.publisher(f"/{kind}", type(self.message), latch=kind == "map", queue_size=100)
+
+    def __enter__(self) -> _Stream:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.publisher.close()
+
+    def send(self) -> None:
+        from rosproto import Time
+
+        self.next += self.every
+        self.message.header.stamp = Time(*divmod(time.time_ns(), 1_000_000_000))
+        self.publisher.publish(self.message)
+
+
+@contextmanager
+def published(master_uri: str, *kinds: str) -> Iterator[None]:
+    words = [sys.executable, "-m", "tests.benchmarks", "gateway", "publish", master_uri, *kinds]
+    process = subprocess.Popen(words)
+    try:
+        yield
+    finally:
+        process.kill()
+        process.wait(10)
+
+
+# -- clients ---------------------------------------------------------------------------------------------------
+
+
+async def connected(server: Server) -> Any:
+    from websockets.asyncio.client import connect
+
+    return await connect(server.url, max_size=None, compression=None, ping_interval=None, close_timeout=1)
+
+
+async def subscribed(server: Server, topic: str, **options: Any) -> Any:
+    client = await connected(server)
+    await client.send(json.dumps({"op": "subscribe", "topic": topic, **options}))
+    return client
+
+
+async def each(client: Any, take: Callable[[Any], object]) -> None:
+    """Hand every message to a function, for ever."""
+    async for data in client:
+        take(data)
+
+
+async def during(seconds: float, *tasks: Any) -> None:
+    """Let readers run so long."""
+    running = [asyncio.ensure_future(task) for task in tasks]
+    await asyncio.sleep(seconds)
+    for task in running:
+        task.cancel()
+    await asyncio.gather(*running, return_exceptions=True)
+
+
+def late(data: str) -> float:
+    """Milliseconds since the stamp of a message in JSON."""
+    stamp = json.loads(data)["msg"]["header"]["stamp"]
+    return (time.time() - stamp["secs"] - stamp["nsecs"] / 1e9) * 1000
+
+
+def percentile(values: list[float], part: float) -> float:
+    return sorted(values)[min(len(values) - 1, int(part * len(values)))] if values else float("nan")
+
+
+def beside(
+    args: Any, servers: list[Server], measure: Callable[[Server], float], unit: str
+) -> list[list[float]]:
+    """One figure of each server in every round; printed."""
+    found: list[list[float]] = [[] for _ in servers]
+    for _ in range(args.rounds):
+        for server, values in zip(servers, found, strict=True):
+            values.append(measure(server))
+    for server, values in zip(servers, found, strict=True):
+        print(f"  {server.name:18} {spread(values)} {unit}")
+    return found
+
+
+# -- rows ------------------------------------------------------------------------------------------------------
+
+
+def row_odometry(args: Any, servers: list[Server], master_uri: str) -> None:
+    async def measured(server: Server) -> float:
+        counts = [0] * args.clients
+
+        def counter(number: int) -> Callable[[Any], None]:
+            def count(_: Any) -> None:
+                counts[number] += 1
+
+            return count
+
+        clients = [await subscribed(server, "/odom", type="nav_msgs/Odometry") for _ in range(args.clients)]
+        readers = [each(client, counter(number)) for number, client in enumerate(clients)]
+        running = [asyncio.ensure_future(reader) for reader in readers]
+        await asyncio.sleep(1.5)
+        before, counted = server.processor, sum(counts)
+        await asyncio.sleep(args.seconds)
+        used, delivered = server.processor - before, sum(counts) - counted
+        for task in running:
+            task.cancel()
+        await asyncio.gather(*running, return_exceptions=True)
+        for client in clients:
+            await client.close()
+        print(
+            f"    {server.name}: {delivered} delivered of {50 * args.seconds * args.clients:.0f}, {used:.2f} s"
+        )
+        return 1e6 * used / max(1, delivered)
+
+    with published(master_uri, "odom"):
+        found = beside(
+            args, servers, lambda s: asyncio.run(measured(s)), "us of processor a message and client"
+        )
+    if len(found) == 2:
+        print_ratio("of theirs", ratios(*found), 1 / 3, more=False)
+
+
+def row_image(args: Any, servers: list[Server], master_uri: str) -> None:
+    async def measured(server: Server) -> float:
+        numbers: list[int] = []
+
+        def note(data: Any) -> None:
+            at = data.index(b"bytes") + 5
+            at += 5 if data[at] == 0x5A else 9  # a byte string with four or eight bytes of length
+            numbers.append(int.from_bytes(data[at : at + 4], "little"))
+
+        client = await subscribed(server, "/image", type="sensor_msgs/Image", compression="cbor-raw")
+        await during(1.0, each(client, note))
+        numbers.clear()
+        before = server.processor
+        await during(args.seconds, each(client, note))
+        used = server.processor - before
+        await client.close()
+        missed = numbers[-1] - numbers[0] + 1 - len(numbers) if numbers else -1
+        print(f"    {server.name}: {len(numbers)} images, {used:.2f} s of processor")
+        return float(missed)
+
+    with published(master_uri, "image"):
+        beside(args, servers, lambda s: asyncio.run(measured(s)), "images missed")
+
+
+def row_map(args: Any, servers: list[Server], master_uri: str) -> None:
+    async def measured(server: Server) -> float:
+        times: list[float] = []
+        got: list[float] = []
+        other = await subscribed(server, "/odom", type="nav_msgs/Odometry")
+        reader = asyncio.ensure_future(each(other, lambda _: times.append(time.perf_counter())))
+        await asyncio.sleep(1.0)
+        times.clear()
+        words = [sys.executable, "-c", _MAP_CLIENT, server.url]
+        began = time.perf_counter()
+        process = await asyncio.create_subprocess_exec(*words, stdout=subprocess.PIPE)
+        try:
+            out, _ = await asyncio.wait_for(process.communicate(), 120)
+            got.append(time.perf_counter() - began)
+        finally:
+            if process.returncode is None:
+                process.kill()
+        reader.cancel()
+        await asyncio.gather(reader, return_exceptions=True)
+        await other.close()
+        print(f"    {server.name}: the map ({int(out) / 1e6:.1f} MB of JSON) came after {got[0]:.1f} s")
+        return 1000 * max((b - a for a, b in pairwise(times)), default=float("nan"))
+
+    with published(master_uri, "map", "odom"):
+        time.sleep(3)
+        beside(
+            args,
+            servers,
+            lambda s: asyncio.run(measured(s)),
+            "ms longest pause of Odometry (must be < 200 + 20)",
+        )
+
+
+_MAP_CLIENT = """
+import json, sys
+from websockets.sync.client import connect
+with connect(sys.argv[1], max_size=None, compression=None, ping_interval=None) as client:
+    client.send(json.dumps({"op": "subscribe", "topic": "/map", "type": "nav_msgs/OccupancyGrid"}))
+    print(len(client.recv(timeout=120)))
+"""
+
+
+def row_stuck(args: Any, servers: list[Server], master_uri: str) -> None:
+    grown: dict[str, list[float]] = {}
+
+    async def measured(server: Server) -> float:
+        latencies: list[float] = []
+        clouds: list[int] = []
+        cloud = {"type": "sensor_msgs/PointCloud2", "compression": "cbor-raw"}
+        reading = await subscribed(server, "/cloud", **cloud)
+        other = await subscribed(server, "/odom", type="nav_msgs/Odometry")
+        readers = [
+            asyncio.ensure_future(each(reading, lambda data: clouds.append(len(data)))),
+            asyncio.ensure_future(each(other, lambda data: latencies.append(late(data)))),
+        ]
+        await asyncio.sleep(2.0)
+        clouds.clear()
+        latencies.clear()
+        before = server.status("VmRSS")
+        stuck = await subscribed(server, "/cloud", **cloud)
+        stuck.transport.pause_reading()
+        peak = 0
+        for _ in range(int(args.seconds * 4)):
+            await asyncio.sleep(0.25)
+            peak = max(peak, server.status("VmRSS"))
+        for task in readers:
+            task.cancel()
+        await asyncio.gather(*readers, return_exceptions=True)
+        grown.setdefault(server.name, []).append((peak - before) / 1024)
+        print(f"    {server.name}: {len(clouds)} clouds to the one that reads, of {10 * args.seconds:.0f}")
+        stuck.transport.abort()
+        await reading.close()
+        await other.close()
+        return percentile(latencies, 0.99)
+
+    with published(master_uri, "cloud", "odom"):
+        beside(
+            args,
+            servers,
+            lambda s: asyncio.run(measured(s)),
+            "ms, 99th percentile of Odometry (must be < 50)",
+        )
+    for name, values in grown.items():
+        print(f"  {name:18} {spread(values)} MB more memory (must be < 64)")
+
+
+def row_connects(args: Any, servers: list[Server], master_uri: str) -> None:
+    async def come_and_go(server: Server, count: int) -> None:
+        for _ in range(count):
+            client = await subscribed(server, "/odom", type="nav_msgs/Odometry")
+            client.transport.abort()
+            await asyncio.sleep(0)
+
+    with published(master_uri, "odom"):
+        for server in servers:
+            asyncio.run(come_and_go(server, 20))
+            time.sleep(4)
+            before = server.status("Threads"), server.files
+            began = time.perf_counter()
+            asyncio.run(come_and_go(server, args.connects))
+            took = time.perf_counter() - began
+            time.sleep(15)  # idle threads of the pool end after ten
+            after = server.status("Threads"), server.files
+            print(
+                f"  {server.name:18} {args.connects} clients in {took:.1f} s; threads {before[0]} -> {after[0]},"
+                f" files {before[1]} -> {after[1]}"
+            )

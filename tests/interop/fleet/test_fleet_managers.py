@@ -1,0 +1,44 @@
+"""Fleet managers of others, unmodified, drive `woosh vda5050` through Debian's mosquitto."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.support.fleet_peers import javascript, python, vehicle
+from tests.support.mosquitto import mosquitto
+
+pytestmark = [pytest.mark.interop, pytest.mark.slow]
+HERE = Path(__file__).resolve().parent
+BEEP = ("--action", "beep=!echo beep")
+
+
+def test_the_master_controller_of_vda_5050_lib_drives_it(tmp_path: Path) -> None:
+    """Version 2.0: an order with a horizon, its update on the way, actions, a cancel, a second one, a far order."""
+    with mosquitto(tmp_path) as broker, vehicle(broker.url, tmp_path, "--version", "2.0.0", *BEEP):
+        said = javascript(HERE / "master.js", BROKER=broker.url).run(90.0)
+    orders = {(each["orderId"], each["update"]): each for each in said if each["event"] == "order"}
+    assert orders["one", 1]["error"] is None
+    assert orders["one", 1]["last"] == "n3"
+    assert [each["node"] for each in said if each["event"] == "node" and each["orderId"] == "one"][-1] == "n3"
+    ends = {each["id"]: each["status"] for each in said if each["event"] == "action"}
+    assert {ends[name] for name in ("one-a", "one-b", "one-c")} == {"FINISHED"}
+    assert orders["two", 0]["cancelled"]
+    assert orders["far", 0]["error"] == "noRouteError"
+    instants = [(e["id"], e["status"], e["error"]) for e in said if e["event"] == "instant"]
+    assert ("cancel-1", "FINISHED", None) in instants
+    assert ("cancel-2", "FAILED", "noOrderToCancel") in instants
+
+
+def test_the_master_client_of_vda5050_sdk_drives_it(tmp_path: Path) -> None:
+    """Version 2.1, every message by its schemas: an order with actions, a pause, a cancel, a second one."""
+    with mosquitto(tmp_path) as broker, vehicle(broker.url, tmp_path, *BEEP):
+        said = python(HERE / "manager.py", BROKER=broker.url).run(90.0)
+    assert said[-1] == {"event": "done"}
+    assert [each for each in said if each["event"] == "complaint"] == []
+    assert {"event": "connection", "state": "ONLINE"} in said
+    assert any(each["event"] == "factsheet" for each in said)
+    states = [each for each in said if each["event"] == "state" and each["order"] == "one"]
+    visited = list(dict.fromkeys(each["last"] for each in states))
+    assert visited == ["n1", "n2", "n3"]

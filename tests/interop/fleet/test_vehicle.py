@@ -1,0 +1,221 @@
+"""A simulated chassis as a vehicle, through Debian's mosquitto: what becomes of broker, robot and process."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.support.fleet_master import Master, errors, order_over, statuses
+from tests.support.fleet_peers import vehicle
+from tests.support.mosquitto import Mosquitto, mosquitto
+from woosh_pure import Chassis, SimulatedChassis
+from woosh_pure.enums import RobotMode
+from woosh_pure.fleet import Broker, Store, Vehicle, VehicleConfig
+
+pytestmark = [pytest.mark.interop, pytest.mark.slow]
+pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
+CONFIG = VehicleConfig(manufacturer="Woosh", serial="A-17", map_id="hall", marks=True, charger="C1")
+
+
+class Hall:
+    """A broker, a simulated chassis, our vehicle on it, and a master."""
+
+    def __init__(self, broker: Mosquitto, sim: SimulatedChassis, vehicle: Vehicle, master: Master) -> None:
+        self.broker, self.sim, self.vehicle, self.master = broker, sim, vehicle, master
+
+    def order(self, *args: Any, **options: Any) -> None:
+        self.master.send("order", order_over(*args, **options))
+
+
+@pytest.fixture
+def hall(tmp_path: Path) -> Iterator[Hall]:
+    with (
+        mosquitto(tmp_path) as broker,
+        SimulatedChassis(speed=3) as sim,
+        Chassis(sim.master_uri) as chassis,
+        Master(broker.port) as master,
+        Vehicle(chassis, CONFIG, Broker(broker.url), Store(tmp_path, "Woosh", "A-17")) as ours,
+    ):
+        master.until(lambda s: s["agvPosition"]["positionInitialized"] and s["operatingMode"] == "AUTOMATIC")
+        yield Hall(broker, sim, ours, master)
+
+
+def moved(hall: Hall) -> None:
+    hall.master.until(lambda s: s["driving"])
+
+
+def test_it_comes_online_and_leaves_in_order(hall: Hall) -> None:
+    """ONLINE and OFFLINE are retained; header ids go up by one."""
+    hall.master.until(lambda c: c["connectionState"] == "ONLINE", topic="connection")
+    hall.vehicle.close()
+    hall.master.until(lambda c: c["connectionState"] == "OFFLINE", topic="connection")
+    ids = [state["headerId"] for state in hall.master.all()]
+    assert ids == list(range(ids[0], ids[0] + len(ids)))
+    with Master(hall.broker.port) as late:
+        assert late.until(lambda c: True, topic="connection")["connectionState"] == "OFFLINE"
+        assert late.until(lambda c: True, topic="factsheet")["physicalParameters"]["speedMax"] > 0.0
+
+
+def test_a_broker_that_dies_leaves_the_robot_to_its_base(hall: Hall) -> None:
+    """It goes to the end of the base and stands there; the state is true when the broker is back."""
+    hall.order("one", "n1 n2 n3 n1", released=3)
+    moved(hall)
+    hall.broker.kill()
+    deadline = time.monotonic() + 20.0
+    while (hall.vehicle._machine.last_node, hall.vehicle._machine.driving) != ("n3", False):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    hall.broker.start()
+    began = time.monotonic()
+    found = hall.master.until(lambda s: s["lastNodeId"] == "n3", 40.0, after=began)
+    assert [node["nodeId"] for node in found["nodeStates"]] == ["n1"]
+    assert found["newBaseRequest"]
+    online = next(at for at, topic, _, _ in hall.master.heard if topic == "connection" and at > began)
+    state = next(at for at, topic, _, _ in hall.master.heard if topic == "state" and at > began)
+    assert state - online < 2.0
+
+
+def test_a_robot_that_is_lost_is_told_within_two_seconds(hall: Hall) -> None:
+    """As FATAL; and it is over when the robot is heard again."""
+    began = time.monotonic()
+    hall.sim.fall_silent(4.0)
+    found = hall.master.until(lambda s: "robotLost" in errors(s), 10.0)
+    assert time.monotonic() - began < 2.5  # two, and what a busy computer needs to carry it
+    assert not found["agvPosition"]["positionInitialized"] or found["errors"][0]["errorLevel"] == "FATAL"
+    hall.master.until(lambda s: "robotLost" not in errors(s), 20.0)
+
+
+def test_a_retained_order_is_not_obeyed(tmp_path: Path) -> None:
+    """An order of yesterday would move the robot whenever it connects."""
+    with (
+        mosquitto(tmp_path) as broker,
+        SimulatedChassis(speed=3) as sim,
+        Chassis(sim.master_uri) as chassis,
+        Master(broker.port) as master,
+    ):
+        master.send("order", order_over("old", "n1 n2"), retain=True)
+        master.instant("sync", "stateRequest")
+        with Vehicle(chassis, CONFIG, Broker(broker.url)) as ours:
+            master.until(lambda s: s["operatingMode"] == "AUTOMATIC")
+            master.instant("now", "stateRequest")
+            assert master.until(lambda s: "now" in statuses(s))["orderId"] == ""
+            assert ours._line.retained == 1
+
+
+@pytest.mark.parametrize("topic", ["order", "instantActions"])
+def test_what_does_not_fit_is_answered(hall: Hall, topic: str) -> None:
+    """By a validationError each; the vehicle lives on, and an order ends the warning."""
+    for payload in (b"", b"\xff\xfe", b"[]", b'{"headerId": 5}', b"{" * 10_000):
+        hall.master.send(topic, payload)
+    found = hall.master.until(lambda s: errors(s).count("validationError") >= 2)
+    assert {"referenceKey": "topic", "referenceValue": topic} in found["errors"][-1]["errorReferences"]
+    hall.order("one", "n1 n2")
+    assert hall.master.until(lambda s: s["lastNodeId"] == "n2")["errors"] == []
+
+
+def test_speed_of_an_edge_is_told_to_the_chassis(hall: Hall) -> None:
+    """And taken back with an edge that has none."""
+    hall.order("slow", "n1 n2", edge={"maxSpeed": 0.4})
+    moved(hall)
+    with hall.sim.lock:
+        assert hall.sim.world.navigation.max_speed == pytest.approx(0.4)
+    hall.master.until(lambda s: s["lastNodeId"] == "n2" and not s["nodeStates"])
+    hall.order("fast", "n2 n3")
+    hall.master.until(lambda s: s["orderId"] == "fast" and s["driving"])
+    with hall.sim.lock:
+        assert hall.sim.world.navigation.max_speed == 0.0
+
+
+def test_an_emergency_stop_is_told_and_the_order_goes_on_after_it(hall: Hall) -> None:
+    """eStop MANUAL; the drive fails, and is tried again when the chassis is free."""
+    hall.order("one", "n1 n2 n3")
+    moved(hall)
+    hall.sim.press_emergency_stop()
+    hall.master.until(lambda s: s["safetyState"]["eStop"] == "MANUAL")
+    hall.sim.release_emergency_stop()
+    hall.master.until(lambda s: s["safetyState"]["eStop"] == "NONE")
+    hall.master.until(lambda s: s["lastNodeId"] == "n3" and not s["nodeStates"], 40.0)
+
+
+def test_manual_mode_clears_the_order(hall: Hall) -> None:
+    """6.10.6; and orders are rejected in it."""
+    hall.order("one", "n1 n2 n3")
+    moved(hall)
+    hall.sim.set_mode(RobotMode.MANUAL)
+    hall.master.until(lambda s: s["operatingMode"] == "MANUAL" and not s["nodeStates"] and not s["driving"])
+    hall.order("two", "n1 n2")
+    hall.master.until(lambda s: errors(s).count("orderError") >= 2)
+    hall.sim.set_mode(RobotMode.AUTOMATIC)
+    assert hall.master.until(lambda s: s["operatingMode"] == "AUTOMATIC")["orderId"] == "one"
+
+
+def test_marks_are_driven_to_and_charging_begins(hall: Hall) -> None:
+    """A node without a position is a mark, and startCharging goes to the charger."""
+    order = order_over("one", "n1 n2")
+    del order["nodes"][1]["nodePosition"]
+    order["nodes"][1]["nodeId"] = order["edges"][0]["endNodeId"] = "A1"
+    hall.master.send("order", order)
+    found = hall.master.until(lambda s: s["lastNodeId"] == "A1" and not s["nodeStates"], 40.0)
+    assert found["agvPosition"]["x"] == pytest.approx(3.0, abs=0.1)
+    hall.master.instant("charge", "startCharging")
+    found = hall.master.until(lambda s: statuses(s).get("charge") == "FINISHED", 60.0)
+    assert found["batteryState"]["charging"]
+
+
+def test_a_robot_that_does_not_know_where_it_is_takes_no_order(hall: Hall) -> None:
+    """noRouteError until initPosition has told it: then pose and last node are those of its parameters."""
+    hall.sim.lose_localization()
+    hall.master.until(lambda s: not s["agvPosition"]["positionInitialized"])
+    hall.order("one", "n1 n2")
+    hall.master.until(lambda s: errors(s).count("noRouteError") == 1)
+    hall.master.instant("init", "initPosition", x=0.0, y=0.0, theta=0.05, mapId="hall", lastNodeId="n1")
+    found = hall.master.until(lambda s: statuses(s).get("init") in ("FINISHED", "FAILED"))
+    assert statuses(found)["init"] == "FINISHED"
+    assert found["lastNodeId"] == "n1"
+    hall.master.until(lambda s: s["agvPosition"]["positionInitialized"])
+    hall.order("one", "n1 n2")
+    hall.master.until(lambda s: s["lastNodeId"] == "n2")
+
+
+def test_a_process_that_is_killed_loses_nothing(tmp_path: Path) -> None:
+    """kill -9 on the way: the broker says CONNECTIONBROKEN, the next process finishes the order, no action runs twice."""
+    counted = tmp_path / "beeps"
+    script = tmp_path / "beep.py"
+    script.write_text(f"open({str(counted)!r}, 'a').write('x')\n")
+    beep = {"actionId": "b1", "actionType": "beep", "blockingType": "HARD", "actionParameters": []}
+    with (
+        mosquitto(tmp_path) as broker,
+        SimulatedChassis(speed=2) as sim,
+        Master(broker.port) as master,
+    ):
+        config = tmp_path / "fleet.toml"
+        config.write_text(
+            f'[broker]\nurl = "{broker.url}"\n[[vehicle]]\nmanufacturer = "Woosh"\nserial = "A-17"\n'
+            f'map_id = "hall"\nchassis = "{sim.master_uri}"\n'
+            f"actions = {{ beep = {json.dumps(f'!{sys.executable} {script}')} }}\n"
+        )
+        with vehicle_of(config, tmp_path) as first:
+            master.until(
+                lambda s: s["operatingMode"] == "AUTOMATIC" and s["agvPosition"]["positionInitialized"]
+            )
+            master.send("order", order_over("one", "n1 n2 n3", actions={"n1": [beep]}))
+            master.until(lambda s: s["driving"])
+            first.kill()
+        master.until(lambda c: c["connectionState"] == "CONNECTIONBROKEN", topic="connection")
+        began = time.monotonic()
+        with vehicle_of(config, tmp_path):
+            found = master.until(lambda s: s["orderId"] == "one", after=began)
+            assert statuses(found)["b1"] == "FINISHED"
+            master.until(lambda s: s["lastNodeId"] == "n3" and not s["nodeStates"], 40.0)
+        master.until(lambda c: c["connectionState"] == "OFFLINE", topic="connection")
+    assert counted.read_text() == "x"
+
+
+def vehicle_of(config: Path, folder: Path) -> Any:
+    return vehicle("", folder, config=config)

@@ -1,0 +1,256 @@
+"""Random orders with updates, cancels, pauses, losses of messages, of the robot's position and of our own process: what
+must hold always holds, and in the end master and vehicle agree."""
+
+from __future__ import annotations
+
+import json
+import random
+from typing import Any
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.support.fleet import LIMITS, PureVehicle, action, order_json
+from woosh_pure.fleet.messages import read_order
+from woosh_pure.fleet.order import Begin, Drive, End, OrderMachine
+
+TYPES = ("beep", "weld", "dock")
+BLOCKING = ("NONE", "SOFT", "HARD")
+
+
+class Watched(PureVehicle):
+    """A vehicle that checks each effect as it is given out.
+
+    Attributes:
+        running: Ids of the actions that run in the world, by their blocking type.
+    """
+
+    def __init__(self, **given: Any) -> None:
+        self.running: dict[str, str] = {}
+        self.to_end: set[str] = set()
+        self.ever: set[str] = set()
+        super().__init__(**given)
+
+    def take(self, effects: Any) -> None:
+        super().take(effects)
+        machine = self.machine
+        for effect in effects:
+            if isinstance(effect, Begin):
+                name = effect.action.id
+                assert name not in self.ever, f"{name} began twice"
+                self.ever.add(name)
+                assert any(
+                    r["action"]["actionId"] == name and r["status"] != "WAITING"
+                    for r in self.saved["records"]
+                )
+                record = next(r for r in machine.records if r.action.id == name)
+                assert "HARD" not in self.running.values(), "beside a HARD action"
+                if record.blocking == "HARD":
+                    assert not self.running, f"a HARD action beside {self.running}"
+                if record.blocking != "NONE":
+                    assert self.drive is None, "an action that blocks while it drives"
+                self.running[name] = record.blocking
+            elif isinstance(effect, Drive):
+                assert effect.node.released
+                assert effect.node is machine.nodes[0]
+                assert set(self.running.values()) <= {"NONE"}, f"drives beside {self.running}"
+                assert not machine.paused
+                assert machine.mode == "AUTOMATIC"
+                assert machine.place is not None
+            elif isinstance(effect, End):
+                self.to_end.add(effect.action_id)
+
+    def finish(self, action_id: str, ok: bool = True, text: str = "") -> None:
+        self.running.pop(action_id, None)
+        self.to_end.discard(action_id)
+        super().finish(action_id, ok, text)
+
+
+class World:
+    """A master that plans, a line that loses, a vehicle that may die."""
+
+    def __init__(self, seed: int) -> None:
+        self.random = random.Random(seed)
+        self.vehicle = Watched()
+        self.number = 0
+        self.sent: dict[str, Any] | None = None  # the master's newest order or update
+
+    def name(self) -> str:
+        self.number += 1
+        return f"x{self.number}"
+
+    def actions(self) -> list[dict[str, Any]]:
+        return [
+            action(self.name(), self.random.choice(TYPES), self.random.choice(BLOCKING))
+            for _ in range(self.random.choice((0, 0, 1, 2)))
+        ]
+
+    def send(self, data: dict[str, Any]) -> None:
+        for _ in range(self.random.choice((0, 1, 1, 1, 2))):
+            self.vehicle.take(self.vehicle.machine.receive(read_order(data)))
+
+    def new_order(self) -> None:
+        here = self.vehicle.machine.place
+        start = "a" if here is None else chr(ord("a") + round(here.x / 2.0))
+        self.order(self.name(), 0, start, 0)
+
+    def order(self, name: str, update: int, start: str, first: int) -> None:
+        way = start + "".join(self.random.choice("abcdef") for _ in range(self.random.randint(0, 4)))
+        released = self.random.randint(1, len(way))
+        self.sent = order_json(
+            name, update, way, first=first, released=released, deviation=self.random.choice((0.0, 0.5, 1.2)),
+            node_actions={}, edge_actions={},
+        )  # fmt: skip
+        for element in (*self.sent["nodes"], *self.sent["edges"]):
+            element["actions"] = self.actions()
+        self.send(self.sent)
+
+    def update(self) -> None:
+        machine = self.vehicle.machine
+        if self.sent is None or machine.order_id != self.sent["orderId"]:
+            return
+        node, sequence = machine.decision_point
+        self.order(machine.order_id, max(machine.update, self.sent["orderUpdateId"]) + 1, node, sequence)
+
+    def instant(self, kind: str, blocking: str = "NONE") -> None:
+        if self.random.random() < 0.8:
+            self.vehicle.instant(action(self.name(), kind, blocking))
+
+    def drive(self) -> None:
+        vehicle = self.vehicle
+        if vehicle.drive is None:
+            return
+        fate = self.random.random()
+        position = vehicle.drive.node.position
+        assert position is not None
+        if vehicle.halting or fate < 0.1:
+            vehicle.stop()
+        elif fate < 0.3 and vehicle.machine.place is not None:
+            vehicle.place((vehicle.machine.place.x + position.x) / 2.0)
+        elif fate < 0.45:
+            vehicle.place(position.x + 0.4)
+        else:
+            vehicle.arrive()
+
+    def act(self) -> None:
+        vehicle = self.vehicle
+        ended = sorted(vehicle.to_end)
+        names = ended or sorted(vehicle.running)
+        if names:
+            vehicle.finish(self.random.choice(names), not ended and self.random.random() < 0.8)
+
+    def die(self) -> None:
+        """kill -9, and another process with what was on disk; what it ran is gone with it."""
+        old = self.vehicle
+        kept = json.loads(json.dumps(old.saved))
+        place, mode = old.machine.place, old.machine.mode
+        new = Watched.__new__(Watched)
+        new.running, new.to_end, new.ever = {}, set(), old.ever
+        PureVehicle.__init__(
+            new, machine=OrderMachine.from_json(kept, LIMITS), x=0.0 if place is None else place.x
+        )
+        new.visited = old.visited + [each for each in new.visited if each != (old.visited or [None])[-1]]
+        self.vehicle = new
+        if mode != "AUTOMATIC":
+            new.take(new.machine.set_mode(mode))
+
+    def step(self) -> None:
+        vehicle = self.vehicle
+        kind = self.random.choices(
+            ("drive", "act", "new", "update", "again", "cancel", "pause", "resume", "beep", "lost", "mode", "die", "retry"),
+            (30, 20, 10, 12, 5, 4, 3, 6, 4, 2, 1, 2, 6),
+        )[0]  # fmt: skip
+        if kind == "drive":
+            self.drive()
+        elif kind == "act":
+            self.act()
+        elif kind == "new":
+            if not vehicle.machine.executing:
+                self.new_order()
+            else:
+                before = vehicle.machine.order_id
+                self.send(order_json("intruder", 0, "ab"))
+                assert vehicle.machine.order_id == before
+        elif kind == "update":
+            self.update()
+        elif kind == "again" and self.sent is not None:
+            self.send(self.sent)
+        elif kind == "cancel":
+            self.instant("cancelOrder")
+        elif kind == "pause":
+            self.instant("startPause")
+        elif kind == "resume":
+            self.instant("stopPause")
+        elif kind == "beep":
+            self.instant("beep", self.random.choice(BLOCKING))
+        elif kind == "lost":
+            vehicle.take(vehicle.machine.at(None))
+        elif kind == "mode":
+            vehicle.take(vehicle.machine.set_mode(self.random.choice(("MANUAL", "AUTOMATIC"))))
+        elif kind == "die":
+            self.die()
+        elif kind == "retry":
+            vehicle.take(vehicle.machine.retry())
+
+    def settle(self) -> None:
+        """All goes well from here on."""
+        vehicle = self.vehicle
+        vehicle.take(vehicle.machine.set_mode("AUTOMATIC"))
+        for _ in range(300):
+            if vehicle.machine.paused:
+                vehicle.instant(action(self.name(), "stopPause"))
+            if vehicle.machine.place is None:
+                vehicle.place(0.0)
+            vehicle.take(vehicle.machine.retry())
+            if vehicle.running:
+                name = sorted(vehicle.to_end or vehicle.running)[0]
+                vehicle.finish(name, name not in vehicle.to_end)
+            elif vehicle.drive is not None:
+                if vehicle.halting:
+                    vehicle.stop()
+                else:
+                    vehicle.arrive()
+            else:
+                return
+        raise AssertionError(f"it never comes to rest: {vehicle.machine.to_json()}")
+
+
+def check_way(vehicle: PureVehicle, machine: OrderMachine) -> None:
+    """No node was skipped: within an order, sequence ids of traversed nodes go up by two."""
+    before = None
+    for _, sequence in vehicle.visited:
+        assert sequence == 0 or before is None or sequence in (before, before + 2), vehicle.visited
+        before = sequence
+
+
+@settings(max_examples=500, deadline=None)
+@given(st.integers(0, 2**32), st.integers(5, 60))
+def test_master_and_vehicle_agree_in_the_end(seed: int, steps: int) -> None:
+    """No action runs twice, no node is skipped, nothing of the horizon is driven, a HARD action is alone; in the end
+    the vehicle stands at its decision point with all that began at an end."""
+    world = World(seed)
+    for _ in range(steps):
+        world.step()
+    world.settle()
+    vehicle, machine = world.vehicle, world.vehicle.machine
+    assert not machine.driving
+    assert not any(node.released for node in machine.nodes), "the base was not finished"
+    assert (machine.last_node, machine.last_sequence) == machine.decision_point
+    unfinished = [r for r in machine.records if not r.status.final]
+    ahead = {each.sequence for each in (*machine.nodes, *machine.edges)}
+    assert all(r.status.value == "WAITING" and r.sequence in ahead for r in unfinished), unfinished
+    check_way(vehicle, machine)
+    assert next_order_is_taken(world), [problem.description for problem in machine.problems]
+
+
+def next_order_is_taken(world: World) -> bool:
+    """Whether master and vehicle understand each other still: the order is finished, or cancelled, and another taken."""
+    vehicle = world.vehicle
+    if vehicle.machine.executing:
+        vehicle.instant(action(world.name(), "cancelOrder"))
+        world.settle()
+    place = vehicle.machine.place
+    assert place is not None
+    nearest = chr(ord("a") + round(place.x / 2.0))
+    vehicle.order("last", 0, nearest, deviation=1.5)
+    return vehicle.machine.order_id == "last"

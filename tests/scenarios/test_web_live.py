@@ -1,0 +1,376 @@
+"""The live connection of the page: what is sent, at whose pace, and who may drive when."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+pytest.importorskip("fastapi", reason="needs the extra `web`")
+pytest.importorskip("uvicorn", reason="needs the extra `web`")
+pytest.importorskip("websockets", reason="needs the extra `web`")
+
+from tests.support.web import Hand, Served, serving
+from woosh_pure import Chassis, SimulatedChassis
+from woosh_pure.web.live import session
+from woosh_pure.web.live.frames import CAMERA, SCAN
+
+
+@pytest.fixture
+def web(chassis: Chassis) -> Iterator[Served]:
+    """A server that allows driving."""
+    with serving(chassis, allow_driving=True) as served:
+        yield served
+
+
+@pytest.fixture
+def page(web: Served) -> Iterator[Hand]:
+    """A page on it."""
+    with Hand(web.port) as hand:
+        hand.of("hello")
+        yield hand
+
+
+def hub_of(web: Served) -> Any:
+    return web.app.state.house.hubs["robot"]  # type: ignore[attr-defined]
+
+
+def test_a_page_is_shown_everything(page: Hand) -> None:
+    hello = page.of("hello")
+    assert hello["allow_driving"] is True
+    assert hello["limits"] == {"vx": 0.3, "wz": 0.5}
+    for kind in ("pose", "map", "marks", "footprint", "plan", "journal", "lease"):
+        page.of(kind)
+    page.wait(lambda d: d["t"] == "state" and d.get("battery"))
+    page.wait(lambda d: d["t"] == "state" and d.get("readiness"))
+    ages = page.wait(lambda d: d["t"] == "state" and d["ages"].get("pose") is not None)["ages"]
+    assert ages["pose"] < 10.0
+    assert len(page.frame(SCAN)) > 24
+
+
+def test_parts_that_did_not_change_are_not_sent_again(page: Hand) -> None:
+    page.wait(lambda d: d["t"] == "state" and d.get("readiness"))
+    page.forget()
+    for _ in range(3):
+        page.forget()
+        page.of("pose")
+    assert not [d for d in page.heard if d["t"] in ("map", "marks", "footprint")]
+
+
+def test_the_camera_is_subscribed_only_while_somebody_looks(web: Served, page: Hand) -> None:
+    camera = web.app.state.house.robot(None).cameras["color"]  # type: ignore[attr-defined]
+    assert not camera.open
+    page.say(t="look", camera="color", costmap=False)
+    frame = page.frame(CAMERA)
+    assert frame[1] == 0
+    assert frame[2:4] == b"\xff\xd8"
+    page.say(t="look", camera=None)
+    until = time.monotonic() + 10.0
+    while camera.open and time.monotonic() < until:
+        time.sleep(0.05)
+    assert not camera.open
+
+
+def test_with_the_last_page_everything_rests(web: Served) -> None:
+    with Hand(web.port) as page:
+        page.say(t="look", camera="depth", costmap=False)
+        page.frame(CAMERA)
+    until = time.monotonic() + 10.0
+    hub, camera = hub_of(web), web.app.state.house.robot(None).cameras["depth"]  # type: ignore[attr-defined]
+    while (hub._tasks or camera.open) and time.monotonic() < until:
+        time.sleep(0.05)
+    assert not hub._tasks
+    assert not camera.open
+
+
+def test_a_lost_robot_is_said_in_words_within_two_seconds(sim: SimulatedChassis, page: Hand) -> None:
+    page.of("lost", text=None)
+    page.frame(SCAN)
+    page.forget()
+    began = time.monotonic()
+    with sim.lock:  # the robot freezes: its links stay open, and nothing comes
+        lost = page.wait(lambda d: d["t"] == "lost" and d["text"])
+        seconds = time.monotonic() - began
+    assert "nothing was heard of the robot" in lost["text"]
+    assert seconds < 2.5, "1.5 s of silence, and a busy computer"
+    page.forget()
+    page.of("lost", text=None)
+
+
+def test_a_page_that_acknowledges_nothing_gets_two_frames_and_a_sentence(
+    web: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(session, "NOTHING_READ", 0.5)
+    with Hand(web.port, acks=False) as page:
+        until = time.monotonic() + 15.0
+        while page.error is None and page._reader.is_alive() and time.monotonic() < until:
+            time.sleep(0.05)
+        page._reader.join(5)
+        assert page.socket.close_code == 4408
+        assert "stopped reading" in (page.socket.close_reason or "")
+        assert page.count <= 4, "hello, and two frames; what is said to it alone is little"
+
+
+def test_a_page_that_stops_reading_costs_no_memory(web: Served) -> None:
+    """Its socket is not read at all; the server keeps versions of kinds, and no queue."""
+    import socket
+
+    raw = socket.create_connection(("127.0.0.1", web.port))
+    raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+    raw.sendall(
+        b"GET /api/v1/live HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+    )
+    with Hand(web.port) as other:
+        other.of("hello")
+        house = web.app.state.house  # type: ignore[attr-defined]
+        until = time.monotonic() + 20.0
+        while house.viewers > 1 and time.monotonic() < until:
+            time.sleep(0.1)
+        assert house.viewers == 1, "no pong for two seconds: it is let go"
+        other.forget()
+        other.of("pose")
+    raw.close()
+
+
+NONSENSE = [
+    "",
+    "x",
+    "null",
+    "[]",
+    "1",
+    "{}",
+    '{"t":7}',
+    '{"t":"fly"}',
+    '{"t":"ack"}',
+    '{"t":"ack","n":-1}',
+    '{"t":"ack","n":1e9}',
+    '{"t":"ack","n":true}',
+    '{"t":"ack","n":99999}',
+    '{"t":"beat","seq":"1"}',
+    '{"t":"press","seq":1,"at":NaN}',
+    '{"t":"press","seq":1,"at":1,"vx":"fast"}',
+    '{"t":"press","seq":1,"at":1,"vx":Infinity}',
+    '{"t":"press","seq":1.5}',
+    '{"t":"press","seq":1,"vx":1e400}',
+    '{"t":"look","camera":"rear"}',
+    '{"t":"look","camera":null,"costmap":3}',
+    '{"t":"lease","op":"steal"}',
+    "[" * 4000,
+    '{"t":' + '"x' * 1000,
+    b"\x00\x01",
+    "x" * 5000,
+    '{"t":"press","seq":' + "9" * 4000 + "}",
+]
+
+
+@pytest.mark.parametrize("text", NONSENSE, ids=lambda text: repr(text[:24]))
+def test_nonsense_ends_that_connection_in_a_sentence(web: Served, page: Hand, text: str | bytes) -> None:
+    with Hand(web.port) as other:
+        other.of("hello")
+        other.socket.send(text)
+        other._reader.join(10)
+        assert other.socket.close_code == 1008
+        assert other.socket.close_reason
+    page.forget()
+    page.of("pose")
+
+
+def test_a_flood_ends_that_connection(web: Served) -> None:
+    with Hand(web.port, acks=False) as page:
+        page.of("hello")
+        try:
+            for _ in range(2000):
+                page.say(t="confirm")
+        except Exception:
+            pass  # it was closed while we sent
+        page._reader.join(10)
+        assert page.socket.close_code == 1008
+
+
+def test_a_foreign_page_gets_no_connection(web: Served) -> None:
+    from websockets.exceptions import InvalidStatus
+
+    for headers in ({"origin": "http://evil.example"},):
+        with pytest.raises(InvalidStatus):
+            Hand(web.port, additional_headers=headers)
+
+
+def test_without_the_token_the_page_is_told_why(chassis: Chassis) -> None:
+    with serving(chassis, token="a-long-secret") as web:
+        with Hand(web.port) as page:
+            page._reader.join(10)
+            assert page.socket.close_code == 4401
+            assert "token" in (page.socket.close_reason or "")
+        with Hand(web.port, additional_headers={"cookie": "woosh_token=a-long-secret"}) as page:
+            page.of("hello")
+
+
+def test_a_robot_that_is_not_there_is_told(web: Served) -> None:
+    with Hand(web.port, "/api/v1/robots/cellar/live") as page:
+        page._reader.join(10)
+        assert page.socket.close_code == 4404
+
+
+def test_more_pages_than_are_shown_are_told(web: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+    from woosh_pure.web.api import live
+
+    monkeypatch.setattr(live, "MOST_VIEWERS", 1)
+    with Hand(web.port) as first:
+        first.of("hello")
+        with Hand(web.port) as second:
+            second._reader.join(10)
+            assert second.socket.close_code == 4429
+
+
+# -- the lease, and driving ----------------------------------------------------------------------------------
+
+
+def test_the_lease_goes_from_hand_to_hand_only_by_asking(web: Served, chassis: Chassis) -> None:
+    with Hand(web.port) as anna, Hand(web.port) as bert:
+        a, b = anna.of("hello")["you"], bert.of("hello")["you"]
+        anna.say(t="lease", op="ask")
+        anna.of("lease", yours=True)
+        assert chassis.lease.holder == a, "programs see it"
+        bert.of("lease", holder=a)
+        bert.say(t="lease", op="ask")
+        anna.of("lease", asking=[b])
+        bert.say(t="lease", op="grant", to=b)
+        bert.wait(lambda d: d["t"] == "lease" and d["asking"] == [b])
+        assert chassis.lease.holder == a
+        anna.say(t="lease", op="grant", to=b)
+        bert.of("lease", yours=True)
+        bert.say(t="lease", op="give")
+        anna.wait(
+            lambda d: d["t"] == "lease" and d["holder"] is None and not d["asking"] and d["seconds"] == 0.0
+        )
+
+
+def test_orders_of_the_page_count_for_its_lease(web: Served, page: Hand) -> None:
+    session_of = {"x-woosh-session": page.of("hello")["session"]}
+    page.ready()
+    assert web.post("goals", {"kind": "move", "distance": 0.1}).status == 409
+    answer = web.post("goals", {"kind": "move", "distance": 0.1}, headers=session_of)
+    assert answer.status == 201
+    assert answer.json["who"] == page.of("hello")["you"]
+    wrong = web.post("goals", {"kind": "move", "distance": 0.1}, headers={"x-woosh-session": "guess"})
+    assert wrong.status == 403
+    assert "this session is over" in wrong.problem
+
+
+def test_a_page_that_comes_back_is_the_same_person(web: Served) -> None:
+    with Hand(web.port) as page:
+        hello = page.of("hello")
+        page.ready()
+    until = time.monotonic() + 10.0
+    while web.app.state.house.viewers and time.monotonic() < until:  # type: ignore[attr-defined]
+        time.sleep(0.02)
+    with Hand(web.port, f"/api/v1/live?session={hello['session']}") as page:
+        assert page.of("hello")["you"] == hello["you"]
+        page.of("lease", yours=True)
+
+
+def refused(page: Hand, reason: str) -> dict[str, Any]:
+    page.press()
+    return page.of("drive", state="refused", reason=reason)
+
+
+def test_driving_needs_the_lease_and_the_confirmation(page: Hand, chassis: Chassis) -> None:
+    refused(page, "no lease")
+    page.say(t="lease", op="ask")
+    page.of("lease", yours=True)
+    refused(page, "not confirmed")
+    assert not chassis.moved
+
+
+def test_driving_is_off_unless_it_was_allowed(chassis: Chassis) -> None:
+    with serving(chassis) as web, Hand(web.port) as page:
+        assert page.of("hello")["allow_driving"] is False
+        page.ready()
+        assert "--allow-driving" in refused(page, "not allowed")["text"]
+    assert not chassis.moved
+
+
+def test_holding_drives_and_letting_go_stands(
+    page: Hand, chassis: Chassis, until: Callable[..., None], real_time: Callable[[], None]
+) -> None:
+    page.ready()
+    page.hold(0.2)
+    page.of("drive", state="driving")
+    chassis.measured_velocity.wait_for(lambda v: v.vx > 0.1, 10.0)
+    page.let_go()
+    assert page.of("drive", state="ended")["reason"] == "released"
+    chassis.measured_velocity.wait_for(lambda v: v.is_standing(), 10.0)
+    page.forget()
+    for _ in range(5):  # the finger is still there for a slow page: nothing resumes
+        page.beat()
+    page.hold(0.2)
+    page.of("drive", state="driving")
+    page.let_go()
+
+
+def test_a_velocity_beyond_the_limits_is_brought_within_them(
+    page: Hand, chassis: Chassis, real_time: Callable[[], None]
+) -> None:
+    page.ready()
+    page.hold(5.0)
+    limit = page.of("drive", state="driving")["limits"]["vx"]
+    chassis.measured_velocity.wait_for(lambda v: v.vx > 0.9 * limit, 10.0)
+    assert all(reading.value.vx < 1.1 * limit for reading in chassis.measured_velocity.known_history)
+    page.let_go()
+
+
+def test_a_stop_of_anybody_ends_the_drive_and_nothing_resumes(
+    web: Served, page: Hand, chassis: Chassis, real_time: Callable[[], None]
+) -> None:
+    page.ready()
+    page.hold(0.2)
+    page.of("drive", state="driving")
+    assert web.post("stop").json["stands_still"] is True
+    ended = page.of("drive", state="ended")
+    assert ended["reason"] == "over"
+    assert "stopped the robot" in ended["text"]
+    assert chassis.measured_velocity.wait(5.0).is_standing(), "although the beats go on"
+    page.stop_beating()
+
+
+def test_giving_the_lease_back_ends_the_drive(
+    page: Hand, chassis: Chassis, real_time: Callable[[], None]
+) -> None:
+    page.ready()
+    page.hold(0.2)
+    page.of("drive", state="driving")
+    page.say(t="lease", op="give")
+    assert page.of("drive", state="ended")["reason"] == "no lease"
+    page.stop_beating()
+
+
+def test_one_drives_at_a_time(
+    web: Served, page: Hand, chassis: Chassis, real_time: Callable[[], None]
+) -> None:
+    page.ready()
+    page.hold(0.1)
+    page.of("drive", state="driving")
+    with Hand(web.port) as other:
+        other.say(t="confirm")
+        other.say(t="lease", op="ask")
+        refused(other, "no lease")
+    page.let_go()
+
+
+def test_a_press_while_a_goal_is_under_way_is_refused_in_words(web: Served, page: Hand) -> None:
+    session_of = {"x-woosh-session": page.of("hello")["session"]}
+    page.ready()
+    web.post("goals", {"kind": "mark", "mark": "B1"}, headers=session_of)
+    page.hold(0.2)
+    assert page.wait(lambda d: d["t"] == "drive" and d["state"] == "refused")["text"]
+    page.stop_beating()
+    web.post("stop")
+
+
+def test_what_is_said_is_json_without_nan(page: Hand) -> None:
+    page.wait(lambda d: d["t"] == "state" and "readiness" in d)
+    json.dumps(page.heard, allow_nan=False)

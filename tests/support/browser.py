@@ -1,0 +1,98 @@
+"""Headless Chromium as a person at the page: Debian's `chromium`, driven by Playwright's Python package.
+
+Looked for: the program in $WOOSH_CHROMIUM, else `chromium`, `chromium-browser` or `google-chrome` in PATH (Debian:
+`apt-get install chromium`); `pip install playwright` for the driver. Playwright's own browsers are not needed.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+from tests.support.ros_process import require
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+__all__ = ["chromium", "opened", "person"]
+
+PHONE, DESKTOP = (390, 844), (1280, 800)
+
+
+def chromium() -> str:
+    """The program; the running test is skipped with the reason where it, or its driver, is absent."""
+    require(find_spec("playwright") is not None, "playwright is not installed (pip install playwright)")
+    names = ("chromium", "chromium-browser", "google-chrome")
+    found = os.environ.get("WOOSH_CHROMIUM") or next(filter(None, map(shutil.which, names)), None)
+    require(found is not None, "no Chromium: neither $WOOSH_CHROMIUM nor chromium in PATH")
+    assert found is not None
+    return found
+
+
+@contextmanager
+def opened() -> Iterator[Browser]:
+    """A browser without a window."""
+    program = chromium()
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+@contextmanager
+def person(
+    browser: Browser,
+    url: str,
+    size: tuple[int, int] = DESKTOP,
+    *,
+    language: str = "en-US",
+    scheme: Any = "light",
+    path: str = "",
+) -> Iterator[Page]:
+    """Somebody who opens the page. At the end it must have reported no error, and asked nobody outside."""
+    problems: list[str] = []
+    context = browser.new_context(
+        viewport={"width": size[0], "height": size[1]},
+        locale=language,
+        color_scheme=scheme,
+        has_touch=size == PHONE,
+        reduced_motion="reduce",
+    )
+    try:
+        page = context.new_page()
+        page.set_default_timeout(20_000)
+        page.on("pageerror", lambda error: problems.append(str(error)))
+        page.on("request", lambda request: _own(request.url, url, problems))
+        page.on("console", lambda line: _told(line, problems))
+        page.goto(url + path)
+        page.wait_for_selector(".markrow")
+        yield page
+        if not page.is_closed():
+            page.close(run_before_unload=True)
+    finally:
+        context.close()
+    assert problems == []
+
+
+def _own(asked: str, url: str, problems: list[str]) -> None:
+    own = asked.replace("ws://", "http://").startswith((url, "blob:"))
+    if not own:
+        problems.append(f"asked outside: {asked}")
+
+
+def _told(line: Any, problems: list[str]) -> None:
+    # What the network or the server refuses is told by the browser itself, and is tested by what the page says.
+    if (
+        line.type == "error"
+        and "Failed to load resource" not in line.text
+        and "WebSocket connection" not in line.text
+    ):
+        problems.append(line.text)

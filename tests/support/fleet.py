@@ -1,0 +1,190 @@
+"""Orders of VDA 5050 for tests, and a vehicle without wheels that carries out what the order machine asks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from woosh_pure.fleet.actions import Ability, Parameter, Scope
+from woosh_pure.fleet.judging import Limits, Place
+from woosh_pure.fleet.messages import read_instant_actions, read_order
+from woosh_pure.fleet.order import Begin, Changed, Drive, Effect, End, Halt, OrderMachine, Retry
+
+__all__ = ["LIMITS", "PureVehicle", "action", "instant", "order_json"]
+
+EVERYWHERE = (Scope.NODE, Scope.EDGE, Scope.INSTANT)
+LIMITS = Limits(
+    abilities={
+        each.type: each
+        for each in (
+            Ability("beep", EVERYWHERE, (Parameter("times", "INTEGER", optional=True),)),
+            Ability("weld", EVERYWHERE, interruptible=False),
+            Ability("dock", EVERYWHERE, moves=True),
+            Ability("initPosition", (Scope.INSTANT,), any_parameters=True),
+        )
+    },
+    maps=("hall",),
+)
+
+
+def action(name: str, type_: str = "beep", blocking: str = "NONE", **parameters: Any) -> dict[str, Any]:
+    """An action, as JSON."""
+    return {
+        "actionId": name, "actionType": type_, "blockingType": blocking,
+        "actionParameters": [{"key": key, "value": value} for key, value in parameters.items()],
+    }  # fmt: skip
+
+
+def order_json(
+    name: str = "o", update: int = 0, nodes: Iterable[Any] = ("a", "b", "c"), *, released: int | None = None,
+    first: int = 0, deviation: float = 0.5, node_actions: dict[str, list[Any]] | None = None,
+    edge_actions: dict[str, list[Any]] | None = None, header: int = 7,
+) -> dict[str, Any]:  # fmt: skip
+    """An order over nodes "a", "b" ..., which stand 2 m apart on the x axis, a at 0.
+
+    Args:
+        first: Sequence id of the first node.
+        released: How many nodes are the base; None is all.
+        node_actions, edge_actions: By node id, and by "ab" for the edge from a to b.
+    """
+    names = list(nodes)
+    base = len(names) if released is None else released
+    found: dict[str, Any] = {
+        "headerId": header, "timestamp": "2026-01-01T00:00:00.00Z", "version": "2.1.0", "manufacturer": "W",
+        "serialNumber": "1", "orderId": name, "orderUpdateId": update, "nodes": [], "edges": [],
+    }  # fmt: skip
+    for n, each in enumerate(names):
+        position = {
+            "x": 2.0 * (ord(each) - ord("a")),
+            "y": 0.0,
+            "mapId": "hall",
+            "allowedDeviationXY": deviation,
+        }
+        found["nodes"].append(
+            {
+                "nodeId": each,
+                "sequenceId": first + 2 * n,
+                "released": n < base,
+                "nodePosition": position,
+                "actions": (node_actions or {}).get(each, []),
+            }
+        )
+        if n:
+            edge = names[n - 1] + each
+            found["edges"].append(
+                {
+                    "edgeId": edge,
+                    "sequenceId": first + 2 * n - 1,
+                    "released": n < base,
+                    "startNodeId": names[n - 1],
+                    "endNodeId": each,
+                    "actions": (edge_actions or {}).get(edge, []),
+                }
+            )
+    return found
+
+
+def instant(*actions: dict[str, Any]) -> dict[str, Any]:
+    """A message of instant actions."""
+    return {
+        "headerId": 3, "timestamp": "2026-01-01T00:00:00.00Z", "version": "2.1.0", "manufacturer": "W",
+        "serialNumber": "1", "actions": list(actions),
+    }  # fmt: skip
+
+
+class PureVehicle:
+    """An order machine and what was asked of it; nothing ends by itself.
+
+    Attributes:
+        drives: Ids of the nodes it was told to drive to.
+        begun: Ids of the actions it was told to begin.
+        ended: Ids of those it was told to end.
+        visited: Ids of the nodes it has traversed.
+        saved: The machine as it was put on disk last.
+    """
+
+    def __init__(
+        self, limits: Limits = LIMITS, *, x: float = 0.0, machine: OrderMachine | None = None
+    ) -> None:
+        self.machine = machine or OrderMachine(limits)
+        self.drives: list[str] = []
+        self.begun: list[str] = []
+        self.ended: list[str] = []
+        self.visited: list[tuple[str, int]] = []
+        self.retries: list[float] = []
+        self.halts = self.changes = 0
+        self.drive: Drive | None = None
+        self.halting = False
+        self.saved: dict[str, Any] = self.machine.to_json()
+        self.take(self.machine.set_mode("AUTOMATIC"))
+        self.place(x)
+
+    def take(self, effects: Sequence[Effect]) -> None:
+        """Note what was asked."""
+        last = (self.machine.last_node, self.machine.last_sequence)
+        if last[0] and (not self.visited or self.visited[-1] != last):
+            self.visited.append(last)
+        for effect in effects:
+            if isinstance(effect, Changed):
+                self.changes += 1
+                self.saved = self.machine.to_json()
+            elif isinstance(effect, Drive):
+                self.drive, self.halting = effect, False
+                self.drives.append(effect.node.id)
+            elif isinstance(effect, Halt):
+                assert self.drive is not None
+                assert effect.token == self.drive.token
+                self.halting, self.halts = True, self.halts + 1
+            elif isinstance(effect, Begin):
+                self.begun.append(effect.action.id)
+            elif isinstance(effect, End):
+                self.ended.append(effect.action_id)
+            elif isinstance(effect, Retry):
+                self.retries.append(effect.after)
+
+    def order(self, *args: Any, **options: Any) -> None:
+        """Receive an order of `order_json`."""
+        self.take(self.machine.receive(read_order(order_json(*args, **options))))
+
+    def instant(self, *actions: dict[str, Any]) -> None:
+        """Receive instant actions."""
+        self.take(self.machine.receive_instant(read_instant_actions(instant(*actions))))
+
+    def place(self, x: float, theta: float = 0.0) -> None:
+        """Stand at x."""
+        self.take(self.machine.at(Place(x, 0.0, theta)))
+
+    def arrive(self) -> None:
+        """The drive under way ends at its node."""
+        assert self.drive is not None, "nothing was to be driven"
+        drive = self.drive
+        position = drive.node.position
+        assert position is not None
+        self.place(position.x, position.theta or 0.0)
+        if self.drive is drive:
+            self.drive = None
+            self.take(self.machine.drive_ended(drive.token, True))
+
+    def stop(self) -> None:
+        """The drive under way ends where it is."""
+        assert self.drive is not None
+        drive, self.drive = self.drive, None
+        self.take(self.machine.drive_ended(drive.token, False, "halted"))
+
+    def finish(self, action_id: str, ok: bool = True, text: str = "") -> None:
+        """An action ends."""
+        self.take(self.machine.action_ended(action_id, ok, text))
+
+    def status(self, action_id: str) -> str:
+        """How an action stands; "" when it is not known."""
+        return next((r.status.value for r in self.machine.records if r.action.id == action_id), "")
+
+    @property
+    def problems(self) -> list[str]:
+        """Types of what is told."""
+        return [problem.kind for problem in self.machine.problems]
+
+    @property
+    def ahead(self) -> str:
+        """Ids of the nodes to come."""
+        return "".join(node.id for node in self.machine.nodes)

@@ -1,0 +1,73 @@
+"""A rosbridge client for tests: JSON over `websockets`, every wait with a deadline."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from contextlib import ExitStack
+from typing import Any
+
+import pytest
+
+SECONDS = 20.0
+
+
+class RosbridgeClient:
+    """One connection; close it, or use it in a `with` block."""
+
+    def __init__(self, url: str, **options: Any) -> None:
+        client = pytest.importorskip("websockets.sync.client")
+        self._stack = ExitStack()
+        connecting = client.connect(
+            url, open_timeout=SECONDS, close_timeout=2, compression=None, max_size=None, **options
+        )
+        self._ws = self._stack.enter_context(connecting)
+
+    @property
+    def socket(self) -> Any:
+        return self._ws.socket
+
+    def send(self, **message: Any) -> None:
+        self._ws.send(json.dumps(message))
+
+    def send_raw(self, data: str | bytes) -> None:
+        self._ws.send(data)
+
+    def raw(self, timeout: float = SECONDS) -> str | bytes:
+        data: str | bytes = self._ws.recv(timeout=timeout)
+        return data
+
+    def get(self, timeout: float = SECONDS) -> Any:
+        """The next text message."""
+        while isinstance(data := self.raw(timeout), bytes):
+            pass
+        return json.loads(data)
+
+    def until(self, wanted: Callable[[Any], bool], timeout: float = SECONDS) -> Any:
+        """The first message that is wanted; the others are passed over."""
+        while not wanted(message := self.get(timeout)):
+            pass
+        return message
+
+    def op(self, op: str, timeout: float = SECONDS) -> Any:
+        """The next message of an operation."""
+        return self.until(lambda message: message["op"] == op, timeout)
+
+    def call(self, service: str, args: Any = None, id: str = "call") -> Any:
+        """Call a service; the whole answer."""
+        self.send(op="call_service", service=service, args=args, id=id)
+        return self.until(lambda m: m["op"] == "service_response" and m.get("id") == id)
+
+    def abort(self) -> None:
+        """Gone without a word."""
+        self._ws.socket.close()
+        self.close()
+
+    def close(self) -> None:
+        self._stack.close()
+
+    def __enter__(self) -> RosbridgeClient:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

@@ -1,0 +1,254 @@
+"""A served robot, and a page without a browser: what asks over HTTP, and a hand on the live connection."""
+
+from __future__ import annotations
+
+import http.client
+import itertools
+import json
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from rosproto import Node
+from woosh_pure import Chassis
+
+__all__ = ["Answer", "Hand", "Served", "Velocities", "serving"]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What came back."""
+
+    status: int
+    headers: dict[str, str]
+    body: bytes
+
+    @property
+    def json(self) -> Any:
+        return json.loads(self.body)
+
+    @property
+    def problem(self) -> str:
+        """The sentence of a problem; fails where it is none."""
+        assert self.headers["content-type"] == "application/problem+json", self
+        document = self.json
+        assert document["status"] == self.status
+        assert document["type"].startswith("urn:woosh:")
+        return str(document["detail"])
+
+
+class Served:
+    """A server to ask."""
+
+    def __init__(self, port: int, token: str | None = None) -> None:
+        self.port, self.token = port, token
+
+    def ask(
+        self,
+        method: str,
+        path: str,
+        body: Any = None,
+        *,
+        headers: dict[str, str] | None = None,
+        timeout: float = 30.0,
+    ) -> Answer:
+        """One request; a body that is no bytes is sent as JSON."""
+        sent = {"authorization": f"Bearer {self.token}"} if self.token else {}
+        if body is not None and not isinstance(body, bytes):
+            body, sent["content-type"] = json.dumps(body).encode(), "application/json"
+        sent.update(headers or {})
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=timeout)
+        try:
+            connection.request(method, path if path.startswith("/") else f"/api/v1/{path}", body, sent)
+            response = connection.getresponse()
+            return Answer(response.status, {k.lower(): v for k, v in response.getheaders()}, response.read())
+        finally:
+            connection.close()
+
+    def get(self, path: str, **more: Any) -> Answer:
+        return self.ask("GET", path, **more)
+
+    def post(self, path: str, body: Any = None, **more: Any) -> Answer:
+        return self.ask("POST", path, body, **more)
+
+    def delete(self, path: str, **more: Any) -> Answer:
+        return self.ask("DELETE", path, **more)
+
+
+@contextmanager
+def serving(chassis: Chassis | dict[str, Chassis], **options: Any) -> Iterator[Served]:
+    """A server on a free port of this computer."""
+    from woosh_pure import web
+    from woosh_pure.web.serve import WebServer
+
+    with WebServer(web.app(chassis, **options), port=0) as server:
+        served = Served(server.port, options.get("token"))
+        served.app = server.app  # type: ignore[attr-defined]
+        yield served
+
+
+class Hand:
+    """A page: acknowledges each frame, and holds the robot where it is told to."""
+
+    def __init__(self, port: int, path: str = "/api/v1/live", *, acks: bool = True, **options: Any) -> None:
+        from websockets.sync.client import connect
+
+        self._context = connect(
+            f"ws://127.0.0.1:{port}{path}", open_timeout=10, close_timeout=1, max_queue=None, **options
+        )
+        self.socket = self._context.__enter__()
+        self.heard: list[dict[str, Any]] = []
+        self.frames: list[bytes] = []
+        self.count = 0
+        self.error: Exception | None = None
+        self._acks = acks
+        self._seq = itertools.count(1)
+        self._condition = threading.Condition()
+        self._let_go = threading.Event()
+        self._beating: threading.Thread | None = None
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def __enter__(self) -> Hand:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._let_go.set()
+        try:
+            self._context.__exit__(None, None, None)
+        except OSError:
+            pass  # it was cut
+        self._reader.join(5)
+
+    def _read(self) -> None:
+        try:
+            for message in self.socket:
+                self.count += 1
+                if self._acks:
+                    self.say(t="ack", n=self.count)
+                with self._condition:
+                    if isinstance(message, bytes):
+                        self.frames.append(message)
+                    else:
+                        self.heard.append(json.loads(message))
+                    self._condition.notify_all()
+        except Exception as error:
+            self.error = error
+        with self._condition:
+            self._condition.notify_all()
+
+    def say(self, **document: Any) -> None:
+        self.socket.send(json.dumps(document))
+
+    def wait(self, accept: Callable[[dict[str, Any]], Any], timeout: float = 10.0) -> dict[str, Any]:
+        """The first message, of all that came and will come, that `accept` likes."""
+        until, seen = time.monotonic() + timeout, 0
+        with self._condition:
+            while True:
+                for document in self.heard[seen:]:
+                    if accept(document):
+                        return document
+                seen = len(self.heard)
+                left = until - time.monotonic()
+                assert left > 0, f"not heard within {timeout} s; last: {self.heard[-3:]}; {self.error!r}"
+                self._condition.wait(left)
+
+    def of(self, kind: str, **fields: Any) -> dict[str, Any]:
+        """The first message of that kind with those fields."""
+        return self.wait(lambda d: d["t"] == kind and all(d.get(k) == v for k, v in fields.items()))
+
+    def frame(self, kind: int, timeout: float = 10.0) -> bytes:
+        """The first binary frame of that kind."""
+        until = time.monotonic() + timeout
+        with self._condition:
+            while True:
+                for found in self.frames:
+                    if found[0] == kind:
+                        return found
+                assert time.monotonic() < until, f"no frame of kind {kind} within {timeout} s"
+                self._condition.wait(0.1)
+
+    def forget(self) -> None:
+        """Only what comes from now on counts."""
+        with self._condition:
+            self.heard.clear()
+            self.frames.clear()
+
+    def ready(self) -> None:
+        """Take the lease and confirm the warning."""
+        self.say(t="lease", op="ask")
+        self.of("lease", yours=True)
+        self.say(t="confirm")
+
+    def press(self, vx: float = 0.2, wz: float = 0.0, **more: Any) -> None:
+        self.say(t="press", **{"seq": next(self._seq), "at": time.monotonic(), "vx": vx, "wz": wz, **more})
+
+    def beat(self, vx: float = 0.2, wz: float = 0.0, **more: Any) -> None:
+        self.say(t="beat", **{"seq": next(self._seq), "at": time.monotonic(), "vx": vx, "wz": wz, **more})
+
+    def hold(self, vx: float = 0.2, wz: float = 0.0) -> None:
+        """Press, and beat ten times a second until `let_go` or the connection ends."""
+        self._let_go = threading.Event()
+        self.press(vx, wz)
+
+        def beating(let_go: threading.Event) -> None:
+            while not let_go.wait(0.1):
+                try:
+                    self.beat(vx, wz)
+                except Exception:
+                    return
+
+        self._beating = threading.Thread(target=beating, args=(self._let_go,), daemon=True)
+        self._beating.start()
+
+    def stop_beating(self) -> None:
+        self._let_go.set()
+        if self._beating is not None:
+            self._beating.join(5)
+
+    def let_go(self) -> None:
+        self.stop_beating()
+        self.say(t="release")
+
+
+class Velocities:
+    """What is sent to the robot, with the time of each: heard on its own node."""
+
+    def __init__(self, master_uri: str) -> None:
+        self.node = Node("velocity_witness", master_uri=master_uri, anonymous=True)
+        self.heard: list[tuple[float, float, float]] = []
+        self._condition = threading.Condition()
+        self.subscriber = self.node.subscriber(
+            "/smooth_cmd_vel", "geometry_msgs/Twist", callback=self._take, queue_size=1000
+        )
+
+    def __enter__(self) -> Velocities:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.node.close()
+
+    def _take(self, message: Any) -> None:
+        with self._condition:
+            self.heard.append((time.monotonic(), message.linear.x, message.angular.z))
+            self._condition.notify_all()
+
+    def wait_moving(self, since: float, least: float = 0.05, timeout: float = 20.0) -> None:
+        """Wait until it is told to move."""
+        until = time.monotonic() + timeout
+        with self._condition:
+            while not any(at > since and abs(vx) >= least for at, vx, _ in self.heard):
+                assert time.monotonic() < until, f"never told to move; last: {self.heard[-3:]}"
+                self._condition.wait(0.1)
+
+    def seconds_to_zero(self, since: float, watch: float = 1.0) -> float:
+        """Seconds from `since` to the zero after which nothing else came for `watch` s; infinite without one."""
+        time.sleep(max(0.0, since + watch - time.monotonic()))
+        with self._condition:
+            after = [(at, vx, wz) for at, vx, wz in self.heard if at >= since]
+        moving = [at for at, vx, wz in after if vx or wz]
+        zeros = [at for at, vx, wz in after if not (vx or wz) and at > max(moving, default=since)]
+        return zeros[0] - since if zeros else float("inf")

@@ -1,0 +1,17 @@
+"""A page in a process of its own, to be stopped and killed: `python -m tests.support.web_hand PORT` holds the robot."""
+
+from __future__ import annotations
+
+import sys
+import threading
+
+from tests.support.web import Hand
+
+if __name__ == "__main__":
+    with Hand(int(sys.argv[1])) as page:
+        page.of("hello")
+        page.ready()
+        page.hold(0.2)
+        page.of("drive", state="driving")
+        print("driving", flush=True)
+        threading.Event().wait(60.0)

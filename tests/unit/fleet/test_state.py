@@ -1,0 +1,103 @@
+"""State and factsheet: what they tell of machine, chassis and abilities, in both versions."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from tests.support.fleet import LIMITS, PureVehicle, action
+from woosh_pure.fleet.errors import Problem
+from woosh_pure.fleet.factsheet import Body, factsheet_message
+from woosh_pure.fleet.headers import Headers
+from woosh_pure.fleet.judging import Place
+from woosh_pure.fleet.state import Facts, Load, MapEntry, operating_mode, state_message, visualization_message
+
+HEADER = Headers("2.1.0", "Woosh", "1").header("state", 0.0)
+
+
+def facts() -> Facts:
+    return Facts(
+        place=Place(1.0, 2.0, 0.5), located=True, velocity=(0.3, 0.0, 0.0), percent=80.0, voltage=25.0,
+        map_id="hall", maps=(MapEntry("hall"),), loads=(Load("l1"),), faults=(("a fault", True),),
+        emergency_stop=True,
+    )  # fmt: skip
+
+
+def test_a_state_tells_order_actions_and_chassis() -> None:
+    """Nodes and edges that are ahead, how actions stand, pose, battery, faults, safety."""
+    vehicle = PureVehicle()
+    vehicle.order(nodes="abc", released=2, node_actions={"b": [action("x")]})
+    found = state_message(vehicle.machine, facts(), HEADER, "2.1.0")
+    assert (found["orderId"], found["lastNodeId"], found["lastNodeSequenceId"]) == ("o", "a", 0)
+    assert [(n["nodeId"], n["released"]) for n in found["nodeStates"]] == [("b", True), ("c", False)]
+    assert [(e["edgeId"], e["released"]) for e in found["edgeStates"]] == [("ab", True), ("bc", False)]
+    assert found["actionStates"] == [{"actionId": "x", "actionType": "beep", "actionStatus": "WAITING"}]
+    assert found["driving"]
+    assert found["newBaseRequest"]
+    assert found["agvPosition"] == {
+        "x": 1.0,
+        "y": 2.0,
+        "theta": 0.5,
+        "mapId": "hall",
+        "positionInitialized": True,
+    }
+    assert found["batteryState"] == {"batteryCharge": 80.0, "charging": False, "batteryVoltage": 25.0}
+    assert found["safetyState"] == {"eStop": "MANUAL", "fieldViolation": False}
+    assert found["loads"] == [{"loadId": "l1"}]
+    assert [(e["errorType"], e["errorLevel"]) for e in found["errors"]] == [("chassisError", "FATAL")]
+    json.dumps(found, allow_nan=False)
+
+
+def test_what_version_two_nought_does_not_know_is_left_out() -> None:
+    """Maps and hints."""
+    vehicle = PureVehicle()
+    vehicle.take(vehicle.machine.stand("x", Problem("t", "d", hint="h")))
+    old = state_message(vehicle.machine, facts(), HEADER, "2.0.0")
+    new = state_message(vehicle.machine, facts(), HEADER, "2.1.0")
+    assert "maps" not in old
+    assert new["maps"] == [{"mapId": "hall", "mapVersion": "1", "mapStatus": "ENABLED"}]
+    assert ["errorHint" in error for error in (old["errors"][-1], new["errors"][-1])] == [False, True]
+
+
+def test_what_is_not_known_is_left_out() -> None:
+    """A pose that nobody has told is no pose of zeros."""
+    vehicle = PureVehicle()
+    found = state_message(vehicle.machine, Facts(), HEADER, "2.1.0")
+    assert not {"agvPosition", "velocity", "loads"} & set(found)
+    assert visualization_message(Facts(), HEADER) == HEADER
+
+
+@pytest.mark.parametrize(
+    ("mode", "owner", "told"),
+    [
+        (0, "", "AUTOMATIC"),
+        (1, "", "AUTOMATIC"),
+        (2, "", "MANUAL"),
+        (3, "", "SERVICE"),
+        (1, "viewer 1", "MANUAL"),
+    ],
+)
+def test_the_operating_mode_tells_who_drives(mode: int, owner: str, told: str) -> None:
+    """The robot's key, or a local driver who has the lease."""
+    assert operating_mode(mode, owner=owner) == told
+
+
+@pytest.mark.parametrize("version", ["2.0.0", "2.1.0"])
+def test_the_factsheet_tells_what_is_obeyed(version: str) -> None:
+    """Actions with their scopes and parameters, fields of orders, size and speed."""
+    body = Body(speed_max=1.2, outline=((0.4, 0.3), (-0.4, 0.3), (-0.4, -0.3), (0.4, -0.3)))
+    found = factsheet_message(body, LIMITS, HEADER, version=version, visualization=0.5)
+    actions = {each["actionType"]: each for each in found["protocolFeatures"]["agvActions"]}
+    assert {"cancelOrder", "startPause", "beep", "initPosition"} <= set(actions)
+    assert actions["cancelOrder"]["actionScopes"] == ["INSTANT"]
+    assert actions["beep"]["actionParameters"][0]["key"] == "times"
+    parameters = {
+        each["parameter"]: each["support"] for each in found["protocolFeatures"]["optionalParameters"]
+    }
+    assert parameters["order.nodes.nodePosition"] == "REQUIRED"
+    assert not any("trajectory" in name or "corridor" in name for name in parameters)
+    assert found["physicalParameters"]["length"] == pytest.approx(0.8)
+    assert found["physicalParameters"]["speedMax"] == 1.2
+    assert ("vehicleConfig" in found) == (version == "2.1.0")
+    assert found["protocolLimits"]["timing"]["visualizationInterval"] == 0.5

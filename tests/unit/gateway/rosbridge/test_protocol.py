@@ -1,0 +1,415 @@
+"""rosbridge's protocol: each operation becomes its effect, and whatever is wrong a sentence."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+
+from rosproto.gateway import GatewayLimits
+from rosproto.gateway.rosbridge import png, protocol
+from rosproto.gateway.rosbridge.operations import OPERATIONS
+from rosproto.gateway.rosbridge.protocol import (
+    Advertise,
+    AdvertiseService,
+    Auth,
+    CallService,
+    CancelActionGoal,
+    Close,
+    Effect,
+    Protocol,
+    Publish,
+    Reply,
+    SendActionGoal,
+    ServiceResponse,
+    SetLevel,
+    Subscribe,
+    Unadvertise,
+    UnadvertiseService,
+    Unsubscribe,
+    publish_text,
+)
+from tests.test_layers import IMPURE_MODULES, ROOT, imports_of
+
+LIMITS = GatewayLimits(message_bytes=100_000, nesting=10, text_length=50)
+
+CONVERSATION: list[tuple[dict[str, Any], Effect]] = [
+    (
+        {"op": "advertise", "id": "a", "topic": "/t", "type": "std_msgs/String"},
+        Advertise("a", "/t", "std_msgs/String"),
+    ),
+    (
+        {"op": "advertise", "topic": "/t", "type": "std_msgs/String", "latch": True, "queue_size": 5},
+        Advertise(None, "/t", "std_msgs/String", True, 5),
+    ),
+    ({"op": "unadvertise", "topic": "/t", "id": 7}, Unadvertise(7, "/t")),
+    ({"op": "publish", "topic": "/t", "msg": {"data": "x"}}, Publish(None, "/t", {"data": "x"})),
+    ({"op": "publish", "topic": "/t"}, Publish(None, "/t", {})),
+    ({"op": "publish", "topic": "/t", "msg": None}, Publish(None, "/t", None)),
+    ({"op": "publish", "topic": "/t", "msg": {}, "latch": False}, Publish(None, "/t", {})),
+    ({"op": "subscribe", "topic": "/t"}, Subscribe(None, "/t")),
+    (
+        {
+            "op": "subscribe",
+            "id": "subscribe:/t:1",
+            "topic": "/t",
+            "type": "a/B",
+            "compression": "cbor-raw",
+            "throttle_rate": 100.0,
+            "queue_length": 3,
+            "fragment_size": 1000,
+        },
+        Subscribe("subscribe:/t:1", "/t", "a/B", 100, 3, 1000, "cbor-raw"),
+    ),
+    ({"op": "subscribe", "topic": "/t", "type": None, "fragment_size": None}, Subscribe(None, "/t")),
+    ({"op": "unsubscribe", "topic": "/t"}, Unsubscribe(None, "/t")),
+    ({"op": "call_service", "service": "/s"}, CallService(None, "/s", "/s")),
+    (
+        {"op": "call_service", "id": "c", "service": "/s", "args": {"a": 1}, "type": "a/S", "timeout": 2},
+        CallService("c", "/s", "/s", {"a": 1}, "a/S", timeout=2.0),
+    ),
+    ({"op": "call_service", "service": "/s#33", "args": [1]}, CallService("33", "/s", "/s#33", [1])),
+    ({"op": "call_service", "id": "c", "service": "/s#33"}, CallService("c", "/s", "/s#33")),
+    ({"op": "call_service", "service": "/s", "timeout": -1}, CallService(None, "/s", "/s")),
+    ({"op": "advertise_service", "service": "/s", "type": "a/S"}, AdvertiseService(None, "/s", "a/S")),
+    ({"op": "unadvertise_service", "service": "/s"}, UnadvertiseService(None, "/s")),
+    (
+        {"op": "service_response", "id": "r", "service": "/s", "values": {"sum": 3}, "result": True},
+        ServiceResponse("r", "/s", {"sum": 3}, True),
+    ),
+    (
+        {"op": "service_response", "id": "r", "service": "/s", "result": False},
+        ServiceResponse("r", "/s", None, False),
+    ),
+    ({"op": "service_response", "id": "r", "service": "/s"}, ServiceResponse("r", "/s", None, False)),
+    (
+        {
+            "op": "send_action_goal",
+            "id": "g",
+            "action": "/a",
+            "action_type": "p/A",
+            "args": {"x": 1},
+            "feedback": True,
+        },
+        SendActionGoal("g", "/a", "/a", "p/A", {"x": 1}, True),
+    ),
+    ({"op": "cancel_action_goal", "id": "g", "action": "/a"}, CancelActionGoal("g", "/a")),
+    (
+        {
+            "op": "auth",
+            "mac": "m",
+            "client": "1.2.3.4",
+            "dest": "d",
+            "rand": "r",
+            "t": 5,
+            "level": "l",
+            "end": 9.5,
+        },
+        Auth(None, "m", "1.2.3.4", "d", "r", 5.0, "l", 9.5),
+    ),
+    ({"op": "auth", "mac": "token"}, Auth(None, "token")),
+    ({"op": "set_level", "level": "warn", "id": "l"}, SetLevel("l", "warning")),
+]
+
+
+def status_of(effects: list[Effect]) -> dict[str, Any]:
+    """The one status that was answered."""
+    assert len(effects) == 1, effects
+    assert isinstance(effects[0], Reply)
+    (payload,) = effects[0].payloads
+    answer: dict[str, Any] = json.loads(payload)
+    assert answer["op"] == "status"
+    assert answer["level"] == "error"
+    return answer
+
+
+def refused(message: Any, limits: GatewayLimits = LIMITS) -> str:
+    """The sentence of the status that answers a message."""
+    protocol = Protocol(limits)
+    text = status_of(protocol.receive(message if isinstance(message, (str, bytes)) else json.dumps(message)))[
+        "msg"
+    ]
+    assert protocol.refused == 1
+    assert isinstance(text, str)
+    return text
+
+
+@pytest.mark.parametrize(("message", "effect"), CONVERSATION, ids=lambda value: str(value)[:60])
+def test_operations(message: dict[str, Any], effect: Effect) -> None:
+    """What roslib, roslibpy and ros-mcp send becomes its effect, as text and as bytes."""
+    assert Protocol(LIMITS).receive(json.dumps(message)) == [effect]
+    assert Protocol(LIMITS).receive(json.dumps(message).encode()) == [effect]
+
+
+def test_every_operation_is_shown() -> None:
+    """No row of the table is without a conversation above."""
+    assert {message["op"] for message, _ in CONVERSATION} == set(OPERATIONS)
+
+
+@pytest.mark.parametrize("op", sorted(OPERATIONS))
+def test_a_required_field_is_missed(op: str) -> None:
+    """Each required field left out, null, of a wrong kind, too long: named in the answer, with the message's id."""
+    whole = next(message for message, _ in CONVERSATION if message["op"] == op)
+    for field in OPERATIONS[op].fields:
+        wrong: list[Any] = [[{"deep": [1]}], 10**400, "x" * 1000, -5, "", True, 1.5]
+        if field.required:
+            wrong.append(None)
+            without = {name: value for name, value in whole.items() if name != field.name}
+            assert f"field {field.name} is missing" in refused(without)
+        for value in wrong:
+            effects = Protocol(LIMITS).receive(json.dumps({**whole, field.name: value, "id": "the id"}))
+            if isinstance(effects[0], Reply):
+                answer = status_of(effects)
+                assert answer["id"] == "the id"
+                assert answer["msg"].startswith(f"{op}: field {field.name} ")
+                assert len(answer["msg"]) < 300
+
+
+@pytest.mark.parametrize(
+    ("message", "sentence"),
+    [
+        ("", "the message is empty; expected a JSON object with an op"),
+        ("   ", "the message is empty; expected a JSON object with an op"),
+        ("[]", "the message is JSON, but an array; expected an object with an op"),
+        ("3", "the message is JSON, but a number; expected an object with an op"),
+        ("null", "the message is JSON, but null; expected an object with an op"),
+        ('{"op": ', "the message is no JSON: Expecting value at character 7"),
+        (b"\xff{}", "the message is no UTF-8 text: invalid start byte at byte 0"),
+        ("9" * 5000, "the message is no JSON: a number has too many digits"),
+        ("{}", "the message has no op; expected one of advertise, "),
+        ({"op": 5}, "the operation a number is unknown; expected one of advertise, "),
+        ({"op": ["publish"]}, "the operation an array is unknown; expected one of advertise, "),
+        ({"op": "subscribe\n\x1b[2J"}, "the operation 'subscribe"),
+        ({"receiver": "/t"}, "this is a message of rosbridge v1; expected v2, whose messages have an op"),
+        ({"op": "publish", "topic": ""}, "publish: field topic is ''; expected a text of 1 to 50 characters"),
+        (
+            {"op": "subscribe", "topic": "/t", "compression": "zip"},
+            "subscribe: field compression is 'zip'; expected",
+        ),
+        (
+            {"op": "subscribe", "topic": "/t", "throttle_rate": 1.5},
+            "subscribe: field throttle_rate is 1.5; expected a",
+        ),
+        (
+            {"op": "subscribe", "topic": "/t", "fragment_size": 0},
+            "subscribe: field fragment_size is 0; expected a",
+        ),
+        (
+            {"op": "subscribe", "topic": "/t", "queue_length": True},
+            "subscribe: field queue_length is true; expected",
+        ),
+        (
+            {"op": "set_level", "level": "loud"},
+            "set_level: field level is 'loud'; expected one of none, error, ",
+        ),
+        (
+            {"op": "publish", "topic": "/t", "id": {}},
+            "publish: field id is an object of 0; expected a text of at most",
+        ),
+        ({"op": "publish", "topic": "/t", "id": "x" * 51}, "publish: field id is 'xxxx"),
+        (
+            {"op": "call_service", "service": "/s", "args": "x"},
+            "call_service: field args is 'x'; expected an object",
+        ),
+    ],
+)
+def test_wrong_messages(message: Any, sentence: str) -> None:
+    """What is wrong, and what was expected; without control characters of the client's."""
+    text = refused(message)
+    assert text.startswith(sentence)
+    assert "\x1b" not in text
+
+
+def test_long_numbers_on_early_pythons(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Python 3.10.0 to 3.10.6 read a number of any length, slowly: there the protocol looks first."""
+    decoder = json.JSONDecoder(parse_int=protocol._short_int)
+    monkeypatch.setattr(protocol, "_decoder", decoder)
+    assert refused("9" * 5000) == "the message is no JSON: a number has too many digits"
+    assert Protocol(LIMITS).receive('{"op": "subscribe", "topic": "/t", "id": 12}') == [Subscribe(12, "/t")]
+
+
+def test_several_messages_at_once() -> None:
+    """Objects behind one another are each done, as in the original; the rest of a broken one is not kept."""
+    protocol = Protocol(LIMITS)
+    one = '{"op": "subscribe", "topic": "/a"}'
+    assert protocol.receive(f"{one}\n {one}") == [Subscribe(None, "/a")] * 2
+    status_of(protocol.receive(one[:10]))
+    status_of(protocol.receive(one[10:]))
+    assert protocol.receive(one) == [Subscribe(None, "/a")]
+    assert "more than 100 messages at once" in refused("{}" * 101)
+
+
+def test_nesting_is_bounded() -> None:
+    """As deep as allowed is taken; deeper, up to what breaks a JSON reader, is refused."""
+
+    def deep(levels: int) -> str:
+        return '{"op": "publish", "topic": "/t", "msg": ' + "[" * levels + "]" * levels + "}"
+
+    assert isinstance(Protocol(LIMITS).receive(deep(9))[0], Publish)
+    for levels in (10, 11, 400, 40_000):
+        assert refused(deep(levels)) == "more than 10 arrays and objects inside one another"
+    wide = {"op": "publish", "topic": "/t", "msg": [{"a": [1]}] * 1000}
+    assert isinstance(Protocol(LIMITS).receive(json.dumps(wide))[0], Publish)
+
+
+def test_size_is_bounded() -> None:
+    """A message beyond the limit ends the connection, and nothing is read any more."""
+    protocol = Protocol(LIMITS)
+    assert protocol.receive(b"x" * 100_001) == [Close(1009, "a message may have 100000 bytes")]
+    assert protocol.closed
+    assert protocol.receive('{"op": "subscribe", "topic": "/t"}') == []
+
+
+def test_objects_are_bounded() -> None:
+    """Empty arrays take twenty times their text in memory: so many in one message are refused."""
+    limits = GatewayLimits()
+    text = '{"op":"publish","topic":"/t","msg":[' + "[]," * (1 << 20) + "[]]}"
+    assert "at most 1048576 are allowed" in refused(text, limits)
+
+
+def test_levels_of_status() -> None:
+    """Errors alone at first; each level includes those before it; none tells nothing."""
+    protocol = Protocol(LIMITS)
+    wanted = {"none": 0, "error": 1, "warning": 2, "info": 3}
+    told = [level for level in ("error", "warning", "info") if protocol.status(level, "x")]  # type: ignore[arg-type]
+    assert told == ["error"]
+    for level, count in wanted.items():
+        protocol.receive(json.dumps({"op": "set_level", "level": level}))
+        told = [one for one in ("error", "warning", "info") if protocol.status(one, "x")]  # type: ignore[arg-type]
+        assert len(told) == count
+    protocol.receive('{"op": "set_level", "level": "none"}')
+    assert protocol.receive("nonsense") == []
+    assert protocol.refused == 1
+
+
+def test_status_has_the_id() -> None:
+    """The id of what it is about, of its own kind."""
+    for given in ("x", 0, 7):
+        (payload,) = Protocol(LIMITS).status("error", "a sentence", given)
+        assert json.loads(payload) == {"op": "status", "level": "error", "msg": "a sentence", "id": given}
+    (payload,) = Protocol(LIMITS).status("error", "a sentence")
+    assert "id" not in json.loads(payload)
+
+
+def test_fragments_of_a_client() -> None:
+    """Put together in any order; what is in them counts, also when it is wrong."""
+    message = {"op": "publish", "topic": "/t", "msg": {"data": "x" * 100}}
+    text = json.dumps(message)
+    pieces = [text[start : start + 40] for start in range(0, len(text), 40)]
+    parts = [
+        {"op": "fragment", "id": "f", "data": piece, "num": num, "total": len(pieces)}
+        for num, piece in enumerate(pieces)
+    ]
+    for order in (parts, parts[::-1]):
+        protocol = Protocol(LIMITS)
+        effects = [effect for part in order for effect in protocol.receive(json.dumps(part))]
+        assert effects == [Publish(None, "/t", message["msg"])]
+    assert refused({**parts[0], "num": 99}).startswith("fragment: field num of a fragment must be")
+    assert refused({"op": "fragment", "data": "x"}).startswith("fragment: field id of a fragment is missing")
+    assert "no JSON" in refused({"op": "fragment", "id": "f", "num": 0, "total": 1, "data": "nonsense"})
+
+
+def test_pictures_of_a_client() -> None:
+    """A picture holds a message; a picture of a picture of a picture is refused."""
+    text = '{"op": "subscribe", "topic": "/t"}'
+    for wrapped in range(1, 4):
+        text = json.dumps({"op": "png", "data": png.pack(text)})
+        if wrapped <= 2:
+            assert Protocol(LIMITS).receive(text) == [Subscribe(None, "/t")]
+        else:
+            assert refused(text) == "png: too many fragments and pictures inside one another"
+    assert refused({"op": "png"}).startswith("png: field data is missing")
+    assert refused({"op": "png", "data": "AAAA"}).startswith("png: no PNG picture in base64: ")
+
+
+def test_pictures_in_one_message_are_bounded() -> None:
+    """Each costs far more than its bytes: the fifth, also inside another one, is refused."""
+    one = json.dumps({"op": "png", "data": png.pack('{"op": "subscribe", "topic": "/t"}')})
+    effects = Protocol(LIMITS).receive(one * 6)
+    assert [type(effect) for effect in effects] == [Subscribe] * 4 + [Reply] * 2
+    inside = json.dumps({"op": "png", "data": png.pack(one * 4)})
+    assert [type(effect) for effect in Protocol(LIMITS).receive(inside)] == [Subscribe] * 3 + [Reply]
+
+
+def test_blanks_are_passed_over() -> None:
+    """Around messages and between them; those that JSON does not know are refused."""
+    one = '{"op": "subscribe", "topic": "/t"}'
+    assert Protocol(LIMITS).receive(f" \r\n\t{one}{' ' * 50_000}{one}\n") == [Subscribe(None, "/t")] * 2
+    assert "no JSON" in refused(f"\u2003{one}")
+
+
+def test_a_picture_in_fragments() -> None:
+    """The operation png with num and total: its data is cut, not its text."""
+    data = png.pack('{"op": "subscribe", "topic": "/t"}')
+    protocol = Protocol(LIMITS)
+    first, second = (
+        json.dumps({"op": "png", "id": "p", "data": part, "num": num, "total": 2})
+        for num, part in enumerate((data[:30], data[30:]))
+    )
+    assert protocol.receive(first) == []
+    assert protocol.receive(second) == [Subscribe(None, "/t")]
+
+
+def test_answers() -> None:
+    """Calls, goals and their ends have the fields that clients read."""
+    protocol = Protocol(LIMITS)
+    (call,) = protocol.receive('{"op": "call_service", "id": "c", "service": "/s#1"}')
+    (goal,) = protocol.receive('{"op": "send_action_goal", "id": 5, "action": "/a", "action_type": "p/A"}')
+    assert isinstance(call, CallService)
+    assert isinstance(goal, SendActionGoal)
+    answers = [
+        protocol.service_response(call, '{"sum": 3}'),
+        protocol.service_failure(call, "no \x07 such service"),
+        protocol.call_service("id 1", "/mine", "{}"),
+        protocol.action_feedback(goal, '{"n": 1}'),
+        protocol.action_result(goal, '{"n": 2}', 4),
+        protocol.action_failure(goal, "gone"),
+    ]
+    assert [json.loads(payload) for (payload,) in answers] == [
+        {"op": "service_response", "service": "/s#1", "values": {"sum": 3}, "result": True, "id": "c"},
+        {
+            "op": "service_response",
+            "service": "/s#1",
+            "values": "no \\x07 such service",
+            "result": False,
+            "id": "c",
+        },
+        {"op": "call_service", "id": "id 1", "service": "/mine", "args": {}},
+        {"op": "action_feedback", "action": "/a", "values": {"n": 1}, "id": 5},
+        {"op": "action_result", "action": "/a", "values": {"n": 2}, "status": 4, "result": True, "id": 5},
+        {"op": "action_result", "action": "/a", "values": "gone", "status": 0, "result": False, "id": 5},
+    ]
+
+
+def test_what_is_sent_in_fragments() -> None:
+    """Texts longer than the client wants are cut; the fragments' ids are ones that roslib takes for ids."""
+    protocol = Protocol(LIMITS)
+    text = publish_text("/t", json.dumps({"data": "x" * 100}))
+    assert protocol.publish(text) == (text,)
+    assert protocol.publish(text, len(text)) == (text,)
+    sent = [[json.loads(payload) for payload in protocol.publish(text, 50)] for _ in range(2)]
+    for fragments in sent:
+        assert "".join(part["data"] for part in fragments) == text
+        assert [part["num"] for part in fragments] == list(range(3))
+        assert {part["total"] for part in fragments} == {3}
+    assert sent[0][0]["id"] != sent[1][0]["id"]
+    (call,) = protocol.receive('{"op": "call_service", "id": "c", "service": "/s", "fragment_size": 20}')
+    assert isinstance(call, CallService)
+    assert {json.loads(p)["id"] for p in protocol.service_response(call, '{"data": "0123456789"}')} == {"c"}
+    (call,) = protocol.receive('{"op": "call_service", "id": 0, "service": "/s", "fragment_size": 20}')
+    assert isinstance(call, CallService)
+    ids = {json.loads(payload)["id"] for payload in protocol.service_response(call, '{"data": "0123456789"}')}
+    assert len(ids) == 1
+    assert all(ids)
+
+
+@pytest.mark.parametrize(
+    "name",
+    "actions cbor effects fragments json_writer operations png protocol status values writer".split(),
+)
+def test_the_protocol_knows_no_sockets_threads_or_clocks(name: str) -> None:
+    """Whoever drives it brings bytes and the time."""
+    module = f"rosproto.gateway.rosbridge.{name}"
+    path = ROOT.joinpath(*module.split(".")).with_suffix(".py")
+    assert not {found.partition(".")[0] for found, _ in imports_of(module, path)} & IMPURE_MODULES

@@ -1,0 +1,321 @@
+"""A rosbridge server over real sockets: topics, services and actions both ways, and what is refused."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from rosproto.codec import message_class, service_class
+from rosproto.errors import ServiceError
+from rosproto.gateway import Access, GatewayLimits
+from tests.unit.gateway.conftest import Graph
+
+String = message_class("std_msgs/String")
+Twist = message_class("geometry_msgs/Twist")
+SetBool = service_class("std_srvs/SetBool")
+Serve = Callable[..., Any]
+
+
+def until(holds: Callable[[], bool], seconds: float = 10.0) -> None:
+    deadline = time.monotonic() + seconds
+    while not holds():
+        assert time.monotonic() < deadline, "it did not become true"
+        threading.Event().wait(0.01)
+
+
+def test_a_topic_is_subscribed_while_somebody_wants_it(graph: Graph, serve: Serve, connect: Serve) -> None:
+    """Messages as JSON, by the name that the client gave; and nothing stays at the robot."""
+    publisher = graph.robot.publisher("/chat", String)
+    bridge = serve()
+    first, second = connect(bridge), connect(bridge)
+    first.send(op="subscribe", topic="/chat", type="std_msgs/String", id="s")
+    second.send(op="subscribe", topic="chat")
+    publisher.wait_for_connection(10)
+    until(lambda: sum(len(c.subscriptions) for c in bridge.clients) == 2)
+    publisher.publish(data="hello")
+    assert first.get() == {"op": "publish", "topic": "/chat", "msg": {"data": "hello"}}
+    assert second.get() == {"op": "publish", "topic": "chat", "msg": {"data": "hello"}}
+    assert publisher.connections == 1
+    first.send(op="unsubscribe", topic="/chat")
+    second.close()
+    until(lambda: publisher.connections == 0)
+    assert bridge.stats().topics == ()
+
+
+def test_latched_messages_come_to_who_subscribes_later(graph: Graph, serve: Serve, connect: Serve) -> None:
+    """Also to the second client, for whom nothing is connected anew."""
+    publisher = graph.robot.publisher("/map", String, latch=True)
+    publisher.publish(data="map")
+    bridge = serve()
+    for _ in range(2):
+        client = connect(bridge)
+        client.send(op="subscribe", topic="/map", type="std_msgs/String")
+        assert client.op("publish")["msg"] == {"data": "map"}
+
+
+def test_compressions(graph: Graph, serve: Serve, connect: Serve) -> None:
+    """png, cbor, cbor-raw and fragments: the same message."""
+    cbor2 = pytest.importorskip("cbor2")
+    publisher = graph.robot.publisher("/chat", String, latch=True)
+    publisher.publish(data="hello")
+    bridge = serve()
+    client = connect(bridge)
+    client.send(op="subscribe", topic="/chat", compression="cbor")
+    assert cbor2.loads(client.raw()) == {"op": "publish", "topic": "/chat", "msg": {"data": "hello"}}
+    client = connect(bridge)
+    client.send(op="subscribe", topic="/chat", compression="cbor-raw")
+    assert cbor2.loads(client.raw())["msg"]["bytes"] == b"\x05\0\0\0hello"
+    client = connect(bridge)
+    client.send(op="subscribe", topic="/chat", compression="png")
+    assert client.get()["op"] == "png"
+    client = connect(bridge)
+    client.send(op="subscribe", topic="/chat", fragment_size=20)
+    pieces = [client.get() for _ in range(3)]
+    assert "".join(p["data"] for p in pieces) == '{"op":"publish","topic":"/chat","msg":{"data":"hello"}}'
+
+
+def test_a_client_publishes_what_a_pattern_opens(graph: Graph, serve: Serve, connect: Serve) -> None:
+    """And nothing else; the refusal names the option."""
+    got = graph.robot.subscriber("/chat", String)
+    client = connect(serve(write=["topic:/chat"]))
+    client.send(op="advertise", topic="/chat", type="std_msgs/String", id="a")
+    client.send(op="publish", topic="/chat", msg={"data": "hello"})
+    assert got.next(10).data == "hello"
+    client.send(op="advertise", topic="/cmd_vel", type="geometry_msgs/Twist", id="b")
+    refused = client.op("status")
+    assert (refused["level"], refused["id"]) == ("error", "b")
+    assert "--allow-write topic:/cmd_vel" in refused["msg"]
+    client.send(op="publish", topic="/cmd_vel", msg={"linear": {"x": 1.0}}, id="c")
+    assert client.op("status")["id"] == "c"
+    assert "/cmd_vel" not in graph.node.master.get_system_state().publishers
+    client.send(op="publish", topic="/chat", msg={"data": 7}, id="d")
+    assert "data" in client.op("status")["msg"]
+
+
+def test_a_message_published_right_after_advertising_arrives(
+    graph: Graph, serve: Serve, connect: Serve
+) -> None:
+    """A page that advertises, publishes once and is done: subscribers need a moment to connect."""
+    got = graph.robot.subscriber("/chat", String)
+    bridge = serve(write=["*"])
+    for i in range(3):
+        client = connect(bridge)
+        client.send(op="advertise", topic="/chat", type="std_msgs/String")
+        client.send(op="publish", topic="/chat", msg={"data": f"{i}"})
+        assert got.next(10).data == f"{i}"
+        client.send(op="unadvertise", topic="/chat")
+        client.close()
+        until(lambda: got.connections == 0)
+
+
+def test_zero_follows_when_a_driving_client_goes(graph: Graph, serve: Serve, connect: Serve) -> None:
+    """At once when it leaves, after half a second when it is silent."""
+    velocities: list[tuple[float, Any]] = []
+    got = graph.robot.subscriber("/cmd_vel", Twist, lambda m: velocities.append((time.monotonic(), m)))
+    bridge = serve(write=["topic:/cmd_vel"])
+    client = connect(bridge)
+    client.send(op="advertise", topic="/cmd_vel", type="geometry_msgs/Twist")
+    got.wait_for_connection(10)
+    client.send(op="publish", topic="/cmd_vel", msg={"linear": {"x": 0.5}})
+    until(lambda: len(velocities) >= 6)
+    assert [m.linear.x for _, m in velocities[:6]] == [0.5, 0, 0, 0, 0, 0]
+    assert 0.3 < velocities[1][0] - velocities[0][0] < 3.0
+    velocities.clear()
+    client.send(op="publish", topic="/cmd_vel", msg={"linear": {"x": 0.5}})
+    until(lambda: len(velocities) >= 1)
+    client.abort()
+    gone = time.monotonic()
+    until(lambda: len(velocities) >= 6)
+    assert velocities[1][0] - gone < 0.4
+    assert bridge.stats().zeros == 10
+
+
+def test_services(graph: Graph, serve: Serve, connect: Serve) -> None:
+    """Called where a pattern opens it; what fails is answered, too."""
+
+    def handler(request: Any) -> Any:
+        if not request.data:
+            raise ServiceError("/lamp", "it is broken")
+        return True, "on"
+
+    graph.robot.service_server("/lamp", SetBool, handler)
+    graph.robot.service_server("/motor", SetBool, handler)
+    client = connect(serve(write=["service:/lamp"]))
+    answer = client.call("/lamp", {"data": True})
+    assert (answer["result"], answer["values"]) == (True, {"success": True, "message": "on"})
+    assert client.call("/lamp", [True])["result"] is True
+    answer = client.call("/lamp", {"data": False})
+    assert not answer["result"]
+    assert "it is broken" in answer["values"]
+    answer = client.call("/motor", {"data": True})
+    assert not answer["result"]
+    assert "--allow-write service:/motor" in answer["values"]
+    assert not client.call("/nobody")["result"]
+    assert "data" in client.call("/lamp", {"data": "x"})["values"]
+    assert "/chatter" not in client.call("/rosapi/topics")["values"]["topics"]
+    assert client.call("/robot/get_loggers")["result"] is True  # it only answers
+
+
+def test_a_client_provides_a_service(graph: Graph, serve: Serve, connect: Serve) -> None:
+    """Calls of ROS programs go to it; and fail when it goes."""
+    bridge = serve(write=["service:/lamp"])
+    client = connect(bridge)
+    client.send(op="advertise_service", service="/lamp", type="std_srvs/SetBool")
+    graph.robot.wait_for_service("/lamp")
+    answers: list[Any] = []
+
+    def call() -> None:
+        try:
+            answers.append(graph.robot.service_client("/lamp", SetBool).call(data=True, timeout=20))
+        except Exception as error:
+            answers.append(error)
+
+    for values, result in [
+        ({"success": True, "message": "on"}, True),
+        ("broken", False),
+        ({"success": 7}, True),
+    ]:
+        thread = threading.Thread(target=call)
+        thread.start()
+        asked = client.op("call_service")
+        assert (asked["service"], asked["args"]) == ("/lamp", {"data": True})
+        client.send(op="service_response", service="/lamp", id=asked["id"], values=values, result=result)
+        thread.join(20)
+    assert (answers[0].success, answers[0].message) == (True, "on")
+    assert "broken" in str(answers[1])
+    assert "does not fit" in str(answers[2])
+    thread = threading.Thread(target=call)
+    thread.start()
+    client.op("call_service")
+    client.close()
+    thread.join(20)
+    assert isinstance(answers[3], ServiceError)
+    until(lambda: "/lamp" not in graph.node.master.get_system_state().services)
+
+
+def test_goals(graph: Graph, serve: Serve, connect: Serve) -> None:
+    """Sent, told of, ended, cancelled, refused."""
+    from rosproto import ActionServer
+
+    heard = threading.Event()
+
+    def execute(goal: Any) -> None:
+        if goal.goal.goal < 5:
+            for i in range(goal.goal.goal):
+                goal.publish_feedback({"feedback": i})
+            heard.wait(10)  # a result overtakes feedback, which is then of no use
+            goal.succeed({"result": goal.goal.goal})
+            return
+        deadline = time.monotonic() + 20
+        while not goal.cancel_requested and time.monotonic() < deadline:
+            threading.Event().wait(0.01)
+        goal.preempted()
+
+    with ActionServer(graph.robot, "/test", "actionlib/TestAction", execute):
+        client = connect(serve(write=["action:/test"]))
+        goal = {"op": "send_action_goal", "action": "/test", "action_type": "actionlib/TestAction"}
+        client.send(**goal, id="one", args={"goal": 2}, feedback=True)
+        assert [client.op("action_feedback")["values"] for _ in range(2)] == [
+            {"feedback": 0},
+            {"feedback": 1},
+        ]
+        heard.set()
+        done = client.op("action_result")
+        assert (done["id"], done["values"], done["status"], done["result"]) == ("one", {"result": 2}, 4, True)
+        client.send(**goal, id="two", args={"goal": 9})
+        client.send(op="cancel_action_goal", action="/test", id="two")
+        done = client.op("action_result")
+        assert (done["id"], done["status"]) == ("two", 5) or "cancelled" in done["values"]
+        client.send(**goal, id="three", args={"goal": "x"})
+        assert client.op("action_result")["result"] is False
+        client.send(**{**goal, "action": "/move_base"}, id="four", args={})
+        assert "--allow-write action:/move_base" in client.op("action_result")["values"]
+        client.send(op="cancel_action_goal", action="/test", id="nine")
+        assert client.op("status")["id"] == "nine"
+
+
+def test_what_is_denied_is_neither_read_nor_listed(graph: Graph, serve: Serve, connect: Serve) -> None:
+    """By whatever spelling."""
+    graph.robot.publisher("/secret", String)
+    client = connect(serve(access=Access(deny=["/secret"], write=["*"])))
+    for topic in ("/secret", "secret"):
+        client.send(op="subscribe", topic=topic, id=topic)
+        assert client.op("status")["id"] == topic
+        client.send(op="advertise", topic=topic, type="std_msgs/String", id=topic)
+        assert client.op("status")["id"] == topic
+    assert "/secret" not in client.call("/rosapi/topics")["values"]["topics"]
+
+
+def test_another_type_than_the_topics(graph: Graph, serve: Serve, connect: Serve) -> None:
+    """Told, not decoded as something else."""
+    graph.robot.publisher("/chat", String)
+    client = connect(serve(write=["*"]))
+    client.send(op="subscribe", topic="/chat", type="geometry_msgs/Twist", id="s")
+    assert "std_msgs/String" in client.op("status")["msg"]
+    client.send(op="advertise", topic="/chat", type="geometry_msgs/Twist", id="a")
+    assert "std_msgs/String" in client.op("status")["msg"]
+    client.send(op="advertise", topic="/new", type="no_such/Type", id="n")
+    assert client.op("status")["id"] == "n"
+    client.send(op="publish", topic="/unknown", msg={}, id="p")
+    assert "advertise it first" in client.op("status")["msg"]
+
+
+def test_a_client_has_limits(graph: Graph, serve: Serve, connect: Serve) -> None:
+    """In topics, services and calls; beyond them a sentence."""
+    limits = GatewayLimits(
+        subscriptions_per_client=2, advertised_per_client=1, calls_per_client=1, linger_seconds=0.05
+    )
+    client = connect(serve(write=["*"], limits=limits))
+    for i in range(3):
+        client.send(op="subscribe", topic=f"/t{i}", id=f"s{i}")
+    assert client.op("status")["id"] == "s2"
+    for i in range(2):
+        client.send(op="subscribe", topic="/t0", id=f"again{i}")
+    assert client.op("status")["id"] == "again1"
+    for i in range(2):
+        client.send(op="advertise", topic=f"/a{i}", type="std_msgs/String", id=f"a{i}")
+    assert client.op("status")["id"] == "a1"
+    for i in range(2):
+        client.send(op="advertise_service", service=f"/s{i}", type="std_srvs/SetBool", id=f"p{i}")
+    assert client.op("status")["id"] == "p1"
+    client.send(op="call_service", service="/s0", args={"data": True}, id="c0")
+    client.op("call_service")
+    assert "limit" in client.call("/s0", id="c1")["values"]
+
+
+def test_throttle_and_queue(graph: Graph, serve: Serve, connect: Serve) -> None:
+    """At most one message in an interval; a queue keeps the newest for later."""
+    publisher = graph.robot.publisher("/chat", String, queue_size=100)
+    bridge = serve()
+    plain, queued = connect(bridge), connect(bridge)
+    plain.send(op="subscribe", topic="/chat", throttle_rate=60_000)
+    queued.send(op="subscribe", topic="/chat", throttle_rate=100, queue_length=2)
+    publisher.wait_for_connection(10)
+    until(lambda: sum(len(c.subscriptions) for c in bridge.clients) == 2)
+    for i in range(10):
+        publisher.publish(data=f"{i}")
+    assert [queued.get()["msg"]["data"] for _ in range(3)] == ["0", "8", "9"]
+    assert plain.get()["msg"]["data"] == "0"
+    with pytest.raises(TimeoutError):
+        plain.get(0.2)
+
+
+def test_the_server_says_where_it_is_and_ends(graph: Graph, serve: Serve, connect: Serve) -> None:
+    """Closing tells the clients, twice is fine, and the node's close does it, too."""
+    bridge = serve()
+    client = connect(bridge)
+    assert bridge.url == f"ws://127.0.0.1:{bridge.port}"
+    assert len(bridge.clients) == 1
+    bridge.close()
+    bridge.close()
+    assert bridge.closed
+    with pytest.raises(Exception, match="1001"):
+        client.get()
+    another = serve()
+    graph.node.close()
+    assert another.closed
+    assert not [t for t in threading.enumerate() if t.name == "rosproto:rosbridge"]

@@ -1,0 +1,352 @@
+"""Strangers at a WebSocket server, clients that do not read, and hundreds that come and go: nothing is left behind."""
+
+from __future__ import annotations
+
+import base64
+import gc
+import json
+import os
+import socket
+import ssl
+import struct
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from rosproto.codec import message_class, service_class
+from rosproto.errors import ConnectionLost
+from rosproto.gateway import GatewayLimits
+from tests.support.rosbridge_client import RosbridgeClient
+from tests.unit.gateway.conftest import Graph
+
+String = message_class("std_msgs/String")
+Serve = Callable[..., Any]
+
+
+def until(holds: Callable[[], bool], seconds: float = 10.0) -> None:
+    deadline = time.monotonic() + seconds
+    while not holds():
+        assert time.monotonic() < deadline, "it did not become true"
+        threading.Event().wait(0.01)
+
+
+def asked(bridge: Any, *headers: str, path: str = "/") -> str:
+    """The status line that a handshake with these headers gets."""
+    lines = [
+        f"GET {path} HTTP/1.1",
+        "Upgrade: websocket",
+        "Connection: Upgrade",
+        "Sec-WebSocket-Key: " + base64.b64encode(b"0123456789abcdef").decode(),
+        "Sec-WebSocket-Version: 13",
+        *headers,
+    ]
+    if not any(header.startswith("Host") for header in headers):
+        lines.append(f"Host: 127.0.0.1:{bridge.port}")
+    with socket.create_connection(("127.0.0.1", bridge.port), 10) as sock:
+        sock.sendall("\r\n".join([*lines, "", ""]).encode())
+        return sock.makefile("rb").readline().decode().strip()
+
+
+def test_pages_from_elsewhere_are_refused(serve: Serve) -> None:
+    """By their origin, and by the name that led them here; a page of this computer may connect."""
+    bridge = serve(origins=["https://studio.example"])
+    assert " 101 " in asked(bridge) + " "
+    assert " 101 " in asked(bridge, "Origin: http://localhost:8080") + " "
+    assert " 101 " in asked(bridge, "Origin: https://studio.example") + " "
+    for origin in ("http://evil.com", "null", "https://studio.example.evil.com", "file://"):
+        assert " 403 " in asked(bridge, f"Origin: {origin}")
+    assert " 403 " in asked(bridge, "Host: evil.com:9090")
+    assert " 400 " in asked(bridge, "Origin: http://localhost", "Origin: http://evil.com")
+    assert bridge.stats().refused == {"origin": 4, "host": 1, "headers": 1}
+    assert bridge.stats().accepted == 3
+
+
+def test_tokens(serve: Serve) -> None:
+    """In the address or in a header; none, a wrong one and two are none."""
+    bridge = serve(token="s3cret & more")
+    assert " 101 " in asked(bridge, "Authorization: Bearer s3cret & more") + " "
+    assert " 101 " in asked(bridge, path="/?token=s3cret%20%26%20more") + " "
+    for path in (
+        "/",
+        "/?token=",
+        "/?token=s3cret",
+        "/?token=s3cret%20%26%20more&token=x",
+        "/?" + "a=1&" * 200,
+    ):
+        assert " 401 " in asked(bridge, path=path)
+    assert " 401 " in asked(bridge, "Authorization: Basic s3cret & more")
+    assert " 401 " in asked(bridge, "Authorization: Bearer x", path="/?token=s3cret%20%26%20more")
+    assert bridge.stats().refused == {"token": 7}
+
+
+def test_nobody_is_served_off_this_computer_without_a_token(serve: Serve) -> None:
+    """The start is refused, with the way out."""
+    with pytest.raises(ValueError, match="--token"):
+        serve(host="0.0.0.0")
+
+
+def test_a_port_that_is_taken(serve: Serve) -> None:
+    """Is an error of the start, not of a thread."""
+    from rosproto.gateway.websocket_server import WebSocketServer
+
+    bridge = serve()
+    with pytest.raises(ConnectionLost, match="port"):
+        WebSocketServer(lambda channel: None, port=bridge.port)  # type: ignore[arg-type,return-value]
+    assert len([t for t in threading.enumerate() if t.name == "rosproto:gateway"]) == 0
+
+
+def test_tls(serve: Serve, graph: Graph, tmp_path: Any) -> None:
+    """wss, with the certificate given; who speaks plainly there gets nothing."""
+    cryptography = pytest.importorskip("cryptography")
+    assert cryptography
+    cert, key = certificate(tmp_path)
+    context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
+    context.load_cert_chain(cert, key)
+    bridge = serve(tls=context)
+    assert bridge.url.startswith("wss://127.0.0.1:")
+    trust = ssl.create_default_context(cafile=cert)
+    with RosbridgeClient(bridge.url.replace("127.0.0.1", "localhost"), ssl=trust) as client:
+        assert client.call("/rosapi/get_time")["result"]
+    with socket.create_connection(("127.0.0.1", bridge.port), 10) as sock:
+        sock.sendall(b"GET / HTTP/1.1\r\n\r\n")
+        sock.settimeout(10)
+        assert not sock.recv(100).startswith(b"HTTP")
+
+
+def certificate(folder: Any) -> tuple[str, str]:
+    import datetime
+
+    from cryptography import x509
+    from cryptography.hazmat.primitives import hashes, serialization
+    from cryptography.hazmat.primitives.asymmetric import ec
+    from cryptography.x509.oid import NameOID
+
+    key = ec.generate_private_key(ec.SECP256R1())
+    name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "localhost")])
+    now = datetime.datetime.now(datetime.timezone.utc)
+    cert = (
+        x509.CertificateBuilder()
+        .subject_name(name)
+        .issuer_name(name)
+        .public_key(key.public_key())
+        .serial_number(1)
+        .not_valid_before(now - datetime.timedelta(days=1))
+        .not_valid_after(now + datetime.timedelta(days=1))
+        .add_extension(x509.SubjectAlternativeName([x509.DNSName("localhost")]), critical=False)
+        .sign(key, hashes.SHA256())
+    )
+    paths = str(folder / "cert.pem"), str(folder / "key.pem")
+    with open(paths[0], "wb") as file:
+        file.write(cert.public_bytes(serialization.Encoding.PEM))
+    with open(paths[1], "wb") as file:
+        file.write(
+            key.private_bytes(
+                serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
+            )
+        )
+    return paths
+
+
+def test_more_clients_than_allowed(serve: Serve) -> None:
+    """Are told so, and those that are there stay."""
+    bridge = serve(limits=GatewayLimits(connections=2))
+    with RosbridgeClient(bridge.url) as one, RosbridgeClient(bridge.url):
+        assert " 503 " in asked(bridge)
+        assert one.call("/rosapi/get_time")["result"]
+    until(lambda: not bridge.clients)
+    with RosbridgeClient(bridge.url) as again:
+        assert again.call("/rosapi/get_time")["result"]
+
+
+def test_connections_that_say_nothing_make_room_and_are_ended(serve: Serve) -> None:
+    """The one that holds back longest goes first; the others when their time is over."""
+    bridge = serve(limits=GatewayLimits(pending_handshakes=3, handshake_seconds=0.5))
+    silent = [socket.create_connection(("127.0.0.1", bridge.port), 10) for _ in range(10)]
+    with RosbridgeClient(bridge.url) as client:
+        assert client.call("/rosapi/get_time")["result"]
+    for sock in silent:
+        sock.settimeout(10)
+        try:
+            while sock.recv(1000):
+                pass
+        except ConnectionResetError:
+            pass
+        sock.close()
+    assert bridge.stats().refused["too many handshakes at a time"] >= 7
+
+
+def test_garbage_in_place_of_a_handshake(serve: Serve) -> None:
+    """Costs its connection only."""
+    bridge = serve(limits=GatewayLimits(handshake_seconds=0.5))
+    for data in (
+        b"\x00" * 1000,
+        b"GET / HTTP/1.1\r\n" + b"a" * 100_000,
+        b"\x16\x03\x01\x02\x00\x01",
+        b"POST / HTTP/1.1\r\n\r\n",
+        b"",
+    ):
+        with socket.create_connection(("127.0.0.1", bridge.port), 10) as sock:
+            sock.settimeout(10)
+            try:
+                sock.sendall(data)
+                while sock.recv(1000):
+                    pass
+            except (ConnectionResetError, BrokenPipeError):
+                pass
+    with RosbridgeClient(bridge.url) as client:
+        assert client.call("/rosapi/get_time")["result"]
+
+
+def test_wrong_frames_end_their_connection(serve: Serve) -> None:
+    """Bytes that are no text, frames without a mask, messages that are too long, odd JSON."""
+    bridge = serve(limits=GatewayLimits(message_bytes=1000))
+    for frame, code in [
+        (b"\x81\x85\0\0\0\0\xff\xfe\xfd\xfc\xfb", 1007),
+        (b"\x81\x05hello", 1002),
+        (b"\x81\xff" + struct.pack(">Q", 1 << 40) + b"\0\0\0\0", 1009),
+        (b"\xf1\x80\0\0\0\0", 1002),
+    ]:
+        with RosbridgeClient(bridge.url) as client:
+            client.socket.sendall(frame)
+            with pytest.raises(Exception, match=str(code)):
+                client.get()
+    with RosbridgeClient(bridge.url) as client:
+        for text in ("{", "[]", "null", '{"op": 7}', '{"op": "no_such"}', "[" * 900, b"\xff\xfe"):
+            client.send_raw(text)
+            assert client.op("status")["level"] == "error"
+        assert client.call("/rosapi/get_time")["result"]
+
+
+def test_a_client_that_gives_no_sign_of_life_is_given_up(serve: Serve, graph: Graph) -> None:
+    """Half-open: its network has gone without a word."""
+    bridge = serve(limits=GatewayLimits(silence_seconds=0.3, close_seconds=0.3, linger_seconds=0.05))
+    publisher = graph.robot.publisher("/chat", String)
+    sock = opened(bridge)
+    sock.sendall(framed({"op": "subscribe", "topic": "/chat"}))
+    publisher.wait_for_connection(10)
+    until(lambda: not bridge.clients)
+    until(lambda: publisher.connections == 0)
+    sock.close()
+
+
+def test_a_client_that_stops_reading_costs_nobody_else(serve: Serve, graph: Graph) -> None:
+    """Its messages are dropped, the oldest first, its memory is bounded, the others get theirs."""
+    limits = GatewayLimits(topic_bytes=1 << 20, outbox_bytes=2 << 20, linger_seconds=0.05)
+    bridge = serve(limits=limits)
+    publisher = graph.robot.publisher("/big", String, queue_size=5)
+    with RosbridgeClient(bridge.url) as stuck, RosbridgeClient(bridge.url) as reader:
+        stuck.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        for client in (stuck, reader):
+            client.send(op="subscribe", topic="/big", compression="cbor-raw")
+        publisher.wait_for_connection(10)
+        until(lambda: sum(len(c.subscriptions) for c in bridge.clients) == 2)
+        text = "x" * 300_000
+        for i in range(60):
+            publisher.publish(data=f"{i} {text}")
+            assert len(reader.raw()) > 300_000
+        waiting = {client.dropped > 0: client.waiting_bytes for client in bridge.clients}
+        assert set(waiting) == {True, False}
+        assert waiting[True] <= limits.topic_bytes
+        assert waiting[False] == 0
+
+
+def test_answers_that_are_not_read_end_the_connection(serve: Serve) -> None:
+    """A client that asks, and asks, and does not read."""
+    bridge = serve(limits=GatewayLimits(answer_bytes=100_000, close_seconds=0.3))
+    sock = opened(bridge)
+    question = framed({"op": "no such operation", "id": "x" * 900}) * 50
+    deadline = time.monotonic() + 20
+    try:
+        while time.monotonic() < deadline:
+            sock.sendall(question)
+            if bridge.stats().accepted and not bridge.clients:
+                break
+    except OSError:
+        pass  # it was cut off while it wrote
+    until(lambda: not bridge.clients)
+    sock.close()
+
+
+def opened(bridge: Any) -> socket.socket:
+    """A WebSocket that nobody reads."""
+    sock = socket.create_connection(("127.0.0.1", bridge.port), 10)
+    lines = ["GET / HTTP/1.1", "Host: localhost", "Upgrade: websocket", "Connection: Upgrade"]
+    lines += ["Sec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==", "Sec-WebSocket-Version: 13", "", ""]
+    sock.sendall("\r\n".join(lines).encode())
+    return sock
+
+
+def framed(message: Any) -> bytes:
+    """A text frame of a client."""
+    text = json.dumps(message).encode()
+    head = bytes([0x81, 0x80 | len(text)]) if len(text) < 126 else b"\x81\xfe" + struct.pack(">H", len(text))
+    return head + b"\0\0\0\0" + text
+
+
+def counts() -> tuple[int, int]:
+    """Threads and open files of this process."""
+    gc.collect()
+    return threading.active_count(), len(os.listdir("/proc/self/fd"))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="open files are counted in /proc")
+def test_hundreds_that_come_and_go_leave_nothing(serve: Serve, graph: Graph) -> None:
+    """In order, without a word, in the middle of a handshake, of a message, of a call: no thread, file, topic."""
+    bridge = serve(write=["*"], limits=GatewayLimits(linger_seconds=0.05, handshake_seconds=1.0))
+    publisher = graph.robot.publisher("/chat", String, latch=True)
+    publisher.publish(data="hello")
+    empty = service_class("std_srvs/Empty")
+    graph.robot.service_server("/slow", empty, lambda _: threading.Event().wait(0.2) and None)
+
+    def one(i: int) -> None:
+        if i % 5 == 4:
+            sock = socket.create_connection(("127.0.0.1", bridge.port), 10)
+            sock.sendall(b"GET / HT")
+            sock.close()
+            return
+        client = RosbridgeClient(bridge.url)
+        client.send(op="subscribe", topic="/chat")
+        if i % 5 == 1:
+            client.send(op="advertise", topic="/cmd_vel", type="geometry_msgs/Twist")
+            client.send(op="publish", topic="/cmd_vel", msg={"linear": {"x": 0.1}})
+        if i % 5 == 2:
+            client.send(op="advertise_service", service="/mine", type="std_srvs/SetBool")
+            client.send(op="call_service", service="/slow")
+        if i % 5 == 3:
+            client.socket.sendall(b"\x81\xfe\x01\x00half")
+        if i % 2:
+            client.op("publish")
+        (client.abort if i % 3 else client.close)()
+
+    def many(count: int) -> None:
+        threads = [
+            threading.Thread(target=lambda k=k: [one(i) for i in range(k, count, 4)]) for k in range(4)
+        ]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(120)
+
+    def settled() -> bool:
+        state = graph.node.master.get_system_state()
+        return (
+            not bridge.clients
+            and bridge.stats().topics == ()
+            and publisher.connections == 0
+            and "/mine" not in state.services
+            and "/cmd_vel" not in state.publishers
+        )
+
+    many(20)
+    until(settled, 20)
+    until(lambda: not [t for t in threading.enumerate() if t.name.startswith("rosproto:leave")], 20)
+    many(400)
+    until(settled, 20)
+    before = counts()
+    many(400)
+    until(settled, 20)
+    until(lambda: counts()[0] <= before[0] + 2 and counts()[1] <= before[1] + 2, 20)

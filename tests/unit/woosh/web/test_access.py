@@ -1,0 +1,165 @@
+"""Who may ask: Host, Origin, token, and how often."""
+
+from __future__ import annotations
+
+import pytest
+
+from woosh_pure.web.access import MOST_BUCKETS, Access, TokenBucket, host_of, is_loopback
+
+GOOD_HOSTS = [
+    "localhost",
+    "LOCALHOST:8080",
+    "localhost.",
+    "127.0.0.1:8080",
+    "[::1]:8080",
+    "192.168.1.7",
+    "10.0.0.1:80",
+]
+BAD_HOSTS = [
+    "",
+    "evil.example",
+    "evil.example:8080",
+    "127.0.0.1.evil.example",
+    "localhost.evil.example",
+    "a@b",
+    "[::1",
+    "::1:8080:9",
+    "127.0.0.1/evil",
+    "2130706433.evil",
+    "\x00",
+    "robot.local",
+]
+
+
+@pytest.mark.parametrize("host", GOOD_HOSTS)
+def test_addresses_in_numbers_and_localhost_are_ours(host: str) -> None:
+    assert Access().check_host(host) is None
+
+
+@pytest.mark.parametrize("host", [*BAD_HOSTS, None])
+def test_another_name_is_dns_rebinding(host: str | None) -> None:
+    refusal = Access().check_host(host)
+    assert refusal is not None
+    assert refusal.status == 421
+    assert "--host-name" in refusal.text
+
+
+def test_names_that_were_given_are_ours_and_those_of_origins() -> None:
+    access = Access(origins=["https://robot.example:8443"], hosts=["robot.local:8080"])
+    assert access.check_host("robot.example") is None
+    assert access.check_host("Robot.Local:8080") is None
+
+
+@pytest.mark.parametrize(
+    ("origin", "host", "good"),
+    [
+        (None, "127.0.0.1:8080", True),
+        ("http://127.0.0.1:8080", "127.0.0.1:8080", True),
+        ("https://127.0.0.1:8080", "127.0.0.1:8080", True),
+        ("http://LOCALHOST:8080", "localhost:8080", True),
+        ("http://127.0.0.1:8081", "127.0.0.1:8080", False),
+        ("http://localhost:8080", "127.0.0.1:8080", False),
+        ("http://evil.example", "127.0.0.1:8080", False),
+        ("null", "127.0.0.1:8080", False),
+        ("", "127.0.0.1:8080", False),
+        ("file://", "", False),
+        ("http://evil.example@127.0.0.1:8080", "127.0.0.1:8080", True),
+        ("http://127.0.0.1:8080/path", "127.0.0.1:8080", False),
+        ("http://[::1", "[::1", False),
+        ("http://a:0", "a:0", False),
+        ("http://a:99999", "a:99999", False),
+    ],
+)
+def test_only_our_own_page_may_change_something(origin: str | None, host: str, good: bool) -> None:
+    assert (Access().check_origin(origin, host) is None) == good
+
+
+def test_a_page_that_was_given_may_ask() -> None:
+    access = Access(origins=["https://desk.example"])
+    assert access.check_origin("https://desk.example", "127.0.0.1:8080") is None
+    assert access.check_origin("https://desk.example:444", "127.0.0.1:8080") is not None
+
+
+@pytest.mark.parametrize(
+    ("site", "good"), [("same-origin", True), ("none", True), ("cross-site", False), ("same-site", False)]
+)
+def test_a_browser_that_names_no_origin_says_whence_it_comes(site: str, good: bool) -> None:
+    assert (Access().check_origin(None, "127.0.0.1", site) is None) == good
+
+
+@pytest.mark.parametrize(
+    "origin", ["robot.example", "ftp://robot.example", "https://", "https://a/path", "https://a?b"]
+)
+def test_an_origin_that_is_none_is_told_at_the_start(origin: str) -> None:
+    with pytest.raises(ValueError, match="expected one like"):
+        Access(origins=[origin])
+
+
+@pytest.mark.parametrize(
+    ("token", "text"),
+    [("short", "at least 8"), ("", "at least 8"), ("päßwörter", "ASCII"), ("with blank", "ASCII")],
+)
+def test_a_token_that_can_be_guessed_or_not_be_sent_is_refused(token: str, text: str) -> None:
+    with pytest.raises(ValueError, match=text):
+        Access(token)
+
+
+def test_the_right_token_lets_in_and_a_wrong_one_does_not() -> None:
+    access = Access("correct-horse")
+    assert access.check_token("correct-horse", "a", 0.0) is None
+    for wrong in (None, "", "correct-hors", "correct-horse ", "CORRECT-HORSE", "\udcff"):
+        refusal = access.check_token(wrong, "a", 0.0)
+        assert refusal is not None
+        assert refusal.status == 401
+
+
+def test_who_guesses_is_slowed_down_and_nobody_else() -> None:
+    access = Access("correct-horse")
+    statuses = [access.check_token("wrong", "a", 0.0).status for _ in range(12)]  # type: ignore[union-attr]
+    assert statuses == [401] * 10 + [429] * 2
+    assert access.check_token("wrong", "b", 0.0).status == 401  # type: ignore[union-attr]
+    assert access.check_token("correct-horse", "a", 0.0) is None, "who knows it is not locked out"
+
+
+def test_orders_are_counted_for_each_address() -> None:
+    access = Access()
+    assert [access.check_rate("a", 0.0) is None for _ in range(12)] == [True] * 10 + [False] * 2
+    assert access.check_rate("b", 0.0) is None
+    assert access.check_rate("a", 0.2) is None, "one more after a fifth of a second"
+    assert access.check_rate("a", 0.2) is not None
+
+
+def test_addresses_do_not_pile_up() -> None:
+    access = Access("correct-horse")
+    for i in range(3 * MOST_BUCKETS):
+        access.check_rate(f"{i}", 0.0)
+        access.check_token("wrong", f"{i}", 0.0)
+    assert len(access._moves) == len(access._guesses) == MOST_BUCKETS
+
+
+def test_a_bucket_does_not_fill_beyond_its_burst_or_by_a_clock_that_goes_back() -> None:
+    bucket = TokenBucket(1.0, 2.0)
+    assert [bucket.take(1e6) for _ in range(3)] == [True, True, False]
+    assert not bucket.take(0.0)
+    assert [bucket.take(2e6) for _ in range(3)] == [True, True, False]
+
+
+def test_hosts_lose_their_port_and_their_case() -> None:
+    assert host_of("ROBOT.local.:80") == "robot.local"
+    assert host_of("[2001:db8::1]:80") == "2001:db8::1"
+
+
+@pytest.mark.parametrize(
+    ("bind", "inside"),
+    [
+        ("127.0.0.1", True),
+        ("localhost", True),
+        ("::1", True),
+        ("0.0.0.0", False),
+        ("::", False),
+        ("robot", False),
+        ("", False),
+    ],
+)
+def test_loopback(bind: str, inside: bool) -> None:
+    assert is_loopback(bind) == inside

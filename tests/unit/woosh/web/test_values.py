@@ -1,0 +1,191 @@
+"""Frames, parts of the state, the journal, people and problems: values in, values out."""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+
+import numpy as np
+import pytest
+
+from rosproto.errors import ConnectionLost, RosTimeout, ServiceError
+from woosh_pure.errors import ChassisError, FirmwareLimit, MotionRefused, StaleState
+from woosh_pure.geometry import Pose2D
+from woosh_pure.lease import LeaseState
+from woosh_pure.readiness.assessment import Readiness, Reason
+from woosh_pure.web.journal import Journal
+from woosh_pure.web.live.frames import MOST_RANGES, camera_frame, costmap_frame, scan_frame
+from woosh_pure.web.people import MOST_SESSIONS, People
+from woosh_pure.web.problems import Problem, problem_of
+from woosh_pure.web.snapshot import lease_part, plain, readiness_part, state_parts
+
+
+def test_a_scan_says_where_the_laser_is_and_what_it_saw_in_centimetres() -> None:
+    ranges = np.array([1.0, 0.01, math.inf, math.nan, 12.345, 30.0], np.float32)
+    frame = scan_frame(ranges, (0.05, 25.0), (-1.5, 0.5), Pose2D(1.0, -2.0, 0.25))
+    kind, _, count, *place = struct.unpack_from("<BBH5f", frame)
+    assert (kind, count) == (1, 6)
+    assert place == [1.0, -2.0, 0.25, -1.5, 0.5]
+    assert np.frombuffer(frame, "<u2", offset=24).tolist() == [100, 0, 0, 0, 1234, 0]
+
+
+def test_a_scan_with_more_points_than_a_screen_shows_is_thinned() -> None:
+    frame = scan_frame(np.ones(2 * MOST_RANGES + 1, np.float32), (0.0, 9.0), (0.0, 0.001), Pose2D(0.0, 0.0))
+    _, _, count, *place = struct.unpack_from("<BBH5f", frame)
+    assert count <= MOST_RANGES
+    assert place[4] == pytest.approx(0.003)
+    assert len(frame) == 24 + 2 * count
+
+
+def test_a_scan_without_points_is_a_frame() -> None:
+    assert len(scan_frame(np.zeros(0, np.float32), (0.0, 9.0), (0.0, 0.1), Pose2D(0.0, 0.0))) == 24
+
+
+def test_a_camera_frame_names_its_source() -> None:
+    assert camera_frame("color", b"jpeg") == b"\x02\x00jpeg"
+    assert camera_frame("depth", b"jpeg") == b"\x02\x01jpeg"
+
+
+def test_a_costmap_keeps_its_rows_and_what_is_not_known() -> None:
+    frame = costmap_frame(np.array([[0, 100, -1], [5, 6, 7]], np.int8), 0.05, Pose2D(1.0, 2.0, 0.5))
+    assert struct.unpack_from("<BBHHH4f", frame)[:5] == (3, 0, 3, 2, 0)
+    assert list(frame[24:]) == [0, 100, 255, 5, 6, 7]
+
+
+def test_a_costmap_beyond_its_header_is_refused() -> None:
+    with pytest.raises(ValueError, match="too large"):
+        costmap_frame(np.zeros((1, 70000), np.int8), 0.05, Pose2D(0.0, 0.0))
+
+
+def test_parts_are_null_where_nothing_was_heard() -> None:
+    assert state_parts({}) == {"status": None, "battery": None, "velocity": None, "odometer": None}
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        math.nan,
+        [math.inf],
+        {"a": np.array([1.0, math.nan])},
+        Pose2D(1.0, 2.0),
+        b"\x00\xff",
+        "line\nbreak\x1b",
+        (1, None, True),
+    ],
+)
+def test_every_value_is_json(value: object) -> None:
+    json.dumps(plain(value), allow_nan=False)
+
+
+def test_readiness_is_three_valued() -> None:
+    assert readiness_part(Readiness())["answer"] == "yes"
+    part = readiness_part(Readiness((Reason("bumper", "the bumper is pressed"),)))
+    assert part["answer"] == "no"
+    assert part["reasons"] == [
+        {"key": "bumper", "text": "the bumper is pressed", "blocking": True, "doubt": False}
+    ]
+
+
+def test_a_lease_says_whose_it_is() -> None:
+    state = LeaseState("anna", 12.34, ("bert",))
+    assert lease_part(state) == {"holder": "anna", "seconds": 12.3, "asking": ["bert"]}
+    assert lease_part(state, mine="anna")["yours"] is True
+    assert lease_part(state, mine="bert")["yours"] is False
+
+
+def test_the_journal_keeps_its_last_entries_and_how_they_ended() -> None:
+    journal = Journal(3)
+    numbers = [journal.begin("anna", f"act {i}") for i in range(5)]
+    journal.end(numbers[0], "done")  # has gone: nothing is kept of it
+    journal.end(numbers[4], "arrived", "at A1")
+    assert [(e.id, e.state) for e in journal.entries()] == [
+        (3, "under way"),
+        (4, "under way"),
+        (5, "arrived"),
+    ]
+    assert len(journal._changed) == 3
+
+
+def test_the_journal_tells_what_changed_since() -> None:
+    journal = Journal()
+    first = journal.begin("anna", "go to A1")
+    version = journal.version
+    assert journal.since(version) == []
+    journal.note("bert", "stop")
+    journal.end(first, "cancelled")
+    assert {e.what: e.state for e in journal.since(version)} == {"go to A1": "cancelled", "stop": "done"}
+
+
+def test_what_somebody_puts_into_the_journal_is_one_short_line() -> None:
+    journal = Journal()
+    journal.note("anna\n\x1b[31m", "x" * 5000, text="y" * 5000)
+    entry = journal.entries()[0]
+    assert "\n" not in entry.who
+    assert "\x1b" not in entry.who
+    assert len(entry.what) == 200
+    assert len(entry.text) == 1000
+
+
+def test_sessions_are_secret_different_and_can_be_taken_up_again() -> None:
+    people = People()
+    anna, bert = people.arrive("10.0.0.1"), people.arrive("10.0.0.1")
+    assert anna is not None
+    assert bert is not None
+    assert anna.name != bert.name
+    assert anna.session not in bert.name
+    again = people.arrive("10.0.0.9", anna.session)
+    assert again is not anna, "while the page is here, its session is nobody else's"
+    people.leave(anna)
+    assert people.arrive("10.0.0.9", anna.session) is anna
+
+
+def test_sessions_have_a_bound_and_those_that_went_first_make_room() -> None:
+    people = People()
+    here = [people.arrive("a") for _ in range(MOST_SESSIONS)]
+    assert people.arrive("a") is None
+    assert here[5] is not None
+    people.leave(here[5])
+    assert people.arrive("a") is not None
+    assert people.by_session(here[5].session) is None
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "kind"),
+    [
+        (MotionRefused("not now"), 409, "motion-refused"),
+        (StaleState("old", topic="/pose", age=2.0), 503, "stale-state"),
+        (FirmwareLimit("no", name="/x", fields=["a"], firmware="page", md5sum="0"), 501, "firmware-limit"),
+        (RosTimeout("slow", what="/x", seconds=1.0), 504, "timeout"),
+        (ConnectionLost("gone"), 503, "connection-lost"),
+        (ServiceError("/x", "no"), 502, "service-error"),
+        (ChassisError("no"), 502, "chassis-error"),
+        (KeyError("x is no feed"), 404, "not-there"),
+        (ValueError("not finite"), 422, "value"),
+    ],
+)
+def test_errors_of_the_library_are_problems_with_their_sentence(
+    error: Exception, status: int, kind: str
+) -> None:
+    document = problem_of(error).document("/api/v1/goals")
+    assert document["status"] == status
+    assert document["type"] == f"urn:woosh:{kind}"
+    assert document["detail"] == (error.args[0] if isinstance(error, KeyError) else str(error))
+    assert document["instance"] == "/api/v1/goals"
+    json.dumps(document, allow_nan=False)
+
+
+def test_what_nobody_foresaw_tells_no_details(caplog: pytest.LogCaptureFixture) -> None:
+    problem = problem_of(ZeroDivisionError("/home/anna/secret"))
+    assert problem.status == 500
+    assert "secret" not in problem.text
+    assert "secret" in caplog.text
+
+
+def test_a_refusal_carries_its_reasons() -> None:
+    error = MotionRefused("no", readiness=Readiness((Reason("bumper", "pressed"),)))
+    assert problem_of(error).facts["reasons"] == [{"key": "bumper", "text": "pressed"}]
+
+
+def test_a_problem_is_one_line() -> None:
+    assert "\n" not in Problem(400, "two\nlines").document("/")["detail"]

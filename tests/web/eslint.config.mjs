@@ -1,0 +1,47 @@
+// How the page's modules are checked: `.ci/run` installs eslint and nothing else. Run from the root:
+//   npx eslint --config tests/web/eslint.config.mjs --max-warnings 0 woosh_pure/web/page/js tests/unit/web/page
+
+const browser = [
+  "AbortController", "Blob", "CSS", "URL", "URLSearchParams", "WebSocket", "ResizeObserver", "addEventListener", "console",
+  "createImageBitmap", "devicePixelRatio", "document", "fetch", "getComputedStyle", "globalThis", "history", "localStorage",
+  "location", "matchMedia", "navigator", "performance", "requestAnimationFrame", "setInterval", "setTimeout", "clearTimeout",
+];
+
+export default [
+  {
+    files: ["**/*.js", "**/*.mjs"],
+    languageOptions: {
+      ecmaVersion: 2023,
+      sourceType: "module",
+      globals: Object.fromEntries(browser.map((name) => [name, "readonly"])),
+    },
+    rules: {
+      "array-callback-return": "error",
+      "complexity": ["error", 20],
+      "eqeqeq": "error",
+      "max-len": ["error", { code: 130, ignoreStrings: true, ignoreTemplateLiterals: true }],
+      "max-lines": ["error", 300],
+      "no-const-assign": "error",
+      "no-dupe-keys": "error",
+      "no-empty": "error",
+      "no-eval": "error",
+      "no-fallthrough": "error",
+      "no-implied-eval": "error",
+      "no-redeclare": "error",
+      "no-restricted-properties": [
+        "error",
+        { property: "innerHTML", message: "text goes in as text: see dom.js" },
+        { property: "outerHTML", message: "text goes in as text: see dom.js" },
+        { property: "insertAdjacentHTML", message: "text goes in as text: see dom.js" },
+      ],
+      "no-shadow": "error",
+      "no-undef": "error",
+      "no-unreachable": "error",
+      "no-unused-vars": "error",
+      "no-use-before-define": ["error", { functions: false, classes: false, variables: false }],
+      "no-var": "error",
+      "prefer-const": "error",
+      "require-await": "error",
+    },
+  },
+];

@@ -1,0 +1,276 @@
+"""A server that speaks what the page listens to, without a robot: it can lose the robot, be silent, refuse.
+
+The page's tests of what a real server does rarely run against it; all else runs against `woosh --sim web`.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import json
+import math
+import struct
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+from fastapi import FastAPI, Request, WebSocket, WebSocketDisconnect
+from fastapi.responses import FileResponse, JSONResponse, Response
+from PIL import Image, ImageDraw
+
+PAGE = Path(__file__).parents[2] / "woosh_pure" / "web" / "page"
+CSP = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; "
+    "form-action 'none'; frame-ancestors 'none'; base-uri 'none'"
+)
+MARKS: list[dict[str, Any]] = [
+    {"name": "A1", "x": 3.0, "y": 1.0, "theta": 1.57, "charger": False, "note": "shelf"},
+    {"name": "B1", "x": -2.0, "y": 2.0, "theta": 0.0, "charger": False, "note": ""},
+    {"name": "C1", "x": -3.0, "y": -2.0, "theta": 0.0, "charger": True, "note": ""},
+    {"name": "D9", "x": None, "y": None, "theta": None, "charger": False, "note": ""},
+]
+
+
+def map_png() -> bytes:
+    image = Image.new("L", (240, 180), 205)
+    draw = ImageDraw.Draw(image)
+    draw.rectangle((10, 10, 229, 169), fill=254, outline=0, width=3)
+    draw.rectangle((100, 40, 110, 110), fill=0)
+    draw.rectangle((170, 110, 200, 116), fill=0)
+    out = io.BytesIO()
+    image.save(out, "PNG")
+    return out.getvalue()
+
+
+def jpeg() -> bytes:
+    image = Image.effect_noise((320, 240), 40).convert("RGB")
+    out = io.BytesIO()
+    image.save(out, "JPEG")
+    return out.getvalue()
+
+
+class Fake:
+    """What the robot is, and what the tests look at afterwards."""
+
+    def __init__(self, *, allow_driving: bool = True) -> None:
+        self.allow_driving = allow_driving
+        self.pose = [0.0, 0.0, 0.4]
+        self.lost: float | None = None
+        self.silent = False
+        self.stands: bool | None = True
+        self.stop_delay = 0.0
+        self.ready: dict[str, Any] = {"answer": "yes", "text": "", "reasons": []}
+        self.faults: dict[str, Any] = {"known": True, "present": False, "text": "", "active": []}
+        self.goals: list[dict[str, Any]] = []
+        self.calls: list[tuple[str, str, Any]] = []
+        self.heard: list[dict[str, Any]] = []
+        self.looks: dict[str, Any] = {}
+        self.holder: str | None = None
+        self.asking: list[str] = []
+        self.viewers = 0
+        self.sockets: list[WebSocket] = []
+        self.app = self._make()
+
+    def lease_for(self, you: str) -> dict[str, Any]:
+        return {
+            "t": "lease", "holder": self.holder, "seconds": 60.0, "asking": self.asking, "you": you,
+            "yours": self.holder == you,
+        }  # fmt: skip
+
+    def state(self) -> dict[str, Any]:
+        status = {"robot_state": "IDLE", "robot_mode": "AUTOMATIC", "work_mode": "TASK", "task": {"id": 0}}
+        battery = {"percent": 76, "charging": False, "voltage": 48.2, "current": -3.1}
+        ages = dict.fromkeys(("pose", "velocity", "battery", "scan", "status", "odometer"), 0.1)
+        return {
+            "t": "state", "status": status, "battery": battery, "odometer": 1234.5,
+            "velocity": {"vx": 0.2 * math.sin(time.time()), "vy": 0.0, "wz": 0.1},
+            "readiness": self.ready, "faults": self.faults, "goals": self.goals, "recordings": [],
+            "rates": {"pose": 19.8, "scan": 9.9}, "ages": ages,
+        }  # fmt: skip
+
+    def scan(self) -> bytes:
+        x, y, theta = self.pose
+        ranges = []
+        for i in range(360):
+            angle = theta + math.radians(i - 180)
+            c, s = math.cos(angle), math.sin(angle)
+            wall = min(
+                (5.4 - x) / c if c > 1e-9 else (-5.4 - x) / c if c < -1e-9 else 9e9,
+                (3.9 - y) / s if s > 1e-9 else (-3.9 - y) / s if s < -1e-9 else 9e9,
+            )
+            ranges.append(int(100 * wall))
+        head = struct.pack("<BBH5f", 1, 0, 360, x, y, theta, -math.pi, math.radians(1))
+        return head + struct.pack("<360H", *ranges)
+
+    def _make(self) -> FastAPI:
+        app = FastAPI()
+
+        @app.middleware("http")
+        async def policy(request: Request, call_next: Any) -> Any:
+            answer = await call_next(request)
+            answer.headers["Content-Security-Policy"] = CSP
+            return answer
+
+        @app.get("/")
+        def index() -> FileResponse:
+            return FileResponse(PAGE / "index.html")
+
+        @app.get("/api/v1/map.png")
+        def picture() -> Response:
+            return Response(map_png(), media_type="image/png")
+
+        @app.get("/api/v1/status")
+        def status() -> dict[str, str]:
+            return {}
+
+        @app.post("/api/v1/stop")
+        async def stop() -> dict[str, Any]:
+            self.calls.append(("POST", "stop", None))
+            await asyncio.sleep(self.stop_delay)
+            return {"stands_still": self.stands, "text": "the robot stands still; cancelled mark A1"}
+
+        @app.api_route("/api/v1/{path:path}", methods=["POST", "DELETE"])
+        async def other(path: str, request: Request) -> Any:
+            text = await request.body()
+            body = json.loads(text) if text else None
+            self.calls.append((request.method, path, body))
+            if path == "goals" and body.get("mark") == "D9":
+                problem = {"title": "refused", "detail": "the chassis knows no mark 'D9'"}
+                return JSONResponse(problem, 409, media_type="application/problem+json")
+            if path == "goals":
+                goal = {
+                    "id": str(len(self.goals) + 1), "kind": body["kind"], "who": "page 1",
+                    "description": f"go to mark {body.get('mark')}", "state": "running", "done": False,
+                    "arrived": None, "percent": 40.0, "progress": "1.9 m left", "text": "", "can_pause": True,
+                }  # fmt: skip
+                self.goals.append(goal)
+                return JSONResponse(goal, 201)
+            return {}
+
+        @app.websocket("/api/v1/live")
+        async def live(socket: WebSocket) -> None:
+            await socket.accept()
+            self.viewers += 1
+            you = f"page {self.viewers}"
+            self.sockets.append(socket)
+            sending = asyncio.ensure_future(self._send(socket, you))
+            try:
+                while True:
+                    await self._hear(json.loads(await socket.receive_text()), socket, you)
+            except (WebSocketDisconnect, RuntimeError):
+                pass
+            finally:
+                sending.cancel()
+                self.sockets.remove(socket)
+
+        @app.get("/{path:path}")
+        def files(path: str) -> Response:
+            found = (PAGE / path).resolve()
+            if not found.is_relative_to(PAGE) or not found.is_file():
+                return Response(status_code=404)
+            return FileResponse(found)
+
+        return app
+
+    async def _hear(self, message: dict[str, Any], socket: WebSocket, you: str) -> None:
+        if message["t"] == "ack":
+            return
+        self.heard.append({**message, "time": time.monotonic(), "you": you})
+        if message["t"] == "look":
+            self.looks = message
+        elif message["t"] == "lease":
+            if message["op"] == "ask" and self.holder in (None, you):
+                self.holder = you
+            elif message["op"] == "ask":
+                self.asking.append(you)
+            elif message["op"] == "give" and self.holder == you:
+                self.holder = None
+            elif message["op"] == "grant":
+                self.holder, self.asking = message["to"], []
+            elif message["op"] == "keep":
+                self.asking = []
+        elif message["t"] == "press":
+            await socket.send_text(json.dumps({"t": "drive", "state": "driving"}))
+
+    async def _send(self, socket: WebSocket, you: str) -> None:
+        limits = {"vx": 0.3, "wz": 0.5}
+        hello = {
+            "t": "hello", "robot": "woosh-42", "robots": ["woosh-42"], "session": you, "you": you,
+            "allow_driving": self.allow_driving, "limits": limits, "simulated": True,
+        }  # fmt: skip
+        map_facts = {
+            "width": 240,
+            "height": 180,
+            "resolution": 0.05,
+            "origin": {"x": -6, "y": -4.5, "theta": 0},
+        }
+        outline = [[0.35, 0.28], [-0.35, 0.28], [-0.35, -0.28], [0.35, -0.28]]
+        entry = {
+            "id": 1,
+            "at": time.time(),
+            "who": "page 1",
+            "what": "go to mark A1",
+            "state": "arrived",
+            "text": "",
+        }
+        first = [
+            hello, {"t": "map", "version": "1", **map_facts}, {"t": "marks", "marks": MARKS},
+            {"t": "footprint", "points": outline}, {"t": "journal", "entries": [entry]},
+        ]  # fmt: skip
+        for message in first:
+            await socket.send_text(json.dumps(message))
+        count = 0
+        while True:
+            await asyncio.sleep(0.05)
+            if self.silent:
+                continue
+            count += 1
+            if self.lost is not None:
+                since = time.monotonic() - self.lost
+                text = "nothing was heard of the robot"
+                await socket.send_text(json.dumps({"t": "lost", "text": text, "since": since}))
+                continue
+            x, y, theta = self.pose
+            texts = [{"t": "pose", "x": x, "y": y, "theta": theta, "age": 0.02}]
+            if count % 10 == 1:
+                texts += [self.state(), self.lease_for(you), {"t": "lost", "text": None, "since": 0}]
+                texts.append({"t": "plan", "points": [[x, y], [1.5, 0.5], [3, 1]] if self.goals else []})
+            for message in texts:
+                await socket.send_text(json.dumps(message))
+            if count % 2 == 0:
+                await socket.send_bytes(self.scan())
+            if self.looks.get("camera") and count % 4 == 0:
+                await socket.send_bytes(bytes((2, 0 if self.looks["camera"] == "color" else 1)) + jpeg())
+
+
+class Served:
+    """A fake on a port of its own, until the end of the block."""
+
+    def __init__(self, fake: Fake) -> None:
+        self.fake = fake
+        config = uvicorn.Config(
+            fake.app, host="127.0.0.1", port=0, log_level="warning", ws="websockets-sansio"
+        )
+        self._server = uvicorn.Server(config)
+        self._thread = threading.Thread(target=self._server.run, daemon=True)
+
+    def __enter__(self) -> Served:
+        self._thread.start()
+        deadline = time.monotonic() + 20.0
+        while not self._server.started:
+            if time.monotonic() > deadline:
+                raise TimeoutError("the fake server did not start within 20 s")
+            time.sleep(0.02)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._server.force_exit = True
+        self._server.should_exit = True
+        self._thread.join(10.0)
+
+    @property
+    def url(self) -> str:
+        port = self._server.servers[0].sockets[0].getsockname()[1]
+        return f"http://127.0.0.1:{port}/"

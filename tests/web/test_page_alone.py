@@ -1,0 +1,383 @@
+"""The page in a real browser, against a server that can lose the robot, fall silent, refuse and be slow."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from tests.support.browser import DESKTOP, PHONE, opened, person
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+    from tests.web.fake_server import Fake
+
+pytestmark = pytest.mark.slow
+SIZES = [pytest.param(PHONE, id="phone"), pytest.param(DESKTOP, id="desktop")]
+LANGUAGES = [
+    pytest.param("en-US", "Where should it go?", id="en"),
+    pytest.param("zh-CN", "要它去哪里？", id="zh"),
+]
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with opened() as one:
+        yield one
+
+
+@pytest.fixture
+def served() -> Iterator[tuple[Fake, str]]:
+    for module in ("fastapi", "uvicorn", "websockets", "PIL"):
+        pytest.importorskip(module, reason=f"{module} is not installed: pip install 'woosh-pure[web]'")
+    from tests.web.fake_server import Fake, Served
+
+    fake = Fake()
+    with Served(fake) as server:
+        yield fake, server.url
+
+
+def until(condition: Callable[[], Any], page: Page, seconds: float = 5.0) -> Any:
+    """What the server sees, waited for while the browser's own events go on."""
+    deadline = time.monotonic() + seconds
+    while not (found := condition()):
+        assert time.monotonic() < deadline, "it did not come true"
+        page.wait_for_timeout(20)
+    return found
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize(("language", "title"), LANGUAGES)
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_every_page_fits_and_can_be_touched(
+    browser: Browser, served: tuple[Fake, str], size: Any, language: str, title: str, scheme: str
+) -> None:
+    """In both languages, light and dark: nothing runs out of the screen, and each control is 44 px at least."""
+    with person(browser, served[1], size, language=language, scheme=scheme) as page:
+        assert page.inner_text("#tab-go h2") == title
+        for tab in ("go", "drive", "camera", "health", "log"):
+            page.click(f"#tabbutton-{tab}")
+            wide, high = page.evaluate(
+                "[document.documentElement.scrollWidth, document.documentElement.scrollHeight]"
+            )
+            assert (wide, high) == size, tab
+            panel = page.evaluate(
+                "(({scrollWidth: a, clientWidth: b}) => [a, b])(document.querySelector('#panel'))"
+            )
+            assert panel[0] <= panel[1], tab
+            small = page.evaluate(
+                """[...document.querySelectorAll('button, a.button, input, select')].filter((one) => {
+                    const {width, height} = one.getBoundingClientRect();
+                    return width > 0 && one.type !== 'checkbox' && (height < 43.9 || width < 43.9);
+                }).map((one) => one.outerHTML.slice(0, 80))"""
+            )
+            assert small == [], tab
+            stop = page.locator("#stop").bounding_box()
+            assert stop is not None
+            assert stop["y"] + stop["height"] <= size[1]
+            hit = page.evaluate("([x, y]) => document.elementFromPoint(x, y).closest('#stop') !== null",
+                                [stop["x"] + stop["width"] / 2, stop["y"] + stop["height"] / 2])  # fmt: skip
+            assert hit, f"something lies over STOP on {tab}"
+
+
+def test_the_language_is_switched_and_kept(browser: Browser, served: tuple[Fake, str]) -> None:
+    """One touch, every word, and the same language after a reload."""
+    with person(browser, served[1]) as page:
+        page.click("#language")
+        assert page.inner_text("#stop") == "停止"
+        assert page.get_attribute("html", "lang") == "zh"
+        page.reload()
+        page.wait_for_selector(".markrow")
+        assert page.inner_text("#tabbutton-go") == "前往"
+        page.click("#language")
+        assert page.inner_text("#stop") == "STOP"
+
+
+def test_a_silent_server_is_said_within_two_seconds(browser: Browser, served: tuple[Fake, str]) -> None:
+    """In words, in a live region, and the page looks old; it comes back by itself."""
+    fake, url = served
+    with person(browser, url) as page:
+        page.wait_for_selector("#lost", state="hidden")
+        fake.silent, began = True, time.monotonic()
+        page.wait_for_selector("#lost:not(.hidden)", timeout=4000)
+        assert time.monotonic() - began < 2.2  # 2 s, and what two busy cores add
+        assert "What you see is old" in page.inner_text("#lost")
+        assert page.get_attribute("#lost", "role") == "alert"
+        assert "gone" in (page.get_attribute("body", "class") or "")
+        fake.silent = False
+        page.wait_for_selector("#lost", state="hidden")
+        assert "gone" not in (page.get_attribute("body", "class") or "")
+
+
+def test_a_lost_robot_is_said_in_words(browser: Browser, served: tuple[Fake, str]) -> None:
+    """The server lives, the robot does not."""
+    fake, url = served
+    with person(browser, url) as page:
+        page.wait_for_selector("#lost", state="hidden")
+        fake.lost = time.monotonic()
+        page.wait_for_selector("#lost:not(.hidden)", timeout=4000)
+        assert "The robot is lost" in page.inner_text("#lost")
+        fake.lost = None
+        page.wait_for_selector("#lost", state="hidden")
+
+
+@pytest.mark.parametrize(
+    ("stands", "text"),
+    [
+        (True, "The robot stands still."),
+        (False, "THE ROBOT STILL MOVES"),
+        (None, "not known. Watch it"),
+    ],
+)
+def test_stop_is_one_touch_and_answered(
+    browser: Browser, served: tuple[Fake, str], stands: Any, text: str
+) -> None:
+    """What stands still, what does not, and what is not known are three answers."""
+    fake, url = served
+    fake.stands = stands
+    with person(browser, url, PHONE) as page:
+        page.tap("#stop")
+        page.wait_for_selector("#stop-answer:not(.hidden) >> text=" + text)
+        assert fake.calls == [("POST", "stop", None)]
+
+
+def test_a_slow_stop_says_so_and_a_key_presses_it(browser: Browser, served: tuple[Fake, str]) -> None:
+    """After two seconds without an answer the page names the red button."""
+    fake, url = served
+    fake.stop_delay = 3.0
+    with person(browser, url) as page:
+        page.focus("#stop")
+        page.keyboard.press("Enter")
+        page.wait_for_selector("#stop-answer >> text=No answer yet", timeout=3500)
+        page.wait_for_selector("#stop-answer >> text=stands still")
+        assert len(fake.calls) == 1
+
+
+def test_what_the_server_refuses_is_its_own_sentence(browser: Browser, served: tuple[Fake, str]) -> None:
+    """A problem's detail is shown."""
+    fake, url = served
+    with person(browser, url) as page:
+        page.click(".markrow >> text=D9")
+        page.click("#confirm button[type=submit]")
+        page.wait_for_selector(".toast.bad >> text=the chassis knows no mark 'D9'")
+        assert fake.goals == []
+
+
+def test_nothing_is_sent_without_a_yes(browser: Browser, served: tuple[Fake, str]) -> None:
+    """Escape and Cancel are no."""
+    fake, url = served
+    with person(browser, url) as page:
+        page.click(".markrow >> text=A1")
+        page.keyboard.press("Escape")
+        page.wait_for_selector("#confirm", state="hidden")
+        page.click(".markrow >> text=B1")
+        page.click("#confirm .plain")
+        page.wait_for_selector("#confirm", state="hidden")
+        assert fake.calls == []
+
+
+@pytest.mark.parametrize("size", [*SIZES, pytest.param((844, 390), id="lying phone")])
+def test_a_question_covers_neither_the_place_nor_stop(
+    browser: Browser, served: tuple[Fake, str], size: Any
+) -> None:
+    """While a place is chosen the map can be pressed around its middle, and STOP is free."""
+    with person(browser, served[1], size) as page:
+        page.click("#choose-place")
+        for target in ("#canvas", "#stop"):
+            free = page.evaluate(
+                """(target) => { const box = document.querySelector(target).getBoundingClientRect();
+                return [0.4, 0.5, 0.6].every((part) => document.elementFromPoint(
+                    box.x + part * box.width, box.y + 0.5 * box.height).closest(target) !== null); }""",
+                target,
+            )
+            assert free, target
+        card = page.locator("#confirm").bounding_box()
+        assert card is not None
+        assert card["x"] >= 0
+        assert card["y"] >= 0
+        assert card["x"] + card["width"] <= size[0]
+
+
+def test_why_it_would_not_move_and_what_to_do(browser: Browser, served: tuple[Fake, str]) -> None:
+    """A plain no is shown on every page; faults have their sentence and an advice."""
+    fake, url = served
+    reason = {
+        "key": "emergency_stop",
+        "text": "the emergency stop is pressed",
+        "blocking": True,
+        "doubt": False,
+    }
+    fake.ready = {"answer": "no", "text": reason["text"], "reasons": [reason]}
+    fault = {"code": 100200300402, "level": "SEVERE", "text": "motor overheated", "text_zh": "电机过热"}
+    fake.faults = {"known": True, "present": True, "text": "", "active": [fault]}
+    with person(browser, url, PHONE, language="zh-CN") as page:
+        page.wait_for_selector("#notices >> text=急停已按下。")
+        assert "红色按钮" in page.inner_text("#notices")
+        page.click("#fault-chip")
+        page.wait_for_selector("#tab-health >> text=电机过热")
+        assert "怎么办" in page.inner_text("#tab-health")
+
+
+def test_the_camera_is_asked_for_only_while_it_is_looked_at(
+    browser: Browser, served: tuple[Fake, str]
+) -> None:
+    """The other tabs, "off" and a hidden page end it."""
+    fake, url = served
+    with person(browser, url) as page:
+        until(lambda: fake.looks, page)
+        assert fake.looks["camera"] is None
+        page.click("#tabbutton-camera")
+        until(lambda: fake.looks["camera"] == "color", page)
+        page.wait_for_selector("canvas.picture:not(.old)")
+        page.click("#tab-camera >> text=Depth")
+        until(lambda: fake.looks["camera"] == "depth", page)
+        hide(page)
+        until(lambda: fake.looks["camera"] is None, page)
+        assert fake.looks["costmap"] is False
+        page.click("#costmap")
+        until(lambda: len(fake.heard) > 3, page)
+
+
+def hide(page: Page) -> None:
+    """As when another tab is chosen; a browser without a window cannot really do it."""
+    page.evaluate(
+        """Object.defineProperty(document, 'hidden', {value: true, configurable: true});
+        document.dispatchEvent(new Event('visibilitychange'))"""
+    )
+
+
+def allow(page: Page) -> None:
+    """Switch driving on, as a person does."""
+    page.click("#tabbutton-drive")
+    page.click("#drive-on")
+    page.check("#warning-check")
+    page.click("#warning-yes")
+    page.wait_for_selector(".pad")
+
+
+def hold(page: Page) -> None:
+    box = page.locator(".pad").bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + 110, box["y"] + 110)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 110, box["y"] + 40)
+
+
+WAYS: dict[str, Callable[[Page], Any]] = {
+    "let go": lambda page: page.mouse.up(),
+    "hidden": hide,
+    "window left": lambda page: page.evaluate("dispatchEvent(new Event('blur'))"),
+    "page left": lambda page: page.evaluate("dispatchEvent(new Event('pagehide'))"),
+    "touch taken": lambda page: page.evaluate(
+        "document.querySelector('.pad').dispatchEvent(new PointerEvent('pointercancel', {pointerId: 1}))"
+    ),
+    "Escape": lambda page: page.keyboard.press("Escape"),
+    "other tab of the panel": lambda page: page.evaluate("document.querySelector('#tabbutton-go').click()"),
+    "stop": lambda page: page.evaluate("document.querySelector('#stop').click()"),
+    "page busy": lambda page: page.evaluate("{const end = Date.now() + 700; while (Date.now() < end);}"),
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_every_way_of_not_being_there_lets_go(browser: Browser, served: tuple[Fake, str], way: str) -> None:
+    """Beats come while it is held; then one release, and nothing more while it is still held."""
+    fake, url = served
+    drive: list[dict[str, Any]] = []
+    with person(browser, url) as page:
+        allow(page)
+        assert not [message for message in fake.heard if message["t"] in ("press", "beat")]
+        hold(page)
+        until(lambda: [one for one in fake.heard if one["t"] == "beat"][4:], page)
+        WAYS[way](page)
+        until(lambda: [one for one in fake.heard if one["t"] == "release"], page, 2.0)
+        page.wait_for_timeout(500)
+        if way != "let go":
+            page.mouse.move(500, 300)  # still held, and moved
+            page.wait_for_timeout(300)
+        drive = [one for one in fake.heard if one["t"] in ("press", "beat", "release")]
+        page.mouse.up()
+    kinds = [one["t"] for one in drive]
+    assert re.fullmatch("press(,beat)+,release", ",".join(kinds)), kinds
+    numbers = [one["seq"] for one in drive if "seq" in one]
+    assert numbers == sorted(set(numbers))
+
+
+def test_keys_drive_and_a_new_press_is_needed(browser: Browser, served: tuple[Fake, str]) -> None:
+    """Arrow keys hold; after the window was left, the key that is still down does nothing."""
+    fake, url = served
+    with person(browser, url) as page:
+        allow(page)
+        page.focus(".pad") if page.get_attribute(".pad", "tabindex") else page.evaluate(
+            "document.activeElement.blur()"
+        )
+        page.keyboard.down("ArrowUp")
+        beat = until(lambda: [one for one in fake.heard if one["t"] == "beat"], page)[0]
+        assert beat["vx"] > 0
+        page.evaluate("dispatchEvent(new Event('blur'))")
+        until(lambda: [one for one in fake.heard if one["t"] == "release"], page)
+        count = len(fake.heard)
+        page.wait_for_timeout(400)
+        assert len(fake.heard) == count
+        page.keyboard.up("ArrowUp")
+        page.keyboard.down("ArrowLeft")
+        until(lambda: len([one for one in fake.heard if one["t"] == "press"]) == 2, page)
+        page.keyboard.up("ArrowLeft")
+
+
+def test_driving_is_off_until_it_is_allowed_and_confirmed(browser: Browser, served: tuple[Fake, str]) -> None:
+    """Without --allow-driving there is no pad and no switch; with it the box must be ticked."""
+    fake, url = served
+    with person(browser, url) as page:
+        page.click("#tabbutton-drive")
+        page.keyboard.down("ArrowUp")
+        page.wait_for_timeout(300)
+        page.keyboard.up("ArrowUp")
+        page.click("#drive-on")
+        assert page.is_disabled("#warning-yes")
+        assert "bypasses the robot's obstacle avoidance" in page.inner_text("#warning")
+        assert page.is_visible("#stop")
+        assert page.locator(".pad").count() == 0
+    fake.allow_driving = False
+    with person(browser, url) as page:
+        page.click("#tabbutton-drive")
+        page.wait_for_selector("#tab-drive >> text=--allow-driving")
+        assert page.locator("#drive-on").count() == 0
+    assert not [one for one in fake.heard if one["t"] in ("press", "beat", "confirm")]
+
+
+def test_control_is_asked_for_and_handed_over(browser: Browser, served: tuple[Fake, str]) -> None:
+    """Two viewers: the second asks, the first hands over, and only then the second may drive."""
+    fake, url = served
+    with person(browser, url) as first, person(browser, url) as second:
+        first.click("#tabbutton-drive")
+        first.click("text=Take control")
+        first.wait_for_selector("text=You have control.")
+        second.click("#tabbutton-drive")
+        second.wait_for_selector(".lease >> text=page 1 has control.")
+        second.click("text=Ask for control")
+        first.wait_for_selector("#notices >> text=page 2 asks for control.")
+        first.click("#notices >> text=Hand over")
+        second.wait_for_selector("text=You have control.")
+        assert fake.holder == "page 2"
+
+
+def test_everything_is_reached_by_the_keyboard(browser: Browser, served: tuple[Fake, str]) -> None:
+    """Tab reaches STOP, the map, the tabs and the marks; the first step skips to STOP; focus can be seen."""
+    with person(browser, served[1]) as page:
+        page.keyboard.press("Tab")
+        page.keyboard.press("Enter")
+        page.keyboard.press("Tab")
+        seen: list[str] = []
+        for _ in range(40):
+            seen.append(page.evaluate("document.activeElement.id || document.activeElement.className"))
+            page.keyboard.press("Tab")
+        assert {"canvas", "stop", "tabbutton-go", "markrow", "choose-place"} <= set(seen), seen
+        page.focus("#tabbutton-go")
+        page.keyboard.press("ArrowRight")
+        assert page.get_attribute("#tabbutton-drive", "aria-selected") == "true"
+        outline = page.evaluate("getComputedStyle(document.activeElement).outlineStyle")
+        assert outline != "none"

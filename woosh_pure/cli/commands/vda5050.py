@@ -1,0 +1,123 @@
+"""`woosh vda5050`: the chassis as a vehicle of a fleet manager, until interrupted."""
+
+from __future__ import annotations
+
+import time
+from argparse import ArgumentParser, Namespace
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from woosh_pure.cli.arguments import positive, seconds
+from woosh_pure.cli.connection import chosen, names, reaching, simulated
+from woosh_pure.cli.output import Output
+
+if TYPE_CHECKING:
+    from woosh_pure.fleet import FleetConfig, VehicleConfig
+
+HELP = "put the chassis under a fleet manager, by VDA 5050 over MQTT"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    add = parser.add_argument
+    add("--broker", metavar="URL", help="mqtt://HOST:PORT, or mqtts:// for TLS")
+    add("--manufacturer", default="Woosh", help="part of the topics (Woosh)")
+    add("--serial", help="serial number of this vehicle, part of the topics")
+    add("--version", choices=("2.0.0", "2.1.0"), default="2.1.0", help="of the protocol (2.1.0)")
+    add("--map-id", default="map", help="what the fleet manager calls the chassis's map (map)")
+    add("--interface", default="uagv", help="first level of the topics (uagv)")
+    add("--marks", action="store_true", help="take a node without a position for a mark of the chassis")
+    add("--charger", default="", metavar="MARK", help="mark of the charger, for startCharging")
+    add("--tolerance", type=positive, default=0.2, metavar="M", help="within which a node is reached (0.2)")
+    add("--visualization", type=positive, metavar="S", help="send a visualization message every S seconds")
+    add(
+        "--action",
+        action="append",
+        default=[],
+        metavar="NAME=TARGET",
+        help="an action of yours: python.module:function, or '!program argument ...' (repeat for more)",
+    )
+    add(
+        "--secrets",
+        type=Path,
+        metavar="FILE",
+        help="user and password, in two lines; only you may read it (or $WOOSH_MQTT_USER and "
+        "$WOOSH_MQTT_PASSWORD)",
+    )
+    add("--ca", metavar="FILE", help="certificates of the authorities to trust, for mqtts://")
+    add("--cert", metavar="FILE", help="our certificate, for a broker that asks for one")
+    add("--key", metavar="FILE", help="its key")
+    add("--config", type=Path, metavar="FILE", help="a fleet.toml: several chassis in one process")
+    add("--state", type=Path, metavar="FOLDER", help="where orders are kept for a restart")
+    add("--for", dest="seconds", type=seconds, metavar="S", help="end after this many seconds")
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    from rosproto.transport import Deadline
+    from woosh_pure.chassis import Chassis
+    from woosh_pure.fleet import Store, Vehicle
+    from woosh_pure.fleet.store import default_folder
+
+    config = _config(args)
+    folder = args.state or config.folder or default_folder()
+    with ExitStack() as stack:
+        for each in config.vehicles:
+            vehicle = each
+            if args.sim:
+                vehicle = replace(each, chassis=simulated(args, out, stack))
+            address, host = vehicle.chassis, vehicle.host
+            if address is None:
+                address, host = chosen(args)
+            with reaching():
+                chassis = stack.enter_context(Chassis(address, host=host, resolve=names(args)))
+            store = Store(folder, vehicle.manufacturer, vehicle.serial)
+            stack.enter_context(Vehicle(chassis, vehicle, config.broker, store))
+            out.line(f"{vehicle.prefix}: {chassis.master_uri} under {config.broker.url}; Ctrl-C ends it")
+        out.result({"vehicles": [each.prefix for each in config.vehicles], "broker": config.broker.url})
+        deadline = Deadline(args.seconds)
+        while not deadline.expired:
+            time.sleep(min(0.5, deadline.remaining() or 0.5))
+    return 0
+
+
+def _config(args: Namespace) -> FleetConfig:
+    from woosh_pure.fleet.config import FleetConfig, load_config, secrets
+    from woosh_pure.fleet.mqtt import Broker
+
+    if args.config is not None:
+        if args.broker or args.serial:
+            raise ValueError("--config names brokers and vehicles: give it, or --broker and --serial")
+        return load_config(args.config)
+    if not (args.broker and args.serial):
+        raise ValueError("give --broker URL and --serial NUMBER, or --config FILE")
+    user, password = secrets(args.secrets)
+    broker = Broker(args.broker, user, password, args.ca, args.cert, args.key)
+    return FleetConfig(broker=broker, vehicles=(_vehicle(args),), folder=args.state)
+
+
+def _vehicle(args: Namespace) -> VehicleConfig:
+    from woosh_pure.fleet.config import VehicleConfig
+
+    actions = {}
+    for text in args.action:
+        name, equals, target = text.partition("=")
+        if not (name and equals and target):
+            raise ValueError(
+                f"--action {text}: expected NAME=python.module:function or NAME='!program argument'"
+            )
+        actions[name] = target
+    return VehicleConfig(
+        manufacturer=args.manufacturer,
+        serial=args.serial,
+        version=args.version,
+        map_id=args.map_id,
+        interface=args.interface,
+        marks=args.marks,
+        charger=args.charger,
+        tolerance=args.tolerance,
+        visualization=args.visualization or 0.0,
+        actions=actions,
+    )

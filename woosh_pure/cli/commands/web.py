@@ -1,0 +1,126 @@
+"""`woosh web`: the robot in a browser, and a REST door."""
+
+from __future__ import annotations
+
+import time
+from argparse import ArgumentParser, Namespace
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from woosh_pure.cli.connection import connect
+from woosh_pure.cli.output import Output
+
+if TYPE_CHECKING:
+    from woosh_pure.chassis import Chassis
+
+HELP = "show the robot in a browser, on a phone too, and open a REST door for any language"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """See `registry`."""
+    parser.add_argument("--bind", default="127.0.0.1", metavar="ADDRESS", help="where to listen (127.0.0.1)")
+    parser.add_argument("--port", type=int, default=8080, help="0 takes a free one (8080)")
+    parser.add_argument("--token", help="what everybody has to know; needed off this computer")
+    parser.add_argument(
+        "--allow-driving",
+        action="store_true",
+        help="let a page drive by velocity, PAST the obstacle avoidance; a person must watch",
+    )
+    parser.add_argument("--no-browser", action="store_true", help="open none")
+    parser.add_argument(
+        "--tls-cert", type=Path, metavar="FILE", help="certificate (PEM): https instead of http"
+    )
+    parser.add_argument("--tls-key", type=Path, metavar="FILE", help="its key, where it is another file")
+    parser.add_argument(
+        "--host-name", action="append", default=[], metavar="NAME", help="a name this server may be called by"
+    )
+    parser.add_argument(
+        "--origin", action="append", default=[], metavar="URL", help="a page elsewhere that may ask"
+    )
+    parser.add_argument(
+        "--robot",
+        action="append",
+        default=[],
+        metavar="NAME=HOST",
+        help="one more robot, shown at /robots/NAME/",
+    )
+    parser.add_argument("--marks", type=Path, metavar="FILE", help="list of marks (default: `woosh marks`'s)")
+    parser.add_argument(
+        "--recordings", type=Path, metavar="FOLDER", help="where bags are kept (a temporary one)"
+    )
+
+
+def run(args: Namespace, out: Output) -> int:
+    """See `registry`."""
+    from woosh_pure import web
+    from woosh_pure.chassis import Chassis
+    from woosh_pure.web.extra import require
+    from woosh_pure.web.serve import WebServer
+
+    require()
+    more = [_named(text) for text in args.robot]
+    with ExitStack() as stack:
+        first = stack.enter_context(connect(args, out))
+        robots: dict[str, Chassis] = {"sim" if args.sim else "robot": first}
+        for name, address in more:
+            if name in robots:
+                raise ValueError(f"--robot {name}: two robots of that name")
+            robots[name] = stack.enter_context(Chassis(address, host=args.host))
+        app = web.app(
+            robots,
+            token=args.token,
+            allow_driving=args.allow_driving,
+            origins=args.origin,
+            hosts=args.host_name,
+            marks=_marks(args, out),
+            recordings=args.recordings,
+        )
+        server = WebServer(app, bind=args.bind, port=args.port, tls_cert=args.tls_cert, tls_key=args.tls_key)
+        stack.enter_context(server)
+        page = server.url + (f"#token={args.token}" if args.token else "")
+        out.line(f"the page: {page}")
+        out.line(f"for programs: {server.url}api/v1/status, {server.url}openapi.json")
+        if args.allow_driving:
+            out.line("a page may drive PAST the obstacle avoidance: a person must watch all the time")
+        out.record({"url": server.url, "port": server.port, "robots": list(robots)})
+        if not args.no_browser and not out.as_json:
+            _open_browser(page)
+        while server.running:
+            time.sleep(0.1)
+    return 1
+
+
+def _named(text: str) -> tuple[str, str]:
+    name, equals, address = text.partition("=")
+    if not (equals and name and address):
+        raise ValueError(f"--robot {text}: expected NAME=HOST, such as hall2=192.168.1.20")
+    return name, address
+
+
+def _marks(args: Namespace, out: Output) -> list[Any]:
+    """Of the file, of the simulated hall, or of the user's own list."""
+    from woosh_pure.cli import config
+    from woosh_pure.maps.marks import MarkFile
+    from woosh_pure.web.maps import WebMark
+
+    if args.marks is not None:
+        if not args.marks.exists():
+            raise ValueError(f"--marks {args.marks}: there is no such file")
+        return list(MarkFile(args.marks))
+    if args.sim:
+        from woosh_pure.sim.site import built_in_site
+
+        return [WebMark(name, mark.pose, mark.charger) for name, mark in built_in_site().marks.items()]
+    try:
+        return list(MarkFile(config.mark_file()))
+    except (OSError, ValueError) as error:
+        out.line(f"no marks: {error}")
+        return []
+
+
+def _open_browser(page: str) -> None:
+    import threading
+    import webbrowser
+
+    threading.Thread(target=webbrowser.open, args=(page,), name="woosh:browser", daemon=True).start()

@@ -1,0 +1,177 @@
+"""What `woosh vda5050` is told: a broker and its vehicles, on the command line or in a fleet.toml."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from woosh_pure.fleet.mqtt import Broker
+
+__all__ = ["VERSIONS", "FleetConfig", "VehicleConfig", "load_config", "secrets"]
+
+VERSIONS = ("2.0.0", "2.1.0")
+_ALLOWED = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_.:-")
+_SECRETS = ("WOOSH_MQTT_USER", "WOOSH_MQTT_PASSWORD")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VehicleConfig:
+    """One vehicle.
+
+    Attributes:
+        manufacturer, serial: Who it is; parts of its topics.
+        chassis: Address of the chassis; None takes $ROS_MASTER_URI.
+        host: Our own address as the robot reaches it; None finds it.
+        version: Of the protocol: 2.0.0 or 2.1.0.
+        map_id, map_version: The map that the chassis drives in, as the fleet manager calls it.
+        interface: First level of the topics.
+        marks: Whether a node without a position is a mark of the chassis, by its description or its id.
+        charger: Mark of the charger, for startCharging; "" where there is none.
+        tolerance, turn_tolerance: m and rad within which a node counts as reached that allows no deviation.
+        visualization: Seconds between two visualization messages; 0 sends none.
+        actions: Actions of your own: type -> "python.module:function", or "!program argument ...".
+        series, height, load, acceleration: For the factsheet: m, kg, m/s²; 0 where it is not known.
+    """
+
+    manufacturer: str
+    serial: str
+    chassis: str | None = None
+    host: str | None = None
+    version: str = "2.1.0"
+    map_id: str = "map"
+    map_version: str = "1"
+    interface: str = "uagv"
+    marks: bool = False
+    charger: str = ""
+    tolerance: float = 0.2
+    turn_tolerance: float = 0.2
+    visualization: float = 0.0
+    actions: Mapping[str, str] = field(default_factory=dict)
+    series: str = "Woosh chassis"
+    height: float = 0.0
+    load: float = 0.0
+    acceleration: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("manufacturer", "serial", "interface"):
+            value = getattr(self, name)
+            if not value or not isinstance(value, str) or not set(value) <= _ALLOWED:
+                raise ValueError(f"{name} {value!r}: it is part of a topic; use A-Z a-z 0-9 _ . : - only")
+        if self.version not in VERSIONS:
+            raise ValueError(f"version {self.version!r}: expected {' or '.join(VERSIONS)}")
+        for name in ("tolerance", "turn_tolerance"):
+            if not 0.0 < getattr(self, name) <= 2.0:
+                raise ValueError(f"{name} {getattr(self, name)}: expected more than 0 and at most 2")
+        if not (self.visualization == 0.0 or 0.05 <= self.visualization <= 60.0):
+            raise ValueError(f"visualization {self.visualization} s: expected 0, or 0.05 to 60")
+
+    @property
+    def prefix(self) -> str:
+        """The levels before the topic: "uagv/v2/Woosh/A-17"."""
+        return f"{self.interface}/v2/{self.manufacturer}/{self.serial}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FleetConfig:
+    """A broker and the vehicles of one process.
+
+    Attributes:
+        broker: Where the broker is.
+        vehicles: At least one, each with a serial number of its own.
+        folder: Where states are kept; None is this user's own folder.
+    """
+
+    broker: Broker
+    vehicles: tuple[VehicleConfig, ...]
+    folder: Path | None = None
+
+    def __post_init__(self) -> None:
+        if not self.vehicles:
+            raise ValueError("no vehicle is given; a fleet.toml has one [[vehicle]] for each")
+        prefixes = [vehicle.prefix for vehicle in self.vehicles]
+        twice = {prefix for prefix in prefixes if prefixes.count(prefix) > 1}
+        if twice:
+            raise ValueError(
+                f"several vehicles are called {', '.join(sorted(twice))}; each needs its own serial"
+            )
+
+
+def secrets(path: Path | None = None) -> tuple[str | None, str | None]:
+    """User and password of the broker: from a file of two lines, or $WOOSH_MQTT_USER and
+    $WOOSH_MQTT_PASSWORD.
+
+    Raises:
+        ValueError: Others may read the file, or it has no two lines.
+    """
+    if path is None:
+        user, password = (os.environ.get(name) or None for name in _SECRETS)
+        return user, password
+    if os.name == "posix" and path.stat().st_mode & 0o077:
+        raise ValueError(f"{path}: others may read it; run chmod 600 {path}")
+    lines = path.read_text("utf-8").splitlines()
+    if len(lines) < 2 or not lines[0]:
+        raise ValueError(f"{path}: expected the user in its first line and the password in its second")
+    return lines[0], lines[1]
+
+
+def load_config(path: Path) -> FleetConfig:
+    """A fleet.toml: `[broker]` with url and files, `[[vehicle]]` for each vehicle, with the names of
+    `VehicleConfig`.
+
+    Raises:
+        ValueError: It is no TOML, or a name or value makes no sense; the text says which.
+        OSError: It cannot be read.
+    """
+    if sys.version_info >= (3, 11):
+        import tomllib
+    else:
+        try:
+            import tomli as tomllib
+        except ImportError as error:
+            raise ImportError(
+                'a fleet.toml needs tomli before Python 3.11: pip install "woosh-pure[fleet]"', name="tomli"
+            ) from error
+    try:
+        data = tomllib.loads(path.read_text("utf-8"))
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    try:
+        return _fleet(data, path.parent)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def _fleet(data: dict[str, Any], folder: Path) -> FleetConfig:
+    unknown = set(data) - {"broker", "vehicle", "folder"}
+    if unknown:
+        raise ValueError(
+            f"{', '.join(sorted(unknown))} is not known; expected [broker], [[vehicle]] and folder"
+        )
+    given = dict(data.get("broker") or {})
+    file = given.pop("secrets_file", None)
+    user, password = secrets(folder / file if file else None)
+    _require_known(given, ("url", "ca_file", "cert_file", "key_file"), "[broker]")
+    if "url" not in given:
+        raise ValueError("[broker] has no url")
+    known = [each.name for each in fields(VehicleConfig)]
+    vehicles = []
+    for raw in data.get("vehicle", ()):
+        _require_known(raw, known, "[[vehicle]]")
+        vehicles.append(VehicleConfig(**raw))
+    kept = data.get("folder")
+    return FleetConfig(
+        broker=Broker(user=user, password=password, **given),
+        vehicles=tuple(vehicles),
+        folder=None if kept is None else folder / kept,
+    )
+
+
+def _require_known(given: Mapping[str, Any], known: Any, where: str) -> None:
+    unknown = sorted(set(given) - set(known))
+    if unknown:
+        hint = " (secrets are in the environment or a secrets_file)" if "password" in unknown else ""
+        raise ValueError(f"{where}: {', '.join(unknown)} is not known{hint}; expected {', '.join(known)}")

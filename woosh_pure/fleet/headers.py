@@ -1,0 +1,35 @@
+"""The header that every message begins with: an id for each topic, counted up by one, and the time. Pure."""
+
+from __future__ import annotations
+
+from datetime import datetime, timezone
+from typing import Any
+
+__all__ = ["Headers", "timestamp"]
+
+_MOST = 2**32  # headerId is a uint32 and begins anew
+
+
+def timestamp(seconds: float) -> str:
+    """Seconds since 1970 as the standard writes them: ISO 8601, UTC, with hundredths and a Z."""
+    moment = datetime.fromtimestamp(seconds, timezone.utc)
+    return moment.strftime("%Y-%m-%dT%H:%M:%S.") + f"{moment.microsecond // 10000:02d}Z"
+
+
+class Headers:
+    """Makes the headers of one vehicle's messages.
+
+    Args:
+        version: Of the protocol, "2.1.0".
+        manufacturer, serial: Who this vehicle is.
+    """
+
+    def __init__(self, version: str, manufacturer: str, serial: str) -> None:
+        self._fixed = {"version": version, "manufacturer": manufacturer, "serialNumber": serial}
+        self._next: dict[str, int] = {}
+
+    def header(self, topic: str, now: float) -> dict[str, Any]:
+        """The next header of a topic; `now` in seconds since 1970."""
+        number = self._next.get(topic, 0)
+        self._next[topic] = (number + 1) % _MOST
+        return {"headerId": number, "timestamp": timestamp(now), **self._fixed}

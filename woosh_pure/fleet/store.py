@@ -1,0 +1,74 @@
+"""What must outlive a vehicle's process: one file of JSON for each vehicle, replaced as a whole."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+from rosproto.logs import get_logger
+
+__all__ = ["Store", "default_folder"]
+
+_log = get_logger("woosh_pure.fleet.store")
+
+
+def default_folder() -> Path:
+    """Where the states of this user's vehicles are: `$XDG_STATE_HOME/woosh/fleet`, on Windows
+    `%LOCALAPPDATA%`."""
+    given = os.environ.get("XDG_STATE_HOME") or os.environ.get("LOCALAPPDATA")
+    return (Path(given) if given else Path.home() / ".local" / "state") / "woosh" / "fleet"
+
+
+class Store:
+    """The file of one vehicle. After `save` has returned, neither kill -9 nor a loss of power takes it back.
+
+    Args:
+        folder: Where it is; made when it is not there.
+        manufacturer, serial: Of the vehicle.
+    """
+
+    def __init__(self, folder: Path, manufacturer: str, serial: str) -> None:
+        name = re.sub(r"[^A-Za-z0-9_.-]", "_", f"{manufacturer}-{serial}")
+        self.path = folder / f"{name}.json"
+        self._last = ""
+
+    def load(self) -> dict[str, Any] | None:
+        """What was saved last; None where nothing was. What cannot be read is put aside, and the log
+        tells."""
+        try:
+            text = self.path.read_text("utf-8")
+        except FileNotFoundError:
+            return None
+        try:
+            found = json.loads(text)
+        except ValueError:
+            self.put_aside("it is no JSON")
+            return None
+        return found if isinstance(found, dict) else None
+
+    def put_aside(self, why: str) -> None:
+        """Keep a file that makes no sense under another name."""
+        aside = self.path.with_suffix(".broken")
+        _log.warning("! %s cannot be used (%s); it is kept as %s", self.path, why, aside)
+        os.replace(self.path, aside)
+
+    def save(self, data: dict[str, Any]) -> None:
+        """Replace it, when it differs.
+
+        Raises:
+            OSError: The disk is full, or the folder cannot be written.
+        """
+        text = json.dumps(data, separators=(",", ":"))
+        if text == self._last:
+            return
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        beside = self.path.with_suffix(".new")
+        with open(beside, "w", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(beside, self.path)
+        self._last = text

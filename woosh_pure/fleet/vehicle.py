@@ -1,0 +1,455 @@
+"""`Vehicle`: a chassis as a VDA 5050 vehicle. The broker on one side, the chassis on the other, between
+them the order machine.
+
+One thread owns the machine. It waits for what comes: a message, a pose, the end of a drive or of an action,
+the time of something. Whatever comes is told to the machine, and its effects are carried out in their
+order: state on disk, state to the broker, then the drive or the action. Callbacks of the broker and of the
+    chassis only leave a note.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import RosError
+from rosproto.logs import get_logger
+from rosproto.version import __version__
+from woosh_pure.fleet.abilities import Task, abilities_of
+from woosh_pure.fleet.config import VehicleConfig
+from woosh_pure.fleet.driver import Driver
+from woosh_pure.fleet.errors import ErrorType, Level, Problem
+from woosh_pure.fleet.factsheet import Body, factsheet_message
+from woosh_pure.fleet.headers import Headers
+from woosh_pure.fleet.judging import Limits, Place
+from woosh_pure.fleet.messages import Invalid, parse, read_instant_actions, read_order
+from woosh_pure.fleet.mqtt import Broker, Line
+from woosh_pure.fleet.order import Begin, Changed, Drive, Effect, End, Factsheet, Halt, OrderMachine, Retry
+from woosh_pure.fleet.state import Facts, Load, MapEntry, state_message, visualization_message
+from woosh_pure.fleet.store import Store
+from woosh_pure.fleet.watching import SILENT_AFTER, Watch
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from woosh_pure.chassis import Chassis
+
+__all__ = ["Vehicle"]
+
+_log = get_logger("woosh_pure.fleet.vehicle")
+STATE_EVERY = 25.0
+"""Seconds between two states at most; the standard asks for 30."""
+MOST_MESSAGES = 100
+"""Messages of a fleet manager that wait; more are dropped, counted and logged."""
+_FACTS_SECONDS = 3.0  # for the chassis to tell where it is, before the fleet manager may send orders
+_LEASE_SECONDS = 60.0
+_END_SECONDS = 10.0  # for the thread to end
+_STOP_SECONDS = 4.0
+
+
+class Vehicle:
+    """One chassis under a fleet manager. Use it in a `with` block, or call `open` and `close`.
+
+    Nothing moves until an order comes. Leaving the block halts the drive, says OFFLINE and keeps the order
+    on disk.
+
+    Args:
+        chassis: An open chassis; closing it stays with the caller.
+        config: Who this vehicle is and what it can do.
+        broker: Where the broker is.
+        store: Where its state is kept; None keeps it nowhere: after a restart the order is forgotten.
+
+    Raises:
+        ImportError: paho-mqtt is not installed; the text names the extra.
+        ValueError: An action of the configuration cannot be loaded.
+    """
+
+    def __init__(
+        self, chassis: Chassis, config: VehicleConfig, broker: Broker, store: Store | None = None
+    ) -> None:
+        self.chassis, self.config = chassis, config
+        self._store = store
+        found = abilities_of(config)
+        self._doings = {name: doing for name, (_, doing) in found.items()}
+        self.limits = Limits(
+            abilities={name: ability for name, (ability, _) in found.items()},
+            maps=(config.map_id,),
+            tolerance=config.tolerance,
+            turn_tolerance=config.turn_tolerance,
+            marks=config.marks,
+        )
+        self._headers = Headers(config.version, config.manufacturer, config.serial)
+        self._header_lock = threading.Lock()
+        self._loads: list[Load] = []
+        self.facts = Facts(
+            map_id=config.map_id,
+            maps=(MapEntry(config.map_id, config.map_version),),
+            loads=() if config.marks else None,
+        )
+        self._machine = OrderMachine(self.limits)
+        self._line = Line(broker, config.prefix, self._connection, self._on_message, self._on_line)
+        self._watch = Watch(chassis, self.facts, self._on_moved, self._on_told, self._on_described)
+        self._driver = Driver(chassis, self._on_drive_ended, lambda: self.facts.place, marks=config.marks)
+        self._tasks: dict[str, Task] = {}
+        self._wake = threading.Condition()
+        self._calls: deque[Callable[[], list[Effect]]] = deque()
+        self._messages: deque[tuple[str, bytes]] = deque()
+        self._flags: set[str] = set()
+        self._due: dict[str, float] = {}
+        self._thread: threading.Thread | None = None
+        self._closing = False
+        self._lost = False
+        self._moving = False
+        self._was_blocked = ""
+        self.dropped = 0
+
+    # -- life ------------------------------------------------------------------------------------------------
+
+    def __enter__(self) -> Vehicle:
+        return self.open()
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<Vehicle {self.config.prefix}: order {self._machine.order_id or 'none'}>"
+
+    def open(self) -> Vehicle:
+        """Restore what was kept, listen to the chassis, connect with the broker; returns at once."""
+        if self._thread is None:
+            self._restore()
+            self._watch.open()
+            self._flags.add("told")
+            now = time.monotonic()
+            self._due = {"state": now, "silent": now + 2.0 * SILENT_AFTER, "line": now + _FACTS_SECONDS}
+            if self.config.visualization:
+                self._due["visualization"] = now
+            self._thread = threading.Thread(
+                target=self._run, name=f"woosh:vehicle-{self.config.serial}", daemon=True
+            )
+            self._thread.start()
+        return self
+
+    def close(self) -> None:
+        """Halt, end the actions that run, say OFFLINE. Bounded, idempotent."""
+        with self._wake:
+            if self._closing:
+                return
+            self._closing = True
+            self._wake.notify_all()
+        for task in list(self._tasks.values()):
+            task.cancelled.set()
+        self._driver.close()
+        thread = self._thread
+        if thread is not None and thread is not threading.current_thread():
+            thread.join(_END_SECONDS)
+        self._release_lease()
+        self._watch.close()
+        self._line.close()
+
+    @property
+    def connected(self) -> bool:
+        """Whether the line to the broker stands."""
+        return self._line.connected.is_set()
+
+    def wait_connected(self, timeout: float = 10.0) -> bool:
+        """Wait for the broker; whether it is there."""
+        return self._line.connected.wait(timeout)
+
+    def _restore(self) -> None:
+        kept = None if self._store is None else self._store.load()
+        if kept is None or self._store is None:
+            return
+        try:
+            machine = OrderMachine.from_json(kept, self.limits)
+        except (Invalid, KeyError, TypeError, ValueError, AttributeError) as error:
+            self._store.put_aside(f"{type(error).__name__}: {error}")
+            return
+        self._machine = machine
+        if kept.get("driving"):
+            # The process before this one did not end in order: what it had sent may still be under way.
+            report = self.chassis.stop(everything=True, timeout=_STOP_SECONDS)
+            _log.warning("! it was driving when it ended: %s", report.sentence())
+
+    # -- notes from other threads ----------------------------------------------------------------------------
+
+    def _note(self, flag: str) -> None:
+        with self._wake:
+            self._flags.add(flag)
+            self._wake.notify_all()
+
+    def _call(self, call: Callable[[], list[Effect]]) -> None:
+        with self._wake:
+            self._calls.append(call)
+            self._wake.notify_all()
+
+    def _on_message(self, topic: str, payload: bytes) -> None:
+        with self._wake:
+            if len(self._messages) >= MOST_MESSAGES:
+                self.dropped += 1
+                full = self.dropped == 1
+            else:
+                full = False
+                self._messages.append((topic, payload))
+                self._wake.notify_all()
+        if full:
+            _log.warning(
+                "! %s: messages come faster than they are read; some are dropped", self.config.prefix
+            )
+
+    def _on_line(self, stands: bool) -> None:
+        if stands:
+            self._note("line")
+
+    def _on_moved(self) -> None:
+        if self._machine.driving or self._lost or not self.facts.located or self.facts.moving != self._moving:
+            self._note("moved")
+
+    def _on_told(self) -> None:
+        self._note("told")
+
+    def _on_described(self) -> None:
+        self._note("described")
+
+    def _on_drive_ended(self, token: int, arrived: bool, text: str) -> None:
+        self._call(lambda: self._drive_ended(token, arrived, text))
+
+    def _drive_ended(self, token: int, arrived: bool, text: str) -> list[Effect]:
+        before = self._machine.at(self._place())
+        return [*before, *self._machine.drive_ended(token, arrived, text)]
+
+    # -- the one thread --------------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        while True:
+            with self._wake:
+                while not (self._closing or self._flags or self._calls or self._messages):
+                    wait = min(self._due.values()) - time.monotonic()
+                    if wait <= 0.0:
+                        break
+                    self._wake.wait(wait)
+                if self._closing:
+                    break
+                flags, self._flags = self._flags, set()
+                calls = list(self._calls)
+                self._calls.clear()
+                messages = list(self._messages)
+                self._messages.clear()
+            try:
+                self._handle(flags, calls, messages)
+                self._on_time(time.monotonic())
+            except Exception:
+                _log.exception("! %s: a failure of our own; the vehicle goes on", self.config.prefix)
+        self._save()
+
+    def _handle(
+        self, flags: set[str], calls: list[Callable[[], list[Effect]]], messages: list[tuple[str, bytes]]
+    ) -> None:
+        if "told" in flags or "moved" in flags or messages:
+            self._refresh(full="told" in flags or not self.facts.located)
+        for call in calls:
+            self._carry_out(call())
+        for topic, payload in messages:
+            self._carry_out(self._receive(topic, payload))
+        if "line" in flags or "described" in flags:
+            self._factsheet()
+        if "line" in flags:
+            self._publish()
+        if self.facts.moving != self._moving:
+            self._moving = self.facts.moving
+            self._publish()
+
+    def _receive(self, topic: str, payload: bytes) -> list[Effect]:
+        data: Mapping[str, Any] = {}
+        _log.debug("< %s %s, %d bytes", self.config.prefix, topic, len(payload))
+        try:
+            data = parse(payload)
+            if topic == "order":
+                return self._machine.receive(read_order(data))
+            return self._machine.receive_instant(read_instant_actions(data))
+        except Invalid as error:
+            return self._machine.receive_malformed(data, error, topic)
+
+    def _place(self) -> Place | None:
+        return self.facts.place if self.facts.located and not self._lost else None
+
+    def _refresh(self, *, full: bool) -> None:
+        if self._lost and not self._watch.silent:
+            self._lost, full = False, True
+            self._carry_out(self._machine.stand("lost", None))
+        if full:
+            before = (self.facts.emergency_stop, self.facts.bumper, self.facts.faults, self.facts.charging)
+            self._watch.refresh(self._local_owner())
+            if self._watch.heard:
+                self._carry_out(self._machine.set_mode(self._watch.mode))
+            if before != (
+                self.facts.emergency_stop, self.facts.bumper, self.facts.faults, self.facts.charging
+            ):  # fmt: skip
+                self._publish()
+        self._carry_out(self._machine.at(self._place()))
+        if "line" in self._due and self.facts.located and self.facts.percent is not None:
+            self._due["line"] = 0.0  # ONLINE says that orders are taken
+        if full:
+            freed, self._was_blocked = self._was_blocked and not self._watch.blocked, self._watch.blocked
+            if freed:
+                self._carry_out(self._machine.retry())
+
+    def _on_time(self, now: float) -> None:
+        for name in [name for name, due in self._due.items() if due <= now]:
+            if name == "state":
+                self._publish()
+            elif name == "visualization":
+                self._due[name] = now + self.config.visualization
+                header = self._header("visualization")
+                self._line.send("visualization", visualization_message(self.facts, header))
+            elif name == "retry":
+                del self._due[name]
+                self._carry_out(self._machine.retry())
+            elif name == "lease":
+                self._keep_lease()
+            elif name == "line":
+                del self._due[name]
+                self._line.open()
+            elif name == "silent":
+                self._due[name] = max(self._watch.heard + SILENT_AFTER, now + 0.2)
+                self._look_for_silence()
+
+    def _look_for_silence(self) -> None:
+        if self._lost or not self._watch.silent:
+            return
+        self._lost = True
+        self.facts.velocity = None
+        text = f"nothing was heard of the chassis at {self.chassis.master_uri} for {SILENT_AFTER:g} s"
+        hint = "check the robot and its network; it may go on with what it was told"
+        problem = Problem(ErrorType.ROBOT_LOST, text, (), Level.FATAL, hint)
+        self._carry_out(self._machine.stand("lost", problem))
+        self._carry_out(self._machine.at(None))
+
+    # -- effects ---------------------------------------------------------------------------------------------
+
+    def _carry_out(self, effects: list[Effect]) -> None:
+        if any(isinstance(effect, Changed) for effect in effects):
+            self._hold_lease()
+            self._save()
+            self._publish()
+        for effect in effects:
+            if isinstance(effect, Drive):
+                self._driver.drive(effect)
+            elif isinstance(effect, Halt):
+                self._driver.halt(effect.token)
+            elif isinstance(effect, Begin):
+                self._begin(effect)
+            elif isinstance(effect, End):
+                task = self._tasks.get(effect.action_id)
+                if task is not None:
+                    task.cancelled.set()
+            elif isinstance(effect, Retry):
+                self._due["retry"] = time.monotonic() + effect.after
+            elif isinstance(effect, Factsheet):
+                self._factsheet()
+
+    def _begin(self, effect: Begin) -> None:
+        task = Task(effect.action, self.chassis, self._loads)
+        self._tasks[effect.action.id] = task
+        doing = self._doings[effect.action.type]
+
+        def work() -> None:
+            ok, text = False, ""
+            try:
+                text = str(doing(task) or "")
+                ok = True
+            except Exception as error:
+                text = str(error) or type(error).__name__
+                if not isinstance(error, (RosError, ValueError)):
+                    _log.exception("! the action %s has failed", effect.action.type)
+            self._call(lambda: self._action_ended(effect.action.id, ok, text))
+
+        threading.Thread(target=work, name=f"woosh:action-{effect.action.type}", daemon=True).start()
+
+    def _action_ended(self, action_id: str, ok: bool, text: str) -> list[Effect]:
+        self._tasks.pop(action_id, None)
+        if self.facts.loads is not None:
+            self.facts.loads = tuple(self._loads)
+        self._watch.refresh(self._local_owner())  # a pose that was given is known now
+        return [*self._machine.action_ended(action_id, ok, text), *self._machine.at(self._place())]
+
+    def _save(self) -> None:
+        if self._store is not None:
+            try:
+                self._store.save(self._machine.to_json())
+            except OSError as error:
+                _log.error("! the state cannot be kept: %s", error)
+
+    # -- messages to the broker ------------------------------------------------------------------------------
+
+    def _header(self, topic: str) -> dict[str, Any]:
+        with self._header_lock:
+            return self._headers.header(topic, time.time())
+
+    def _connection(self, state: str) -> dict[str, Any]:
+        return {**self._header("connection"), "connectionState": state}
+
+    def _publish(self) -> None:
+        self._due["state"] = time.monotonic() + STATE_EVERY
+        if self.connected:
+            message = state_message(self._machine, self.facts, self._header("state"), self.config.version)
+            self._line.send("state", message)
+
+    def _factsheet(self) -> None:
+        message = factsheet_message(
+            self._body(),
+            self.limits,
+            self._header("factsheet"),
+            version=self.config.version,
+            visualization=self.config.visualization,
+            software=(("woosh-pure", __version__),),
+        )
+        self._line.send("factsheet", message, retain=True)
+
+    def _body(self) -> Body:
+        config, known = self.config, self._watch.parameters
+        return Body(
+            series=config.series,
+            speed_max=0.0 if known is None else known.max_linear,
+            turn_max=0.0 if known is None else known.max_angular,
+            height=config.height,
+            load=config.load,
+            acceleration=config.acceleration,
+        )
+
+    # -- one driver at a time --------------------------------------------------------------------------------
+
+    @property
+    def _owner(self) -> str:
+        return f"fleet manager of {self.config.serial}"
+
+    def _local_owner(self) -> str:
+        lease = getattr(self.chassis, "lease", None)
+        holder = None if lease is None else lease.holder
+        return "" if holder in (None, self._owner) else str(holder)
+
+    def _hold_lease(self) -> None:
+        """While an order is carried out the lease is ours; a local driver who asks gets it."""
+        if not self._machine.executing:
+            self._release_lease()
+        elif "lease" not in self._due:
+            self._due["lease"] = 0.0
+
+    def _keep_lease(self) -> None:
+        lease = getattr(self.chassis, "lease", None)
+        self._due["lease"] = time.monotonic() + _LEASE_SECONDS / 3.0
+        if lease is None or not self._machine.executing:
+            del self._due["lease"]
+        elif not lease.acquire(self._owner, _LEASE_SECONDS):
+            self._flags.add("told")
+
+    def _release_lease(self) -> None:
+        lease = getattr(self.chassis, "lease", None)
+        self._due.pop("lease", None)
+        if lease is not None and lease.holder == self._owner:
+            lease.release(self._owner)

@@ -1,0 +1,15 @@
+"""What `woosh foxglove` adds for a chassis: an overlay for the 3-D view, the map, and a layout.
+
+A program has the same with its own server:
+
+    with Chassis() as chassis, ChassisTopics(chassis) as topics:
+        with Foxglove(chassis.node, topics=topics.all) as server: ...
+"""
+
+from __future__ import annotations
+
+from woosh_pure.foxglove.layout import chassis_layout, write_layout
+from woosh_pure.foxglove.live import ChassisTopics
+from woosh_pure.foxglove.overlay import Overlay, OverlayState
+
+__all__ = ["ChassisTopics", "Overlay", "OverlayState", "chassis_layout", "write_layout"]

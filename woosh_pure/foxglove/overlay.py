@@ -1,0 +1,166 @@
+"""The state of a chassis as markers in its map: where it is, how it is, its faults, your marks.
+
+Markers (visualization_msgs/MarkerArray) because Foxglove, Lichtblick and RViz all draw them. Pure: values in,
+a message out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from msgdefs.geometry_msgs.msg import Point, Pose, Quaternion, Vector3
+from msgdefs.std_msgs.msg import ColorRGBA, Header
+from msgdefs.visualization_msgs.msg import Marker, MarkerArray
+from woosh_pure.enums import RobotState
+from woosh_pure.geometry import Pose2D, quaternion_from_yaw
+
+if TYPE_CHECKING:
+    from rosproto.time import Time
+    from woosh_pure.faults.codes import StatusCode
+    from woosh_pure.maps.marks import UserMark
+    from woosh_pure.values.state import Battery, RobotStatus
+
+__all__ = ["Overlay", "OverlayState"]
+
+MOST_FAULTS, MOST_MARKS = 8, 500
+TEXT_HEIGHT = 0.25  # m
+GREEN, AMBER, RED, BLUE, GREY = (
+    (0.2, 0.8, 0.3),
+    (1.0, 0.7, 0.0),
+    (0.95, 0.2, 0.2),
+    (0.25, 0.55, 1.0),
+    (0.6, 0.6, 0.6),
+)
+_COLOURS = {RobotState.WARNING: AMBER, RobotState.FAULT: RED}
+_FRAME = "map"
+
+
+@dataclass(frozen=True, slots=True)
+class OverlayState:
+    """What is drawn; None for what is not known.
+
+    Attributes:
+        pose: Of the robot, in the map.
+        status: Its state and task.
+        battery: Its charge.
+        faults: Active ones, the worst first.
+        marks: Of the user's list; those without a pose are not drawn.
+        old: Seconds since the pose was heard, where that is too long ago to be believed.
+    """
+
+    pose: Pose2D | None = None
+    status: RobotStatus | None = None
+    battery: Battery | None = None
+    faults: Sequence[StatusCode] = ()
+    marks: Sequence[UserMark] = ()
+    old: float | None = None
+
+    def sentence(self) -> str:
+        """State, task and charge, over the robot."""
+        words = [str(self.status.robot_state) if self.status else "state not known"]
+        if self.status is not None and self.status.destination:
+            words.append(f"to {self.status.destination}")
+        if self.battery is not None:
+            words.append(f"{self.battery.percent} %")
+        if self.old is not None:
+            words.append(f"pose {self.old:.0f} s old")
+        return " · ".join(words)
+
+    @property
+    def colour(self) -> tuple[float, float, float]:
+        """Of the robot: grey where its state is not known."""
+        if self.faults:
+            return RED
+        return GREY if self.status is None else _COLOURS.get(self.status.robot_state, GREEN)
+
+
+class Overlay:
+    """Makes markers of states; keeps in mind what was drawn, to take away what is no more.
+
+    Args:
+        language: Of the faults' words, "en" or "zh".
+    """
+
+    def __init__(self, language: str = "en") -> None:
+        self._language = language
+        self._drawn: set[tuple[str, int]] = set()
+
+    def markers(self, state: OverlayState, stamp: Time) -> Any:
+        """A `MarkerArray` that shows this state in place of the one before."""
+        made = [*self._robot(state), *self._faults(state), *self._marks(state.marks)]
+        names = {(one.ns, one.id) for one in made}
+        gone = [self._gone(ns, number) for ns, number in sorted(self._drawn - names)]
+        self._drawn = names
+        for one in (*made, *gone):
+            one.header = Header(stamp=stamp, frame_id=one.header.frame_id or _FRAME)
+        return MarkerArray(markers=[*made, *gone])
+
+    def _robot(self, state: OverlayState) -> list[Any]:
+        if state.pose is None:
+            return []
+        where, colour = state.pose, state.colour
+        return [
+            _marker("robot", 0, Marker.CYLINDER, _at(where, 0.1), (0.6, 0.6, 0.2), colour, alpha=0.5),
+            _marker("robot", 1, Marker.ARROW, _at(where, 0.25), (0.7, 0.12, 0.12), colour),
+            _text("robot", 2, _at(where, 0.8), state.sentence(), colour),
+        ]
+
+    def _faults(self, state: OverlayState) -> list[Any]:
+        where = state.pose or Pose2D(0.0, 0.0, 0.0)
+        made = []
+        for number, fault in enumerate(state.faults[:MOST_FAULTS]):
+            words = fault.chinese if self._language == "zh" else fault.english
+            height = 1.2 + 1.4 * TEXT_HEIGHT * number
+            made.append(_text("fault", number, _at(where, height), f"{words} ({fault.code:012d})", RED))
+        return made
+
+    def _marks(self, marks: Sequence[UserMark]) -> list[Any]:
+        made = []
+        placed = [mark for mark in marks if mark.pose is not None]
+        for number, mark in enumerate(placed[:MOST_MARKS]):
+            assert mark.pose is not None
+            made += [
+                _marker("mark", 2 * number, Marker.ARROW, _at(mark.pose, 0.03), (0.4, 0.06, 0.06), BLUE),
+                _text("mark", 2 * number + 1, _at(mark.pose, 0.3), mark.name, BLUE),
+            ]
+        return made
+
+    @staticmethod
+    def _gone(ns: str, number: int) -> Any:
+        return Marker(ns=ns, id=number, action=Marker.DELETE)
+
+
+def _at(pose: Pose2D, height: float) -> Any:
+    yaw = pose.yaw if math.isfinite(pose.yaw) else 0.0
+    x, y, z, w = quaternion_from_yaw(yaw)
+    return Pose(position=Point(x=pose.x, y=pose.y, z=height), orientation=Quaternion(x=x, y=y, z=z, w=w))
+
+
+def _marker(
+    ns: str,
+    number: int,
+    kind: int,
+    pose: Any,
+    size: tuple[float, float, float],
+    colour: tuple[float, float, float],
+    *,
+    alpha: float = 1.0,
+) -> Any:
+    return Marker(
+        ns=ns,
+        id=number,
+        type=kind,
+        action=Marker.ADD,
+        pose=pose,
+        scale=Vector3(x=size[0], y=size[1], z=size[2]),
+        color=ColorRGBA(r=colour[0], g=colour[1], b=colour[2], a=alpha),
+    )
+
+
+def _text(ns: str, number: int, pose: Any, text: str, colour: tuple[float, float, float]) -> Any:
+    made = _marker(ns, number, Marker.TEXT_VIEW_FACING, pose, (0.0, 0.0, TEXT_HEIGHT), colour)
+    made.text = text
+    return made

@@ -1,0 +1,131 @@
+"""GET feeds, the newest value of one, and its stream of Server-Sent Events."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import time
+from typing import Any
+
+from fastapi import APIRouter, Query, Request, Response
+from starlette.concurrency import run_in_threadpool
+from starlette.types import Receive, Scope, Send
+
+from woosh_pure import interface
+from woosh_pure.feed.feed import PICTURES
+from woosh_pure.feed.feed import Feed as ChassisFeed
+from woosh_pure.web import models
+from woosh_pure.web.api.asking import PROBLEMS, house_of, problems, robot_of
+from woosh_pure.web.house import House
+from woosh_pure.web.problems import Problem
+from woosh_pure.web.snapshot import plain
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["feeds"], responses=PROBLEMS)
+MOST_STREAMS, STUCK_SECONDS, BEAT_SECONDS = 32, 10.0, 5.0
+_EVENTS: dict[int | str, dict[str, Any]] = {
+    200: {"content": {"text/event-stream": {}}, "description": "one event for each new value, as FeedValue"}
+}
+
+
+def list_feeds() -> list[dict[str, Any]]:
+    """What can be read; pictures and clouds have their own addresses."""
+    return [
+        {
+            "name": row.feed,
+            "topic": row.name,
+            "type": row.type,
+            "meaning": row.meaning,
+            "unit": row.unit,
+            "on_change": row.on_change,
+        }
+        for row in interface.feeds()
+        if row.type not in PICTURES
+    ]
+
+
+def _feed(name: str, request: Request) -> ChassisFeed[Any]:
+    row = interface.find(name)
+    if row.type in PICTURES:
+        raise Problem(
+            415, f"{name} is too large for this; see camera/color.jpg and camera/depth.jpg", "picture"
+        )
+    return robot_of(request).feed(name)
+
+
+def _value(name: str, feed: ChassisFeed[Any]) -> dict[str, Any]:
+    reading = feed.known
+    if reading is None:
+        return {"name": name, "value": None, "age": None, "stamp": None}
+    age = round(reading.age, 3)
+    return {"name": name, "value": plain(reading.value), "age": age, "stamp": reading.stamp}
+
+
+def get_feed(feed: str, request: Request) -> dict[str, Any]:
+    """The newest value; null where nothing was heard yet."""
+    found = _feed(feed, request)
+    found.connect()
+    return _value(feed, found)
+
+
+def stream_feed(
+    feed: str, request: Request, rate: float = Query(10.0, gt=0.0, le=20.0, description="events a second")
+) -> Response:
+    """New values as they come; a slow reader gets fewer, and the newest."""
+    found, house = _feed(feed, request), house_of(request)
+    found.open()
+    if house.streams >= MOST_STREAMS:
+        raise Problem(429, f"{MOST_STREAMS} streams are open already; close one first")
+    return _Events(house, feed, found, rate)
+
+
+class _Events(Response):
+    """The stream; whoever takes nothing for ten seconds is let go."""
+
+    media_type = "text/event-stream"
+
+    def __init__(self, house: House, name: str, feed: ChassisFeed[Any], rate: float) -> None:
+        super().__init__()
+        del self.headers["content-length"]
+        self._house, self._name, self._feed, self._rate = house, name, feed, rate
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        await send({"type": "http.response.start", "status": 200, "headers": self.raw_headers})
+        self._house.streams += 1
+        gone = asyncio.ensure_future(_gone(receive))
+        try:
+            await self._events(send, gone)
+        finally:
+            gone.cancel()
+            self._house.streams -= 1
+
+    async def _events(self, send: Send, gone: asyncio.Future[None]) -> None:
+        count, said = -1, 0.0
+        await run_in_threadpool(self._feed.connect)
+        while not (gone.done() or self._feed.closed):
+            if self._feed.count != count and self._feed.known is not None:
+                count = self._feed.count
+                text = json.dumps(_value(self._name, self._feed), ensure_ascii=False, allow_nan=False)
+                said = await _tell(send, f"event: {self._name}\nid: {count}\ndata: {text}\n\n")
+            elif time.monotonic() - said > BEAT_SECONDS:
+                said = await _tell(send, ": nothing new\n\n")
+            await asyncio.wait([gone], timeout=1.0 / self._rate)
+
+
+async def _gone(receive: Receive) -> None:
+    while (await receive())["type"] != "http.disconnect":
+        pass
+
+
+async def _tell(send: Send, text: str) -> float:
+    body = {"type": "http.response.body", "body": text.encode(), "more_body": True}
+    await asyncio.wait_for(send(body), STUCK_SECONDS)
+    return time.monotonic()
+
+
+router.add_api_route("/feeds", list_feeds, response_model=list[models.Feed])
+router.add_api_route("/feeds/{feed}", get_feed, response_model=models.FeedValue, responses=problems(415))
+router.add_api_route(
+    "/feeds/{feed}/stream", stream_feed, response_class=Response, responses={**_EVENTS, **problems(415, 429)}
+)

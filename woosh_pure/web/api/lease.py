@@ -1,0 +1,59 @@
+"""GET, POST and DELETE lease, POST lease/grant."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fastapi import APIRouter, Request
+
+from woosh_pure.web import models
+from woosh_pure.web.api.asking import PROBLEMS, orderer, person_of, problems, robot_of
+from woosh_pure.web.problems import Problem
+from woosh_pure.web.snapshot import lease_part
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["lease"], responses=PROBLEMS)
+
+
+def get_lease(request: Request) -> dict[str, Any]:
+    """Who commands the robot, and who asks for it."""
+    return lease_part(robot_of(request).chassis.lease.state, mine=person_of(request).name)
+
+
+def ask_for_lease(request: Request, body: models.LeaseRequest | None = None) -> dict[str, Any]:
+    """Take it when it is free, or keep it; else ask the holder: look at `yours`."""
+    robot, person = orderer(request, lease=False)
+    lease = robot.chassis.lease
+    if not lease.acquire(person.name, (body or models.LeaseRequest()).seconds):
+        lease.request(person.name)
+    return get_lease(request)
+
+
+def give_lease_back(request: Request) -> dict[str, Any]:
+    """Give it back, or take the question back."""
+    robot, person = robot_of(request), person_of(request)
+    robot.chassis.lease.release(person.name)
+    if robot.seat.driver == person.name:
+        robot.seat.end("the lease was given back")
+    return get_lease(request)
+
+
+def grant_lease(request: Request, body: models.GrantRequest | None = None) -> dict[str, Any]:
+    """Hand it over to somebody who asks."""
+    robot, person = robot_of(request), person_of(request)
+    lease = robot.chassis.lease
+    to = (None if body is None else body.to) or next(iter(lease.state.asking), "")
+    if not lease.grant(person.name, to):
+        raise Problem(409, "the lease is not yours to grant, or nobody of that name asks for it", "lease")
+    if robot.seat.driver == person.name:
+        robot.seat.end("the lease was handed over")
+    return get_lease(request)
+
+
+ORDERS = problems(403, 409, 422, 429)
+add = router.add_api_route
+add("/lease", get_lease, response_model=models.LeaseAnswer)
+add("/lease", ask_for_lease, methods=["POST"], response_model=models.LeaseAnswer, responses=ORDERS)
+add("/lease", give_lease_back, methods=["DELETE"], response_model=models.LeaseAnswer)
+add("/lease/grant", grant_lease, methods=["POST"], response_model=models.LeaseAnswer, responses=ORDERS)

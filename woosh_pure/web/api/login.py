@@ -1,0 +1,63 @@
+"""GET access, POST and DELETE login: the token of the page stands in a cookie that no script can read."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from fastapi import APIRouter, Request, Response
+
+from woosh_pure.web import models
+from woosh_pure.web.access import COOKIE
+from woosh_pure.web.api.asking import address_of, house_of, problems
+from woosh_pure.web.guard import token_of
+from woosh_pure.web.problems import Problem
+
+__all__ = ["house_router"]
+
+house_router = APIRouter(tags=["access"], responses=problems(401, 403, 429))
+
+
+def get_access(request: Request) -> dict[str, Any]:
+    """What is needed to ask more; open to all."""
+    house = house_of(request)
+    given = token_of(dict(request.headers))
+    refusal = house.access.check_token(given, address_of(request), time.monotonic())
+    return {
+        "needs_token": house.access.needs_token,
+        "logged_in": refusal is None,
+        "allow_driving": house.allow_driving,
+        "robots": list(house.robots) if refusal is None else [],
+    }
+
+
+def log_in(body: models.LoginRequest, request: Request, response: Response) -> dict[str, Any]:
+    """Keep the token in a cookie."""
+    house = house_of(request)
+    refusal = house.access.check_token(body.token, address_of(request), time.monotonic())
+    if refusal is not None:
+        raise Problem(refusal.status, refusal.text)
+    response.set_cookie(
+        COOKIE,
+        body.token,
+        path=_place(request),
+        httponly=True,
+        samesite="strict",
+        secure=request.url.scheme == "https",
+    )
+    return {"logged_in": True}
+
+
+def log_out(request: Request, response: Response) -> dict[str, Any]:
+    """Forget the token in this browser."""
+    response.delete_cookie(COOKIE, path=_place(request))
+    return {"logged_in": False}
+
+
+def _place(request: Request) -> str:
+    return str(request.scope.get("root_path", "")) or "/"
+
+
+house_router.add_api_route("/access", get_access, response_model=models.AccessAnswer)
+house_router.add_api_route("/login", log_in, methods=["POST"], response_model=models.Answer)
+house_router.add_api_route("/login", log_out, methods=["DELETE"], response_model=models.Answer)

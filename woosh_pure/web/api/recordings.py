@@ -1,0 +1,75 @@
+"""GET, POST and DELETE recordings, and the download of a bag."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fastapi import APIRouter, Request
+from fastapi.responses import FileResponse
+
+from woosh_pure.web import models
+from woosh_pure.web.api.asking import PROBLEMS, orderer, person_of, problems, robot_of
+from woosh_pure.web.problems import Problem
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["recordings"], responses=PROBLEMS)
+_BAG: dict[int | str, dict[str, Any]] = {
+    200: {"content": {"application/octet-stream": {}}, "description": "a bag"}
+}
+
+
+def list_recordings(request: Request) -> list[dict[str, Any]]:
+    """Those of this server, the oldest first."""
+    return [one.as_json() for one in robot_of(request).recordings.all()]
+
+
+def create_recording(request: Request, body: models.RecordingRequest | None = None) -> dict[str, Any]:
+    """Begin to record; one at a time, at most an hour or 1 GiB."""
+    robot, person = orderer(request, lease=False)
+    body = body or models.RecordingRequest()
+    found = robot.recordings.begin(person.name, body.seconds, body.camera)
+    robot.journal.note(person.name, f"record bag {found.id}", "begun")
+    return found.as_json()
+
+
+def get_recording(recording: str, request: Request) -> dict[str, Any]:
+    """One of them."""
+    return robot_of(request).recordings.get(recording).as_json()
+
+
+def end_recording(recording: str, request: Request) -> dict[str, Any]:
+    """End it; the bag stays, and can be downloaded."""
+    robot, person = robot_of(request), person_of(request)
+    running = robot.recordings.get(recording).running
+    found = robot.recordings.end(recording)
+    if running:
+        robot.journal.note(person.name, f"end bag {found.id}")
+    return found.as_json()
+
+
+def download(recording: str, request: Request) -> FileResponse:
+    """The bag, when it is finished."""
+    found = robot_of(request).recordings.get(recording)
+    if found.running:
+        raise Problem(409, f"recording {found.id} still runs; end it first", "recording")
+    if found.ended is None:
+        found = robot_of(request).recordings.end(recording)
+    if not found.path.is_file():
+        raise Problem(404, f"the bag of recording {found.id} is not there any more")
+    return FileResponse(found.path, filename=found.path.name, media_type="application/octet-stream")
+
+
+add = router.add_api_route
+add("/recordings", list_recordings, response_model=list[models.Recording])
+add(
+    "/recordings",
+    create_recording,
+    methods=["POST"],
+    status_code=201,
+    response_model=models.Recording,
+    responses=problems(409, 422, 429),
+)
+add("/recordings/{recording}", get_recording, response_model=models.Recording)
+add("/recordings/{recording}", end_recording, methods=["DELETE"], response_model=models.Recording)
+add("/recordings/{recording}/bag", download, response_class=FileResponse, responses=_BAG)

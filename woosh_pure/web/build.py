@@ -1,0 +1,124 @@
+"""The ASGI application, put together."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from fastapi import Depends, FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from fastapi.routing import APIRoute
+from fastapi.staticfiles import StaticFiles
+from starlette.exceptions import HTTPException
+from starlette.middleware.cors import CORSMiddleware
+
+from rosproto.errors import RosError
+from rosproto.version import __version__
+from woosh_pure.web import models
+from woosh_pure.web.api import camera, feeds, goals, lease, live, login, recordings, status, stop
+from woosh_pure.web.api import map as map_
+from woosh_pure.web.api.asking import named_robot
+from woosh_pure.web.guard import Guard
+from woosh_pure.web.house import House
+from woosh_pure.web.problems import MEDIA_TYPE, Problem, problem_of
+
+__all__ = ["PAGE", "build"]
+
+PAGE = Path(__file__).parent / "page"
+_NOUNS = (status, goals, stop, map_, camera, feeds, lease, recordings, live)
+_HOUSE = (status, login)
+DESCRIPTION = (
+    "A Woosh chassis for any language. Units are m, rad, s; poses are in the map. Nothing moves by a GET. "
+    "POST /api/v1/stop is no emergency stop. Errors are application/problem+json."
+)
+
+
+def build(house: House, *, origins: tuple[str, ...] = ()) -> FastAPI:
+    """The application of a house; it starts nothing."""
+    app = FastAPI(
+        title="woosh",
+        version=__version__,
+        description=DESCRIPTION,
+        docs_url=None,
+        redoc_url=None,
+        generate_unique_id_function=_operation,
+    )
+    app.state.house = house
+    for part in _HOUSE:
+        app.include_router(part.house_router, prefix="/api/v1")
+    for part in _NOUNS:
+        app.include_router(part.router, prefix="/api/v1")
+        app.include_router(part.router, prefix="/api/v1/robots/{robot}", dependencies=[Depends(named_robot)])
+        app.include_router(part.router, prefix="/robots/{robot}/api/v1", include_in_schema=False)
+    for part in _HOUSE:  # a page of one robot asks by its own relative addresses
+        app.include_router(part.house_router, prefix="/robots/{robot}/api/v1", include_in_schema=False)
+    for kind in (Problem, RosError, ValueError, KeyError, Exception):
+        app.add_exception_handler(kind, _on_error)
+    app.add_exception_handler(RequestValidationError, _on_invalid)
+    app.add_exception_handler(HTTPException, _on_http)
+    if PAGE.is_dir():
+        for name in house.robots:
+            app.mount(f"/robots/{name}", StaticFiles(directory=PAGE, html=True))
+        app.mount("/", StaticFiles(directory=PAGE, html=True))
+    app.add_middleware(Guard, access=house.access)
+    if origins:
+        app.add_middleware(
+            CORSMiddleware,
+            allow_origins=list(origins),
+            allow_methods=["GET", "POST", "DELETE"],
+            allow_headers=["authorization", "content-type", "x-woosh-session"],
+        )
+    _say_problems(app)
+    return app
+
+
+def _operation(route: APIRoute) -> str:
+    """A name for generated clients: the function's, with the robot where the path has it."""
+    return route.name + ("_of_robot" if "{robot}" in route.path_format else "")
+
+
+def _say_problems(app: FastAPI) -> None:
+    """FastAPI tells of its own errors; ours are problems."""
+    made = app.openapi
+
+    def openapi() -> dict[str, Any]:
+        if app.openapi_schema is not None:
+            return app.openapi_schema
+        schema = made()
+        parts = schema["components"]["schemas"]
+        parts.pop("HTTPValidationError", None)
+        parts.pop("ValidationError", None)
+        parts["ProblemDocument"] = models.ProblemDocument.model_json_schema()
+        content = {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}}
+        for path in schema["paths"].values():
+            for operation in path.values():
+                found = operation["responses"].get("422")
+                if found is not None:
+                    operation["responses"]["422"] = {"description": "makes no sense", "content": content}
+        return schema
+
+    app.openapi = openapi  # type: ignore[method-assign]
+
+
+def _answer(request: Request, problem: Problem) -> JSONResponse:
+    return JSONResponse(problem.document(request.url.path), problem.status, media_type=MEDIA_TYPE)
+
+
+async def _on_error(request: Request, error: Exception) -> JSONResponse:
+    return _answer(request, problem_of(error))
+
+
+async def _on_invalid(request: Request, error: Exception) -> JSONResponse:
+    wrong = []
+    for one in getattr(error, "errors", list)()[:10]:
+        where = ".".join(str(part) for part in one.get("loc", ()) if part != "body")[:100]
+        wrong.append(f"{where}: {one.get('msg', '')}" if where else str(one.get("msg", "")))
+    return _answer(request, Problem(422, "; ".join(wrong)[:1000] or "the request makes no sense", "invalid"))
+
+
+async def _on_http(request: Request, error: Exception) -> JSONResponse:
+    status = int(getattr(error, "status_code", 500))
+    words = {404: "there is nothing at this address", 405: "this address does not take this method"}
+    text = words.get(status) or str(getattr(error, "detail", "")) or "the request was refused"
+    return _answer(request, Problem(status, text))

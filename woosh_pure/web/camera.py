@@ -1,0 +1,113 @@
+"""Camera pictures, subscribed only while somebody looks: they are the most that the robot can send."""
+
+from __future__ import annotations
+
+import io
+import threading
+import time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rosproto.numeric import encode_png, picture_order, visible_depth
+from woosh_pure import interface
+from woosh_pure.feed.feed import Feed
+from woosh_pure.web.extra import pillow
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from woosh_pure.chassis import Chassis
+    from woosh_pure.feed.feed import Reading
+    from woosh_pure.values.state import Image
+
+__all__ = ["FEEDS", "CameraDesk", "jpeg_of", "png_of"]
+
+FEEDS = {"color": "camera", "depth": "depth"}
+MOST_WIDTH, QUALITY = 640, 70
+LINGER = 2.0
+"""Seconds for which a camera that nobody looks at stays subscribed: the next request is answered at once."""
+
+
+def pixels_of(image: Image) -> NDArray[np.uint8]:
+    """(height, width) grey or (height, width, 3) RGB; depth as a visible picture.
+
+    Raises:
+        ValueError: The encoding cannot be shown.
+    """
+    if image.encoding in ("16UC1", "mono16", "32FC1"):
+        shown: NDArray[np.uint8] = visible_depth(image.depth_metres())
+        return shown
+    order = picture_order(image.encoding)
+    return np.ascontiguousarray(image.pixels if order is None else image.pixels[..., order], np.uint8)
+
+
+def png_of(image: Image) -> bytes:
+    """The whole picture."""
+    return encode_png(pixels_of(image))
+
+
+def jpeg_of(image: Image, width: int = MOST_WIDTH, quality: int = QUALITY) -> bytes:
+    """A picture of at most that width."""
+    pixels = pixels_of(image)
+    step = max(1, -(-pixels.shape[1] // width))
+    small = np.ascontiguousarray(pixels[::step, ::step, :3] if pixels.ndim == 3 else pixels[::step, ::step])
+    picture = pillow().fromarray(small)
+    out = io.BytesIO()
+    picture.save(out, "JPEG", quality=quality)
+    return out.getvalue()
+
+
+class CameraDesk:
+    """One camera ("color" or "depth") of one robot. Safe from any thread."""
+
+    def __init__(self, chassis: Chassis, source: str) -> None:
+        self._chassis, self._row = chassis, interface.find(FEEDS[source])
+        self._lock = threading.Lock()
+        self._feed: Feed[Any] | None = None
+        self._lookers = 0
+        self._left = 0.0
+
+    @property
+    def open(self) -> bool:
+        """Whether it is subscribed now."""
+        return self._feed is not None
+
+    def look(self) -> None:
+        """Somebody begins to look; blocks while it is subscribed."""
+        with self._lock:
+            self._lookers += 1
+            if self._feed is None:
+                self._feed = Feed(self._row, lambda: self._chassis.node).open()
+
+    def leave(self) -> None:
+        """Somebody looks away; `tidy` ends the subscription then."""
+        with self._lock:
+            self._lookers, self._left = max(0, self._lookers - 1), time.monotonic()
+
+    def tidy(self, linger: float = LINGER) -> None:
+        """End the subscription when nobody has looked for a while."""
+        with self._lock:
+            if self._lookers or self._feed is None or time.monotonic() - self._left < linger:
+                return
+            feed, self._feed = self._feed, None
+        feed.close()
+
+    def newest(self) -> Reading[Any] | None:
+        """The newest picture, None when nothing came yet; never waits."""
+        feed = self._feed
+        return None if feed is None else feed.known
+
+    def picture(self, timeout: float = 3.0) -> Any:
+        """One picture; blocks.
+
+        Raises:
+            RosTimeout: None came in time.
+        """
+        self.look()
+        try:
+            feed = self._feed
+            assert feed is not None
+            return feed.wait(timeout, new=False)
+        finally:
+            self.leave()

@@ -1,0 +1,37 @@
+"""The libraries of the extra `web`, imported with their first use; without them an error names the extra."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+__all__ = ["pillow", "require"]
+
+
+def require() -> None:
+    """Look whether all of them are there.
+
+    Raises:
+        ImportError: One is missing; the text says what to install.
+    """
+    for module in ("fastapi", "uvicorn", "websockets"):
+        _load(module)
+
+
+def pillow() -> Any:
+    """`PIL.Image`.
+
+    Raises:
+        ImportError: It is missing; the text says what to install.
+    """
+    return _load("PIL.Image")
+
+
+def _load(module: str) -> Any:
+    try:
+        return import_module(module)
+    except ImportError as error:
+        name = module.partition(".")[0]
+        raise ImportError(
+            f"the page and the REST door need {name}: pip install 'woosh-pure[web]'", name=name
+        ) from error

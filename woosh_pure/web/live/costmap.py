@@ -1,0 +1,59 @@
+"""The costmap that the navigation plans in, subscribed only while somebody looks at it. Not every chassis
+tells it.
+"""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import RosError
+from rosproto.logs import get_logger
+from woosh_pure.maps.gridmap_message import grid_from_message
+from woosh_pure.web.live.frames import costmap_frame
+
+if TYPE_CHECKING:
+    import rosproto
+    from woosh_pure.web.robot import Robot
+
+__all__ = ["TOPIC", "Costmap"]
+
+TOPIC = "/move_base/global_costmap/costmap"
+"""As move_base names it; it is not on the vendor's page (assumed)."""
+_logger = get_logger("woosh_pure.web")
+
+
+class Costmap:
+    """Safe from any thread."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        self._lock = threading.Lock()
+        self._subscriber: rosproto.Subscriber | None = None
+        self._newest: Any = None
+
+    def look(self, on: bool) -> None:
+        """Subscribe, or end that."""
+        with self._lock:
+            if on and self._subscriber is None:
+                self._subscriber = self._robot.chassis.node.subscriber(
+                    TOPIC, "nav_msgs/OccupancyGrid", callback=self._take, queue_size=1
+                )
+            elif not on and self._subscriber is not None:
+                self._subscriber.close()
+                self._subscriber = self._newest = None
+
+    def _take(self, message: Any) -> None:
+        self._newest = message
+
+    def frame(self) -> bytes | None:
+        """The newest as a frame, None when there is none."""
+        message = self._newest
+        if message is None:
+            return None
+        try:
+            grid = grid_from_message(message)
+            return costmap_frame(grid.cells, grid.resolution, grid.origin)
+        except (ValueError, RosError) as error:
+            _logger.warning("! %s: %s", TOPIC, error)
+            return None

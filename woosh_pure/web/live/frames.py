@@ -1,0 +1,69 @@
+"""Binary frames of the live connection, little-endian. Pure. The first byte says the kind, and each is
+encoded once for all who look.
+
+    scan     B kind=1, B 0, H count, 5f x y theta angle_min angle_increment (laser in the map, m and rad),
+             then count H: centimetres, 0 where nothing was seen
+    camera   B kind=2, B source (0 colour, 1 depth), then a JPEG
+    costmap  B kind=3, B 0, H width, H height, H 0, 4f resolution x y theta, then width*height B:
+             cost 0 to 100, 255 not known; the first row is the one at the origin
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from woosh_pure.geometry import Pose2D
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["CAMERA", "COSTMAP", "SCAN", "SOURCES", "camera_frame", "costmap_frame", "scan_frame"]
+
+SCAN, CAMERA, COSTMAP = 1, 2, 3
+SOURCES = ("color", "depth")
+MOST_RANGES = 2000
+"""Of a scan with more, every second, third ... is sent: more than a screen can show."""
+_HEAD = struct.Struct("<BBH5f")
+_GRID = struct.Struct("<BBHHH4f")
+
+
+def scan_frame(
+    ranges: NDArray[np.float32], limits: tuple[float, float], angles: tuple[float, float], laser: Pose2D
+) -> bytes:
+    """A scan.
+
+    Args:
+        ranges: (N,) m.
+        limits: Shortest and longest range that is a measurement, m.
+        angles: Of the first range, and from one to the next, rad, in the laser's frame.
+        laser: Of the laser in the map.
+    """
+    step = max(1, math.ceil(ranges.size / MOST_RANGES))
+    ranges = ranges[::step]
+    with np.errstate(invalid="ignore"):
+        seen = (ranges >= limits[0]) & (ranges <= min(limits[1], 655.0))
+        centimetres = np.where(seen, np.rint(ranges * np.float32(100.0)), 0.0).astype("<u2")
+    head = _HEAD.pack(SCAN, 0, centimetres.size, laser.x, laser.y, laser.yaw, angles[0], angles[1] * step)
+    return head + centimetres.tobytes()
+
+
+def camera_frame(source: str, jpeg: bytes) -> bytes:
+    """A picture of "color" or "depth"."""
+    return bytes((CAMERA, SOURCES.index(source))) + jpeg
+
+
+def costmap_frame(cells: NDArray[np.int8], resolution: float, origin: Pose2D) -> bytes:
+    """A costmap: cells (height, width) int8, 0 to 100, -1 not known.
+
+    Raises:
+        ValueError: More than 65535 cells in one direction.
+    """
+    height, width = cells.shape
+    if max(height, width) > 0xFFFF:
+        raise ValueError(f"a costmap of {width} x {height} cells is too large to be shown")
+    head = _GRID.pack(COSTMAP, 0, width, height, 0, resolution, origin.x, origin.y, origin.yaw)
+    return head + cells.astype(np.uint8).tobytes()

@@ -1,0 +1,252 @@
+"""What all viewers of one robot are shown: the newest of each kind, encoded once, each with a version.
+
+It runs only while somebody looks, in the event loop of the application, and asks the robot in threads. A
+viewer remembers which version of each kind it was sent: so memory does not grow with what a slow one has
+missed.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import time
+from collections import deque
+from collections.abc import Awaitable, Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import RosError
+from rosproto.logs import get_logger
+from woosh_pure.web.camera import jpeg_of
+from woosh_pure.web.live import look
+from woosh_pure.web.live.costmap import Costmap
+from woosh_pure.web.live.frames import camera_frame, scan_frame
+from woosh_pure.web.snapshot import ages, pose_part, state_parts
+
+if TYPE_CHECKING:
+    from woosh_pure.web.robot import Robot
+    from woosh_pure.web.workers import Workers
+
+__all__ = ["STATE_PARTS", "Hub", "text_of"]
+
+_logger = get_logger("woosh_pure.web")
+TICK, SLOW, CAMERA_EVERY, SCAN_EVERY, MAP_EVERY = 0.05, 0.4, 0.2, 0.1, 5.0
+LOST_AFTER = 1.5
+"""Seconds for which nothing at all was heard: a living chassis says something many times a second."""
+STATE_PARTS = (
+    *("status", "battery", "velocity", "odometer"),
+    *("readiness", "faults", "goals", "recordings", "driver", "rates"),
+)
+
+
+def text_of(document: Any) -> str:
+    """As it is sent."""
+    return json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+
+
+async def _kept_up(loop: Callable[[], Awaitable[None]]) -> None:
+    """A loop for as long as somebody looks; what fails in it nobody foresaw, and is no reason to show
+    nothing.
+    """
+    while True:
+        try:
+            await loop()
+        except Exception:
+            _logger.exception("! a look at the robot failed")
+            await asyncio.sleep(1.0)
+
+
+class Hub:
+    """See above. Everything here belongs to the event loop, except what is called in threads by it.
+
+    Attributes:
+        newest: By kind: version, and the text or bytes.
+        changed: Set when anything is new; viewers wait for it.
+    """
+
+    def __init__(self, robot: Robot, workers: Workers) -> None:
+        self.robot, self._workers = robot, workers
+        self.newest: dict[str, tuple[int, str | bytes]] = {}
+        self._viewers: set[Callable[[], None]] = set()
+        self._version = 0
+        self._tasks: list[asyncio.Task[None]] = []
+        self._looking = dict.fromkeys(("color", "depth", "costmap"), 0)
+        self._costmap = Costmap(robot)
+        self._seen: dict[str, float] = {}
+        self._counts: deque[tuple[float, dict[str, int]]] = deque(maxlen=60)
+        self._mounting: tuple[str, look.Mounting] | None = None
+
+    # -- viewers ---------------------------------------------------------------------------------------------
+
+    def join(self, wake: Callable[[], None]) -> None:
+        """A viewer comes; `wake()` is called when something is new."""
+        self._viewers.add(wake)
+        if not self._tasks:
+            cameras = [partial(self._camera, source) for source in self.robot.cameras]
+            loops: list[Callable[[], Awaitable[None]]] = [self._quick, self._slow, self._maps, *cameras]
+            self._tasks = [asyncio.ensure_future(_kept_up(loop)) for loop in loops]
+
+    def leave(self, wake: Callable[[], None]) -> None:
+        """A viewer goes; with the last one everything rests."""
+        self._viewers.discard(wake)
+        if not self._viewers:
+            tasks, self._tasks = self._tasks, []
+            for task in tasks:
+                task.cancel()
+            self.newest.clear()  # what is old must not be the first thing the next viewer sees
+            self._seen.clear()
+            for camera in self.robot.cameras.values():
+                self._workers.run(camera.tidy, 0.0)
+
+    async def look(self, what: str, on: bool) -> None:
+        """A viewer begins or ends to look at "color", "depth" or "costmap"."""
+        self._looking[what] = max(0, self._looking[what] + (1 if on else -1))
+        if what == "costmap":
+            await self._try(partial(self._costmap.look, self._looking[what] > 0))
+            return
+        camera = self.robot.cameras[what]
+        await self._try(camera.look if on else camera.leave)
+        if not self._looking[what]:
+            self.newest.pop(f"camera {what}", None)
+
+    def put(self, kind: str, content: str | bytes) -> None:
+        """Something new of a kind; the same again is nothing new."""
+        before = self.newest.get(kind)
+        if before is not None and before[1] == content:
+            return
+        self._version += 1
+        self.newest[kind] = (self._version, content)
+
+    def wake(self) -> None:
+        """Tell all viewers that something is new."""
+        for wake in list(self._viewers):
+            wake()
+
+    # -- loops -----------------------------------------------------------------------------------------------
+
+    async def _quick(self) -> None:
+        """What is heard, many times a second."""
+        robot, due = self.robot, 0.0
+        await self._try(robot.listen)
+        while True:
+            before, now = self._version, time.monotonic()
+            readings = robot.readings()
+            for part, value in state_parts(readings).items():
+                self.put(part, text_of(value))
+            pose = readings["pose"]
+            if pose is not None and self._is_new("pose", pose.received):
+                self.put("pose", text_of({"t": "pose", **pose_part(pose.value), "age": round(pose.age, 2)}))
+            await self._scan()
+            if now >= due:
+                due = now + 0.5
+                self._ages(readings, now)
+            self._lost(now)
+            if self._version != before:
+                self.wake()
+            await asyncio.sleep(TICK)
+
+    async def _slow(self) -> None:
+        """What takes a moment to find out: in a thread."""
+        robot = self.robot
+        self.put("marks", text_of({"t": "marks", "marks": [mark.as_json() for mark in robot.marks]}))
+        outline = {"t": "footprint", "points": look.round_outline(), "assumed": True}
+        self.put("footprint", text_of(outline))
+        while True:
+            await self._try(robot.listen)  # again, where the robot was not there yet
+            parts = await self._try(lambda: look.slow_parts(robot))
+            for part, value in (parts or {}).items():
+                self.put(part, text_of(value))
+            self.put("driver", text_of(robot.seat.driver))
+            points = await self._try(lambda: look.path_points(robot))
+            if points is not None:
+                self.put("plan", text_of({"t": "plan", "points": points}))
+            frame = await self._try(self._costmap.frame)
+            if frame is not None and self._looking["costmap"]:
+                self.put("costmap", frame)
+            for camera in robot.cameras.values():
+                await self._try(camera.tidy)
+            self.wake()
+            await asyncio.sleep(SLOW)
+
+    async def _maps(self) -> None:
+        while True:
+            known = await self._try(self.robot.map.get)
+            if known is not None:
+                self.put("map", text_of({"t": "map", **known.as_json()}))
+                self.wake()
+            await asyncio.sleep(MAP_EVERY)
+
+    async def _camera(self, source: str) -> None:
+        camera = self.robot.cameras[source]
+        while True:
+            reading = camera.newest() if self._looking[source] else None
+            if reading is not None and self._is_new(source, reading.received):
+                jpeg = await self._try(partial(jpeg_of, reading.value))
+                if jpeg is not None and self._looking[source]:
+                    self.put(f"camera {source}", camera_frame(source, jpeg))
+                    self.wake()
+            await asyncio.sleep(CAMERA_EVERY if self._looking[source] else 0.2)
+
+    async def _try(self, ask: Callable[[], Any]) -> Any:
+        """In a thread; None when the robot does not answer: what is not known is shown by its age."""
+        try:
+            return await self._workers.run(ask)
+        except (RosError, ValueError) as error:
+            _logger.debug("! %s: %s", self.robot.name, error)
+            return None
+        except Exception:
+            _logger.exception("! %s: a look at the robot failed", self.robot.name)
+            return None
+
+    # -- parts -----------------------------------------------------------------------------------------------
+
+    def _is_new(self, what: str, received: float) -> bool:
+        if self._seen.get(what) == received:
+            return False
+        self._seen[what] = received
+        return True
+
+    async def _scan(self) -> None:
+        scan, pose = self.robot.feed("scan").known, self.robot.feed("pose").known
+        if scan is None or pose is None or scan.received - self._seen.get("scan", 0.0) < SCAN_EVERY * 0.9:
+            return
+        self._seen["scan"] = scan.received
+        value = scan.value
+        if self._mounting is None or self._mounting[0] != value.frame:
+            mounted = await self._try(partial(look.laser_mounting, self.robot, value))
+            if mounted is None:
+                return
+            self._mounting = (value.frame, mounted)
+        mounting = self._mounting[1]
+        limits = (value.range_min, value.range_max)
+        self.put(
+            "scan", scan_frame(value.ranges, limits, mounting.angles(value), mounting.in_map(pose.value))
+        )
+
+    def _ages(self, readings: Any, now: float) -> None:
+        scan = self.robot.feed("scan").known
+        self.put("ages", text_of({**ages(readings), **ages({"scan": scan})}))
+        names = (*readings, "scan")
+        self._counts.append((now, {name: self.robot.feed(name).count for name in names}))
+        while len(self._counts) > 2 and now - self._counts[0][0] > 3.0:
+            self._counts.popleft()
+        then, before = self._counts[0]
+        if now - then > 0.9:
+            counts = self._counts[-1][1]
+            rates = {name: round((counts[name] - before[name]) / (now - then), 1) for name in names}
+            self.put("rates", text_of(rates))
+
+    def _lost(self, now: float) -> None:
+        heard = [
+            r.received
+            for r in (self.robot.feed(n).known for n in (*look.LASER_FEEDS, "velocity", "pose"))
+            if r
+        ]
+        began = self._seen.setdefault("began", now)
+        since = now - max(heard, default=began)
+        document: dict[str, Any] = {"t": "lost", "text": None, "since": 0.0}
+        if since > LOST_AFTER:
+            begun = f"for {since:.0f} s" if heard else "so far"
+            document["text"] = f"nothing was heard of the robot {begun}: what is shown is old; look at it"
+            document["since"] = round(since)
+        self.put("lost", text_of(document))

@@ -1,0 +1,128 @@
+"""The map of one robot, fetched when it is looked at and again now and then; and its marks."""
+
+from __future__ import annotations
+
+import hashlib
+import threading
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import RosError
+from rosproto.numeric import encode_png
+from rosproto.text import printable
+from woosh_pure.web.snapshot import pose_part
+
+if TYPE_CHECKING:
+    from woosh_pure.chassis import Chassis
+    from woosh_pure.geometry import Pose2D
+    from woosh_pure.maps.gridmap import GridMap
+
+__all__ = ["KnownMap", "MapDesk", "WebMark", "marks_of"]
+
+FRESH = 30.0
+"""Seconds after which the map is asked for again when somebody looks."""
+
+
+@dataclass(frozen=True, slots=True)
+class WebMark:
+    """A mark as the page shows it."""
+
+    name: str
+    pose: Pose2D | None = None
+    charger: bool = False
+    note: str = ""
+
+    def as_json(self) -> dict[str, Any]:
+        """As it is sent; x, y and theta are null where the pose is not known."""
+        pose: dict[str, Any] = dict.fromkeys(("x", "y", "theta"))
+        if self.pose is not None:
+            pose = dict(pose_part(self.pose))
+        return {"name": printable(self.name), **pose, "charger": self.charger, "note": printable(self.note)}
+
+
+def marks_of(marks: Iterable[Any]) -> tuple[WebMark, ...]:
+    """Marks of a user's list, or whatever else has a name and a pose."""
+    return tuple(
+        mark
+        if isinstance(mark, WebMark)
+        else WebMark(mark.name, mark.pose, getattr(mark, "charger", False), getattr(mark, "note", ""))
+        for mark in marks
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class KnownMap:
+    """A map with its picture.
+
+    Attributes:
+        version: Short text that changes with its content.
+        png: Grey picture, north up.
+    """
+
+    grid: GridMap
+    version: str
+    png: bytes
+
+    def as_json(self) -> dict[str, Any]:
+        """Its facts; the origin is the lower left corner, in m and rad."""
+        grid = self.grid
+        return {
+            "version": self.version,
+            "width": grid.width,
+            "height": grid.height,
+            "resolution": round(grid.resolution, 6),
+            "origin": pose_part(grid.origin),
+        }
+
+    def yaml(self) -> str:
+        """map_server's YAML; its image is the PNG beside it."""
+        origin = self.grid.origin
+        return (
+            f"image: map.png\nresolution: {self.grid.resolution:.6f}\n"
+            f"origin: [{origin.x:.6f}, {origin.y:.6f}, {origin.yaw:.6f}]\n"
+            "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+        )
+
+
+class MapDesk:
+    """Fetches and keeps the map; one asks at a time, the others wait for that answer. Blocking."""
+
+    def __init__(self, chassis: Chassis) -> None:
+        self._chassis = chassis
+        self._lock = threading.Lock()
+        self._known: KnownMap | None = None
+        self._asked = -FRESH
+        self._error: Exception | None = None
+
+    @property
+    def known(self) -> KnownMap | None:
+        """The one fetched last."""
+        return self._known
+
+    def get(self, fresh: float = FRESH) -> KnownMap:
+        """The map, asked for again when it is older than `fresh` s.
+
+        Raises:
+            RosError, ValueError: It cannot be fetched, and never was.
+        """
+        with self._lock:
+            if time.monotonic() - self._asked > (fresh if self._known is not None else 2.0):
+                self._fetch()
+            if self._known is not None:
+                return self._known
+            assert self._error is not None
+            raise self._error
+
+    def _fetch(self) -> None:
+        try:
+            grid = self._chassis.get_map()
+            place = f"{grid.resolution} {grid.origin} {grid.cells.shape}".encode()
+            version = hashlib.sha256(place + grid.cells.tobytes()).hexdigest()[:12]
+            if self._known is None or self._known.version != version:
+                self._known = KnownMap(grid, version, encode_png(grid.to_grey()))
+        except (RosError, ValueError) as error:
+            self._error = error
+        finally:
+            self._asked = time.monotonic()

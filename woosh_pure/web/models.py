@@ -1,0 +1,365 @@
+"""What goes in and out of the REST door, as models: what is checked, and what /openapi.json says."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+__all__ = [
+    "Answer",
+    "GoalRequest",
+    "GrantRequest",
+    "LeaseRequest",
+    "LoginRequest",
+    "PoseRequest",
+    "ProblemDocument",
+    "RecordingRequest",
+    "StopRequest",
+]
+
+Metres = Annotated[float, Field(allow_inf_nan=False, ge=-1e6, le=1e6, description="m")]
+Radians = Annotated[float, Field(allow_inf_nan=False, ge=-100.0, le=100.0, description="rad")]
+Seconds = Annotated[
+    float, Field(allow_inf_nan=False, gt=0.0, le=86400.0, description="s; without it the library's own")
+]
+MarkName = Annotated[str, Field(min_length=1, max_length=200, description="as on the chassis's own map")]
+
+
+class Request(BaseModel):
+    """Of what comes in: nothing is guessed, and nothing unknown is passed over."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+
+class Answer(BaseModel):
+    """Of what goes out; more members may come with later versions."""
+
+    model_config = ConfigDict(extra="allow")
+
+
+# -- in ------------------------------------------------------------------------------------------------------
+
+
+class MotionRequest(Request):
+    """What all goals take."""
+
+    timeout: Seconds | None = None
+    replace: Annotated[bool, Field(description="end what this server has under way that moves the robot")] = (
+        False
+    )
+
+
+class MarkGoal(MotionRequest):
+    """Drive to a mark."""
+
+    kind: Literal["mark"]
+    mark: MarkName
+
+
+class ParkGoal(MotionRequest):
+    """Drive to a mark and park there."""
+
+    kind: Literal["park"]
+    mark: MarkName
+
+
+class ChargeGoal(MotionRequest):
+    """Drive to a charger and charge."""
+
+    kind: Literal["charge"]
+    mark: MarkName
+
+
+class CarryGoal(MotionRequest):
+    """Drive to a mark and load or unload there."""
+
+    kind: Literal["carry"]
+    mark: MarkName
+    direction: Literal["load", "unload"]
+
+
+class PoseGoal(MotionRequest):
+    """Drive to a place on the map."""
+
+    kind: Literal["pose"]
+    x: Metres
+    y: Metres
+    theta: Radians = 0.0
+
+
+class MoveGoal(MotionRequest):
+    """Drive straight, forward positive; obstacle avoidance stays on."""
+
+    kind: Literal["move"]
+    distance: Metres
+    speed: Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=3.0)] = 0.0
+
+
+class RotateGoal(MotionRequest):
+    """Turn in place, counter-clockwise positive; obstacle avoidance stays on."""
+
+    kind: Literal["rotate"]
+    angle: Radians
+    speed: Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=6.3)] = 0.0
+
+
+GoalRequest = Annotated[
+    MarkGoal | ParkGoal | ChargeGoal | CarryGoal | PoseGoal | MoveGoal | RotateGoal,
+    Field(discriminator="kind"),
+]
+
+
+class PoseRequest(Request):
+    """Where the robot stands, in the map."""
+
+    x: Metres
+    y: Metres
+    theta: Radians = 0.0
+
+
+class StopRequest(Request):
+    """How far a stop goes."""
+
+    everything: Annotated[bool, Field(description="also goals and tasks that others have started")] = True
+
+
+class LeaseRequest(Request):
+    """For how long."""
+
+    seconds: Annotated[float, Field(allow_inf_nan=False, gt=0.0, le=3600.0)] = 60.0
+
+
+class GrantRequest(Request):
+    """To whom: one of those who ask; left out, the first of them."""
+
+    to: Annotated[str, Field(min_length=1, max_length=200)] | None = None
+
+
+class RecordingRequest(Request):
+    """How long, and whether with pictures."""
+
+    seconds: Annotated[float, Field(allow_inf_nan=False, gt=0.0, le=3600.0)] | None = None
+    camera: Annotated[bool, Field(description="also images and point clouds: much data")] = False
+
+
+class LoginRequest(Request):
+    """The token that the server was started with."""
+
+    token: Annotated[str, Field(max_length=1000)]
+
+
+# -- out -----------------------------------------------------------------------------------------------------
+
+
+class ProblemDocument(Answer):
+    """RFC 9457; the detail is the library's sentence."""
+
+    type: str
+    title: str
+    status: int
+    detail: str
+    instance: str
+
+
+class Goal(Answer):
+    """A goal. `arrived` is true only for success; `stands_still` is null where it is not known."""
+
+    id: str
+    kind: str
+    who: str
+    description: str
+    begun: float
+    state: str
+    done: bool
+    arrived: bool | None
+    progress: str
+    percent: float | None
+    stands_still: bool | None
+    text: str
+    seconds: float
+    can_pause: bool
+
+
+class StopAnswer(Answer):
+    """What stands still, and what could not be done."""
+
+    stands_still: bool | None
+    text: str
+    cancelled: list[str]
+    problems: list[str]
+
+
+class Pose(Answer):
+    """m, m and rad."""
+
+    x: float
+    y: float
+    theta: float
+
+
+class Reason(Answer):
+    """One thing that speaks against moving."""
+
+    key: str
+    text: str
+    blocking: bool
+    doubt: bool
+
+
+class Readiness(Answer):
+    """Whether it would move now: yes, no, or not known."""
+
+    answer: Literal["yes", "no", "not known"]
+    text: str
+    reasons: list[Reason]
+
+
+class Fault(Answer):
+    """One that is active."""
+
+    code: int
+    level: str
+    identifier: str
+    text: str
+    text_zh: str
+
+
+class Faults(Answer):
+    """`known` tells whether the list is all there is."""
+
+    known: bool
+    present: bool | None
+    text: str
+    active: list[Fault]
+
+
+class Mark(Answer):
+    """x, y and theta are null where the pose is not known."""
+
+    name: str
+    x: float | None
+    y: float | None
+    theta: float | None
+    charger: bool
+    note: str
+
+
+class MapFacts(Answer):
+    """The origin is the lower left corner."""
+
+    version: str
+    width: int
+    height: int
+    resolution: float
+    origin: Pose
+
+
+class Points(Answer):
+    """[x, y] in m."""
+
+    points: list[list[float]]
+
+
+class Feed(Answer):
+    """A feed of the chassis."""
+
+    name: str
+    topic: str
+    type: str
+    meaning: str
+    unit: str
+    on_change: bool
+
+
+class FeedValue(Answer):
+    """The newest value; null and no age where nothing was heard."""
+
+    name: str
+    value: Any
+    age: float | None
+    stamp: float | None
+
+
+class Entry(Answer):
+    """A line of the journal."""
+
+    id: int
+    at: float
+    who: str
+    what: str
+    state: str
+    text: str
+    ended: float | None
+    goal: str
+
+
+class Recording(Answer):
+    """A bag."""
+
+    id: str
+    who: str
+    name: str
+    begun: float
+    running: bool
+    seconds: float
+    bytes: int
+    messages: int
+    error: str
+
+
+class LeaseAnswer(Answer):
+    """Who commands the robot."""
+
+    holder: str | None
+    seconds: float
+    asking: list[str]
+    you: str
+    yours: bool
+
+
+class Snapshot(Answer):
+    """Everything at once; a part is null where nothing was heard."""
+
+    robot: str
+    time: float
+    status: dict[str, Any] | None
+    battery: dict[str, Any] | None
+    velocity: dict[str, Any] | None
+    odometer: float | None
+    pose: Pose | None
+    readiness: Readiness
+    faults: Faults
+    goals: list[Goal]
+    lease: dict[str, Any]
+    driver: str | None
+    ages: dict[str, float | None]
+
+
+class Status(Answer):
+    """The state in a few words."""
+
+    robot: str
+    state: str | None
+    battery_percent: int | None
+    pose: Pose | None
+    ready: Literal["yes", "no", "not known"]
+    text: str
+    age: float | None
+
+
+class RobotEntry(Answer):
+    """A robot of this server."""
+
+    name: str
+    page: str
+    api: str
+
+
+class AccessAnswer(Answer):
+    """What is needed to ask more."""
+
+    needs_token: bool
+    logged_in: bool
+    allow_driving: bool
+    robots: list[str]

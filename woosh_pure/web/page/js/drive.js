@@ -1,0 +1,177 @@
+// Driving by hand: off unless the server allows it and the warning was confirmed here. The heart beats only while
+// something is held; every way of not being there lets go. Nothing ever resumes: what ended needs a new press.
+
+import { button, byId, el, fill, say } from "./dom.js";
+import { BEAT_SECONDS, Heart } from "./heart.js";
+import { number, onLanguage, t } from "./i18n.js";
+import { fromKeys, Gamepad, Keys } from "./inputs.js";
+import { seconds } from "./link.js";
+import { Pad } from "./pad.js";
+import { fromStick } from "./steering.js";
+import { toast } from "./toast.js";
+import { warning } from "./warning.js";
+
+export class Drive {
+  constructor({ store, link, lease, leaseBox }) {
+    Object.assign(this, { store, link, lease, leaseBox });
+    this.on = false;
+    this.speed = 0.5;
+    this.heart = new Heart({ send: (message) => link.send(message), now: seconds, buffered: () => link.buffered });
+    this.note = ""; // why it ended last, until the next press
+    this.heart.onchange = (state, reason) => {
+      if (state !== "idle") this.note = reason;
+      this.show();
+    };
+    this.build();
+    this.inputs();
+    this.leave();
+    store.on("drive", (message) => this.told(message));
+    store.on("hello", () => this.switch(false)); // a new session knows no confirmation
+    store.on("link", (state) => state !== "open" && this.end("lost"));
+    store.on("lost", (lost) => lost && this.end("lost"));
+    store.on("stopping", () => this.end("stopped"));
+    store.on("lease", (now) => !now?.yours && this.end("unleased"));
+    store.on("tab", (tab) => tab !== "drive" && this.end("hidden"));
+    onLanguage(() => this.render());
+    setInterval(() => this.beat(), BEAT_SECONDS * 1000);
+  }
+
+  get limits() {
+    const { vx = 0.4, wz = 0.8 } = this.store.get("hello")?.limits ?? {};
+    return { vx: vx * this.speed, wz: wz * this.speed };
+  }
+
+  build() {
+    this.pad = new Pad({
+      press: (x, y) => this.press(fromStick(x, y, this.limits)),
+      steer: (x, y) => this.steer(fromStick(x, y, this.limits)),
+      release: () => this.heart.release(),
+      taken: () => this.taken(),
+    });
+    this.status = el("p", { class: "drivestate", role: "status" });
+    this.slider = el("input", {
+      type: "range", min: "0.2", max: "1", step: "0.1", value: String(this.speed), id: "speed",
+      oninput: () => (this.speed = Number(this.slider.value)),
+    });
+    this.root = byId("tab-drive");
+  }
+
+  inputs() {
+    this.keys = new Keys(() => this.on && this.store.get("tab") === "drive", {
+      press: (codes) => this.press(fromKeys(codes, this.limits)),
+      steer: (codes) => this.steer(fromKeys(codes, this.limits)),
+      release: () => this.heart.release(),
+    });
+    this.gamepad = new Gamepad({
+      press: (command) => this.press(command),
+      steer: (command) => this.steer(command),
+      release: () => this.heart.release(),
+    });
+  }
+
+  // Every way of not being there any more.
+  leave() {
+    document.addEventListener("visibilitychange", () => document.hidden && this.end("hidden"));
+    addEventListener("pagehide", () => this.end("hidden"));
+    addEventListener("freeze", () => this.end("hidden"));
+    addEventListener("blur", () => {
+      this.end("blur");
+      this.letGo(); // no key-up will come
+    });
+    addEventListener("keydown", (event) => event.key === "Escape" && this.end("stopped"));
+  }
+
+  letGo() {
+    this.keys.clear();
+    if (this.pad.pointer === null && !this.gamepad.held) this.heart.release();
+  }
+
+  press(command) {
+    if (!this.on) return;
+    if (!this.lease.yours) {
+      toast(t("drive.needlease"), "bad");
+      return;
+    }
+    this.heart.press(command.vx, command.wz);
+    this.show();
+  }
+
+  steer(command) {
+    this.heart.steer(command.vx, command.wz);
+    this.show();
+  }
+
+  taken() {
+    this.end("taken");
+    this.heart.release(); // the finger is off the pad: the next touch is a new press
+  }
+
+  end(reason) {
+    this.heart.end(reason);
+  }
+
+  beat() {
+    if (this.on && this.store.get("tab") === "drive" && !document.hidden) this.gamepad.poll(this.limits);
+    this.heart.tick();
+  }
+
+  told(message) {
+    if (message.state === "driving" || message.state === "opening") return;
+    this.heart.ended(message.text || message.reason || "");
+    if (message.state === "refused") toast(message.text || message.reason, "bad");
+  }
+
+  // First the warning, then control, then the switch.
+  ask() {
+    fill(this.root, warning((agreed) => (agreed ? this.enable() : this.render())), this.leaseBox);
+    byId("warning-title").focus();
+  }
+
+  async enable() {
+    this.render();
+    try {
+      await this.lease.need();
+    } catch (error) {
+      toast(error.message, "bad");
+      return;
+    }
+    if (this.link.send({ t: "confirm" })) this.switch(true);
+    byId("panel").scrollTop = 0;
+    if (this.on) this.store.set("closer", true); // who drives looks at what is near
+  }
+
+  switch(on) {
+    if (!on) this.end("hidden");
+    this.on = on;
+    this.render();
+  }
+
+  render() {
+    const hello = this.store.get("hello");
+    if (hello && !hello.allow_driving) {
+      fill(this.root, el("section", { class: "card" }, el("h2", {}, t("drive.off")), el("p", {}, t("drive.offhow"))), this.leaseBox);
+      return;
+    }
+    this.pad.root.setAttribute("aria-label", t("drive.pad"));
+    this.pad.root.setAttribute("role", "application");
+    const parts = this.on
+      ? [this.status, this.pad.root, el("label", { class: "slider" }, el("span", {}, t("drive.speed")), this.slider),
+        el("p", { class: "quiet center" }, t("drive.pad")), el("p", { class: "quiet center wide" }, t("drive.keys")),
+        button(t("drive.disable"), () => this.switch(false), { kind: "plain", id: "drive-off" })]
+      : [el("section", { class: "card" }, el("h2", {}, t("drive.title")), el("p", {}, t("drive.warning.1")),
+        button(t("drive.enable"), () => this.ask(), { kind: "primary", id: "drive-on" }))];
+    fill(this.root, ...parts, this.leaseBox);
+    this.show();
+  }
+
+  show() {
+    const { state, command } = this.heart;
+    const why = (key) => (["gap", "hidden", "blur", "lost", "taken", "stopped", "unleased"].includes(key) ? t(`drive.${key}`) : key);
+    let text = t("drive.idle");
+    if (state === "held") text = t("drive.driving", { vx: number(command.vx, 2), wz: number((command.wz * 180) / Math.PI, 0) });
+    else if (this.note) text = t("drive.over", { why: why(this.note) });
+    say(this.status, text);
+    this.status.classList.toggle("driving", state === "held");
+    this.status.classList.toggle("bad", state !== "held" && this.note !== "");
+  }
+}

@@ -1,0 +1,67 @@
+// What comes as binary frames, little-endian. Anything that is not a whole frame of a known kind gives null:
+// a page that stops at one odd frame would show an old robot.
+
+export const SCAN = 1;
+export const CAMERA = 2;
+export const COSTMAP = 3;
+
+const HEADER = 24;
+const SOURCES = ["color", "depth"];
+
+export function decode(buffer) {
+  if (buffer.byteLength < 2) return null;
+  const view = new DataView(buffer);
+  switch (view.getUint8(0)) {
+    case SCAN:
+      return scan(view, buffer);
+    case CAMERA:
+      return camera(view, buffer);
+    case COSTMAP:
+      return costmap(view, buffer);
+    default:
+      return null;
+  }
+}
+
+function floats(view, offset, names) {
+  const values = {};
+  for (const name of names) {
+    values[name] = view.getFloat32(offset, true);
+    if (!Number.isFinite(values[name])) return null;
+    offset += 4;
+  }
+  return values;
+}
+
+function scan(view, buffer) {
+  if (buffer.byteLength < HEADER) return null;
+  const count = view.getUint16(2, true);
+  const head = floats(view, 4, ["x", "y", "theta", "angleMin", "angleIncrement"]);
+  if (head === null || buffer.byteLength < HEADER + 2 * count) return null;
+  const points = new Float32Array(2 * count);
+  let seen = 0;
+  for (let i = 0; i < count; i += 1) {
+    const centimetres = view.getUint16(HEADER + 2 * i, true);
+    if (centimetres === 0 || centimetres === 0xffff) continue; // nothing seen there
+    const angle = head.theta + head.angleMin + i * head.angleIncrement;
+    points[2 * seen] = head.x + (centimetres / 100) * Math.cos(angle);
+    points[2 * seen + 1] = head.y + (centimetres / 100) * Math.sin(angle);
+    seen += 1;
+  }
+  return { kind: "scan", x: head.x, y: head.y, theta: head.theta, points: points.subarray(0, 2 * seen) };
+}
+
+function camera(view, buffer) {
+  const source = SOURCES[view.getUint8(1)];
+  if (source === undefined || buffer.byteLength < 3) return null;
+  return { kind: "camera", source, jpeg: buffer.slice(2) };
+}
+
+function costmap(view, buffer) {
+  if (buffer.byteLength < HEADER) return null;
+  const width = view.getUint16(2, true);
+  const height = view.getUint16(4, true);
+  const head = floats(view, 8, ["resolution", "x", "y", "theta"]);
+  if (head === null || width * height === 0 || buffer.byteLength < HEADER + width * height) return null;
+  return { kind: "costmap", width, height, ...head, cells: new Uint8Array(buffer, HEADER, width * height) };
+}

@@ -1,0 +1,195 @@
+// Where should it go? Marks, a place on the map, amounts, charging, and telling it where it is.
+
+import { ask, dismiss } from "./confirm.js";
+import { button, byId, el, fill, icon, say, show } from "./dom.js";
+import { degrees, number, onLanguage, t, word } from "./i18n.js";
+import { attempt, toast } from "./toast.js";
+
+const radians = (value) => (value * Math.PI) / 180;
+
+export class Go {
+  constructor({ store, rest, map, lease }) {
+    Object.assign(this, { store, rest, map, lease });
+    this.root = byId("tab-go");
+    this.distances = new Map();
+    map.onmark = (mark) => this.askMark(mark);
+    store.on("marks", () => this.render());
+    store.on("pose", () => this.updateDistances());
+    onLanguage(() => this.render());
+  }
+
+  render() {
+    const marks = this.store.get("marks") ?? [];
+    this.distances.clear();
+    fill(
+      this.root,
+      el("h2", {}, t("go.title")),
+      marks.length ? el("ul", { class: "marks" }, ...marks.map((mark) => this.row(mark))) : this.byName(),
+      el("div", { class: "actions" },
+        button(t("go.place"), () => this.choosePlace(), { name: "place", id: "choose-place" }),
+        button(t("go.charge"), () => this.askCharge(), { name: "charge", id: "charge" }),
+        button(t("go.pose"), () => this.choosePose(), { name: "pose", id: "choose-pose" })),
+      this.amounts(),
+    );
+    this.updateDistances();
+  }
+
+  row(mark) {
+    const away = el("span", { class: "quiet" });
+    this.distances.set(mark, away);
+    const kind = mark.kind && mark.kind !== "mark" ? ` · ${word("mark", mark.kind)}` : "";
+    return el("li", {},
+      el("button", { type: "button", class: "markrow", onclick: () => this.askMark(mark) },
+        el("span", { class: `dot ${mark.kind === "charger" ? "charger" : ""}` }, icon(mark.kind === "charger" ? "charge" : "go")),
+        el("span", { class: "grow" }, el("strong", {}, mark.name), el("span", { class: "quiet" }, `${kind}${mark.note ? ` · ${mark.note}` : ""}`), el("br"), away),
+        el("span", { class: "go" }, t("go.go"))));
+  }
+
+  byName() {
+    const input = el("input", { type: "text", name: "mark", required: true, maxlength: 100, autocomplete: "off" });
+    return el("form", {
+      class: "inline", onsubmit: (event) => {
+        event.preventDefault();
+        this.askMark({ name: input.value.trim() });
+      },
+    }, el("p", { class: "quiet" }, t("go.none")), el("label", {}, el("span", {}, t("go.name")), input), el("button", { class: "primary" }, t("go.go")));
+  }
+
+  amounts() {
+    const line = (name, label, unit, value, begin) => {
+      const input = el("input", { type: "number", step: "any", value, id: `amount-${name}`, required: true });
+      return el("form", {
+        class: "amount", onsubmit: (event) => {
+          event.preventDefault();
+          begin(Number(input.value));
+        },
+      }, el("label", { for: `amount-${name}` }, label), input, el("span", { class: "quiet" }, unit), el("button", {}, t("go.go")));
+    };
+    return el("section", { class: "card" },
+      el("h3", {}, t("go.amounts")),
+      line("move", t("go.move"), t("go.metres"), "0.5", (n) => this.askAmount({ kind: "move", distance: n }, n, "go.moveask", 2)),
+      line("turn", t("go.turn"), t("go.degrees"), "90", (n) => this.askAmount({ kind: "rotate", angle: radians(n) }, n, "go.turnask", 0)));
+  }
+
+  updateDistances() {
+    const pose = this.store.get("pose");
+    for (const [mark, element] of this.distances) {
+      const known = Number.isFinite(mark.x) && pose;
+      say(element, known ? t("go.away", { n: number(Math.hypot(mark.x - pose.x, mark.y - pose.y), 1) })
+        : Number.isFinite(mark.x) ? "" : t("go.noplace"));
+    }
+  }
+
+  // -- questions, then goals
+
+  confirm(text, body, note = t("go.clear"), more = {}) {
+    const replace = Boolean(this.store.get("goal")?.running);
+    ask({
+      text, note, yes: t(replace ? "go.replace" : "go.start"),
+      onyes: () => this.send({ ...body(), replace }), ...more,
+    });
+  }
+
+  askMark(mark) {
+    if (!mark.name) return;
+    this.endPlacing();
+    this.map.chosen = mark.name;
+    this.map.change();
+    const clear = () => {
+      this.map.chosen = null;
+      this.map.change();
+    };
+    const body = () => {
+      clear();
+      return { kind: "mark", mark: mark.name };
+    };
+    this.confirm(t("go.mark", { name: mark.name }), body, t("go.clear"), { onno: clear });
+  }
+
+  askCharge() {
+    this.endPlacing();
+    const input = el("input", { type: "text", required: true, maxlength: 100, id: "charger-name", list: "charger-names", autocomplete: "off" });
+    const chargers = (this.store.get("marks") ?? []).filter((mark) => mark.kind === "charger").map((mark) => mark.name);
+    input.value = chargers[0] ?? "";
+    const names = el("datalist", { id: "charger-names" }, ...chargers.map((name) => el("option", { value: name })));
+    const field = el("label", {}, el("span", {}, t("go.charger")), input, names);
+    this.confirm(t("go.chargeask"), () => ({ kind: "charge", mark: input.value.trim() }), t("go.clear"), { fields: [field] });
+  }
+
+  askAmount(body, amount, key, digits) {
+    if (!Number.isFinite(amount) || amount === 0) {
+      toast(t("go.number"), "bad");
+      return;
+    }
+    this.endPlacing();
+    this.confirm(t(key, { n: number(amount, digits) }), () => body, t("go.amountsclear"));
+  }
+
+  choosePlace() {
+    this.placing("go.placehint", (place, fields) => {
+      const body = () => ({ kind: "pose", ...this.endPlacing() ?? place });
+      this.confirm(t("go.here"), body, t("go.clear"), { fields, onno: () => this.endPlacing() });
+    });
+  }
+
+  choosePose() {
+    this.placing("go.posehint", (place, fields) => ask({
+      text: t("go.poseask"), note: t("go.posenote"), yes: t("go.poseyes"), fields,
+      onyes: () => this.sendPose(this.endPlacing() ?? place), onno: () => this.endPlacing(),
+    }));
+  }
+
+  // Press and drag on the map, or type the numbers: both change the same place.
+  placing(hint, question) {
+    dismiss();
+    const pose = this.store.get("pose");
+    const start = pose ? { ...pose } : { x: 0, y: 0, theta: 0 };
+    const fields = ["x", "y", "heading"].map((name) => el("input", {
+      type: "number", step: "any", required: true, id: `place-${name}`, oninput: () => typed(),
+    }));
+    const [x, y, heading] = fields;
+    const typed = () => {
+      const values = fields.map((field) => Number(field.value));
+      if (values.every(Number.isFinite)) this.map.place = { x: values[0], y: values[1], theta: radians(values[2]) };
+      this.map.change();
+    };
+    const told = (place) => {
+      if (!place) return;
+      x.value = place.x.toFixed(2);
+      y.value = place.y.toFixed(2);
+      heading.value = degrees(place.theta);
+    };
+    const label = (text, input) => el("label", {}, el("span", {}, text), input);
+    const grid = el("div", { class: "fields" }, label("x m", x), label("y m", y), label(t("go.heading"), heading));
+    question(start, [grid]);
+    this.map.follow(false);
+    this.map.setPlacing(told, start);
+    told(start);
+    say(byId("hint"), t(hint));
+    show(byId("hint"));
+  }
+
+  // Gives the place that was chosen.
+  endPlacing() {
+    const { place } = this.map;
+    this.map.setPlacing(null);
+    show(byId("hint"), false);
+    return place && { x: place.x, y: place.y, theta: place.theta };
+  }
+
+  async send(body) {
+    await attempt(async () => {
+      await this.lease.need();
+      return this.rest.json("POST", "goals", body, { timeout: 20 });
+    });
+  }
+
+  async sendPose(place) {
+    const done = await attempt(async () => {
+      await this.lease.need();
+      await this.rest.call("POST", "pose", place, { timeout: 20 });
+      return true;
+    });
+    if (done) toast(t("go.posedone"));
+  }
+}

@@ -1,0 +1,111 @@
+// The line on top: which robot, its state, its battery, faults, the language. And what is lost, over the map.
+
+import { byId, el, fill, icon, say, show } from "./dom.js";
+import { ageWords, isOld, lost } from "./freshness.js";
+import { current, onLanguage, relabel, t, use, word } from "./i18n.js";
+import { seconds } from "./link.js";
+
+export class Header {
+  constructor({ store, ages, link, tabs }) {
+    Object.assign(this, { store, ages, link });
+    store.on("hello", (hello) => this.hello(hello));
+    store.on("battery robot faults ages link", () => this.render());
+    byId("fault-chip").onclick = () => tabs.choose("health");
+    byId("language").onclick = () => {
+      use(current() === "en" ? "zh" : "en");
+      try {
+        localStorage.setItem("woosh-language", current());
+      } catch { /* a browser that keeps nothing: chosen anew next time */ }
+    };
+    onLanguage(() => {
+      document.documentElement.lang = current();
+      const other = current() === "en" ? ["中文", "zh"] : ["English", "en"];
+      byId("language").textContent = other[0];
+      byId("language").lang = other[1];
+      relabel();
+      this.render();
+    });
+    setInterval(() => this.tick(), 200);
+  }
+
+  hello(hello) {
+    say(byId("robot-name"), hello.robot ?? "Woosh");
+    document.title = hello.robot ?? "Woosh";
+    show(byId("simulated"), Boolean(hello.simulated ?? hello.robot === "sim"));
+    const robots = hello.robots ?? [];
+    show(byId("robots"), robots.length > 1);
+    if (robots.length < 2) return;
+    const select = byId("robots").querySelector("select");
+    fill(select, ...robots.map((name) => el("option", { value: name, selected: name === hello.robot }, name)));
+    select.onchange = () => {
+      location.assign(pageOf(select.value, robots, location));
+    };
+  }
+
+  render() {
+    const { store } = this;
+    const robot = store.get("robot");
+    const nothing = t(store.get("link") === "open" ? "state.undefined" : "top.connecting");
+    say(byId("state"), robot ? word("state", robot.state) : nothing);
+    this.battery();
+    const faults = store.get("faults")?.list ?? [];
+    show(byId("fault-chip"), faults.length > 0);
+    fill(byId("fault-chip"), icon("warn"), t("top.faults", { n: faults.length }));
+  }
+
+  battery() {
+    const battery = this.store.get("battery");
+    const box = byId("battery");
+    const known = Number.isFinite(battery?.percent);
+    const age = this.ages.of("battery", seconds());
+    box.classList.toggle("old", known && isOld("battery", age));
+    box.classList.toggle("low", known && battery.percent <= 20 && !battery.charging);
+    const shape = JSON.stringify([known && battery.percent, battery?.charging, current()]);
+    if (shape === this.batteryShape) return;
+    this.batteryShape = shape;
+    const name = known ? t("top.battery", { n: battery.percent }) : t("top.battery.unknown");
+    const spoken = battery?.charging ? `${name}, ${t("top.charging")}` : name;
+    box.setAttribute("aria-label", spoken);
+    box.setAttribute("role", "img");
+    box.title = spoken;
+    const gauge = el("span", { class: "gauge" }, el("span", { class: "level" }));
+    gauge.firstChild.style.width = `${known ? Math.max(0, Math.min(100, battery.percent)) : 0}%`;
+    fill(box, battery?.charging ? icon("charge") : null, gauge, known ? `${battery.percent} %` : "–");
+  }
+
+  // What is lost is said in words, and everything then looks old.
+  tick() {
+    const { link, store } = this;
+    const now = seconds();
+    const state = lost({ open: link.open, heardAt: link.heardAt, robotLost: store.get("robotlost"), now });
+    const box = byId("lost");
+    show(box, state !== null);
+    document.body.classList.toggle("gone", state !== null);
+    if (Boolean(state) !== Boolean(this.was)) store.set("lost", state);
+    this.was = state;
+    this.battery();
+    if (state === null) {
+      this.spoken = "";
+      return;
+    }
+    const first = state.who === "server" && link.heardAt === null;
+    const text = first ? t("lost.first") : t(`lost.${state.who}`, { n: Math.round(state.since) });
+    // A screen reader hears it once; the seconds that follow are for the eye.
+    const kind = `${first}${state.who}${current()}`;
+    if (this.spoken !== kind) fill(box, icon("warn"), el("span", {}, text));
+    else say(box.lastChild, text);
+    box.setAttribute("aria-live", this.spoken === kind ? "off" : "assertive");
+    this.spoken = kind;
+  }
+}
+
+// The page of another robot: the first one's is the root, the others' are below robots/NAME/. Pure.
+export function pageOf(name, robots, { pathname }) {
+  const root = pathname.replace(/(robots\/[^/]+\/)?[^/]*$/, "");
+  return name === robots[0] ? root : `${root}robots/${encodeURIComponent(name)}/`;
+}
+
+export function ageText(age) {
+  const { key, values } = ageWords(age);
+  return t(key, values);
+}

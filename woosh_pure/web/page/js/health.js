@@ -1,0 +1,115 @@
+// How it is: would it move, faults with what to do, the values of now with their age, and the plots.
+
+import { byId, el, fill, icon, say } from "./dom.js";
+import { isOld } from "./freshness.js";
+import { ageText } from "./header.js";
+import { current, degrees, number, onLanguage, t, word } from "./i18n.js";
+import { seconds } from "./link.js";
+import { todoOf, whyOf } from "./notices.js";
+
+const ROWS = ["state", "mode", "battery", "velocity", "position", "scan", "odometer", "task", "map"];
+const FEED = { state: "status", mode: "status", position: "pose", task: "status", odometer: "odometer" };
+const LEVEL = { severe: "severe", error: "severe", fault: "severe", warning: "warning", warn: "warning" };
+
+export class Health {
+  constructor({ store, ages }) {
+    this.store = store;
+    this.ages = ages;
+    this.ready = el("section", { class: "card" });
+    this.faults = el("section", { class: "card", "aria-live": "polite" });
+    this.table = el("section", { class: "card" });
+    this.plots = el("section", { class: "card", id: "plots" });
+    fill(byId("tab-health"), this.ready, this.faults, this.table, this.plots);
+    store.on("readiness", () => this.renderReady());
+    store.on("faults", () => this.renderFaults());
+    store.on("tab", () => this.tick());
+    onLanguage(() => this.renderAll());
+    setInterval(() => this.tick(), 500);
+  }
+
+  renderAll() {
+    this.renderReady();
+    this.renderFaults();
+    this.cells = new Map(ROWS.map((row) => [row, { value: el("td"), age: el("td", { class: "age" }) }]));
+    const rows = ROWS.map((row) =>
+      el("tr", {}, el("th", { scope: "row" }, t(`values.${row}`)), this.cells.get(row).value, this.cells.get(row).age));
+    fill(this.table, el("h2", {}, t("values.title")), el("table", {}, el("tbody", {}, ...rows)));
+    this.tick();
+  }
+
+  renderReady() {
+    const readiness = this.store.get("readiness");
+    const answer = { yes: "yes", no: "no" }[readiness?.answer] ?? "unknown";
+    const kind = { yes: "ok", no: "bad", unknown: "warn" }[answer];
+    const reasons = (readiness?.reasons ?? []).map((reason) => {
+      const todo = todoOf(reason.key);
+      return el("li", {}, el("strong", {}, whyOf(reason)), el("p", { class: "quiet" }, reason.text), todo ? el("p", { class: "quiet" }, `${t("todo.title")} ${todo}`) : null);
+    });
+    fill(this.ready, el("h2", {}, t("ready.title")),
+      el("p", { class: `answerline ${kind}` }, icon({ yes: "ok", no: "no", unknown: "ask" }[answer]), t(`ready.${answer}`)),
+      reasons.length ? el("ul", { class: "plainlist" }, ...reasons) : null);
+  }
+
+  renderFaults() {
+    const faults = this.store.get("faults");
+    const list = (faults?.list ?? []).map((fault) => this.fault(fault));
+    fill(this.faults, el("h2", {}, t("faults.title")),
+      list.length ? el("ul", { class: "plainlist" }, ...list) : el("p", { class: "quiet" }, t(faults?.known ? "faults.none" : "faults.unheard")));
+  }
+
+  fault(fault) {
+    const level = LEVEL[String(fault.level ?? "").toLowerCase()] ?? "notice";
+    const text = current() === "zh" ? fault.chinese || fault.english : fault.english || fault.chinese;
+    return el("li", { class: level === "severe" ? "bad" : "warn" }, el("strong", {}, text ?? ""),
+      el("p", { class: "quiet" }, [t(`faults.${level}`), t("faults.code", { code: fault.code })].join(" · ")),
+      el("p", {}, `${t("todo.title")} ${fault.todo || t("faults.look")}`));
+  }
+
+  value(row) {
+    const { store } = this;
+    const robot = store.get("robot") ?? {};
+    const velocity = store.get("velocity");
+    const pose = store.get("pose");
+    const rates = store.get("rates") ?? {};
+    switch (row) {
+      case "state": return word("state", robot.state);
+      case "mode": return word("mode", robot.mode);
+      case "battery": return battery(store.get("battery"));
+      case "velocity": return velocity ? `${number(velocity.vx, 2)} m/s, ${number((velocity.wz * 180) / Math.PI, 0)} °/s` : t("unknown");
+      case "position": return pose ? `${number(pose.x, 2)}, ${number(pose.y, 2)} m, ${degrees(pose.theta)}°` : t("unknown");
+      case "scan": return Number.isFinite(rates.scan) ? t("values.perhertz", { n: number(rates.scan, 1) }) : t("unknown");
+      case "odometer": return Number.isFinite(store.get("odometer")) ? `${number(store.get("odometer"), 1)} m` : t("unknown");
+      case "task": return task(robot.task);
+      default: return mapText(store.get("map"));
+    }
+  }
+
+  tick() {
+    if (!this.cells || this.store.get("tab") !== "health") return;
+    const now = seconds();
+    for (const [row, { value, age }] of this.cells) {
+      const feed = FEED[row] ?? row;
+      const old = this.ages.of(feed, now);
+      say(value, this.value(row));
+      say(age, row === "map" ? "" : ageText(old));
+      value.classList.toggle("old", row !== "map" && isOld(feed, old));
+    }
+  }
+}
+
+function battery(value) {
+  if (!Number.isFinite(value?.percent)) return t("unknown");
+  const parts = [`${value.percent} %`];
+  if (Number.isFinite(value.volts)) parts.push(`${number(value.volts, 1)} V`);
+  if (Number.isFinite(value.amps)) parts.push(`${number(value.amps, 1)} A`);
+  if (value.charging) parts.push(t("top.charging"));
+  return parts.join(", ");
+}
+
+const task = (value) => (value ? [value.type, value.state, value.destination].filter(Boolean).join(", ") : "–");
+
+function mapText(map) {
+  if (!map) return t("unknown");
+  const [wide, high] = [map.width, map.height].map((cells) => number(cells * map.resolution, 1));
+  return `${wide} × ${high} m`;
+}

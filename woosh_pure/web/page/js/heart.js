@@ -1,0 +1,88 @@
+// The dead man's side in the page: beats while something is held, and only then. The server judges; this side only
+// makes sure that it never beats by mistake. Pure: the clock, the sending and the buffer are given.
+//
+// idle -> press() -> held -> release(), end() or a gap -> over -> let go of everything -> idle
+// From "over" no beat is ever sent: a new press is needed, and whoever still holds has to let go first.
+
+export const BEAT_SECONDS = 0.1;
+export const GAP_SECONDS = 0.35; // this page did not run for so long: frozen, asleep, busy
+export const BUFFER_LIMIT = 2048; // bytes that wait to be sent: a beat behind them would come too late
+
+export class Heart {
+  constructor({ send, now, buffered }) {
+    this.send = send;
+    this.now = now;
+    this.buffered = buffered;
+    this.state = "idle";
+    this.reason = "";
+    this.seq = 0;
+    this.skipped = 0;
+    this.last = 0;
+    this.command = { vx: 0, wz: 0 };
+    this.onchange = () => {};
+  }
+
+  get held() {
+    return this.state === "held";
+  }
+
+  // Something was pressed anew. False when it has to be let go first.
+  press(vx, wz) {
+    if (this.state !== "idle") return false;
+    this.command = { vx, wz };
+    this.last = this.now();
+    this.change("held", "");
+    this.say("press");
+    return true;
+  }
+
+  // What is held points elsewhere: the next beat carries it.
+  steer(vx, wz) {
+    if (this.held) this.command = { vx, wz };
+  }
+
+  // Called about every 100 ms.
+  tick() {
+    if (!this.held) return;
+    const gap = this.now() - this.last;
+    if (gap > GAP_SECONDS) {
+      this.end("gap");
+      return;
+    }
+    this.last = this.now();
+    if (this.buffered() > BUFFER_LIMIT) {
+      this.skipped += 1;
+      return;
+    }
+    this.say("beat");
+  }
+
+  // Let go by hand: the next press is free.
+  release() {
+    if (this.held) this.send({ t: "release" });
+    if (this.state !== "idle") this.change("idle", "");
+  }
+
+  // Over for another reason while something may still be held.
+  end(reason) {
+    if (!this.held) return;
+    this.send({ t: "release" });
+    this.change("over", reason);
+  }
+
+  // The server has ended it: nothing to tell it.
+  ended(reason) {
+    if (this.held) this.change("over", reason);
+  }
+
+  say(t) {
+    this.seq += 1;
+    this.send({ t, seq: this.seq, at: this.now(), vx: this.command.vx, wz: this.command.wz });
+  }
+
+  change(state, reason) {
+    this.state = state;
+    this.reason = reason;
+    this.onchange(state, reason);
+  }
+}

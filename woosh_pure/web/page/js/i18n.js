@@ -1,0 +1,76 @@
+// English and Chinese by a dictionary. What has no entry is shown as it came: the library's sentences are English.
+
+import { en } from "./words_en.js";
+import { zh } from "./words_zh.js";
+
+const LANGUAGES = { en, zh };
+const listeners = new Set();
+let language = "en";
+
+export const current = () => language;
+
+// The first language of the browser that is here.
+export function choose(wanted) {
+  for (const tag of wanted) {
+    const short = String(tag).slice(0, 2).toLowerCase();
+    if (short in LANGUAGES) return short;
+  }
+  return "en";
+}
+
+export function use(name) {
+  language = name in LANGUAGES ? name : "en";
+  for (const listener of listeners) listener(language);
+}
+
+export const onLanguage = (listener) => listeners.add(listener);
+
+const plain = (text, values) => text.replace(/\{(\w+)\}/g, (whole, name) => (name in values ? values[name] : whole));
+
+export function t(key, values = {}) {
+  const text = LANGUAGES[language][key] ?? en[key];
+  return text === undefined ? key : plain(text, values);
+}
+
+export const has = (key) => key in en;
+
+// A word of the library ("in task") in this language; itself when there is no entry.
+export const word = (group, value) => {
+  if (value === null || value === undefined || value === "") return t("unknown");
+  const key = `${group}.${value}`;
+  return has(key) ? t(key) : String(value);
+};
+
+const tag = () => (language === "zh" ? "zh-CN" : "en");
+
+export function number(value, digits = 1) {
+  if (!Number.isFinite(value)) return "–";
+  const format = { minimumFractionDigits: digits, maximumFractionDigits: digits, signDisplay: "negative" };
+  return new Intl.NumberFormat(tag(), format).format(value);
+}
+
+export const clock = (unixSeconds) =>
+  new Intl.DateTimeFormat(tag(), { hour: "2-digit", minute: "2-digit", second: "2-digit", hour12: false }).format(
+    new Date(unixSeconds * 1000),
+  );
+
+export function bytes(count) {
+  if (!Number.isFinite(count)) return "–";
+  if (count < 1e6) return `${number(count / 1e3, count < 1e4 ? 1 : 0)} kB`;
+  if (count < 1e9) return `${number(count / 1e6, 1)} MB`;
+  return `${number(count / 1e9, 2)} GB`;
+}
+
+export const degrees = (radians) => {
+  const value = Math.round((radians * 180) / Math.PI) % 360;
+  return value > 180 ? value - 360 : value <= -180 ? value + 360 : value;
+};
+
+// Texts that stand in index.html: data-t is the text, data-t-label the name for those who cannot see it.
+export function relabel(root = document) {
+  for (const element of root.querySelectorAll("[data-t]")) element.textContent = t(element.dataset.t);
+  for (const element of root.querySelectorAll("[data-t-label]")) {
+    element.setAttribute("aria-label", t(element.dataset.tLabel));
+    if (element.tagName === "BUTTON") element.title = t(element.dataset.tLabel);
+  }
+}

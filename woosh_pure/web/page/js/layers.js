@@ -1,0 +1,175 @@
+// What is drawn above the map's picture. Each function draws one thing; `paint` holds the colours of the theme.
+
+const PI2 = 2 * Math.PI;
+
+export function paintOf(element) {
+  const style = getComputedStyle(element);
+  const paint = {};
+  for (const name of ["robot", "robot-old", "robot-edge", "scan", "plan", "trail", "mark", "charger", "place", "label", "halo"]) {
+    paint[name] = style.getPropertyValue(`--draw-${name}`).trim();
+  }
+  paint.font = `600 13px ${style.fontFamily}`;
+  return paint;
+}
+
+function path(context, view, points) {
+  context.beginPath();
+  for (let i = 0; i < points.length; i += 1) {
+    const [px, py] = view.toScreen(points[i][0], points[i][1]);
+    if (i === 0) context.moveTo(px, py);
+    else context.lineTo(px, py);
+  }
+}
+
+export function drawTrail(context, view, paint, trail) {
+  context.strokeStyle = paint.trail;
+  context.lineWidth = 3;
+  context.lineJoin = "round";
+  context.lineCap = "round";
+  for (const line of trail.lines) {
+    path(context, view, line);
+    context.stroke();
+  }
+}
+
+export function drawPlan(context, view, paint, points) {
+  if (!points || points.length < 2) return;
+  path(context, view, points);
+  context.lineJoin = "round";
+  context.strokeStyle = paint.halo;
+  context.lineWidth = 6;
+  context.stroke();
+  context.strokeStyle = paint.plan;
+  context.lineWidth = 3;
+  context.setLineDash([8, 5]);
+  context.stroke();
+  context.setLineDash([]);
+}
+
+export function drawScan(context, view, paint, scan, old) {
+  if (!scan) return;
+  context.fillStyle = paint.scan;
+  context.globalAlpha = old ? 0.25 : 0.9;
+  const { points } = scan;
+  for (let i = 0; i < points.length; i += 2) {
+    const [px, py] = view.toScreen(points[i], points[i + 1]);
+    context.fillRect(px - 1.5, py - 1.5, 3, 3);
+  }
+  context.globalAlpha = 1;
+}
+
+export function drawMarks(context, view, paint, marks, chosen) {
+  context.font = paint.font;
+  context.textAlign = "center";
+  for (const mark of marks ?? []) {
+    if (!Number.isFinite(mark.x) || !Number.isFinite(mark.y)) continue;
+    const [px, py] = view.toScreen(mark.x, mark.y);
+    pin(context, paint, px, py, mark.kind === "charger", mark.name === chosen);
+    label(context, paint, mark.name, px, py + 17);
+  }
+}
+
+// A drop whose tip is the place; a charger bears a flash, so that colour is not all that tells.
+function pin(context, paint, px, py, charger, chosen) {
+  const r = chosen ? 13 : 10;
+  context.beginPath();
+  context.arc(px, py - 1.6 * r, r, 0.85 * Math.PI, 2.15 * Math.PI);
+  context.lineTo(px, py);
+  context.closePath();
+  context.fillStyle = charger ? paint.charger : paint.mark;
+  context.fill();
+  context.lineWidth = 2;
+  context.strokeStyle = paint.halo;
+  context.stroke();
+  context.beginPath();
+  if (charger) {
+    const s = r / 10;
+    const y = py - 1.6 * r;
+    context.moveTo(px + 1.5 * s, y - 6 * s);
+    context.lineTo(px - 4 * s, y + 1 * s);
+    context.lineTo(px - 0.5 * s, y + 1 * s);
+    context.lineTo(px - 1.5 * s, y + 6 * s);
+    context.lineTo(px + 4 * s, y - 1.5 * s);
+    context.lineTo(px + 0.5 * s, y - 1.5 * s);
+    context.closePath();
+  } else {
+    context.arc(px, py - 1.6 * r, 0.36 * r, 0, PI2);
+  }
+  context.fillStyle = paint.halo;
+  context.fill();
+}
+
+function label(context, paint, text, px, py) {
+  context.lineWidth = 4;
+  context.lineJoin = "round";
+  context.strokeStyle = paint.halo;
+  context.strokeText(text, px, py);
+  context.fillStyle = paint.label;
+  context.fillText(text, px, py);
+}
+
+export function drawRobot(context, view, paint, pose, footprint, old) {
+  if (!pose) return;
+  const [px, py] = view.toScreen(pose.x, pose.y);
+  context.save();
+  context.translate(px, py);
+  context.rotate(-pose.theta);
+  context.beginPath();
+  if (footprint && footprint.length > 2) {
+    footprint.forEach(([x, y]) => context.lineTo(x * view.scale, -y * view.scale));
+    context.closePath();
+  } else {
+    context.arc(0, 0, 0.3 * view.scale, 0, PI2);
+  }
+  context.globalAlpha = old ? 0.35 : 0.85;
+  context.fillStyle = old ? paint["robot-old"] : paint.robot;
+  context.fill();
+  context.globalAlpha = 1;
+  context.lineWidth = 2;
+  context.strokeStyle = old ? paint["robot-old"] : paint["robot-edge"];
+  if (old) context.setLineDash([4, 4]); // old is told by its outline, too
+  context.stroke();
+  context.setLineDash([]);
+  arrow(context, Math.max(9, 0.2 * view.scale), old ? paint["robot-old"] : paint.halo);
+  context.restore();
+}
+
+function arrow(context, size, colour) {
+  context.beginPath();
+  context.moveTo(size, 0);
+  context.lineTo(-0.7 * size, 0.65 * size);
+  context.lineTo(-0.35 * size, 0);
+  context.lineTo(-0.7 * size, -0.65 * size);
+  context.closePath();
+  context.fillStyle = colour;
+  context.fill();
+}
+
+// What is being placed: a ghost of the robot, and where it will look.
+export function drawPlacing(context, view, paint, place, footprint) {
+  if (!place) return;
+  const [px, py] = view.toScreen(place.x, place.y);
+  context.save();
+  context.translate(px, py);
+  context.rotate(-place.theta);
+  context.beginPath();
+  if (footprint && footprint.length > 2) {
+    footprint.forEach(([x, y]) => context.lineTo(x * view.scale, -y * view.scale));
+    context.closePath();
+  } else {
+    context.arc(0, 0, 0.3 * view.scale, 0, PI2);
+  }
+  context.strokeStyle = paint.place;
+  context.lineWidth = 2.5;
+  context.setLineDash([6, 4]);
+  context.stroke();
+  context.setLineDash([]);
+  context.beginPath();
+  context.moveTo(0, 0);
+  context.lineTo(52, 0);
+  context.lineWidth = 4;
+  context.stroke();
+  context.translate(58, 0);
+  arrow(context, 13, paint.place);
+  context.restore();
+}

@@ -1,0 +1,78 @@
+// Who has control. It is asked for, shown to all, given back, and taken over only by asking.
+
+import { button, el, fill } from "./dom.js";
+import { onLanguage, t } from "./i18n.js";
+import { Refused } from "./rest.js";
+import { seconds } from "./link.js";
+
+const WAIT = 3; // seconds for a lease that nobody holds
+
+export class Lease {
+  constructor({ store, link, boxes }) {
+    this.store = store;
+    this.link = link;
+    this.boxes = boxes; // elements that show it
+    this.asked = false; // by us, and not answered yet
+    store.on("lease", (lease) => {
+      this.asked = lease.asking.includes(lease.you);
+      this.render();
+    });
+    // A page that is closed gives it back: the next person need not wait until it lapses.
+    addEventListener("pagehide", (event) => !event.persisted && this.yours && this.say("give"));
+    store.on("link", () => {
+      this.asked = false;
+      this.render();
+    });
+    onLanguage(() => this.render());
+  }
+
+  get yours() {
+    return Boolean(this.store.get("lease")?.yours);
+  }
+
+  // "ask", "give", "keep", or "grant" to somebody
+  say(op, to) {
+    this.link.send({ t: "lease", op, to });
+  }
+
+  // Before something moves: taken when nobody has it; asked for when somebody has, which is told.
+  async need() {
+    const lease = this.store.get("lease");
+    if (lease === null || lease.yours) return;
+    this.say("ask");
+    const end = seconds() + WAIT;
+    while (!this.yours && seconds() < end && !this.held) await new Promise((done) => setTimeout(done, 50));
+    if (!this.yours) throw new Refused(this.held ? t("lease.waiting", { name: this.holder }) : t("drive.needlease"));
+  }
+
+  get held() {
+    const lease = this.store.get("lease");
+    return Boolean(lease?.holder) && !lease.yours;
+  }
+
+  get holder() {
+    const lease = this.store.get("lease");
+    return lease?.holder ?? "";
+  }
+
+  render() {
+    const lease = this.store.get("lease");
+    for (const box of this.boxes) fill(box, ...(lease ? this.parts(lease) : []));
+  }
+
+  parts(lease) {
+    const parts = [];
+    if (lease.yours) {
+      parts.push(el("p", {}, t("lease.yours")));
+      if (!lease.askedBy) parts.push(button(t("lease.give"), () => this.say("give"), { kind: "plain" }));
+    } else if (this.held) {
+      parts.push(el("p", {}, t("lease.other", { name: this.holder })));
+      if (this.asked) parts.push(el("p", { class: "quiet" }, t("lease.waiting", { name: this.holder })));
+      else parts.push(button(t("lease.ask"), () => this.say("ask"), { class: "ask" }));
+    } else {
+      parts.push(el("p", {}, t("lease.free")));
+      parts.push(button(t("lease.take"), () => this.say("ask")));
+    }
+    return parts;
+  }
+}

@@ -1,0 +1,87 @@
+// The WebSocket: opened again after a break, each frame acknowledged, never anything kept for later.
+
+const AGAIN = [0.3, 0.6, 1, 2, 3]; // seconds between attempts
+const SILENT = 6; // seconds without a word: the other side is gone, though nobody said so
+
+export class Link {
+  // handlers: text(message), binary(buffer), state("open" | "closed", code)
+  constructor(address, handlers) {
+    this.address = address;
+    this.handlers = handlers;
+    this.socket = null;
+    this.attempts = 0;
+    this.heardAt = null;
+    this.began = 0;
+    this.frames = 0; // handled on this socket
+    this.everOpen = false;
+    setInterval(() => this.look(), 1000);
+  }
+
+  get open() {
+    return this.socket?.readyState === WebSocket.OPEN;
+  }
+
+  get buffered() {
+    return this.socket?.bufferedAmount ?? 0;
+  }
+
+  connect() {
+    const socket = new WebSocket(this.address());
+    socket.binaryType = "arraybuffer";
+    this.socket = socket;
+    this.began = seconds();
+    this.frames = 0;
+    socket.onopen = () => {
+      this.attempts = 0;
+      this.everOpen = true;
+      this.heardAt = seconds();
+      this.handlers.state("open");
+    };
+    socket.onmessage = (event) => this.heard(socket, event.data);
+    socket.onclose = (event) => {
+      if (this.socket === socket) this.again(event.code);
+    };
+  }
+
+  heard(socket, data) {
+    if (socket !== this.socket) return;
+    this.heardAt = seconds();
+    try {
+      if (typeof data === "string") this.handlers.text(JSON.parse(data));
+      else this.handlers.binary(data);
+    } catch (error) {
+      console.error(error); // one odd frame; the next one counts
+    }
+    this.frames += 1;
+    this.send({ t: "ack", n: this.frames });
+  }
+
+  // Sent now or not at all: what waits through a break would arrive as something that nobody wants any more.
+  send(message) {
+    if (!this.open) return false;
+    this.socket.send(JSON.stringify(message));
+    return true;
+  }
+
+  again(code) {
+    this.socket = null;
+    this.handlers.state("closed", code);
+    const wait = AGAIN[Math.min(this.attempts, AGAIN.length - 1)];
+    this.attempts += 1;
+    setTimeout(() => this.connect(), wait * 1000);
+  }
+
+  // A cut cable closes nothing, and an attempt may hang.
+  look() {
+    const socket = this.socket;
+    if (socket === null || document.hidden) return;
+    const since = socket.readyState === WebSocket.OPEN ? this.heardAt : this.began;
+    if (seconds() - since > SILENT) {
+      socket.onclose = null;
+      socket.close();
+      this.again(1006);
+    }
+  }
+}
+
+export const seconds = () => performance.now() / 1000;

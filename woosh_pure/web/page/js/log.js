@@ -1,0 +1,69 @@
+// What was done, by whom, how it ended; and recordings: begin, see it grow, download.
+
+import { button, byId, el, fill, icon } from "./dom.js";
+import { bytes, clock, current, number, onLanguage, t, word } from "./i18n.js";
+import { whatText } from "./what.js";
+import { attempt } from "./toast.js";
+
+export const ICONS = { running: "wait", ok: "ok", bad: "no", ended: "stop" };
+
+export class Log {
+  constructor({ store, rest }) {
+    this.store = store;
+    this.rest = rest;
+    this.recordBox = el("section", { class: "card", id: "recordings" });
+    this.list = el("section", { class: "card", id: "journal" });
+    fill(byId("tab-log"), this.recordBox, this.list);
+    store.on("journal", () => this.renderJournal());
+    store.on("recordings", () => this.renderRecordings());
+    onLanguage(() => {
+      this.renderJournal();
+      this.renderRecordings();
+    });
+  }
+
+  renderJournal() {
+    const entries = [...(this.store.get("journal") ?? [])].reverse();
+    const rows = entries.map((entry) => {
+      const { kind } = entry;
+      return el("li", { class: `entry ${kind}` }, icon(ICONS[kind]),
+        el("div", { class: "grow" },
+          el("p", {}, el("strong", {}, whatText(entry.what))),
+          el("p", { class: "quiet" }, [clock(entry.at), entry.by, word("goal", entry.state), entry.text].filter(Boolean).join(" · "))));
+    });
+    fill(this.list, el("h2", {}, t("log.title")),
+      rows.length ? el("ul", { class: "plainlist" }, ...rows) : el("p", { class: "quiet" }, t("log.none")));
+  }
+
+  renderRecordings() {
+    const all = this.store.get("recordings") ?? [];
+    const running = all.find((one) => one.running);
+    const shape = JSON.stringify([running?.id, all.length, current()]);
+    if (shape === this.shape) { // it only grew: what is focused stays
+      if (running) this.growth.textContent = growthOf(running);
+      return;
+    }
+    this.shape = shape;
+    this.growth = el("span", { class: "grow" }, running ? growthOf(running) : "");
+    const begin = () => attempt(() => this.rest.json("POST", "recordings", {}));
+    const end = () => attempt(() => this.rest.call("DELETE", `recordings/${encodeURIComponent(running.id)}`, null, { timeout: 20 }));
+    const done = all.filter((one) => !one.running).reverse();
+    fill(this.recordBox, el("h2", {}, t("rec.title")),
+      running ? el("div", { class: "recording" }, el("span", { class: "pulse", "aria-hidden": "true" }),
+        this.growth,
+        button(t("rec.stop"), end, { kind: "primary", id: "record-stop" }))
+        : button(t("rec.start"), begin, { id: "record" }),
+      done.length ? el("ul", { class: "plainlist" }, ...done.map((one) => this.row(one)))
+        : running ? null : el("p", { class: "quiet" }, t("rec.none")));
+  }
+
+  // The browser's own download shows how far it is, and needs no memory of this page.
+  row(one) {
+    const path = `recordings/${encodeURIComponent(one.id)}/bag`;
+    return el("li", { class: "entry" }, el("div", { class: "grow" },
+      el("p", {}, el("strong", {}, one.name ?? one.id)), el("p", { class: "quiet" }, t("rec.done", { size: bytes(one.bytes) }))),
+    el("a", { class: "button", href: this.rest.base + path, download: one.name ?? true }, t("rec.download")));
+  }
+}
+
+const growthOf = (one) => t("rec.running", { size: bytes(one.bytes), n: number(one.seconds, 0) });

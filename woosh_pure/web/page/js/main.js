@@ -1,0 +1,88 @@
+// Puts the parts together. Addresses are relative to this page, so that it can be mounted anywhere.
+
+import { Camera } from "./camera.js";
+import { el } from "./dom.js";
+import { Drive } from "./drive.js";
+import { Ages } from "./freshness.js";
+import { Go } from "./go.js";
+import { Header } from "./header.js";
+import { Health } from "./health.js";
+import { choose, t, use } from "./i18n.js";
+import { Lease } from "./lease.js";
+import { Link, seconds } from "./link.js";
+import { Log } from "./log.js";
+import { MapView } from "./mapview.js";
+import { take, takeBinary } from "./messages.js";
+import { Notices } from "./notices.js";
+import { Plots } from "./plots.js";
+import { Rest } from "./rest.js";
+import { Stop } from "./stop.js";
+import { Store } from "./store.js";
+import { Tabs } from "./tabs.js";
+import { Task } from "./task.js";
+import { toast } from "./toast.js";
+import { askToken } from "./warning.js";
+
+const base = new URL("api/v1/", location.href.split(/[?#]/)[0]).href;
+const store = new Store();
+const ages = new Ages();
+const rest = new Rest(base, { onToken: () => token() });
+let asking = false;
+let before = false; // was connected before
+
+// Ask for the token until it is right; the link then comes by itself.
+async function token() {
+  if (asking) return;
+  asking = true;
+  for (let right = false; !right; ) right = await rest.login(await askToken()).catch(() => false);
+  asking = false;
+}
+
+// The session of before keeps name and lease through a break.
+const address = () => `${base.replace(/^http/, "ws")}live${rest.session ? `?session=${encodeURIComponent(rest.session)}` : ""}`;
+const link = new Link(address, {
+  text: (message) => take(store, ages, message, seconds()),
+  binary: (buffer) => takeBinary(store, ages, buffer, seconds()),
+  state: (state, code) => {
+    store.set("link", state);
+    if (state === "open" && before) toast(t("lost.back"));
+    if (state === "open") before = true;
+    if (state === "closed") closed(code);
+  },
+});
+
+// A browser does not always tell why a WebSocket was refused; a call does, and asks for the token at 401.
+function closed(code) {
+  if (code === 4401) token();
+  else if (!asking) rest.call("GET", "status", null, { timeout: 3 }).catch(() => {});
+}
+
+store.on("hello", (hello) => (rest.session = hello.session));
+const leaseBox = el("section", { class: "card lease", "aria-live": "polite" });
+const lease = new Lease({ store, link, boxes: [leaseBox] });
+const tabs = new Tabs(store);
+const map = new MapView({ store, ages, rest, link });
+new Header({ store, ages, link, tabs });
+new Stop({ store, rest });
+new Go({ store, rest, map, lease });
+new Task({ store, rest });
+new Notices({ store, lease });
+new Health({ store, ages });
+new Plots({ store });
+new Camera({ store, link });
+new Log({ store, rest });
+new Drive({ store, link, lease, leaseBox });
+
+let kept = null;
+try {
+  kept = localStorage.getItem("woosh-language");
+} catch { /* a browser that keeps nothing */ }
+use(choose([kept, ...navigator.languages].filter(Boolean)));
+
+// A token in the address is used once and taken out of it: an address is shown, kept and sent along.
+const given = new URLSearchParams(location.hash.slice(1)).get("token");
+if (given) {
+  history.replaceState(null, "", location.pathname + location.search);
+  await rest.login(given).catch(() => false);
+}
+link.connect();

@@ -1,0 +1,64 @@
+// What the server says, put into the store. Pure but for the store; `now` is seconds of this page's clock.
+
+import { decode } from "./frames.js";
+import * as shapes from "./shapes.js";
+
+// Part of the state -> its name here, and how it is read.
+const PARTS = {
+  status: ["robot", shapes.robot],
+  battery: ["battery", shapes.battery],
+  readiness: ["readiness", shapes.readiness],
+  faults: ["faults", shapes.faults],
+  goals: ["goal", shapes.goal],
+  velocity: ["velocity", (part) => part],
+  odometer: ["odometer", (part) => part],
+  rates: ["rates", (part) => part],
+  recordings: ["recordings", (part) => part],
+  driver: ["driver", (part) => part],
+};
+const JOURNAL = 200;
+const list = (value) => (Array.isArray(value) ? value : []);
+
+const KINDS = {
+  hello: (store, message) => store.set("hello", message),
+  plan: (store, message) => store.set("plan", list(message.points)),
+  footprint: (store, message) => store.set("footprint", list(message.points)),
+  marks: (store, message) => store.set("marks", shapes.marks(message.marks)),
+  map: (store, message) => store.set("map", shapes.mapFacts(message)),
+  lease: (store, message) => store.set("lease", shapes.lease(message)),
+  drive: (store, message) => store.set("drive", message),
+  journal,
+  state,
+  pose(store, message, ages, now) {
+    if (![message.x, message.y, message.theta].every(Number.isFinite)) return;
+    ages.take("pose", message.age ?? 0, now);
+    store.set("pose", { x: message.x, y: message.y, theta: message.theta });
+  },
+  lost(store, message, ages, now) {
+    store.set("robotlost", message.text ? { text: message.text, at: now - (message.since ?? 0) } : null);
+  },
+};
+
+// A kind that is not known here is passed over: a newer server may say more.
+export const take = (store, ages, message, now) => KINDS[message?.t]?.(store, message, ages, now);
+
+function state(store, message, ages, now) {
+  for (const [feed, age] of Object.entries(message.ages ?? {})) ages.take(feed, age, now);
+  for (const [part, [name, read]] of Object.entries(PARTS)) {
+    if (part in message) store.set(name, read(message[part]));
+  }
+  store.set("ages", ages);
+}
+
+function journal(store, message) {
+  const entries = new Map((store.get("journal") ?? []).map((entry) => [entry.id, entry]));
+  for (const one of list(message.entries)) entries.set(one.id, shapes.entry(one));
+  store.set("journal", [...entries.values()].sort((a, b) => a.id - b.id).slice(-JOURNAL));
+}
+
+export function takeBinary(store, ages, buffer, now) {
+  const frame = decode(buffer);
+  if (frame === null) return;
+  if (frame.kind === "scan") ages.take("scan", 0, now);
+  store.set(frame.kind, frame);
+}

@@ -1,0 +1,46 @@
+// Why it would not move, above whatever page is open: only when the answer is a plain no.
+
+import { button, byId, el, fill, icon } from "./dom.js";
+import { has, onLanguage, t } from "./i18n.js";
+
+// The short sentence of a reason; the library's own where it is not known here.
+export const whyOf = (reason) => (has(`why.${reason.key}`) ? t(`why.${reason.key}`) : reason.text);
+export const todoOf = (key) => (has(`todo.${key}`) ? t(`todo.${key}`) : "");
+
+export class Notices {
+  constructor({ store, lease }) {
+    this.store = store;
+    this.lease = lease;
+    store.on("readiness lease", () => this.render());
+    onLanguage(() => {
+      this.shape = null;
+      this.render();
+    });
+  }
+
+  render() {
+    const readiness = this.store.get("readiness");
+    const lease = this.store.get("lease");
+    const blocking = (readiness?.answer === "no" && readiness.reasons?.filter((reason) => reason.blocking)) || [];
+    const reasons = blocking.filter((reason) => reason.key !== "busy"); // its own task is shown as a task
+    const asked = lease?.yours ? lease.askedBy : null;
+    const shape = JSON.stringify([reasons, asked]);
+    if (shape === this.shape) return;
+    this.shape = shape;
+    fill(byId("notices"), ...reasons.map((reason) => this.reason(reason)), asked ? this.asked(asked) : null);
+  }
+
+  reason(reason) {
+    const todo = todoOf(reason.key);
+    return el("div", { class: "notice bad" }, icon("warn"),
+      el("div", {}, el("strong", {}, t("ready.notice", { why: whyOf(reason) })),
+        todo ? el("p", {}, `${t("todo.title")} ${todo}`) : null));
+  }
+
+  asked(name) {
+    return el("div", { class: "notice" }, icon("ask"), el("div", {}, el("strong", {}, t("lease.asked", { name })),
+      el("div", { class: "row" },
+        button(t("lease.grant"), () => this.lease.say("grant", name), { kind: "primary" }),
+        button(t("lease.deny"), () => this.lease.say("keep")))));
+  }
+}

@@ -1,0 +1,84 @@
+// Calls of the API. Every wait has an end; an error is the server's own sentence.
+
+import { current, t } from "./i18n.js";
+
+export class Refused extends Error {
+  constructor(text, status = 0, problem = {}) {
+    super(text);
+    this.status = status;
+    this.problem = problem;
+  }
+}
+
+// What a problem says: its detail, else its title, else its number.
+export const sentence = (problem, status) => problem?.detail || problem?.title || t("error.status", { status });
+
+export class Rest {
+  constructor(base, { fetch = globalThis.fetch.bind(globalThis), onToken = () => {} } = {}) {
+    this.base = base;
+    this.fetch = fetch;
+    this.onToken = onToken;
+    this.session = null;
+  }
+
+  // The token becomes a cookie that no script can read; false when it is wrong.
+  async login(token) {
+    try {
+      await this.call("POST", "login", { token });
+      return true;
+    } catch (error) {
+      if (error.status === 401 || error.status === 429) return false;
+      throw error;
+    }
+  }
+
+  async call(method, path, body = null, { timeout = 10 } = {}) {
+    const headers = { "Accept-Language": current() };
+    if (this.session) headers["X-Woosh-Session"] = this.session;
+    if (body !== null) headers["Content-Type"] = "application/json";
+    const ending = new AbortController();
+    const timer = setTimeout(() => ending.abort(), timeout * 1000);
+    try {
+      const answer = await this.fetch(this.base + path, {
+        method, headers, body: body === null ? undefined : JSON.stringify(body), signal: ending.signal,
+      });
+      if (!answer.ok) throw await this.refusal(answer);
+      return answer;
+    } catch (error) {
+      if (error instanceof Refused) throw error;
+      if (ending.signal.aborted) throw new Refused(t("error.timeout", { n: timeout }));
+      throw new Refused(t("error.offline"));
+    } finally {
+      clearTimeout(timer);
+    }
+  }
+
+  async refusal(answer) {
+    const problem = await answer.json().catch(() => ({}));
+    if (answer.status === 401 && !answer.url.endsWith("/login")) this.onToken();
+    return new Refused(sentence(problem, answer.status), answer.status, problem);
+  }
+
+  async json(method, path, body = null, options = {}) {
+    const answer = await this.call(method, path, body, options);
+    const text = await answer.text();
+    return text ? JSON.parse(text) : null;
+  }
+
+  // A picture or file, told how far it is: told(fraction) where the length is known.
+  async blob(path, told = () => {}) {
+    const answer = await this.call("GET", path, null, { timeout: 30 });
+    const total = Number(answer.headers.get("content-length"));
+    if (!answer.body || !total) return answer.blob();
+    const parts = [];
+    let size = 0;
+    const reader = answer.body.getReader();
+    for (;;) {
+      const { done, value } = await reader.read();
+      if (done) return new Blob(parts, { type: answer.headers.get("content-type") ?? "" });
+      parts.push(value);
+      size += value.length;
+      told(Math.min(1, size / total));
+    }
+  }
+}

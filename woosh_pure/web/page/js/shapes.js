@@ -1,0 +1,83 @@
+// From the server's words to what the page shows. Pure; what is missing stays null and is shown as not known.
+
+const words = (name) => (typeof name === "string" ? name.toLowerCase().replaceAll("_", " ") : null);
+
+export function robot(status) {
+  if (!status) return null;
+  const { task } = status;
+  return {
+    state: words(status.robot_state),
+    mode: words(status.robot_mode),
+    task: task?.id ? { type: words(task.type), state: words(task.state), destination: task.destination || "" } : null,
+    known: true,
+  };
+}
+
+export const battery = (part) =>
+  part && { percent: part.percent, charging: part.charging, volts: part.voltage, amps: part.current };
+
+export const readiness = (part) =>
+  part && { answer: part.answer === "yes" || part.answer === "no" ? part.answer : "unknown", sentence: part.text, reasons: part.reasons ?? [] };
+
+export const faults = (part) =>
+  part && {
+    known: part.known,
+    list: (part.active ?? []).map((one) => ({
+      code: one.code, level: words(one.level), english: one.text, chinese: one.text_zh, todo: one.todo ?? "",
+    })),
+  };
+
+// The newest goal that runs, else the newest of all.
+export function goal(goals) {
+  if (!goals?.length) return null;
+  const one = goals.findLast((each) => !each.done) ?? goals[goals.length - 1];
+  return {
+    id: one.id,
+    state: one.state,
+    running: !one.done,
+    kind: one.done ? kindOf(one.state) : "running",
+    text: one.description,
+    end: one.text,
+    percent: one.percent,
+    progress: one.progress,
+    by: one.who,
+    pauses: Boolean(one.can_pause) || one.state === "paused",
+  };
+}
+
+export const marks = (list) =>
+  (Array.isArray(list) ? list : []).map((mark) => ({ ...mark, kind: mark.charger ? "charger" : "mark" }));
+
+const RUNNING = new Set(["under way", "paused"]);
+const BAD = new Set(["failed", "refused", "rejected", "timed out", "connection lost", "STILL MOVES"]);
+const ENDED = new Set(["cancelled", "replaced", "not known"]); // neither well nor badly
+
+// "running", "ok", "bad" or "ended"
+export const kindOf = (state) =>
+  RUNNING.has(state) ? "running" : BAD.has(state) ? "bad" : ENDED.has(state) ? "ended" : "ok";
+
+export const entry = (one) => ({
+  id: one.id,
+  at: one.at,
+  by: one.who,
+  what: one.what,
+  text: one.text,
+  state: one.state,
+  kind: kindOf(one.state),
+  goal: one.goal ?? "",
+});
+
+export const lease = (part) => ({
+  holder: part.holder,
+  yours: Boolean(part.yours),
+  seconds: part.seconds,
+  askedBy: part.asking?.[0] ?? null,
+  asking: part.asking ?? [],
+  you: part.you,
+});
+
+// {width, height, resolution, origin: [x, y, theta]}
+export function mapFacts(part) {
+  const { origin } = part;
+  return { ...part, origin: Array.isArray(origin) ? origin : [origin?.x ?? 0, origin?.y ?? 0, origin?.theta ?? 0] };
+}

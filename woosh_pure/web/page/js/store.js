@@ -1,0 +1,31 @@
+// What is known, by name, and who wants to be told. A listener that fails does not keep the others from hearing.
+
+export class Store {
+  constructor() {
+    this.values = new Map();
+    this.listeners = new Map();
+  }
+
+  get(name) {
+    return this.values.get(name) ?? null;
+  }
+
+  set(name, value) {
+    this.values.set(name, value);
+    for (const listener of this.listeners.get(name) ?? []) {
+      try {
+        listener(value, name);
+      } catch (error) {
+        console.error(name, error);
+      }
+    }
+  }
+
+  on(names, listener) {
+    for (const name of names.split(" ")) {
+      if (!this.listeners.has(name)) this.listeners.set(name, new Set());
+      this.listeners.get(name).add(listener);
+    }
+    return listener;
+  }
+}

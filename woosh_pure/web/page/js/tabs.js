@@ -1,0 +1,45 @@
+// The five pages of the panel, as tabs: arrow keys move between them. The chosen one stands in the address.
+
+import { byId, el, fill, icon, show } from "./dom.js";
+import { onLanguage, t } from "./i18n.js";
+
+export const TABS = ["go", "drive", "camera", "health", "log"];
+
+export class Tabs {
+  constructor(store) {
+    this.store = store;
+    this.buttons = new Map();
+    for (const name of TABS) {
+      const label = el("span");
+      const button = el("button", {
+        type: "button", role: "tab", id: `tabbutton-${name}`, "aria-controls": `tab-${name}`,
+        onclick: () => this.choose(name), onkeydown: (event) => this.key(event, name),
+      }, icon(name), label);
+      this.buttons.set(name, { button, label });
+    }
+    fill(byId("tabs"), ...[...this.buttons.values()].map(({ button }) => button));
+    onLanguage(() => this.buttons.forEach(({ label }, name) => (label.textContent = t(`tab.${name}`))));
+    this.choose(TABS[0]);
+  }
+
+  choose(name) {
+    for (const [other, { button }] of this.buttons) {
+      const chosen = other === name;
+      button.setAttribute("aria-selected", String(chosen));
+      button.tabIndex = chosen ? 0 : -1;
+      show(byId(`tab-${other}`), chosen);
+    }
+    document.body.dataset.tab = name;
+    byId("panel").scrollTop = 0;
+    this.store.set("tab", name);
+  }
+
+  key(event, name) {
+    const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+    if (!step) return;
+    event.preventDefault();
+    const next = TABS[(TABS.indexOf(name) + step + TABS.length) % TABS.length];
+    this.choose(next);
+    this.buttons.get(next).button.focus();
+  }
+}

@@ -1,0 +1,90 @@
+// What is under way: progress, pause, go on, cancel; and how it ended, in one line, until it is closed.
+
+import { button, byId, el, fill, icon, say, show } from "./dom.js";
+import { number, onLanguage, t, word } from "./i18n.js";
+import { ICONS } from "./log.js";
+import { attempt } from "./toast.js";
+import { markOf, whatText } from "./what.js";
+
+export class Task {
+  constructor({ store, rest }) {
+    this.store = store;
+    this.rest = rest;
+    this.box = byId("task");
+    this.seen = null; // id of the goal that was seen running here: only its end is told
+    this.closed = null;
+    this.far = 0; // m to the mark when it was seen first
+    this.shape = ""; // what is built; progress only moves the bar
+    store.on("goal journal", () => this.render());
+    store.on("pose", () => this.bar && this.progress());
+    onLanguage(() => {
+      this.shape = "";
+      this.render();
+    });
+  }
+
+  render() {
+    const goal = this.store.get("goal");
+    if (goal?.running && goal.id !== this.seen) [this.seen, this.far] = [goal.id, 0];
+    const hidden = !goal || (!goal.running && (goal.id === this.closed || goal.id !== this.seen));
+    show(this.box, !hidden);
+    if (hidden) return;
+    const what = this.what(goal);
+    const shape = JSON.stringify([goal.id, goal.state, goal.pauses, what]);
+    if (shape !== this.shape) this.build(goal, what);
+    this.shape = shape;
+    this.progress();
+  }
+
+  // As it was asked for; the library's own words for a goal that somebody else has begun.
+  what(goal) {
+    const asked = this.store.get("journal")?.find((entry) => entry.goal === goal.id)?.what;
+    this.mark = this.store.get("marks")?.find((mark) => mark.name === markOf(asked));
+    return asked ? whatText(asked) : goal.text ?? "";
+  }
+
+  // Metres to the mark as the crow flies; null when they are not known.
+  get left() {
+    const pose = this.store.get("pose");
+    if (!pose || !Number.isFinite(this.mark?.x)) return null;
+    return Math.hypot(this.mark.x - pose.x, this.mark.y - pose.y);
+  }
+
+  progress() {
+    const goal = this.store.get("goal");
+    if (!goal?.running || !this.bar) return;
+    const { left } = this;
+    this.far = Math.max(this.far, left ?? 0);
+    const percent = goal.percent ?? (this.far > 0 ? 100 * (1 - left / this.far) : null);
+    if (Number.isFinite(percent)) this.bar.value = percent;
+    else this.bar.removeAttribute("value");
+    const told = left !== null ? t("task.left", { n: number(left, 1) })
+      : Number.isFinite(goal.percent) ? `${number(goal.percent, 0)} %` : goal.progress;
+    say(this.note, [told, goal.by ? t("task.by", { by: goal.by }) : ""].filter(Boolean).join(" · "));
+  }
+
+  build(goal, what) {
+    const { running, kind } = goal;
+    const call = (method, path) => () => attempt(() => this.rest.call(method, path, null, { timeout: 20 }));
+    const id = encodeURIComponent(goal.id);
+    this.bar = running ? el("progress", { max: 100, "aria-label": what }) : null;
+    this.note = running ? el("p", { class: "quiet", "aria-live": "off" }) : null;
+    const buttons = running ? el("div", { class: "row" },
+      goal.state === "paused"
+        ? button(t("task.resume"), call("POST", `goals/${id}/resume`), { kind: "primary", id: "resume" })
+        : goal.pauses ? button(t("task.pause"), call("POST", `goals/${id}/pause`), { id: "pause" }) : null,
+      button(t("task.cancel"), call("DELETE", `goals/${id}`), { id: "cancel" })) : null;
+    const close = running ? null : button("×", () => {
+      this.closed = goal.id;
+      this.render();
+    }, { kind: "close", "aria-label": t("task.close") });
+    this.box.className = `card task ${kind}`;
+    fill(
+      this.box,
+      el("div", { class: "head" }, icon(ICONS[kind]),
+        el("span", { class: "grow" }, el("strong", {}, what), ` · ${word("goal", goal.state)}`), close),
+      kind === "bad" ? el("p", { class: "quiet" }, goal.end ?? "") : null,
+      this.bar, this.note, buttons,
+    );
+  }
+}

@@ -1,0 +1,25 @@
+// Short answers that go by themselves; what went wrong stays longer.
+
+import { byId, el, icon } from "./dom.js";
+
+const SECONDS = { ok: 4, bad: 9 };
+const MOST = 3;
+
+export function toast(text, kind = "ok") {
+  const box = byId("toasts");
+  const note = el("div", { class: `toast ${kind}` }, icon(kind === "ok" ? "ok" : "warn"), el("span", {}, text));
+  note.onclick = () => note.remove();
+  box.append(note);
+  while (box.children.length > MOST) box.firstChild.remove();
+  setTimeout(() => note.remove(), SECONDS[kind] * 1000);
+}
+
+// Do something that the server may refuse, and say so; null when it was refused.
+export async function attempt(work) {
+  try {
+    return await work();
+  } catch (error) {
+    toast(error.message, "bad");
+    return null;
+  }
+}

@@ -1,0 +1,40 @@
+// The vendor's warning before driving, and the question for the token.
+
+import { button, byId, el, fill } from "./dom.js";
+import { t } from "./i18n.js";
+
+// The warning as a part of the panel, not as a dialog above everything: STOP stays in reach while it is read.
+// told(true) only when the box was ticked and the switch pressed.
+export function warning(told) {
+  const yes = el("button", { type: "submit", class: "danger", disabled: true, id: "warning-yes" }, t("drive.warning.yes"));
+  const check = el("input", { type: "checkbox", id: "warning-check", onchange: () => (yes.disabled = !check.checked) });
+  return el("form", {
+    class: "card", id: "warning", "aria-labelledby": "warning-title", onsubmit: (event) => {
+      event.preventDefault();
+      told(check.checked);
+    },
+  },
+  el("h2", { id: "warning-title", tabindex: "-1" }, t("drive.warning.title")),
+  el("p", { class: "strong" }, t("drive.warning.1")), el("p", {}, t("drive.warning.2")), el("p", {}, t("drive.warning.3")),
+  el("label", { class: "check" }, check, el("span", {}, t("drive.warning.check"))),
+  el("div", { class: "row" }, yes, button(t("go.cancel"), () => told(false), { kind: "plain" })));
+}
+
+// The token that was typed; the dialog stays until there is one.
+export function askToken() {
+  const dialog = byId("token");
+  return new Promise((done) => {
+    const input = el("input", { type: "password", autocomplete: "current-password", required: true, id: "token-input" });
+    fill(dialog, el("form", {
+      method: "dialog", onsubmit: (event) => {
+        event.preventDefault();
+        dialog.close(input.value);
+      },
+    }, el("h2", { id: "token-title" }, t("token.title")), el("p", {}, t("token.text")),
+    el("label", {}, el("span", {}, t("token.label")), input),
+    el("div", { class: "row" }, el("button", { class: "primary" }, t("token.use")))));
+    dialog.oncancel = (event) => event.preventDefault();
+    dialog.addEventListener("close", () => done(dialog.returnValue), { once: true });
+    dialog.showModal();
+  });
+}

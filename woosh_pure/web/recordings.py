@@ -1,0 +1,166 @@
+"""Bags recorded through the web: one at a time for each robot, with bounds of time and size."""
+
+from __future__ import annotations
+
+import itertools
+import tempfile
+import threading
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import RosError
+from woosh_pure.web.problems import Problem
+
+if TYPE_CHECKING:
+    from rosproto.recording import Recorder
+    from woosh_pure.chassis import Chassis
+
+__all__ = ["Recording", "RecordingDesk"]
+
+MOST_SECONDS, MOST_BYTES, LEAST_FREE, MOST_KEPT = 3600.0, 1 << 30, 1 << 29, 20
+
+
+@dataclass(slots=True)
+class Recording:
+    """One bag.
+
+    Attributes:
+        id: Its number, as text.
+        who: Who asked for it.
+        recorder: Writes it.
+        path: Where it is when it is finished.
+        begun: s since 1970.
+    """
+
+    id: str
+    who: str
+    recorder: Recorder
+    path: Path
+    begun: float
+    ended: float | None = None
+    error: str = ""
+
+    @property
+    def running(self) -> bool:
+        """Whether it still grows."""
+        return self.ended is None and not self.recorder.finished
+
+    def as_json(self) -> dict[str, Any]:
+        """As it is sent."""
+        stats = self.recorder.stats()
+        seconds = stats.seconds if self.ended is None else self.ended - self.begun
+        return {
+            "id": self.id,
+            "who": self.who,
+            "name": self.path.name,
+            "begun": round(self.begun, 3),
+            "running": self.running,
+            "seconds": round(seconds, 1),
+            "bytes": stats.bytes,
+            "messages": stats.messages,
+            "topics": stats.topics,
+            "dropped": stats.dropped,
+            "error": self.error,
+        }
+
+
+class RecordingDesk:
+    """The recordings of one robot. Safe from any thread; everything but `as_json` blocks a little.
+
+    Args:
+        folder: Where they are kept; None makes a folder of the system's temporary ones with the first.
+    """
+
+    def __init__(self, chassis: Chassis, folder: Path | None = None) -> None:
+        self._chassis, self._folder = chassis, folder
+        self._lock = threading.Lock()
+        self._numbers = itertools.count(1)
+        self._all: dict[str, Recording] = {}
+
+    def begin(self, who: str, seconds: float | None = None, camera: bool = False) -> Recording:
+        """Begin to record; at most an hour, or 1 GiB.
+
+        Raises:
+            Problem: One runs already, or the list is full.
+            BagError: It cannot be written.
+        """
+        from rosproto.recording import Recorder
+        from woosh_pure.cli.commands.record import selection_of
+
+        with self._lock:
+            for one in self._all.values():
+                if one.running:
+                    raise Problem(409, f"recording {one.id} of {one.who} runs; end it first", "recording")
+            for old in list(self._all)[: max(0, len(self._all) - MOST_KEPT + 1)]:
+                self._all.pop(old).path.unlink(missing_ok=True)
+            if self._folder is None:
+                self._folder = Path(tempfile.mkdtemp(prefix="woosh-web-"))
+            number = str(next(self._numbers))
+            path = self._free(time.strftime("%Y%m%d-%H%M%S"), number)
+            recorder = Recorder(
+                self._chassis.node,
+                path,
+                selection=selection_of(camera=camera),
+                compression="lz4",
+                most_seconds=min(seconds or MOST_SECONDS, MOST_SECONDS),
+                most_bytes=MOST_BYTES,
+                buffer_bytes=64 << 20,
+                least_free_bytes=LEAST_FREE,
+            )
+            self._all[number] = found = Recording(number, who, recorder, path, time.time())
+            return found
+
+    def _free(self, stamp: str, number: str) -> Path:
+        assert self._folder is not None
+        path = self._folder / f"woosh-{stamp}-{number}.bag"
+        for more in itertools.count(2):
+            if not path.exists():
+                return path
+            path = self._folder / f"woosh-{stamp}-{number}-{more}.bag"
+        raise AssertionError("unreachable")
+
+    def end(self, number: str) -> Recording:
+        """End it; its bag is whole then.
+
+        Raises:
+            Problem: There is none of that number.
+        """
+        found = self.get(number)
+        try:
+            found.recorder.close()
+        except RosError as error:
+            found.error = str(error)
+        if found.ended is None:
+            found.ended = time.time()
+        return found
+
+    def remove(self, number: str) -> None:
+        """End it, and delete its bag."""
+        found = self.end(number)
+        with self._lock:
+            self._all.pop(number, None)
+        found.path.unlink(missing_ok=True)
+
+    def get(self, number: str) -> Recording:
+        """The recording of that number.
+
+        Raises:
+            Problem: There is none.
+        """
+        with self._lock:
+            found = self._all.get(number)
+        if found is None:
+            raise Problem(404, f"there is no recording {number[:20]!r}")
+        return found
+
+    def all(self) -> list[Recording]:
+        """All of them, the oldest first."""
+        with self._lock:
+            return list(self._all.values())
+
+    def close(self) -> None:
+        """End all; what was recorded stays."""
+        for one in self.all():
+            self.end(one.id)

@@ -1,0 +1,153 @@
+"""The server around the application: a uvicorn in a thread, as a `with` block."""
+
+from __future__ import annotations
+
+import os
+import socket
+import threading
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rosproto.logs import get_logger
+from woosh_pure.web.access import is_loopback
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from fastapi import FastAPI
+
+__all__ = ["WebServer"]
+
+_logger = get_logger("woosh_pure.web")
+MOST_CONNECTIONS = 512
+START_SECONDS, END_SECONDS = 10.0, 3.0
+
+
+class WebServer:
+    """Serves an application of `woosh_pure.web.app`. Use it in a `with` block: leaving it ends the drive
+    first.
+
+    Args:
+        app: The application.
+        bind: Address to listen at. Off loopback the application must have a token.
+        port: 0 takes a free one.
+        tls_cert: Certificate file (PEM); with it the server speaks https.
+        tls_key: Key file, where it is not in the other.
+
+    Raises:
+        ValueError: Reachable from elsewhere, without a token.
+        OSError: The address cannot be listened at, or a file of TLS cannot be read.
+    """
+
+    def __init__(
+        self,
+        app: FastAPI,
+        *,
+        bind: str = "127.0.0.1",
+        port: int = 8080,
+        tls_cert: str | Path | None = None,
+        tls_key: str | Path | None = None,
+    ) -> None:
+        from woosh_pure.web.extra import require
+
+        require()
+        import uvicorn
+
+        self.app = app
+        if not is_loopback(bind) and not app.state.house.access.needs_token:
+            raise ValueError(
+                f"--bind {bind} lets others in: that takes a token (--token, made by chance, "
+                "at least 8 letters)"
+            )
+        if tls_key and not tls_cert:
+            raise ValueError("a TLS key without a certificate; give both")
+        for file in (tls_cert, tls_key):
+            if file is not None:
+                Path(file).open("rb").close()
+        self._socket = _listen(bind, port)
+        self.port = int(self._socket.getsockname()[1])
+        self.scheme = "https" if tls_cert else "http"
+        shown = "127.0.0.1" if bind == "0.0.0.0" else "[::1]" if bind == "::" else bind
+        self.url = f"{self.scheme}://{f'[{shown}]' if ':' in shown.strip('[]') else shown}:{self.port}/"
+        tls: dict[str, Any] = {}
+        if tls_cert:
+            tls = {"ssl_certfile": str(tls_cert), "ssl_keyfile": str(tls_key) if tls_key else None}
+        config = uvicorn.Config(
+            app,
+            http="h11",
+            ws="websockets-sansio",
+            lifespan="off",
+            log_level="warning",
+            access_log=False,
+            server_header=False,
+            proxy_headers=False,
+            limit_concurrency=MOST_CONNECTIONS,
+            timeout_keep_alive=5,
+            timeout_graceful_shutdown=1,
+            ws_max_size=64 * 1024,
+            ws_ping_interval=2.0,
+            ws_ping_timeout=2.0,
+            ws_per_message_deflate=False,
+            **tls,
+        )
+        self._server = uvicorn.Server(config)
+        self._thread = threading.Thread(target=self._run, name="woosh:web server", daemon=True)
+        self._error: BaseException | None = None
+
+    def _run(self) -> None:
+        try:
+            self._server.run(sockets=[self._socket])
+        except BaseException as error:
+            self._error = error
+            if not isinstance(error, SystemExit):
+                _logger.exception("! the server has failed")
+
+    def __enter__(self) -> WebServer:
+        self._thread.start()
+        until = time.monotonic() + START_SECONDS
+        while not self._server.started:
+            if not self._thread.is_alive() or time.monotonic() > until:
+                self.close()
+                raise OSError(f"the server did not start: {self._error or 'no answer'}")
+            time.sleep(0.01)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    @property
+    def running(self) -> bool:
+        """Whether it serves."""
+        return self._thread.is_alive()
+
+    def close(self) -> None:
+        """Zero velocity first, then the server; bounded. May be called again."""
+        self.app.state.house.close("the server ends")
+        self._server.should_exit = True
+        if self._thread.is_alive():
+            self._thread.join(END_SECONDS)
+        if self._thread.is_alive():
+            self._server.force_exit = True
+            self._thread.join(END_SECONDS)
+        self._socket.close()
+
+
+def _listen(bind: str, port: int) -> socket.socket:
+    host = bind.strip("[]")
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    listener = socket.socket(family, socket.SOCK_STREAM)
+    try:
+        if hasattr(socket, "SO_REUSEADDR") and os.name == "posix":
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind((host, port))
+        listener.listen(128)
+    except OSError as error:
+        listener.close()
+        raise OSError(
+            error.errno,
+            f"cannot listen at {bind} port {port}: {error.strerror or error}; give another --port",
+        ) from error
+    return listener

@@ -1,0 +1,171 @@
+"""What the robot is, as parts that JSON can say. Pure: made of values.
+
+Ages stand apart from the parts: a part changes when the robot says something else, an age all the time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+from rosproto.text import printable
+
+if TYPE_CHECKING:
+    from woosh_pure.faults.codes import Faults
+    from woosh_pure.feed.feed import Reading
+    from woosh_pure.geometry import Pose2D, Velocity
+    from woosh_pure.lease import LeaseState
+    from woosh_pure.readiness.assessment import Readiness
+    from woosh_pure.values.state import Battery, RobotStatus
+
+__all__ = [
+    "LISTENED",
+    "ages",
+    "faults_part",
+    "lease_part",
+    "plain",
+    "pose_part",
+    "readiness_part",
+    "state_parts",
+]
+
+LISTENED = ("status", "pose", "velocity", "battery", "odometer", "localization", "information")
+"""Feeds that the snapshot is made of."""
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON has it: dataclasses as objects, arrays as lists, enums by name, NaN as null."""
+    if value is None or isinstance(value, bool):
+        return value
+    if isinstance(value, Enum):
+        return value.name
+    if isinstance(value, str):
+        return printable(value)
+    if isinstance(value, int):
+        return int(value)
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, bytes):
+        return list(value)
+    fields = getattr(value, "__dataclass_fields__", None)
+    if fields is None and not isinstance(value, (list, tuple, Mapping)):
+        fields = getattr(type(value), "__slots__", None) if hasattr(value, "_type") else None  # a message
+    if fields is not None:
+        return {name: plain(getattr(value, name)) for name in fields}
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, (list, tuple, set, frozenset)):
+        return [plain(item) for item in value]
+    return printable(str(value))
+
+
+def ages(readings: Mapping[str, Reading[Any] | None]) -> dict[str, float | None]:
+    """Seconds since each was heard, null where nothing was."""
+    return {name: None if r is None else round(r.age, 2) for name, r in readings.items()}
+
+
+def state_parts(readings: Mapping[str, Reading[Any] | None]) -> dict[str, Any]:
+    """The parts that the feeds tell; null where nothing was heard."""
+    value: dict[str, Any] = {name: r.value for name, r in readings.items() if r is not None}
+    status = value.get("status")
+    return {
+        "status": None if status is None else _status(status),
+        "battery": _battery(value["battery"]) if "battery" in value else None,
+        "velocity": _velocity(value["velocity"]) if "velocity" in value else None,
+        "odometer": round(float(value["odometer"]), 2) if "odometer" in value else None,
+    }
+
+
+def pose_part(pose: Pose2D) -> dict[str, float]:
+    """A pose: m and rad, in the map."""
+    return {"x": round(pose.x, 4), "y": round(pose.y, 4), "theta": round(pose.yaw, 5)}
+
+
+def _status(status: RobotStatus) -> dict[str, Any]:
+    return {
+        "robot_state": status.robot_state.name,
+        "robot_mode": status.robot_mode.name,
+        "work_mode": status.work_mode.name,
+        "task": {
+            "id": status.task_id,
+            "type": status.task_type.name,
+            "state": status.task_state.name,
+            "action": status.action_type.name,
+            "action_state": status.action_state.name,
+            "destination": printable(status.destination),
+            "message": printable(status.message),
+        },
+    }
+
+
+def _battery(battery: Battery) -> dict[str, Any]:
+    return {
+        "percent": battery.percent,
+        "charging": battery.charging,
+        "voltage": _rounded(battery.voltage, 2),
+        "current": _rounded(battery.current, 2),
+        "temperature": battery.temperature_max,
+        "cycles": battery.battery_cycles,
+    }
+
+
+def _velocity(velocity: Velocity) -> dict[str, Any]:
+    return {name: _rounded(getattr(velocity, name), 3) for name in ("vx", "vy", "wz")}
+
+
+def _rounded(number: float, digits: int) -> float | None:
+    return round(float(number), digits) + 0.0 if math.isfinite(number) else None
+
+
+def readiness_part(readiness: Readiness) -> dict[str, Any]:
+    """Whether it would move: "yes", "no" or "not known", and why."""
+    return {
+        "answer": readiness.answer.value,
+        "text": readiness.sentence(),
+        "reasons": [
+            {"key": str(r.key), "text": printable(r.text), "blocking": r.blocking, "doubt": r.doubt}
+            for r in readiness.reasons
+        ],
+    }
+
+
+def faults_part(faults: Faults) -> dict[str, Any]:
+    """Faults that are active, and whether that is all of them."""
+    return {
+        "known": faults.known,
+        "present": faults.present,
+        "text": faults.sentence(),
+        "active": [
+            {
+                "code": fault.code,
+                "level": fault.level.name,
+                "identifier": fault.identifier,
+                "text": printable(fault.english),
+                "text_zh": printable(fault.chinese),
+                "derived": fault.derived,
+            }
+            for fault in faults
+        ],
+    }
+
+
+def lease_part(state: LeaseState, *, mine: str | None = None) -> dict[str, Any]:
+    """The lease; `mine` is the name of whom it is told to."""
+    part: dict[str, Any] = {
+        "holder": state.holder,
+        "seconds": round(state.seconds, 1),
+        "asking": list(state.asking),
+    }
+    if mine is not None:
+        part["you"] = mine
+        part["yours"] = state.holder == mine
+    return part
+
+
+def points_part(points: Iterable[tuple[float, float]]) -> list[list[float]]:
+    """Points in m."""
+    return [[round(x, 3), round(y, 3)] for x, y in points]
