@@ -8,7 +8,6 @@ differs on purpose has a test of its own.
 from __future__ import annotations
 
 import json
-import os
 import random
 import subprocess
 from pathlib import Path
@@ -26,7 +25,7 @@ from rosproto.time import Time
 from tests.interop.genpy_build import write_definitions
 from tests.interop.rosbridge_oracle import NOW
 from tests.interop.test_genpy_codec import Case, Rng, all_types, random_plain
-from tests.support import ros
+from tests.support import ros, rosbridge_suite
 
 HERE = Path(__file__).resolve().parent
 TEXTS = ["abc", '{"op": "publish"}', "x" * 1000, "Wüste 地图 " * 57, json.dumps(list(range(5000)))]
@@ -161,9 +160,8 @@ def varied(layout: Layout, values: dict[str, Any]) -> dict[str, Any]:
 @pytest.fixture(scope="module")
 def sheet(ros_installed: None, tmp_path_factory: pytest.TempPathFactory) -> Sheet:
     """All types, answered by one process of the original."""
-    source = Path(os.environ.get("ROSBRIDGE_SUITE", "/nowhere")) / "rosbridge_library" / "src"
-    ros.require(source.is_dir(), "ROSBRIDGE_SUITE names no checkout of rosbridge_suite, branch ros1")
-    ros.require_ros("bson", "PIL")
+    source = rosbridge_suite.checkout() / "rosbridge_library" / "src"
+    ros.require_ros("PIL")
     folder = tmp_path_factory.mktemp("rosbridge")
     write_definitions(folder / "definitions")
     made = Sheet()
