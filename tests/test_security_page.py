@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 from rosproto.bag import BagLimits
+from rosproto.gateway import GatewayLimits
 from rosproto.msg import DefinitionLimits
 from rosproto.protocol.limits import Limits
 
@@ -14,6 +15,52 @@ PAGE = (Path(__file__).resolve().parent.parent / "SECURITY.md").read_text("utf-8
 
 
 HOLDS = {
+    "what is refused is answered with a sentence": [
+        "unit/gateway/foxglove/test_server.py::test_nothing_is_written_at_first",
+        "unit/gateway/foxglove/test_server.py::test_read_only_wins_over_patterns",
+        "unit/gateway/foxglove/test_server.py::test_what_is_opened_is_written",
+    ],
+    "on an address that others reach only with a token": [
+        "unit/gateway/foxglove/test_server.py::test_others_than_this_computer_need_a_token",
+        "unit/gateway/foxglove/test_server.py::test_strangers_stay_outside",
+        "unit/gateway/foxglove/test_head.py::test_the_token",
+    ],
+    "unless its origin is open": [
+        "unit/gateway/foxglove/test_head.py::test_pages_from_elsewhere",
+        "unit/gateway/foxglove/test_head.py::test_another_name_for_this_computer_is_no_way_in",
+    ],
+    "Zero follows a viewer that drove and went or fell silent": [
+        "unit/gateway/foxglove/test_server.py::test_zero_follows_a_client_that_drove",
+        "unit/gateway/foxglove/test_server.py::test_closing_sends_zero_too",
+    ],
+    "A viewer that does not read costs its own 32 MiB": [
+        "unit/gateway/foxglove/test_server.py::test_a_client_that_does_not_read_gets_the_newest_later",
+        "unit/gateway/foxglove/test_server.py::test_a_client_that_reads_nothing_at_all_is_cut_off",
+    ],
+    "half a request ends after five": [
+        "unit/gateway/foxglove/test_server.py::test_half_a_request_ends",
+    ],
+    "the number of viewers, of topics each follows": [
+        "unit/gateway/foxglove/test_server.py::test_a_client_may_not_follow_everything",
+        "unit/gateway/foxglove/test_server.py::test_strangers_stay_outside",
+    ],
+    "Files are given from named folders only": [
+        "unit/gateway/foxglove/test_assets.py::test_what_is_no_file_of_a_robot",
+        "unit/gateway/foxglove/test_assets.py::test_what_is_not_there_or_leads_out_or_is_too_large",
+    ],
+    "ends that session and writes": [
+        "unit/gateway/foxglove/test_server.py::test_who_finds_the_port_behind_the_door_ends_it",
+    ],
+    "no chunk gives more than it declares, and a length beyond the file takes no memory": [
+        "unit/bag/test_bag_mcap.py::test_a_chunk_that_unpacks_to_more_than_it_says",
+        "unit/bag/test_bag_mcap.py::test_lengths_beyond_the_file_cost_nothing",
+    ],
+    "does not fill a table": [
+        "unit/bag/test_bag_arrow.py::test_elements_of_no_bytes_do_not_fill_the_memory",
+    ],
+    "A server that lies about ranges is an error": [
+        "unit/bag/test_bag_remote.py::test_servers_that_lie",
+    ],
     "elsewhere it takes a token of at least 8 letters": [
         "scenarios/test_web_api.py::test_off_this_computer_only_with_a_token",
         "scenarios/test_web_api.py::test_without_the_token_nothing_but_the_page_is_shown",
@@ -275,6 +322,45 @@ HOLDS = {
         "unit/transport/test_tcp_server.py::test_running_out_of_file_descriptors_is_survived_and_logged_once",
         "unit/master/test_master_server.py::test_silent_connections_that_take_every_file_keep_nobody_out",
     ],
+    "off this computer it does not start without a token": [
+        "unit/gateway/test_websocket_server.py::test_nobody_is_served_off_this_computer_without_a_token",
+        "unit/gateway/test_websocket_server.py::test_tokens",
+    ],
+    "A web page from elsewhere is refused by its origin": [
+        "unit/gateway/test_websocket_server.py::test_pages_from_elsewhere_are_refused",
+        "unit/gateway/test_access.py::test_origins",
+        "unit/gateway/test_access.py::test_hosts",
+    ],
+    "Nothing is written through a gateway unless a pattern opens it": [
+        "unit/gateway/test_access.py::test_everything_is_read_and_nothing_written_at_first",
+        "unit/gateway/test_rosbridge.py::test_a_client_publishes_what_a_pattern_opens",
+        "unit/gateway/test_rosbridge.py::test_services",
+        "unit/gateway/test_rosbridge.py::test_goals",
+    ],
+    "is neither read, nor written, nor listed": [
+        "unit/gateway/test_rosbridge.py::test_what_is_denied_is_neither_read_nor_listed",
+        "unit/gateway/test_access.py::test_a_goal_denied_on_one_way_is_denied_on_the_other",
+    ],
+    "leaves or is silent for half a second, zero follows": [
+        "unit/gateway/test_write_guard.py::test_over_real_sockets",
+        "unit/gateway/test_rosbridge.py::test_zero_follows_when_a_driving_client_goes",
+    ],
+    "loses the oldest messages of its topics and costs bounded memory": [
+        "unit/gateway/test_websocket_server.py::test_a_client_that_stops_reading_costs_nobody_else",
+        "unit/gateway/test_outbox.py::test_bounds_hold_whatever_comes",
+    ],
+    "one that asks and does not read is cut off": [
+        "unit/gateway/test_websocket_server.py::test_answers_that_are_not_read_end_the_connection",
+    ],
+    "gives no sign of life for twice `silence_seconds`": [
+        "unit/gateway/test_websocket_server.py::test_a_client_that_gives_no_sign_of_life_is_given_up",
+    ],
+    "Connections that hold back their handshake make room for new ones": [
+        "unit/gateway/test_websocket_server.py::test_connections_that_say_nothing_make_room_and_are_ended",
+    ],
+    "come and go leave no thread, file or topic": [
+        "unit/gateway/test_websocket_server.py::test_hundreds_that_come_and_go_leave_nothing",
+    ],
     "asks the system for 4096": [
         "unit/transport/test_open_files.py::test_it_is_raised_as_far_as_needed_and_allowed",
     ],
@@ -322,6 +408,11 @@ def test_definition_limits() -> None:
     assert rows("DefinitionLimits") == expected
 
 
+def test_gateway_limits() -> None:
+    """The table is the tuple."""
+    assert rows("GatewayLimits") == {name: str(v) for name, v in GatewayLimits._field_defaults.items()}
+
+
 def test_bag_limits() -> None:
     """The table is the tuple."""
     assert rows("BagLimits") == {name: str(value) for name, value in BagLimits._field_defaults.items()}
@@ -349,7 +440,7 @@ def test_every_limit_is_set_by_a_test() -> None:
     tests = [
         path.read_text("utf-8") for room in ("unit", "scenarios") for path in (here / room).rglob("*.py")
     ]
-    for kind in (Limits, DefinitionLimits, BagLimits):
+    for kind in (Limits, DefinitionLimits, BagLimits, GatewayLimits):
         setting = [text for text in tests if kind.__name__ in text]
         names = kind._field_defaults
         untested = [name for name in names if not any(re.search(rf"\b{name}\b", text) for text in setting)]

@@ -48,6 +48,6 @@ class GatewayLimits(NamedTuple):
     call_seconds: float = 60.0
     outbox_bytes: int = 32 << 20
     outbox_messages: int = 100
-    topic_bytes: int = 4 << 20
+    topic_bytes: int = 8 << 20
     answer_bytes: int = 32 << 20
     linger_seconds: float = 1.0

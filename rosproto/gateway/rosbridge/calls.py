@@ -72,7 +72,7 @@ class Calls:
         is_tf = shared.tf.opens(name)
         limit = shared.limits.call_seconds
         deadline = Deadline(limit if asked.timeout is None else min(asked.timeout, limit))
-        header = probe(shared.node._context, name, deadline.at_most(limit))
+        header = probe(shared.node, name, deadline.at_most(limit))
         type_name = header.get("type", "")
         if not is_tf:
             insist(shared.access.may_write("service", name, type_name))

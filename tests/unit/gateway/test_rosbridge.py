@@ -287,6 +287,35 @@ def test_a_client_has_limits(graph: Graph, serve: Serve, connect: Serve) -> None
     assert "limit" in client.call("/s0", id="c1")["values"]
 
 
+def test_a_call_ends_in_time(graph: Graph, serve: Serve, connect: Serve) -> None:
+    """By the client's time, by the gateway's where that is less; also when the client itself does not answer."""
+    bridge = serve(write=["*"], limits=GatewayLimits(call_seconds=0.4, linger_seconds=0.05))
+    over = threading.Event()
+    graph.robot.service_server("/slow", SetBool, lambda _: over.wait(20) and None)
+    client = connect(bridge)
+    began = time.monotonic()
+    for timeout in (0.2, 60, None):
+        client.send(op="call_service", service="/slow", args={"data": True}, timeout=timeout, id=f"{timeout}")
+        assert client.op("service_response")["result"] is False
+    assert time.monotonic() - began < 10
+    over.set()
+    client.send(op="advertise_service", service="/mine", type="std_srvs/SetBool")
+    graph.robot.wait_for_service("/mine")
+    with pytest.raises(ServiceError, match="has not answered"):
+        graph.robot.service_client("/mine", SetBool).call(data=True, timeout=20)
+
+
+def test_goals_are_limited(graph: Graph, serve: Serve, connect: Serve) -> None:
+    """Of one client at a time."""
+    client = connect(serve(write=["*"], limits=GatewayLimits(goals_per_client=1, linger_seconds=0.05)))
+    goal = {"op": "send_action_goal", "action": "/nobody", "action_type": "actionlib/TestAction"}
+    client.send(**goal, id="one")
+    client.send(**goal, id="two")
+    refused = client.op("action_result")
+    assert (refused["id"], refused["result"]) == ("two", False)
+    assert "limit" in refused["values"]
+
+
 def test_throttle_and_queue(graph: Graph, serve: Serve, connect: Serve) -> None:
     """At most one message in an interval; a queue keeps the newest for later."""
     publisher = graph.robot.publisher("/chat", String, queue_size=100)

@@ -1,0 +1,89 @@
+"""`rosproto bridge`: one line that says where it serves and what is open; errors as sentences; every option."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rosproto import Master, Node
+from rosproto.cli import main
+from rosproto.codec import message_class
+from tests.support.rosbridge_client import RosbridgeClient
+
+pytest.importorskip("websockets", reason="websockets is not installed")
+String = message_class("std_msgs/String")
+ROOT = Path(__file__).resolve().parents[3]
+
+
+@pytest.fixture
+def master() -> Iterator[Master]:
+    with Master() as master:
+        yield master
+
+
+def served(master: Master, *options: str) -> subprocess.Popen[str]:
+    words = [sys.executable, "-m", "rosproto", "bridge", "--master", master.uri, "--port", "0", *options]
+    return subprocess.Popen(
+        words, cwd=ROOT, stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)}
+    )
+
+
+@pytest.mark.slow
+def test_it_serves_until_interrupted(master: Master) -> None:
+    """What the patterns open, behind a token; and it leaves nothing at the master."""
+    options = ["--token", "a b", "--allow-write", "topic:/chat", "--deny", "/secret", "--allow", "/*"]
+    with Node("/robot", master_uri=master.uri) as robot, served(master, *options) as process:
+        try:
+            assert process.stdout is not None
+            line = process.stdout.readline()
+            assert "writing: topic:/chat" in line
+            url = line.split()[3]
+            assert url.endswith("/?token=a%20b")
+            got = robot.subscriber("/chat", String)
+            with RosbridgeClient(url) as client:
+                client.send(op="advertise", topic="/chat", type="std_msgs/String")
+                client.send(op="publish", topic="/chat", msg={"data": "hello"})
+                assert got.next(20).data == "hello"
+                client.send(op="subscribe", topic="/secret", id="s")
+                assert client.op("status")["id"] == "s"
+            with pytest.raises(Exception, match="401"):
+                RosbridgeClient(url.partition("?")[0])
+        finally:
+            process.terminate()
+            assert process.wait(20) in (0, 143)
+        assert not [n for n in robot.master.get_system_state().publishers.get("/chat", ())]
+
+
+def test_off_this_computer_it_makes_a_token(master: Master, capsys: pytest.CaptureFixture[str]) -> None:
+    """And prints it; reading only unless something is opened."""
+    words = ["bridge", "--master", master.uri, "--port", "0", "--for", "0.1"]
+    assert main([*words, "--bind", "0.0.0.0"]) == 0
+    line = capsys.readouterr().out
+    assert len(line.split("?token=")[1].split()[0]) >= 20
+    assert "read only: --allow-write" in line
+    assert main([*words, "--read-only", "--allow-write", "*", "--origin", "https://a.example"]) == 0
+    assert "(read only)" in capsys.readouterr().out
+
+
+def test_what_is_wrong_is_a_sentence(
+    master: Master, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A port that is taken, a certificate that is none, a pattern of no kind, a package that is missing."""
+    words = ["bridge", "--master", master.uri]
+    assert main([*words, "--port", str(master.port)]) == 1
+    assert "another --port" in capsys.readouterr().err
+    (tmp_path / "cert").write_text("nothing")
+    assert main([*words, "--port", "0", "--tls-cert", str(tmp_path / "cert")]) == 1
+    assert "--tls-cert" in capsys.readouterr().err
+    assert main([*words, "--port", "0", "--tls-key", "x"]) == 1
+    assert "--tls-cert" in capsys.readouterr().err
+    assert main([*words, "--port", "0", "--allow-write", "robot:/x"]) == 2
+    assert "no kind" in capsys.readouterr().err
+    monkeypatch.setitem(sys.modules, "websockets.asyncio.server", None)
+    assert main([*words, "--port", "0"]) == 1
+    assert "pip install 'woosh-pure[bridge]'" in capsys.readouterr().err
