@@ -126,9 +126,7 @@ class Vehicle:
             self._restore()
             self._watch.open()
             self._flags.add("told")
-            lease = getattr(self.chassis, "lease", None)
-            if lease is not None:
-                self._end_lease = lease.on(lambda state: self._note("lease"))
+            self._end_lease = self.chassis.lease.on(lambda state: self._note("lease"))
             now = time.monotonic()
             self._due = {"state": now, "silent": now + 2.0 * SILENT_AFTER, "line": now + _FACTS_SECONDS}
             if self.config.visualization:
@@ -436,16 +434,15 @@ class Vehicle:
         return f"fleet manager of {self.config.serial}"
 
     def _local_owner(self) -> str:
-        lease = getattr(self.chassis, "lease", None)
-        holder = None if lease is None else lease.holder
+        holder = self.chassis.lease.holder
         return "" if holder in (None, self._owner) else str(holder)
 
     def _hand_over(self) -> None:
         """A local driver who asks for the lease gets it: MANUAL, and the order is cleared."""
-        lease = getattr(self.chassis, "lease", None)
-        state = None if lease is None else lease.state
-        if lease is not None and state.holder == self._owner and state.asking:
-            lease.grant(self._owner, state.asking[0])
+        lease = self.chassis.lease
+        asking = lease.state.asking
+        if lease.holder == self._owner and asking:
+            lease.grant(self._owner, asking[0])
 
     def _hold_lease(self) -> None:
         """While an order is carried out the lease is ours; a local driver who asks gets it."""
@@ -455,15 +452,13 @@ class Vehicle:
             self._due["lease"] = 0.0
 
     def _keep_lease(self) -> None:
-        lease = getattr(self.chassis, "lease", None)
         self._due["lease"] = time.monotonic() + _LEASE_SECONDS / 3.0
-        if lease is None or not self._machine.executing:
+        if not self._machine.executing:
             del self._due["lease"]
-        elif not lease.acquire(self._owner, _LEASE_SECONDS):
+        elif not self.chassis.lease.acquire(self._owner, _LEASE_SECONDS):
             self._flags.add("told")
 
     def _release_lease(self) -> None:
-        lease = getattr(self.chassis, "lease", None)
         self._due.pop("lease", None)
-        if lease is not None and lease.holder == self._owner:
-            lease.release(self._owner)
+        if self.chassis.lease.holder == self._owner:
+            self.chassis.lease.release(self._owner)

@@ -158,10 +158,9 @@ def test_manual_mode_clears_the_order(hall: Hall) -> None:
     assert hall.master.until(lambda s: s["operatingMode"] == "AUTOMATIC")["orderId"] == "one"
 
 
-@pytest.mark.skipif(not hasattr(Chassis, "lease"), reason="this Chassis has no lease")
 def test_a_local_driver_who_asks_gets_the_robot(hall: Hall) -> None:
     """One owner at a time: the fleet has the lease while it drives, then the mode is MANUAL and the order is cleared."""
-    lease: Any = hall.vehicle.chassis.lease  # type: ignore[attr-defined,unused-ignore]
+    lease = hall.vehicle.chassis.lease
     hall.order("one", "n1 n2 n3")
     moved(hall)
     deadline = time.monotonic() + 5.0
