@@ -15,6 +15,42 @@ PAGE = (Path(__file__).resolve().parent.parent / "SECURITY.md").read_text("utf-8
 
 
 HOLDS = {
+    "what is refused is answered with a sentence": [
+        "unit/gateway/foxglove/test_server.py::test_nothing_is_written_at_first",
+        "unit/gateway/foxglove/test_server.py::test_read_only_wins_over_patterns",
+        "unit/gateway/foxglove/test_server.py::test_what_is_opened_is_written",
+    ],
+    "on an address that others reach only with a token": [
+        "unit/gateway/foxglove/test_server.py::test_others_than_this_computer_need_a_token",
+        "unit/gateway/foxglove/test_server.py::test_strangers_stay_outside",
+        "unit/gateway/foxglove/test_head.py::test_the_token",
+    ],
+    "unless its origin is open": [
+        "unit/gateway/foxglove/test_head.py::test_pages_from_elsewhere",
+        "unit/gateway/foxglove/test_head.py::test_another_name_for_this_computer_is_no_way_in",
+    ],
+    "Zero follows a viewer that drove and went or fell silent": [
+        "unit/gateway/foxglove/test_server.py::test_zero_follows_a_client_that_drove",
+        "unit/gateway/foxglove/test_server.py::test_closing_sends_zero_too",
+    ],
+    "A viewer that does not read costs its own 32 MiB": [
+        "unit/gateway/foxglove/test_server.py::test_a_client_that_does_not_read_gets_the_newest_later",
+        "unit/gateway/foxglove/test_server.py::test_a_client_that_reads_nothing_at_all_is_cut_off",
+    ],
+    "half a request ends after five": [
+        "unit/gateway/foxglove/test_server.py::test_half_a_request_ends",
+    ],
+    "the number of viewers, of topics each follows": [
+        "unit/gateway/foxglove/test_server.py::test_a_client_may_not_follow_everything",
+        "unit/gateway/foxglove/test_server.py::test_strangers_stay_outside",
+    ],
+    "Files are given from named folders only": [
+        "unit/gateway/foxglove/test_assets.py::test_what_is_no_file_of_a_robot",
+        "unit/gateway/foxglove/test_assets.py::test_what_is_not_there_or_leads_out_or_is_too_large",
+    ],
+    "ends that session and writes": [
+        "unit/gateway/foxglove/test_server.py::test_who_finds_the_port_behind_the_door_ends_it",
+    ],
     "elsewhere it takes a token of at least 8 letters": [
         "scenarios/test_web_api.py::test_off_this_computer_only_with_a_token",
         "scenarios/test_web_api.py::test_without_the_token_nothing_but_the_page_is_shown",

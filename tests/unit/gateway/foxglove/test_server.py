@@ -405,6 +405,23 @@ def test_a_client_that_does_not_read_gets_the_newest_later(ground: Ground) -> No
     assert len(seen) + dropped == 40
 
 
+def test_a_client_that_reads_nothing_at_all_is_cut_off(ground: Ground) -> None:
+    """After the time of silence; the topic is left."""
+    publisher = ground.robot.publisher("/cloud", String, queue_size=1)
+    server = ground.serve(limits=GatewayLimits(silence_seconds=0.5, linger_seconds=0.1))
+    viewer = ground.view(server)
+    viewer.subscribe("/cloud")
+    publisher.wait_for_connection(5)
+    until(lambda: any(client.subscriptions for client in server.clients), "not followed")
+    body = "x" * 2_000_000
+    end = time.monotonic() + 20
+    while server.stats().stalled == 0:
+        assert time.monotonic() < end, server.stats()
+        publisher.publish(data=body)
+        threading.Event().wait(0.01)
+    until(lambda: server.stats().clients == 0 and not server.stats().topics, str(server.stats()))
+
+
 def test_a_client_may_not_follow_everything(ground: Ground) -> None:
     """Beyond its number of topics it is told, and those it has go on."""
     publishers = [ground.robot.publisher(f"/t{number}", String, latch=True) for number in range(4)]
