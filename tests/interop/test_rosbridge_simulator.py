@@ -14,7 +14,7 @@ from tests.support.victim import eventually
 from woosh_pure import SimulatedChassis
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def sim() -> Iterator[SimulatedChassis]:
     """A chassis in the built-in hall, ten times as fast as a real one."""
     with SimulatedChassis(speed=10.0) as chassis:

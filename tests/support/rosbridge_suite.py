@@ -14,6 +14,8 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
+import pytest
+
 from tests.support import ros
 from tests.support.ports import unused_port
 
@@ -35,10 +37,15 @@ bool authenticated
 
 
 def checkout() -> Path:
-    """The checkout; the running test is skipped where there is none, or Debian has not what it imports."""
-    place = Path(os.environ.get(VARIABLE, ""))
-    found = bool(os.environ.get(VARIABLE)) and (place / "rosbridge_server" / "scripts").is_dir()
-    ros.require(found, f"{VARIABLE} names no checkout of rosbridge_suite, branch ros1")
+    """The checkout; the running test is skipped where none is named.
+
+    Once it is named, it has to be one, and Debian to have what it imports, as with every peer (`ros.require`).
+    """
+    if not os.environ.get(VARIABLE):
+        pytest.skip(f"{VARIABLE} names no checkout of rosbridge_suite, branch ros1")
+    place = Path(os.environ[VARIABLE])
+    found = (place / "rosbridge_server" / "scripts").is_dir()
+    ros.require(found, f"{VARIABLE}={place} is no checkout of rosbridge_suite, branch ros1")
     ros.require_ros("rospy", "autobahn", "bson", "rosservice", "rostopic", "rosnode")
     return place
 
