@@ -51,6 +51,16 @@ HOLDS = {
     "ends that session and writes": [
         "unit/gateway/foxglove/test_server.py::test_who_finds_the_port_behind_the_door_ends_it",
     ],
+    "no chunk gives more than it declares, and a length beyond the file takes no memory": [
+        "unit/bag/test_bag_mcap.py::test_a_chunk_that_unpacks_to_more_than_it_says",
+        "unit/bag/test_bag_mcap.py::test_lengths_beyond_the_file_cost_nothing",
+    ],
+    "does not fill a table": [
+        "unit/bag/test_bag_arrow.py::test_elements_of_no_bytes_do_not_fill_the_memory",
+    ],
+    "A server that lies about ranges is an error": [
+        "unit/bag/test_bag_remote.py::test_servers_that_lie",
+    ],
     "elsewhere it takes a token of at least 8 letters": [
         "scenarios/test_web_api.py::test_off_this_computer_only_with_a_token",
         "scenarios/test_web_api.py::test_without_the_token_nothing_but_the_page_is_shown",

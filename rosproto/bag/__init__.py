@@ -2,6 +2,7 @@
 
 from rosproto.bag.limits import BagLimits
 from rosproto.bag.opening import create_bag, open_bag
+from rosproto.bag.pieces import Partition, partitions
 from rosproto.bag.reader import BagReader, Compression, RawMessage, TopicInfo
 from rosproto.bag.records import ChunkInfo, Connection
 from rosproto.bag.repair import Report, recover, reindex
@@ -14,11 +15,13 @@ __all__ = [
     "ChunkInfo",
     "Compression",
     "Connection",
+    "Partition",
     "RawMessage",
     "Report",
     "TopicInfo",
     "create_bag",
     "open_bag",
+    "partitions",
     "recover",
     "reindex",
 ]

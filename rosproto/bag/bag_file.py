@@ -27,6 +27,7 @@ class BagFile:
         size: Length in bytes when opened.
         limits: See above.
         records: What is left for the records of compressed chunks.
+        far: Each read takes a round trip: a chunk is read whole.
     """
 
     def __init__(self, file: str | os.PathLike[str] | BinaryIO, limits: BagLimits | None = None) -> None:
@@ -45,6 +46,7 @@ class BagFile:
             self.path = name if isinstance(name, str) else None
             self._file = file
             self._owned = False
+        self.far: bool = getattr(self._file, "far", False) is True
         try:
             self.size = self._file.seek(0, os.SEEK_END)
             if not isinstance(self._file.read(0), bytes):
@@ -114,6 +116,11 @@ class BagFile:
     def error(self, message: str, offset: int | None = None) -> BagError:
         """A BagError about this file."""
         return BagError(message, path=self.path, offset=offset)
+
+    def own(self, file: BinaryIO) -> None:
+        """Have `close` close this file, which was given opened."""
+        assert file is self._file
+        self._owned = True
 
     def close(self) -> None:
         """Close the file if it was opened here."""

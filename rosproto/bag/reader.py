@@ -242,7 +242,7 @@ class BagReader:
                 for batch in merge([info], lambda *_, held=data: held, self._selector(wanted, low, high)):
                     yield from self._of_batch(batch, raw, view)
                 continue
-            if len(wanted) < len(self.connections):
+            if not info.counts.keys() <= wanted:
                 places = [place for place in places if place.conn in wanted]
             if raw:
                 base = data.base + MESSAGE_HEAD
@@ -257,6 +257,8 @@ class BagReader:
     def _few_messages(self, info: ChunkInfo, wanted: set[int]) -> list[Found] | None:
         """A chunk's messages read one by one; None where that is not the quicker way, or it is damaged."""
         self._source.check_open()
+        if self._source.far:
+            return None
         try:
             position, size = plain_data(self._source, info)
             return few_messages(self._source, info, position, size, wanted) if size else None

@@ -68,6 +68,10 @@ WAYS: dict[str, Way] = {
         until="recording",
         writes=("drive.bag",),
     ),
+    "woosh --sim web": Way(until="openapi.json", more=("--port", "0", "--no-browser"), code=130),
+    "woosh web --bind 0.0.0.0 --token Kd83-hsa2-Pq": Way(
+        until="openapi.json", more=("--port", "0", "--no-browser"), code=130
+    ),
     "woosh --sim shell": Way(stdin="print(chassis)\n"),
     "rosproto topic echo /odom/pose/pose/position/x --plot": Way(until="/odom", code=130),
     "rosproto topic echo /scan --noarr --filter 'm.range_max > 10'": Way(shows="ranges", more=("-n", "2")),

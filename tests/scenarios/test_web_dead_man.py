@@ -52,14 +52,18 @@ def judge(way: str, times: list[float]) -> None:
 
 
 def driving(page: Hand, witness: Velocities) -> None:
-    """Hold, until the robot is told to move."""
-    since = time.monotonic()
-    page.forget()
-    page.hold(0.2)
-    page.wait(
-        lambda d: d["t"] == "drive" and d["state"] in ("driving", "refused") and d["state"] == "driving"
-    )
-    witness.wait_moving(since)
+    """Hold, until the robot is told to move; on a busy computer a press may be refused as any late one is."""
+    said = {}
+    for _ in range(10):
+        since = time.monotonic()
+        page.forget()
+        page.hold(0.2)
+        said = page.wait(lambda d: d["t"] == "drive" and d["state"] != "opening")
+        if said["state"] == "driving":
+            witness.wait_moving(since)
+            return
+        page.stop_beating()
+    raise AssertionError(f"never driving: {said}")
 
 
 def let_go(page: Hand, proxy: FaultProxy) -> None:
@@ -104,6 +108,8 @@ def test_zero_follows_within_half_a_second(web: Served, witness: Velocities, way
             began = time.monotonic()
             WAYS[way](page, proxy)
             times.append(witness.seconds_to_zero(began))
+            said = [(round(at - began, 3), vx) for at, vx, _ in witness.heard[-12:]]
+            assert times[-1] < PROMISED, f"{way}: {times[-1]:.3f} s until zero; heard: {said}"
             page.stop_beating()
             proxy.resume()
         _free(web)

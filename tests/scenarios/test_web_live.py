@@ -13,6 +13,7 @@ pytest.importorskip("fastapi", reason="needs the extra `web`")
 pytest.importorskip("uvicorn", reason="needs the extra `web`")
 pytest.importorskip("websockets", reason="needs the extra `web`")
 
+from tests.support.proxy import FaultProxy
 from tests.support.web import Hand, Served, serving
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.web.live import session
@@ -283,6 +284,20 @@ def test_driving_needs_the_lease_and_the_confirmation(page: Hand, chassis: Chass
     page.say(t="lease", op="ask")
     page.of("lease", yours=True)
     refused(page, "not confirmed")
+    assert not chassis.moved
+
+
+def test_nobody_drives_through_a_slow_network(web: Served, chassis: Chassis) -> None:
+    """A constant delay makes no beat late: what tells it is how long a frame and its acknowledgement take."""
+    with FaultProxy("127.0.0.1", web.port) as proxy, Hand(proxy.port) as page:
+        page.of("hello")
+        page.ready()
+        page.of("pose")
+        proxy.delay(0.3)
+        page.forget()
+        page.wait(lambda d: d["t"] == "state" and "ages" in d)
+        time.sleep(1.5)  # what was sent before has arrived
+        assert "nobody can drive through that" in refused(page, "slow link")["text"]
     assert not chassis.moved
 
 

@@ -13,7 +13,7 @@ import pytest
 
 __all__ = ["Master", "errors", "order_over", "statuses"]
 
-PLACES = {"n1": (0.0, 0.0), "n2": (1.0, -1.5), "n3": (3.0, 1.0)}
+PLACES = {"n1": (0.0, 0.0), "n2": (1.0, -0.5), "n3": (3.0, 1.0)}
 
 
 def order_over(

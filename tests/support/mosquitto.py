@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import signal
 import socket
@@ -24,9 +25,11 @@ class Mosquitto:
     def __init__(self, program: str, folder: Path, options: str = "") -> None:
         self.program, self.port = program, unused_port()
         self.config = folder / "mosquitto.conf"
-        self.config.write_text(
-            f"listener {self.port} 127.0.0.1\npersistence false\n{options or 'allow_anonymous true'}\n"
-        )
+        user = (
+            "user root\n" if os.name == "posix" and os.geteuid() == 0 else ""
+        )  # else it cannot read our files
+        listener = f"listener {self.port} 127.0.0.1\npersistence false\n"
+        self.config.write_text(f"{user}{listener}{options or 'allow_anonymous true'}\n")
         self.process: subprocess.Popen[bytes] | None = None
 
     @property

@@ -245,10 +245,15 @@ class Velocities:
                 self._condition.wait(0.1)
 
     def seconds_to_zero(self, since: float, watch: float = 1.0) -> float:
-        """Seconds from `since` to the zero after which nothing else came for `watch` s; infinite without one."""
+        """Seconds from `since` to the zero after which nothing else came for `watch` s; infinite without one.
+
+        0.0 where the last word was zero already: on a busy computer a hand may fall silent before it is cut off.
+        """
         time.sleep(max(0.0, since + watch - time.monotonic()))
         with self._condition:
             after = [(at, vx, wz) for at, vx, wz in self.heard if at >= since]
         moving = [at for at, vx, wz in after if vx or wz]
+        if not moving and self.heard and not any(self.heard[-1][1:]):
+            return max(0.0, self.heard[-1][0] - since) if not after else after[0][0] - since
         zeros = [at for at, vx, wz in after if not (vx or wz) and at > max(moving, default=since)]
         return zeros[0] - since if zeros else float("inf")

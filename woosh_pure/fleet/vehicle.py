@@ -101,6 +101,7 @@ class Vehicle:
         self._due: dict[str, float] = {}
         self._thread: threading.Thread | None = None
         self._closing = False
+        self._end_lease: Callable[[], object] = lambda: None
         self._lost = False
         self._moving = False
         self._was_blocked = ""
@@ -125,6 +126,9 @@ class Vehicle:
             self._restore()
             self._watch.open()
             self._flags.add("told")
+            lease = getattr(self.chassis, "lease", None)
+            if lease is not None:
+                self._end_lease = lease.on(lambda state: self._note("lease"))
             now = time.monotonic()
             self._due = {"state": now, "silent": now + 2.0 * SILENT_AFTER, "line": now + _FACTS_SECONDS}
             if self.config.visualization:
@@ -148,6 +152,7 @@ class Vehicle:
         thread = self._thread
         if thread is not None and thread is not threading.current_thread():
             thread.join(_END_SECONDS)
+        self._end_lease()
         self._release_lease()
         self._watch.close()
         self._line.close()
@@ -250,8 +255,10 @@ class Vehicle:
     def _handle(
         self, flags: set[str], calls: list[Callable[[], list[Effect]]], messages: list[tuple[str, bytes]]
     ) -> None:
-        if "told" in flags or "moved" in flags or messages:
-            self._refresh(full="told" in flags or not self.facts.located)
+        if "lease" in flags:
+            self._hand_over()
+        if flags & {"told", "moved", "lease"} or messages:
+            self._refresh(full=bool(flags & {"told", "lease"}) or not self.facts.located)
         for call in calls:
             self._carry_out(call())
         for topic, payload in messages:
@@ -432,6 +439,13 @@ class Vehicle:
         lease = getattr(self.chassis, "lease", None)
         holder = None if lease is None else lease.holder
         return "" if holder in (None, self._owner) else str(holder)
+
+    def _hand_over(self) -> None:
+        """A local driver who asks for the lease gets it: MANUAL, and the order is cleared."""
+        lease = getattr(self.chassis, "lease", None)
+        state = None if lease is None else lease.state
+        if lease is not None and state.holder == self._owner and state.asking:
+            lease.grant(self._owner, state.asking[0])
 
     def _hold_lease(self) -> None:
         """While an order is carried out the lease is ours; a local driver who asks gets it."""

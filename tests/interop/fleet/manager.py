@@ -6,7 +6,7 @@ import os
 
 from vda5050 import Action, BlockingType, MasterClient, MasterConfig, OrderBuilder
 
-PLACES = {"n1": (0.0, 0.0), "n2": (1.0, -1.5), "n3": (3.0, 1.0)}
+PLACES = {"n1": (0.0, 0.0), "n2": (1.0, -0.5), "n3": (3.0, 1.0)}
 VEHICLE = "Woosh/A-17"
 
 

@@ -2,7 +2,7 @@
 const { MasterController, BlockingType } = require("vda-5050-lib");
 const say = value => console.log(JSON.stringify(value));
 const agv = { manufacturer: "Woosh", serialNumber: "A-17" };
-const places = { n1: [0, 0], n2: [1, -1.5], n3: [3, 1] };
+const places = { n1: [0, 0], n2: [1, -0.5], n3: [3, 1] };
 const node = (id, sequenceId, released, actions = []) => ({
   nodeId: id, sequenceId, released, actions,
   nodePosition: { x: places[id][0], y: places[id][1], mapId: "hall", allowedDeviationXY: 0.3, allowedDeviationXy: 0.3 },

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import shutil
+import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -155,6 +158,26 @@ def test_manual_mode_clears_the_order(hall: Hall) -> None:
     assert hall.master.until(lambda s: s["operatingMode"] == "AUTOMATIC")["orderId"] == "one"
 
 
+@pytest.mark.skipif(not hasattr(Chassis, "lease"), reason="this Chassis has no lease")
+def test_a_local_driver_who_asks_gets_the_robot(hall: Hall) -> None:
+    """One owner at a time: the fleet has the lease while it drives, then the mode is MANUAL and the order is cleared."""
+    lease: Any = hall.vehicle.chassis.lease  # type: ignore[attr-defined,unused-ignore]
+    hall.order("one", "n1 n2 n3")
+    moved(hall)
+    deadline = time.monotonic() + 5.0
+    while lease.holder is None and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert lease.holder == "fleet manager of A-17"
+    assert not lease.acquire("viewer 1")
+    assert lease.request("viewer 1")
+    hall.master.until(lambda s: s["operatingMode"] == "MANUAL" and not s["nodeStates"])
+    assert lease.holder == "viewer 1"
+    hall.order("two", "n1 n2")
+    hall.master.until(lambda s: errors(s).count("orderError") >= 2)
+    lease.release("viewer 1")
+    hall.master.until(lambda s: s["operatingMode"] == "AUTOMATIC")
+
+
 def test_marks_are_driven_to_and_charging_begins(hall: Hall) -> None:
     """A node without a position is a mark, and startCharging goes to the charger."""
     order = order_over("one", "n1 n2")
@@ -219,3 +242,109 @@ def test_a_process_that_is_killed_loses_nothing(tmp_path: Path) -> None:
 
 def vehicle_of(config: Path, folder: Path) -> Any:
     return vehicle("", folder, config=config)
+
+
+def test_a_robot_that_was_switched_off_finishes_its_order_when_it_is_back(tmp_path: Path) -> None:
+    """Told as lost, then found again; no node is skipped."""
+    with mosquitto(tmp_path) as broker, Master(broker.port) as master:
+        first = SimulatedChassis(speed=2)
+        first.start()
+        port = int(first.master_uri.rstrip("/").rpartition(":")[2])
+        with Chassis(first.master_uri) as chassis, Vehicle(chassis, CONFIG, Broker(broker.url)):
+            master.until(
+                lambda s: s["operatingMode"] == "AUTOMATIC" and s["agvPosition"]["positionInitialized"]
+            )
+            master.send("order", order_over("one", "n1 n2 n3"))
+            master.until(lambda s: s["driving"])
+            began = time.monotonic()
+            first.close()
+            master.until(lambda s: "robotLost" in errors(s), 10.0)
+            assert time.monotonic() - began < 4.0
+            with SimulatedChassis(speed=2, port=port):
+                found = master.until(lambda s: s["lastNodeId"] == "n3" and not s["nodeStates"], 90.0)
+                assert "robotLost" not in errors(found)
+        last = [state["lastNodeId"] for state in master.all()]
+        assert list(dict.fromkeys(last)) == ["", "n1", "n2", "n3"]
+
+
+SIMULATORS = """
+import sys
+from contextlib import ExitStack
+from woosh_pure import SimulatedChassis
+with ExitStack() as stack:
+    for _ in range(8):
+        print(stack.enter_context(SimulatedChassis(speed=1.0)).master_uri, flush=True)
+    sys.stdin.read()
+"""
+"""In a process of their own: paho waits by select, which takes no more than 1024 open files."""
+
+
+def test_eight_robots_finish_eight_orders(tmp_path: Path) -> None:
+    """At the same time, each its own, from one process of ours."""
+    command = [sys.executable, "-c", SIMULATORS]
+    with (
+        mosquitto(tmp_path) as broker,
+        subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as robots,
+        ExitStack() as stack,
+    ):
+        assert robots.stdin is not None
+        assert robots.stdout is not None
+        stack.callback(robots.stdin.close)
+        masters = []
+        for n in range(8):
+            chassis = stack.enter_context(Chassis(robots.stdout.readline().strip()))
+            config = VehicleConfig(manufacturer="Woosh", serial=f"R{n}", map_id="hall")
+            masters.append(stack.enter_context(Master(broker.port, config.prefix)))
+            stack.enter_context(Vehicle(chassis, config, Broker(broker.url)))
+        for master in masters:
+            master.until(lambda s: s["operatingMode"] == "AUTOMATIC" and located(s), 30.0)
+        for n, master in enumerate(masters):
+            master.send("order", order_over(f"o{n}", "n1 n2 n3", released=2))
+        for n, master in enumerate(masters):
+            master.send("order", order_over(f"o{n}", "n2 n3", first=2, update=1))
+        for n, master in enumerate(masters):
+            found = master.until(lambda s: s["lastNodeId"] == "n3" and not s["nodeStates"], 90.0)
+            assert (found["orderId"], found["orderUpdateId"]) == (f"o{n}", 1)
+
+
+def located(state: dict[str, Any]) -> bool:
+    return bool(state.get("agvPosition", {}).get("positionInitialized"))
+
+
+def test_a_broker_with_tls_and_a_password(tmp_path: Path) -> None:
+    """A certificate of ours, one of the broker's that is checked, user and password; without them nobody comes in."""
+    run = lambda *words: subprocess.run(words, cwd=tmp_path, check=True, capture_output=True, timeout=30)  # noqa: E731
+    if not (shutil.which("openssl") and shutil.which("mosquitto_passwd")):
+        pytest.skip("openssl or mosquitto_passwd is not installed")
+    run("openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-keyout", "ca.key", "-out", "ca.pem", "-subj", "/CN=ca", "-days", "2")  # fmt: skip
+    (tmp_path / "names").write_text("subjectAltName=IP:127.0.0.1\n")
+    for name in ("broker", "ours"):
+        run("openssl", "req", "-newkey", "rsa:2048", "-nodes", "-keyout", f"{name}.key", "-out", f"{name}.csr", "-subj", f"/CN={name}")  # fmt: skip
+        run("openssl", "x509", "-req", "-in", f"{name}.csr", "-CA", "ca.pem", "-CAkey", "ca.key", "-CAcreateserial", "-out", f"{name}.pem", "-days", "2", "-extfile", "names")  # fmt: skip
+    run("mosquitto_passwd", "-b", "-c", "users", "me", "hush")
+    for path in tmp_path.iterdir():
+        path.chmod(0o644)
+    options = "\n".join(
+        f"{key} {tmp_path / name}"
+        for key, name in (
+            ("cafile", "ca.pem"),
+            ("certfile", "broker.pem"),
+            ("keyfile", "broker.key"),
+            ("password_file", "users"),
+        )
+    )
+    tmp_path.chmod(0o755)
+    with mosquitto(tmp_path, f"{options}\nrequire_certificate true\nallow_anonymous false") as broker:
+        url = broker.url.replace("mqtt://", "mqtts://")
+        files = [str(tmp_path / name) for name in ("ca.pem", "ours.pem", "ours.key")]
+        for given, comes_in in (
+            (("me", "hush", *files), True),
+            (("me", "no", *files), False),
+            ((None, None, files[0]), False),
+        ):
+            vehicle = Vehicle(Chassis("127.0.0.1:1"), CONFIG, Broker(url, *given))
+            vehicle._line.open()
+            try:
+                assert vehicle.wait_connected(10.0 if comes_in else 1.5) is comes_in
+            finally:
+                vehicle.close()

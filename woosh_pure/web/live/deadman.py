@@ -15,6 +15,9 @@ Late is a beat that took more than 0.25 s longer than the fastest one seen: beat
 delivers in one heap are old wishes. Clocks need not agree, they must only run: one that is set back makes all
 beats late, which ends the drive; one that is set forward makes all earlier ones late. Clocks run a little
 apart, which is forgiven between two presses, never while somebody holds.
+
+Everything counts from when a beat was sent, not from when it was read: one that was 0.2 s late moves the
+robot for 0.1 s only. So a slow network and a busy server shorten a drive, and never lengthen it.
 """
 
 from __future__ import annotations
@@ -27,6 +30,8 @@ __all__ = ["LATEST", "SILENCE", "DeadMan", "State", "Verdict"]
 
 SILENCE = 0.4
 """Seconds without a beat in time after which a drive is over."""
+VALID_FOR = 0.3
+"""Seconds for which one beat moves the robot, from when it was sent, whatever becomes of the event loop."""
 LATEST = 0.25
 """Seconds by which a beat may be slower than the fastest one."""
 DRIFT = 1e-3
@@ -43,6 +48,7 @@ class Verdict:
     Attributes:
         act: "open" a drive, "drive" at `vx` and `wz`, "zero" ends it; "none".
         vx, wz: m/s, rad/s.
+        valid_for: Seconds for which it drives.
         reason: Why it ended or was refused, a short word for programs; "" else.
     """
 
@@ -50,6 +56,7 @@ class Verdict:
     vx: float = 0.0
     wz: float = 0.0
     reason: str = ""
+    valid_for: float = 0.0
 
 
 NOTHING = Verdict("none")
@@ -87,9 +94,10 @@ class DeadMan:
         if self._pressed > -math.inf:
             self._fastest += DRIFT * max(0.0, now - self._pressed)
         self._pressed = now
-        if self._is_late(at, now):
+        late = self._lateness(at, now)
+        if late > self._latest:
             return Verdict("none", reason="late")
-        self.state, self._alive, self._wish = "opening", now, (vx, wz)
+        self.state, self._alive, self._wish = "opening", now - late, (vx, wz)
         return Verdict("open")
 
     def opened(self, now: float) -> Verdict:
@@ -99,7 +107,7 @@ class DeadMan:
         if (ended := self.tick(now)).act == "zero":
             return ended
         self.state = "driving"
-        return Verdict("drive", *self._wish)
+        return self._drive(now)
 
     def beat(self, seq: int, at: float, vx: float, wz: float, now: float) -> Verdict:
         """Somebody still holds."""
@@ -109,10 +117,18 @@ class DeadMan:
             return self._end("no number")
         if (ended := self.tick(now)).act == "zero":
             return ended
-        if not self._is_new(seq, at, vx, wz) or self._is_late(at, now):
+        if not self._is_new(seq, at, vx, wz):
             return NOTHING  # no sign of life: the silence goes on
-        self._alive, self._wish = now, (vx, wz)
-        return Verdict("drive", vx, wz) if self.state == "driving" else NOTHING
+        late = self._lateness(at, now)
+        if late > self._latest:
+            return NOTHING
+        self._alive, self._wish = max(self._alive, now - late), (vx, wz)
+        return self._drive(now) if self.state == "driving" else NOTHING
+
+    def _drive(self, now: float) -> Verdict:
+        """What is left of the last beat; nothing where it is too old, until the next one."""
+        left = VALID_FOR - (now - self._alive)
+        return Verdict("drive", *self._wish, valid_for=left) if left > 0.0 else NOTHING
 
     def tick(self, now: float) -> Verdict:
         """Time passes; to be called at least every 50 ms while `held`."""
@@ -134,10 +150,10 @@ class DeadMan:
         self._seq = seq
         return True
 
-    def _is_late(self, at: float, now: float) -> bool:
+    def _lateness(self, at: float, now: float) -> float:
+        """Seconds by which it took longer than the fastest."""
         took = now - at
         self._fastest = min(self._fastest, took)
-        if took - self._fastest <= self._latest:
-            return False
-        self.late += 1
-        return True
+        late = took - self._fastest
+        self.late += late > self._latest
+        return late

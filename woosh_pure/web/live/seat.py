@@ -13,13 +13,12 @@ if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
     from woosh_pure.velocity.drive import Drive
 
-__all__ = ["MOST_ANGULAR", "MOST_LINEAR", "VALID_FOR", "Seat"]
+__all__ = ["MOST_ANGULAR", "MOST_LINEAR", "Seat"]
 
 MOST_LINEAR, MOST_ANGULAR = 0.3, 0.5
 """m/s and rad/s that a page may drive; the chassis's own limits hold below these."""
 ZEROS_SECONDS = 1.0
-VALID_FOR = 0.3
-"""Seconds for which one beat moves the robot, whatever becomes of this server's event loop."""
+"""Seconds that somebody who holds again waits for the zeros of before."""
 
 
 class Seat:
@@ -88,7 +87,7 @@ class Seat:
                 self._drive, self._driver = None, None
                 self._lock.notify_all()
 
-    def steer(self, vx: float, wz: float) -> None:
+    def steer(self, vx: float, wz: float, valid_for: float) -> None:
         """Drive for another moment; brought within the limits.
 
         Raises:
@@ -101,7 +100,7 @@ class Seat:
         drive.set(
             math.copysign(min(abs(vx), linear), vx),
             math.copysign(min(abs(wz), angular), wz),
-            valid_for=VALID_FOR,
+            valid_for=valid_for,
         )
 
     def end(self, why: str) -> None:

@@ -39,6 +39,9 @@ CREDITS = 2
 MOST_TEXT, MOST_ENTRIES = 4096, 50
 NOTHING_READ, SEND_SECONDS = 15.0, 10.0
 """Seconds after which a viewer who acknowledges nothing, or takes nothing, is let go."""
+MOST_TRIP = 0.4
+"""Seconds that a frame and its acknowledgement may take when somebody begins to drive: how long the first
+message of a hand was under way, no clock tells."""
 _ORDER = ("pose", "scan", "state", "lost", "map", "marks", "footprint", "plan", "journal")
 _BINARY = ("camera color", "camera depth", "costmap")
 
@@ -55,6 +58,8 @@ class Session:
         self._robot = hub.robot
         self._wake = asyncio.Event()
         self._sent = self._acked = 0
+        self._under_way: deque[float] = deque()  # when each frame was sent that is not acknowledged
+        self._trip = 0.0  # how long the newest acknowledged one took, there and back
         self._heard = time.monotonic()  # when the page acknowledged last, or all was acknowledged
         self._versions: dict[str, int] = {}
         self._journal = -1
@@ -135,6 +140,7 @@ class Session:
             if self._sent == self._acked:
                 self._heard = time.monotonic()  # from now on something is awaited
             self._sent += 1
+            self._under_way.append(time.monotonic())
             is_bytes = isinstance(frame, bytes)
             event = {"type": "websocket.send", "bytes" if is_bytes else "text": frame}
             try:
@@ -238,7 +244,10 @@ class Session:
             raise Nonsense(
                 f"n={number!r:.40}: expected the number of frames you have got, {self._sent} at most"
             )
-        self._acked, self._heard = number, time.monotonic()
+        now = time.monotonic()
+        for _ in range(number - self._acked):
+            self._trip = now - self._under_way.popleft()
+        self._acked, self._heard = number, now
         self._wake.set()
 
     async def _look(self, said: dict[str, Any]) -> None:
@@ -289,6 +298,10 @@ class Session:
             return "no lease", "ask for the lease first: one person drives at a time"
         if not self._confirmed:
             return "not confirmed", "read and confirm the warning first"
+        oldest = time.monotonic() - self._under_way[0] if self._under_way else 0.0
+        trip = max(self._trip, oldest)
+        if trip > MOST_TRIP:
+            return "slow link", f"the network takes {trip:.1f} s: nobody can drive through that"
         driver = self._robot.seat.driver
         if driver not in (None, self._person.name):
             return "busy", f"{driver} drives, or has just let go"
@@ -298,7 +311,7 @@ class Session:
         """Do what the dead man says; nothing here waits."""
         if verdict.act == "drive":
             try:
-                self._robot.seat.steer(verdict.vx, verdict.wz)
+                self._robot.seat.steer(verdict.vx, verdict.wz, verdict.valid_for)
             except (RosError, ValueError) as error:
                 self._over(error)
         elif verdict.act == "open":
@@ -326,7 +339,7 @@ class Session:
         self._seated = True
         entry = self._robot.journal.begin(name, "drive")
         verdict = self._dead_man.opened(time.monotonic())
-        if verdict.act == "drive":
+        if self._dead_man.state == "driving":
             self._say({"t": "drive", "state": "driving", "reason": "", "text": "", "limits": seat.limits})
         self._drive_entry = entry
         self._obey(verdict)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from woosh_pure.web.live.deadman import LATEST, SILENCE, DeadMan, State, Verdict
+from woosh_pure.web.live.deadman import LATEST, SILENCE, VALID_FOR, DeadMan, State, Verdict
 
 ZERO = "zero"
 
@@ -19,7 +19,7 @@ def in_state(state: State) -> DeadMan:
     if state != "idle":
         assert man.press(1, 10.0, 0.2, 0.0, 10.0).act == "open"
     if state in ("driving", "ended"):
-        assert man.opened(10.0) == Verdict("drive", 0.2, 0.0)
+        assert man.opened(10.0) == Verdict("drive", 0.2, 0.0, valid_for=VALID_FOR)
     if state == "ended":
         assert man.end("released").act == ZERO
     assert man.state == state
@@ -82,13 +82,15 @@ def test_the_table_is_whole() -> None:
 
 
 def test_beats_drive_at_what_they_say() -> None:
-    assert beat(in_state("driving")) == Verdict("drive", 0.1, 0.2)
+    assert beat(in_state("driving")) == Verdict("drive", 0.1, 0.2, valid_for=VALID_FOR)
 
 
 def test_a_beat_while_it_is_opened_is_what_is_driven_then() -> None:
     man = in_state("opening")
     beat(man)
-    assert man.opened(10.2) == Verdict("drive", 0.1, 0.2)
+    verdict = man.opened(10.2)
+    assert (verdict.act, verdict.vx, verdict.wz) == ("drive", 0.1, 0.2)
+    assert verdict.valid_for == pytest.approx(VALID_FOR - 0.1), "from when the beat was sent"
 
 
 def test_a_hand_that_let_go_before_it_was_open_drives_nothing() -> None:
@@ -114,6 +116,24 @@ def test_a_late_beat_is_no_sign_of_life() -> None:
     assert man.beat(3, 10.1, 0.1, 0.0, 10.1 + LATEST + 0.01).act == "none"
     assert man.late == 1
     assert man.tick(10.0 + SILENCE + 0.01).act == ZERO
+
+
+@pytest.mark.parametrize("late", [0.05, 0.2, LATEST - 0.001])
+def test_a_beat_counts_from_when_it_was_sent(late: float) -> None:
+    """A busy server that reads it later drives for as much shorter, and is silent as much earlier."""
+    man = in_state("driving")
+    verdict = man.beat(3, 10.1, 0.1, 0.0, 10.1 + late)
+    assert verdict.act == "drive"
+    assert verdict.valid_for == pytest.approx(VALID_FOR - late)
+    assert man.tick(10.1 + SILENCE - 0.01).act == "none"
+    assert man.tick(10.1 + SILENCE + 0.01).act == ZERO
+
+
+def test_what_took_long_to_open_waits_for_the_next_beat() -> None:
+    man = in_state("opening")
+    assert man.opened(10.0 + VALID_FOR + 0.01).act == "none"
+    assert man.state == "driving"
+    assert man.beat(3, 10.35, 0.2, 0.0, 10.35).act == "drive"
 
 
 def test_a_heap_of_old_beats_prolongs_nothing() -> None:

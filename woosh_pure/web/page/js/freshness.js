@@ -2,7 +2,7 @@
 
 // What is sent all the time; what is sent on change only ("status") is never called old by its age.
 export const LIMITS = { pose: 1.5, velocity: 1.5, scan: 2, battery: 20 };
-export const SILENT_SECONDS = 1.5; // the server says something at least once a second
+export const SILENT_SECONDS = 1.2; // the server says something at least once a second
 
 export function isOld(feed, age) {
   if (age === null || age === undefined) return true;

@@ -25,7 +25,7 @@ export class Header {
       relabel();
       this.render();
     });
-    setInterval(() => this.tick(), 200);
+    setInterval(() => this.tick(), 100);
   }
 
   hello(hello) {

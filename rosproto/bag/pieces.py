@@ -1,0 +1,248 @@
+"""Many recordings cut into pieces that other processes read: for Ray, Dask, or a pool of one's own.
+
+A piece is one topic in some neighbouring chunks of one file. It carries what the file's index says of them,
+so that whoever reads it opens the file and reads those chunks, and nothing else; every message is in exactly
+one piece.
+"""
+
+from __future__ import annotations
+
+import glob
+import os
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any, BinaryIO, Literal, cast
+
+from rosproto.bag.bag_file import BagFile
+from rosproto.bag.limits import BagLimits
+from rosproto.bag.mcap.reader import McapReader
+from rosproto.bag.opening import open_bag
+from rosproto.bag.reader import BagReader
+from rosproto.bag.records import ChunkInfo, Connection
+from rosproto.bag.remote import is_remote, open_remote, remote_files
+from rosproto.errors import BagError
+
+__all__ = ["Partition", "partitions"]
+
+Damaged = Literal["raise", "skip"]
+PIECE_BYTES = 64 << 20
+
+
+@dataclass(frozen=True, slots=True)
+class Partition:
+    """A piece of a topic. It can be pickled, and read as often as one likes, in any process.
+
+    Attributes:
+        file: Path or URL of the recording.
+        topic: The topic.
+        message_count: Messages in it.
+        size: Bytes of its chunks in the file, of all topics.
+        fields: See `batches`.
+        damaged: "raise", or "skip": a chunk that is damaged is left out.
+    """
+
+    file: str
+    topic: str
+    message_count: int
+    size: int
+    fields: tuple[str, ...] | None
+    damaged: Damaged
+    connections: tuple[Connection, ...] = field(repr=False)
+    chunks: tuple[ChunkInfo, ...] = field(repr=False)
+    spans: tuple[int, ...] = field(repr=False)
+    loose: tuple[int, ...] | None = field(repr=False, default=None)
+
+    def batches(self) -> Iterator[Any]:
+        """Its messages as pyarrow.RecordBatch, bounded in size; see `BagReader.to_arrow`.
+
+        Raises:
+            BagError: The file cannot be read, or is damaged there: which file, and at which byte.
+        """
+        with self.open() as bag:
+            yield from bag.to_arrow(self.topic, self.fields)
+
+    def schema(self) -> Any:
+        """The batches' pyarrow.Schema; reads nothing."""
+        from rosproto.bag.arrow import schema_of
+        from rosproto.bag.types import message_class_of
+
+        first = self.connections[0]
+        return schema_of(message_class_of(first), first, self.fields)
+
+    def table(self) -> Any:
+        """All its batches as one pyarrow.Table."""
+        from rosproto.bag.arrow.library import pyarrow
+
+        return pyarrow().Table.from_batches(list(self.batches()), self.schema())
+
+    def open(self) -> BagReader:
+        """A reader of this piece alone; to be used in a `with`."""
+        return _McapPiece(self) if self.loose is not None else _BagPiece(self)
+
+
+def partitions(
+    files: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
+    topics: str | Iterable[str] | None = None,
+    *,
+    size: int = PIECE_BYTES,
+    fields: Iterable[str] | None = None,
+    damaged: Damaged = "raise",
+    limits: BagLimits | None = None,
+) -> list[Partition]:
+    """Cut recordings into pieces by their indexes; no message is read.
+
+    Args:
+        files: Bags and MCAP files, folders of them, patterns such as "runs/*.bag", and URLs of all three that
+        fsspec
+            reaches (extra `remote`); one or several.
+        topics: Only these; None for all. Each piece has one.
+        size: Bytes of chunks in the file from which a piece is full; a chunk is never cut.
+        fields: Of each message; see `BagReader.to_arrow`.
+        damaged: What pieces do where a chunk is damaged: "raise", or "skip" that chunk.
+        limits: How much each file may ask for.
+
+    Raises:
+        BagError: A file cannot be opened or is no recording; nothing matches; none has these topics.
+        ValueError: `size` or `damaged` is out of range.
+    """
+    if size < 1:
+        raise ValueError(f"size {size}: at least 1 byte")
+    if damaged not in ("raise", "skip"):
+        raise ValueError(f'damaged={damaged!r}: "raise" or "skip"')
+    chosen = None if fields is None else tuple(fields)
+    wanted = None if topics is None else {topics} if isinstance(topics, str) else set(topics)
+    found: list[Partition] = []
+    seen: set[str] = set()
+    for path in _paths(files):
+        with _opened(path, limits) as bag:
+            seen |= set(bag.topics)
+            for topic in bag.topics:
+                if wanted is None or topic in wanted:
+                    found += _pieces(path, bag, topic, size, chosen, damaged)
+    if wanted is not None and not wanted <= seen:
+        missing = ", ".join(sorted(wanted - seen))
+        raise BagError(f"no messages on {missing}; there are {', '.join(sorted(seen)) or 'none at all'}")
+    return found
+
+
+def _pieces(
+    path: str, bag: BagReader, topic: str, size: int, fields: tuple[str, ...] | None, damaged: Damaged
+) -> Iterator[Partition]:
+    connections = tuple(replace(c, header=dict(c.header)) for c in bag.topics[topic].connections)
+    numbers = {connection.id for connection in connections}
+    loose = tuple(bag._loose) if isinstance(bag, McapReader) else None
+    group: list[ChunkInfo] = []
+    spans: list[int] = []
+    ends = _ends(bag)
+
+    def piece() -> Partition:
+        count = sum(c.counts.get(number, 0) for c in group for number in numbers)
+        return Partition(
+            path,
+            topic,
+            count,
+            sum(spans),
+            fields,
+            damaged,
+            connections,
+            tuple(group),
+            tuple(spans),
+            loose,
+        )
+
+    for chunk in bag.chunks:
+        if numbers.isdisjoint(number for number, count in chunk.counts.items() if count):
+            continue
+        group.append(chunk)
+        spans.append(ends[chunk.pos] - chunk.pos)
+        if sum(spans) >= size:
+            yield piece()
+            group, spans = [], []
+    if group:
+        yield piece()
+
+
+def _ends(bag: BagReader) -> dict[int, int]:
+    """Where what belongs to each chunk ends."""
+    if bag._spans:
+        return {pos: pos + span for pos, span in bag._spans.items()}
+    positions = [chunk.pos for chunk in bag.chunks]
+    return dict(zip(positions, [*positions[1:], bag.size], strict=True))
+
+
+# -- files -------------------------------------------------------------------------------------------------
+
+
+def _paths(files: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> list[str]:
+    several = [files] if isinstance(files, (str, os.PathLike)) else list(files)
+    found: list[str] = []
+    for each in several:
+        path = os.fspath(each)
+        matching = remote_files(path) if is_remote(path) else _local(path)
+        if not matching:
+            raise BagError("nothing there is a bag or an MCAP file", path=path)
+        found += matching
+    return list(dict.fromkeys(found))
+
+
+def _local(path: str) -> list[str]:
+    if os.path.isdir(path):
+        return sorted(
+            os.path.join(folder, name)
+            for folder, _, names in os.walk(path)
+            for name in names
+            if name.lower().endswith((".bag", ".mcap"))
+        )
+    if os.path.exists(path) or not glob.has_magic(path):
+        return [path]
+    return sorted(glob.glob(path, recursive=True))
+
+
+def _opened(path: str, limits: BagLimits | None) -> BagReader:
+    if not is_remote(path):
+        return open_bag(path, limits=limits)
+    file = open_remote(path)
+    try:
+        return _closing(open_bag(file, limits=limits), file)
+    except BaseException:
+        file.close()
+        raise
+
+
+def _closing(bag: BagReader, file: BinaryIO) -> BagReader:
+    """Have the file closed with its reader."""
+    bag._source.own(file)
+    return bag
+
+
+def _source_of(piece: Partition) -> BagFile:
+    if not is_remote(piece.file):
+        return BagFile(piece.file)
+    file = open_remote(piece.file)
+    source = BagFile(file)
+    source.own(file)
+    return source
+
+
+class _BagPiece(BagReader):
+    """A reader that has been told the index."""
+
+    def __init__(self, piece: Partition) -> None:
+        self._source = _source_of(piece)
+        self._skip = piece.damaged == "skip"
+        self._spans = dict(zip([chunk.pos for chunk in piece.chunks], piece.spans, strict=True))
+        self._told(piece)
+
+    def _told(self, piece: Partition) -> None:
+        connections = {connection.id: connection for connection in piece.connections}
+        self._take_contents(connections, list(piece.chunks), [])
+        self.message_count = piece.message_count
+        self.version, self.indexed = "", True
+
+
+class _McapPiece(McapReader, _BagPiece):
+    """The same of an MCAP file."""
+
+    def __init__(self, piece: Partition) -> None:
+        _BagPiece.__init__(self, piece)
+        self._loose = set(cast("tuple[int, ...]", piece.loose))

@@ -1,0 +1,91 @@
+"""Topics of many recordings as a Ray dataset; needs Ray, and pyarrow (the extra `arrow`).
+
+A thin source: pieces are made by `rosproto.bag.partitions`, one read task each, and Ray schedules them, and
+runs those again whose worker died.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, Literal
+
+from rosproto.bag.pieces import PIECE_BYTES, Partition, partitions
+from rosproto.errors import BagError
+
+if TYPE_CHECKING:
+    from rosproto.bag.limits import BagLimits
+
+__all__ = ["read_bags"]
+
+
+def read_bags(
+    files: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
+    topic: str,
+    *,
+    fields: Iterable[str] | None = None,
+    size: int = PIECE_BYTES,
+    damaged: Literal["raise", "skip"] = "raise",
+    limits: BagLimits | None = None,
+    **options: Any,
+) -> Any:
+    """A topic of recordings as a ray.data.Dataset of Arrow blocks, in which every message is once.
+
+    Args:
+        files: See `rosproto.bag.partitions`; workers must reach them under the same names.
+        topic: The topic.
+        fields: See `BagReader.to_arrow`.
+        size: Bytes of chunks from which a piece is full.
+        damaged: See `rosproto.bag.partitions`.
+        limits: How much each file may ask for.
+        **options: Of `ray.data.read_datasource`, such as `concurrency` and `ray_remote_args`.
+
+    Raises:
+        BagError: See `rosproto.bag.partitions`; or Ray is missing.
+    """
+    try:
+        data: Any = importlib.import_module("ray.data")
+    except ImportError as problem:
+        raise BagError("this needs Ray Data: pip install 'ray[data]'") from problem
+    pieces = partitions(files, topic, size=size, fields=fields, damaged=damaged, limits=limits)
+    options.setdefault("override_num_blocks", len(pieces))
+    return data.read_datasource(_source(pieces), **options)
+
+
+def _reader(piece: Partition) -> Callable[[], list[Any]]:
+    return lambda: [piece.table()]
+
+
+def _source(pieces: list[Partition]) -> Any:
+    base: Any = importlib.import_module("ray.data").Datasource
+    metadata: Any = importlib.import_module("ray.data.block").BlockMetadata
+    task: Any = importlib.import_module("ray.data.datasource").ReadTask
+    schema = pieces[0].schema()
+
+    class BagSource(base):  # type: ignore[misc]
+        """One read task for each piece."""
+
+        def get_name(self) -> str:
+            return "Bags"
+
+        def estimate_inmemory_data_size(self) -> int:
+            return sum(piece.size for piece in pieces)
+
+        def get_read_tasks(self, parallelism: int, *_: Any, **__: Any) -> list[Any]:
+            return [
+                task(
+                    _reader(piece),
+                    metadata(
+                        num_rows=None if piece.damaged == "skip" else piece.message_count,
+                        size_bytes=piece.size,
+                        input_files=(piece.file,),
+                        exec_stats=None,
+                    ),
+                    schema=schema,
+                )
+                for piece in pieces
+            ]
+
+    source: Any = BagSource
+    return source()

@@ -1,0 +1,146 @@
+"""Bags that lie elsewhere: any place that fsspec reaches (`s3://`, `https://`), read by ranges.
+
+Needs fsspec (the extra `remote`) and what fsspec needs for the place, such as aiohttp or s3fs.
+"""
+
+from __future__ import annotations
+
+import errno
+import io
+from typing import Any, BinaryIO, cast
+
+from rosproto.errors import BagError
+
+__all__ = ["is_remote", "open_remote", "remote_files"]
+
+AHEAD = 32 << 10
+"""Bytes fetched where fewer are asked for: the head of a chunk, and the beginning of the chunk with it."""
+_ENDINGS = (".bag", ".mcap")
+
+
+def is_remote(path: str) -> bool:
+    """Whether it is a URL."""
+    return "://" in path
+
+
+def open_remote(url: str) -> BinaryIO:
+    """A seekable file that fetches what is read of it, and no more than `AHEAD` bytes beside.
+
+    Raises:
+        BagError: It cannot be opened, its server gives no ranges, or fsspec is missing (extra `remote`).
+    """
+    filesystem, path = _filesystem(url)
+    try:
+        # Without fsspec's own read-ahead, which would fetch megabytes around every head.
+        file = filesystem.open(path, "rb", cache_type="none")
+        size = file.seek(0, io.SEEK_END) if file.seekable() else None
+    except Exception as problem:  # every file system has errors of its own
+        raise BagError(f"it cannot be opened: {_said(problem)}", path=url) from problem
+    if size is None:
+        file.close()
+        raise BagError("its server gives no ranges of it, and a bag is read by position", path=url)
+    return cast(BinaryIO, _Ranges(file, url, size))
+
+
+def remote_files(url: str) -> list[str]:
+    """The recordings that a URL means: of a folder all bags and MCAP files in it, of a pattern all that
+    match.
+
+    Raises:
+        BagError: The place cannot be reached, or fsspec is missing.
+    """
+    filesystem, path = _filesystem(url)
+    try:
+        if any(sign in path for sign in "*["):
+            found = filesystem.glob(path)
+        elif path.lower().endswith(_ENDINGS):
+            return [url]
+        elif filesystem.isdir(path):
+            found = [name for name in filesystem.find(path) if name.lower().endswith(_ENDINGS)]
+        else:
+            return [url]
+    except Exception as problem:
+        raise BagError(f"the place cannot be listed: {_said(problem)}", path=url) from problem
+    return sorted(filesystem.unstrip_protocol(name) for name in found)
+
+
+def _filesystem(url: str) -> tuple[Any, str]:
+    try:
+        import fsspec
+    except ImportError as problem:
+        raise BagError(
+            "bags behind a URL need the package fsspec: pip install 'woosh-pure[remote]'", path=url
+        ) from problem
+    try:
+        filesystem, path = fsspec.core.url_to_fs(url)
+    except (ValueError, ImportError) as problem:
+        raise BagError(f"fsspec does not reach it: {problem}", path=url) from problem
+    return filesystem, path
+
+
+def _said(problem: Exception) -> str:
+    return f"{type(problem).__name__}: {problem}" if str(problem) else type(problem).__name__
+
+
+class _Ranges(io.RawIOBase):
+    """Reads exactly what is asked for, with the beginning of what probably comes next.
+
+    Attributes:
+        far: Each read takes a round trip: fewer and larger ones are better than exact ones.
+        name: The URL.
+        fetched: Bytes that came so far.
+    """
+
+    far = True
+
+    def __init__(self, file: Any, url: str, size: int) -> None:
+        self._file = file
+        self.name = url
+        self._size = size
+        self._at = 0
+        self._held, self._held_at = b"", 0
+        self.fetched = 0
+
+    def readable(self) -> bool:
+        return True
+
+    def seekable(self) -> bool:
+        return True
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        self._at = {io.SEEK_SET: 0, io.SEEK_CUR: self._at, io.SEEK_END: self._size}[whence] + offset
+        return self._at
+
+    def tell(self) -> int:
+        return self._at
+
+    def read(self, size: int | None = -1) -> bytes:
+        left = max(0, self._size - self._at)
+        count = left if size is None or size < 0 else min(size, left)
+        first = self._at - self._held_at
+        begin = self._held[first : first + count] if 0 <= first < len(self._held) else b""
+        missing = count - len(begin)
+        if missing:
+            at = self._at + len(begin)
+            fresh = self._fetch(at, min(max(missing, AHEAD), self._size - at))
+            if missing < AHEAD:
+                self._held, self._held_at = fresh, at
+            begin += fresh[:missing]
+        self._at += count
+        return begin
+
+    def _fetch(self, at: int, count: int) -> bytes:
+        try:
+            self._file.seek(at)
+            data = bytes(self._file.read(count))
+        except Exception as problem:
+            raise OSError(errno.EIO, f"the place it lies at fails: {_said(problem)}") from problem
+        self.fetched += len(data)
+        if len(data) != count:
+            raise OSError(errno.EIO, f"its server gave {len(data)} bytes where {count} were asked for")
+        return data
+
+    def close(self) -> None:
+        if not self.closed:
+            self._file.close()
+        super().close()

@@ -1,0 +1,156 @@
+"""Pieces of many recordings: every message once, wherever they lie; damage costs its chunk alone."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rosproto.bag import BagReader, BagWriter, Partition, partitions
+from rosproto.cli import main
+from rosproto.codec import message_class
+from rosproto.errors import BagError
+from tests.unit.bag.bagmaker import entries
+
+pytest.importorskip("pyarrow", reason="pyarrow is not installed (extra arrow)")
+
+Image = message_class("sensor_msgs/Image")
+String = message_class("std_msgs/String")
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Three bags, one below, one of them LZ4 with a picture in each chunk."""
+    (tmp_path / "below").mkdir()
+    for number, name in enumerate(["a.bag", "b.bag", "below/c.bag"]):
+        with BagWriter(tmp_path / name, "lz4" if number == 1 else "none", 3000) as bag:
+            for i, (topic, message, stamp) in enumerate(entries(200)):
+                if topic == "/chatter":
+                    message = String(data=f"{name} {i}")
+                bag.write(topic, message, stamp)
+                if number == 1 and i % 20 == 0:
+                    bag.write("/image", Image(height=1, width=5000, data=bytes(5000)), stamp)
+    return tmp_path
+
+
+def texts(pieces: list[Partition]) -> list[str]:
+    return [text for piece in pieces for text in piece.table()["data"].to_pylist()]
+
+
+@pytest.mark.parametrize("size", [1, 10_000, 1 << 30])
+def test_every_message_once(folder: Path, size: int) -> None:
+    """Through pickle, as another process gets them."""
+    pieces = partitions(folder, "/chatter", size=size)
+    pieces = pickle.loads(pickle.dumps(pieces))
+    found = texts(pieces)
+    expected = []
+    for name in ["a.bag", "b.bag", "below/c.bag"]:
+        with BagReader(folder / name) as bag:
+            expected += [m.data for _, m, _ in bag.read_messages("/chatter")]
+    assert found == expected
+    assert sum(piece.message_count for piece in pieces) == len(expected)
+    assert len(pieces) == 3 if size == 1 << 30 else len(pieces) > 3
+
+
+def test_all_topics_and_mcap(folder: Path) -> None:
+    """A piece has one topic; an MCAP file is cut as a bag is."""
+    pytest.importorskip("mcap")
+    assert main(["bag", "convert", str(folder / "b.bag"), str(folder / "b.mcap")]) == 0
+    rows: dict[tuple[str, str], int] = {}
+    for piece in pickle.loads(pickle.dumps(partitions([folder / "b.bag", folder / "b.mcap"], size=5000))):
+        key = Path(piece.file).suffix, piece.topic
+        rows[key] = rows.get(key, 0) + sum(batch.num_rows for batch in piece.batches())
+    with BagReader(folder / "b.bag") as bag:
+        for topic, info in bag.topics.items():
+            assert rows[".bag", topic] == rows[".mcap", topic] == info.message_count
+
+
+def test_patterns_and_several(folder: Path) -> None:
+    """Each file once."""
+    found = partitions([str(folder / "*.bag"), folder / "a.bag"], "/chatter", size=1 << 30)
+    assert [Path(piece.file).name for piece in found] == ["a.bag", "b.bag"]
+    deep = partitions(str(folder / "**" / "*.bag"), "/chatter", size=1 << 30)
+    assert len(deep) == 3
+
+
+def test_chosen_fields_and_schema(folder: Path) -> None:
+    """Told without reading anything."""
+    (piece,) = partitions(folder / "b.bag", "/image", fields=["width", "header.stamp"], size=1 << 30)
+    assert piece.schema().names == ["receive_time", "width", "header.stamp"]
+    assert piece.table().schema == piece.schema()
+    assert piece.table()["width"].to_pylist() == [5000] * 10
+
+
+def damage(path: Path) -> tuple[int, int]:
+    """Break the third chunk; its position, and its messages on /chatter."""
+    with BagReader(path) as bag:
+        chunk = bag.chunks[2]
+        number = next(c.id for c in bag.connections.values() if c.topic == "/chatter")
+    data = bytearray(path.read_bytes())
+    data[chunk.pos + 150] ^= 0xFF
+    path.write_bytes(data)
+    return chunk.pos, chunk.counts[number]
+
+
+def test_damage_names_the_file_and_the_byte(folder: Path) -> None:
+    """In the piece that has it; the others are read."""
+    position, _ = damage(folder / "b.bag")
+    failed = []
+    for piece in partitions(folder, "/chatter", size=1):
+        try:
+            piece.table()
+        except BagError as problem:
+            failed.append((problem.path, problem.offset))
+    assert failed == [(str(folder / "b.bag"), position)]
+
+
+def test_damage_left_out_costs_its_chunk(folder: Path) -> None:
+    """And nothing else of its piece."""
+    whole = len(texts(partitions(folder, "/chatter")))
+    _, lost = damage(folder / "b.bag")
+    assert lost > 0
+    assert len(texts(partitions(folder, "/chatter", damaged="skip"))) == whole - lost
+
+
+def test_fsspec_places(folder: Path) -> None:
+    """Files, folders and patterns behind a URL; fewer than twice the bytes of the chunks are fetched."""
+    fsspec = pytest.importorskip("fsspec", reason="fsspec is not installed (extra remote)")
+    memory = fsspec.filesystem("memory")
+    for name in ("a.bag", "b.bag"):
+        memory.pipe(f"/runs/{name}", (folder / name).read_bytes())
+    try:
+        expected = texts(partitions([folder / "a.bag", folder / "b.bag"], "/chatter"))
+        for place in ("memory://runs", "memory://runs/*.bag", ["memory://runs/a.bag", "memory://runs/b.bag"]):
+            assert texts(pickle.loads(pickle.dumps(partitions(place, "/chatter")))) == expected
+        with pytest.raises(BagError, match="nothing there"):
+            partitions("memory://runs/*.mcap")
+        with pytest.raises(BagError, match="cannot be opened"):
+            partitions("memory://runs/no.bag")
+        with pytest.raises(BagError, match="fsspec does not reach"):
+            partitions("nowhere://runs/no.bag")
+    finally:
+        memory.rm("/runs", recursive=True)
+
+
+@pytest.mark.parametrize(
+    ("options", "kind", "says"),
+    [
+        ({"topics": "/no"}, BagError, "/chatter"),
+        ({"size": 0}, ValueError, "at least 1"),
+        ({"damaged": "ignore"}, ValueError, "skip"),
+    ],
+)
+def test_what_is_refused(folder: Path, options: dict[str, Any], kind: type[Exception], says: str) -> None:
+    """Each with a sentence."""
+    with pytest.raises(kind, match=says):
+        partitions(folder, **options)
+
+
+def test_nothing_there(tmp_path: Path) -> None:
+    """An empty folder, and a name that is none."""
+    with pytest.raises(BagError, match="nothing there"):
+        partitions(tmp_path)
+    with pytest.raises(BagError, match="cannot open"):
+        partitions(tmp_path / "no.bag")
