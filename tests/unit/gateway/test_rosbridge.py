@@ -338,7 +338,7 @@ def test_the_server_says_where_it_is_and_ends(graph: Graph, serve: Serve, connec
     bridge = serve()
     client = connect(bridge)
     assert bridge.url == f"ws://127.0.0.1:{bridge.port}"
-    assert len(bridge.clients) == 1
+    until(lambda: len(bridge.clients) == 1)
     bridge.close()
     bridge.close()
     assert bridge.closed
