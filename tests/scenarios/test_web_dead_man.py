@@ -59,8 +59,7 @@ def driving(page: Hand, witness: Velocities) -> None:
         page.forget()
         page.hold(0.2)
         said = page.wait(lambda d: d["t"] == "drive" and d["state"] != "opening")
-        if said["state"] == "driving":
-            witness.wait_moving(since)
+        if said["state"] == "driving" and witness.moves(since):
             return
         page.stop_beating()
     raise AssertionError(f"never driving: {said}")

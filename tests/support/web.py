@@ -236,6 +236,14 @@ class Velocities:
             self.heard.append((time.monotonic(), message.linear.x, message.angular.z))
             self._condition.notify_all()
 
+    def moves(self, since: float) -> bool:
+        """Whether it is told to move within three seconds."""
+        try:
+            self.wait_moving(since, timeout=3.0)
+        except AssertionError:
+            return False
+        return True
+
     def wait_moving(self, since: float, least: float = 0.05, timeout: float = 20.0) -> None:
         """Wait until it is told to move."""
         until = time.monotonic() + timeout
