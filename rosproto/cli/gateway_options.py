@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import secrets
-import ssl
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,6 +12,7 @@ from .failure import CommandError
 from .option_types import port, seconds
 
 if TYPE_CHECKING:
+    import ssl
     from rosproto.gateway import Access
     from rosproto.node import Node
 
@@ -73,6 +72,8 @@ def gateway_options(arguments: argparse.Namespace, *, write: Sequence[str] = ())
 
     token = arguments.token
     if token is None and not is_loopback_host(arguments.bind):
+        import secrets
+
         token = secrets.token_urlsafe(18)
     return {
         "host": arguments.bind,
@@ -94,6 +95,8 @@ def _tls(arguments: argparse.Namespace) -> ssl.SSLContext | None:
         return None
     if arguments.tls_cert is None:
         raise CommandError("--tls-key needs --tls-cert, too")
+    import ssl
+
     context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
     try:
         context.load_cert_chain(arguments.tls_cert, arguments.tls_key)
