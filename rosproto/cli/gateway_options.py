@@ -13,6 +13,7 @@ from .option_types import port, seconds
 
 if TYPE_CHECKING:
     import ssl
+
     from rosproto.gateway import Access
     from rosproto.node import Node
 
