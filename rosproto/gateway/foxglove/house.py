@@ -110,7 +110,7 @@ class House:
         return session
 
     def welcome(self, session: Session) -> None:
-        """Tell a client that is connected now how things stand: the SDK sends such things to those who are."""
+        """Tell a client how things stand, now that it is connected and hears it."""
         if self._watch.away is not None:
             session.status(_away(self._watch.away), "Error", MASTER)
         if self.node.clock.simulated and self.node.clock.now_nsec():
