@@ -47,6 +47,9 @@ class Guest(Protocol):
 
     port: int
 
+    def arrived(self) -> None:
+        """It is connected with its SDK server; called in a thread that may wait."""
+
     def clogged(self) -> None:
         """The client does not read as fast as it is sent; called in the door's thread, must not block."""
 
@@ -311,6 +314,7 @@ class Visitor(asyncio.Protocol):
         self._opening = None
         self._stop_timer()
         door.accepted += 1
+        self._in_pool(guest.arrived)
         _log.info("= foxglove: %s has come", self.peer)
         if self._buffer:
             inside.write(bytes(self._buffer))

@@ -105,11 +105,16 @@ class House:
             self._sessions.add(session)
         view = self._watch.fresh(FIRST_LOOK) if first else self._watch.view
         session.show(view)
-        if self._watch.away is not None:
-            session.status(_away(self._watch.away), "Error", MASTER)
         self.pool.submit(self._ask_services)
         self._follow_clock()
         return session
+
+    def welcome(self, session: Session) -> None:
+        """Tell a client how things stand, now that it is connected and hears it."""
+        if self._watch.away is not None:
+            session.status(_away(self._watch.away), "Error", MASTER)
+        if self.node.clock.simulated and self.node.clock.now_nsec():
+            session.time(self.node.clock.now_nsec())
 
     def gone(self, session: Session) -> None:
         """A session has ended."""

@@ -156,6 +156,10 @@ class Session:
                 self._told.clear()
             self.server.remove_status([id])
 
+    def arrived(self) -> None:
+        """The client is connected: what it missed before."""
+        self.house.welcome(self)
+
     def time(self, nanoseconds: int) -> None:
         """The simulation's time."""
         if not self._closed:
