@@ -8,6 +8,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from woosh_pure.cli.arguments import port
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
 
@@ -20,7 +21,7 @@ HELP = "show the robot in a browser, on a phone too, and open a REST door for an
 def add_arguments(parser: ArgumentParser) -> None:
     """See `registry`."""
     parser.add_argument("--bind", default="127.0.0.1", metavar="ADDRESS", help="where to listen (127.0.0.1)")
-    parser.add_argument("--port", type=int, default=8080, help="0 takes a free one (8080)")
+    parser.add_argument("--port", type=port, default=8080, help="0 takes a free one (8080)")
     parser.add_argument("--token", help="what everybody has to know; needed off this computer")
     parser.add_argument(
         "--allow-driving",
