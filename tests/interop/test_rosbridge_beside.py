@@ -14,7 +14,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import cbor2
 import pytest
 
 from rosproto.errors import ServiceError
@@ -23,6 +22,7 @@ from tests.interop.rosbridge_world import World, our_bridge, world
 from tests.support import ros
 from tests.support.victim import eventually
 
+cbor2 = pytest.importorskip("cbor2")
 websockets = pytest.importorskip("websockets.sync.client")
 
 SECONDS = 20
