@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rosproto.cli import CommandError
 from woosh_pure.cli.arguments import positive, seconds
 from woosh_pure.cli.connection import chosen, names, reaching, simulated
 from woosh_pure.cli.output import Output
@@ -59,8 +60,13 @@ def run(args: Namespace, out: Output) -> int:
     from rosproto.transport import Deadline
     from woosh_pure.chassis import Chassis
     from woosh_pure.fleet import Store, Vehicle
+    from woosh_pure.fleet.mqtt import paho
     from woosh_pure.fleet.store import default_folder
 
+    try:
+        paho()
+    except ImportError as missing:
+        raise CommandError(str(missing)) from missing
     config = _config(args)
     folder = args.state or config.folder or default_folder()
     with ExitStack() as stack:

@@ -8,6 +8,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rosproto.cli import CommandError
 from woosh_pure.cli.arguments import port
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
@@ -59,7 +60,10 @@ def run(args: Namespace, out: Output) -> int:
     from woosh_pure.web.extra import require
     from woosh_pure.web.serve import WebServer
 
-    require()
+    try:
+        require()
+    except ImportError as missing:
+        raise CommandError(str(missing)) from missing
     more = [_named(text) for text in args.robot]
     with ExitStack() as stack:
         first = stack.enter_context(connect(args, out))

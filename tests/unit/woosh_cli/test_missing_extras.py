@@ -1,0 +1,35 @@
+"""A command whose extra is not installed says which one, before it connects or listens."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from woosh_pure.cli import main
+
+
+@pytest.mark.parametrize(
+    ("module", "extra", "words"),
+    [
+        ("fastapi", "web", ["--sim", "web", "--port", "0", "--no-browser"]),
+        (
+            "paho.mqtt.client",
+            "fleet",
+            ["--sim", "vda5050", "--broker", "mqtt://127.0.0.1:1", "--serial", "a"],
+        ),
+        ("foxglove", "foxglove", ["--sim", "foxglove", "--port", "0"]),
+    ],
+)
+def test_it_names_the_extra(
+    module: str,
+    extra: str,
+    words: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setitem(sys.modules, module, None)
+    assert main(words) == 1
+    told = capsys.readouterr().err
+    assert f"woosh-pure[{extra}]" in told
+    assert "mistake of ours" not in told
