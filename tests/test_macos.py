@@ -109,11 +109,13 @@ with rosproto.Master() as first, rosproto.Node("/hears", master_uri=first.uri, i
 
 
 def test_a_simulated_chassis_in_a_program_that_was_given_256_files() -> None:
-    """Its forty nodes are more sockets than that: it asks for as many as it needs (`woosh demo` in a terminal)."""
+    """Two have more sockets than that: they ask for as many as they need (`woosh demo` in a terminal)."""
     run("""
 import os
 from woosh_pure import Chassis, SimulatedChassis
 with SimulatedChassis(speed=8) as sim, Chassis(sim.master_uri) as chassis:
     assert chassis.battery.wait(20).percent == 87
-    assert len(os.listdir("/proc/self/fd")) > 256
+    with SimulatedChassis(speed=8) as another, Chassis(another.master_uri) as beside:
+        assert beside.battery.wait(20).percent == 87
+        assert len(os.listdir("/proc/self/fd")) > 256
 """)

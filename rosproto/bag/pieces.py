@@ -93,8 +93,7 @@ def partitions(
 
     Args:
         files: Bags and MCAP files, folders of them, patterns such as "runs/*.bag", and URLs of all three that
-        fsspec
-            reaches (extra `remote`); one or several.
+            fsspec reaches (extra `remote`); one or several.
         topics: Only these; None for all. Each piece has one.
         size: Bytes of chunks in the file from which a piece is full; a chunk is never cut.
         fields: Of each message; see `BagReader.to_arrow`.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from .bag_edit import span
 from .bag_progress import Progress
 from .connection import CommandError
+from .counts import counted
 from .export_names import file_names
 from .optional import need
 
@@ -39,8 +40,8 @@ def _paths(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> 
     if output is not None and output.endswith(".parquet") and not os.path.isdir(output):
         if len(topics) != 1:
             raise CommandError(
-                f"{output} is one file, but there are {len(topics)} topics: choose one with --topics, "
-                "or name a directory"
+                f"{output} is one file, but there are {counted(len(topics), 'topic')}: choose one with"
+                " --topics, or name a directory"
             )
         return {topics[0]: output}
     directory = output or os.path.splitext(arguments.bag)[0]

@@ -90,6 +90,10 @@ WAYS: dict[str, Way] = {
     "rosproto tf monitor map base_link -n 1": Way(shows="/woosh_localization"),
     "rosproto log echo --level warn --node '/move_base*'": Way(until="the way is blocked", code=130),
     "rosproto graph -o graph.svg": Way(writes=("graph.svg",)),
+    "rosproto bridge": Way(until="ws://", more=("--port", "0")),
+    "rosproto bridge --bind 0.0.0.0 --token SECRET --allow-write 'topic:/chatter' --deny 'param:*'": Way(
+        until="ws://", more=("--port", "0")
+    ),
     "rosproto run --sim program.py _speed:=0.2": Way(shows="speed 0.2"),
     "rosproto master --host 0.0.0.0 --advertise 169.254.128.20": Way(
         until="http://169.254.128.20:", more=("--port", "0")

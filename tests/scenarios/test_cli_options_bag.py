@@ -81,6 +81,13 @@ def files(pattern: str, count: int = 1):
     return lambda r, p: len(list(p.glob(pattern))) >= count
 
 
+def has_or_asks_for(pattern: str, extra: str):
+    """The file is there, or the error names what to install."""
+    return lambda r, p: f"woosh-pure[{extra}]" in r.err or bool(list(p.glob(pattern)))
+
+
+MCAP, ARROW = (int(find_spec(library) is None) for library in ("mcap", "pyarrow"))  # exit codes
+
 TABLE = [
     Case("info {d}/a.bag", has("/t", "std_msgs/String")),
     Case("info {d}/a.bag --yaml --key messages", lambda r, p: r.out.strip() == "8"),
@@ -109,6 +116,14 @@ TABLE = [
     Case("export {d}/a.bag csv --output {d}/csv --topics /t --fields data --quiet", files("csv/*")),
     Case("export {d}/a.bag npz -o {d}/npz --exclude /t --start 0 --duration 9", files("npz*")),
     Case("export {d}/a.bag png --scale-depth -o {d}/png", code=1),  # no images in it
+    Case("export {d}/a.bag --format csv -o {d}/c", files("c/*")),
+    Case("export {d}/a.bag --format npz -o {d}/n", files("n*")),
+    Case("export {d}/a.bag --format png -o {d}/p", code=1),
+    Case("export {d}/a.bag --format mcap -o {d}/y.mcap", has_or_asks_for("y.mcap", "mcap"), code=MCAP),
+    Case("export {d}/a.bag --format parquet -o {d}/t", has_or_asks_for("t*", "arrow"), code=ARROW),
+    Case("export {d}/a.bag parquet -o {d}/t.parquet --topics /t", has_or_asks_for("t.parquet", "arrow"), code=ARROW),
+    Case("convert {d}/a.bag {d}/b.mcap --lz4 --quiet", has_or_asks_for("b.mcap", "mcap"), code=MCAP),
+    Case("convert {d}/a.bag {d}/c.bag --bz2", files("c.bag")),
     Case("export {d}/a.bag mcap -o {d}/x.mcap", lambda r, p: "[mcap]" in r.err or (p / "x.mcap").exists(),
          code=0 if find_spec("mcap") else 1),
 ]  # fmt: skip
@@ -119,6 +134,8 @@ RECORD = [
          wrote("r.bag", "/words")),
     Case("record --all --exclude '/rosout.*' --udp --duration 2 --output-prefix {d}/p --bz2 --size 5", files("p*.bag")),
     Case("record --regex '/wor.*' --limit 3 --publish --min-space 1 --output-name {d}/r.bag", wrote("r.bag", "/words")),
+    Case("record /words --duration 1 --format bag -O {d}/r.bag", wrote("r.bag", "/words")),
+    Case("record /words --duration 1 --format mcap -O {d}/r.mcap", has_or_asks_for("r.mcap", "mcap"), code=MCAP),
     Case("record --node /ear --duration 2 -O {d}/r.bag --repeat-latched", wrote("r.bag", "/words")),
 ]  # fmt: skip
 PLAY = [

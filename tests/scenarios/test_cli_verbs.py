@@ -155,6 +155,7 @@ def test_watch_by_line_and_as_json_lines(woosh):
 # -- moving --------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_task_kinds(sim, woosh, document):
     code, facts = document("task", "pick", "A1", "--type-number", "3", "--custom", "4")
     assert (code, facts["outcome"], facts["ok"]) == (0, "arrived", True)
@@ -240,7 +241,9 @@ def test_ctrl_c_is_clean_in_what_runs_long(sim, words):
     assert "interrupted" in err
 
 
-TESTED_ELSEWHERE = {"demo", "sim", "drive", "completion", "learn", "record", "selftest"}
+TESTED_ELSEWHERE = {
+    *("demo", "sim", "drive", "completion", "learn", "record", "selftest", "web", "foxglove", "vda5050")
+}
 
 
 def test_no_verb_is_left_out():

@@ -7,6 +7,8 @@ import os
 import sys
 import threading
 
+import pytest
+
 import rosproto
 from rosproto.bag import BagReader
 from rosproto.recording import Player
@@ -15,6 +17,7 @@ from woosh_pure.cli.commands.record import HEAVY, selection_of
 from woosh_pure.interface.table import find, topics
 
 
+@pytest.mark.slow
 def test_the_chassis_in_one_file(sim, tmp_path, capsys):
     """What the table has, as it is published; no pictures; the summary names every topic."""
     # All links stand by then, on a busy computer and under Wine too, and the topic of one message a second has come.

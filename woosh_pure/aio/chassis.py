@@ -19,6 +19,7 @@ from woosh_pure.faults.codes import Faults
 if TYPE_CHECKING:
     from rosproto import aio as ros
     from woosh_pure import values
+    from woosh_pure.lease import ChassisLease
 
 __all__ = ["Chassis", "view"]
 
@@ -141,6 +142,11 @@ class Chassis(Readings):
     def moved(self) -> bool:
         """True when a verb of this object has started a motion, whether it is over or not."""
         return self.chassis.moved
+
+    @property
+    def lease(self) -> ChassisLease:
+        """Who commands this robot now, among those who use this object; its methods answer at once."""
+        return self.chassis.lease
 
     @property
     def under_way(self) -> bool:
