@@ -92,13 +92,13 @@ def selection_of(
 
 def _tell(recorder: Recorder, out: Output) -> int:
     """What is in the bags; 1 when there is no pose or no battery in them: then it is hardly the chassis."""
-    from rosproto.bag import BagReader
+    from rosproto.bag import open_bag
     from woosh_pure.interface.table import find
 
     counts: dict[str, int] = {}
     files: list[dict[str, Any]] = []
     for path in filter(Path.exists, recorder.paths):
-        with BagReader(path) as bag:
+        with open_bag(path) as bag:
             files.append({"path": str(path), "bytes": bag.size, "seconds": round(bag.duration, 3)})
             for topic, known in bag.topics.items():
                 counts[topic] = counts.get(topic, 0) + known.message_count
