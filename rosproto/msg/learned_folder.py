@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 
-if sys.platform == "win32":
+if sys.platform == "win32":  # pragma: no cover - one of the two, on each system
     from pathlib import WindowsPath as SystemPath
 else:
     from pathlib import PosixPath as SystemPath
