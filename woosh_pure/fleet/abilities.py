@@ -12,6 +12,7 @@ import importlib
 import json
 import shlex
 import subprocess
+import sys
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -181,25 +182,36 @@ def _function(name: str, target: str) -> Doing:
 
 
 def _program(command: str) -> Doing:
-    words = shlex.split(command)
-    if not words:
+    line = _command_line(command)
+    if not line:
         raise ValueError("an action has an empty command")
+    name = command.split(maxsplit=1)[0]
 
     def run(task: Task) -> str:
         """Runs a program of this computer."""
         given = json.dumps({"actionId": task.action.id, "parameters": dict(task.parameters)}) + "\n"
         with subprocess.Popen(
-            words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+            line,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            encoding="utf-8",
+            errors="replace",
         ) as process:
             reader = threading.Thread(target=_watch, args=(process, task), daemon=True)
             reader.start()
             output, _ = process.communicate(given)
         output = output.strip()[-_LONGEST_RESULT:]
         if process.returncode:
-            raise ChassisError(f"{words[0]} ended with {process.returncode}: {output}")
+            raise ChassisError(f"{name} ended with {process.returncode}: {output}")
         return output
 
     return run
+
+
+def _command_line(command: str) -> str | list[str]:
+    """A program's words; on Windows the line as it is, which a program takes apart itself."""
+    return command.strip() if sys.platform == "win32" else shlex.split(command)
 
 
 def _watch(process: subprocess.Popen[str], task: Task) -> None:

@@ -128,7 +128,7 @@ class Vehicle:
             self._flags.add("told")
             self._end_lease = self.chassis.lease.on(lambda state: self._note("lease"))
             now = time.monotonic()
-            self._due = {"state": now, "silent": now + 2.0 * SILENT_AFTER, "line": now + _FACTS_SECONDS}
+            self._due = {"state": now, "silent": now + SILENT_AFTER, "line": now + _FACTS_SECONDS}
             if self.config.visualization:
                 self._due["visualization"] = now
             self._thread = threading.Thread(

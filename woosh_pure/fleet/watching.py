@@ -47,11 +47,13 @@ class Watch:
         self.parameters: Parameters | None = None
         self._ends: list[Callable[[], None]] = []
         self.heard = 0.0
+        self._opened = 0.0
         self.mode = "SERVICE"
         self.blocked = ""
 
     def open(self) -> None:
         """Listen; the feeds connect by themselves, also to a chassis that comes later."""
+        self._opened = time.monotonic()
         chassis = self._chassis
         self._ends = [
             chassis.pose.on(self._on_pose, connect=False),
@@ -70,8 +72,8 @@ class Watch:
 
     @property
     def silent(self) -> bool:
-        """Whether nothing is heard of the robot."""
-        return time.monotonic() - self.heard > SILENT_AFTER
+        """Whether nothing is heard of the robot; before its first word it has twice the time."""
+        return time.monotonic() - (self.heard or self._opened + SILENT_AFTER) >= SILENT_AFTER
 
     def _on_pose(self, pose: Pose2D) -> None:
         self._facts.place = Place(pose.x, pose.y, pose.yaw)

@@ -86,10 +86,10 @@ def test_a_broker_that_dies_leaves_the_robot_to_its_base(hall: Hall) -> None:
 
 def test_a_robot_that_is_lost_is_told_within_two_seconds(hall: Hall) -> None:
     """As FATAL; and it is over when the robot is heard again."""
-    began = time.monotonic()
     hall.sim.fall_silent(4.0)
+    began = time.monotonic()
     found = hall.master.until(lambda s: "robotLost" in errors(s), 10.0)
-    assert time.monotonic() - began < 2.5  # two, and what a busy computer needs to carry it
+    assert time.monotonic() - began < 2.0
     assert not found["agvPosition"]["positionInitialized"] or found["errors"][0]["errorLevel"] == "FATAL"
     hall.master.until(lambda s: "robotLost" not in errors(s), 20.0)
 

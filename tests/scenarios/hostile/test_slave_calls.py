@@ -169,6 +169,7 @@ def test_a_crowd_of_publishers_is_cut_and_ousts_nobody() -> None:
         publisher = talker.publisher("/crowded", STRING)
         subscriber = hearer.subscriber("/crowded", STRING)
         publisher.wait_for_connection(60)
+        subscriber.wait_for_connection(60)
         crowd = [f"http://127.0.0.1:{port}/" for port in range(1, 500)]
         with Caller(("127.0.0.1", hearer._context.endpoints.slave.port), "127.0.0.1") as update:
             update.call("publisherUpdate", "/master", "/crowded", [*crowd, talker.uri])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+import subprocess
 import sys
 from typing import Any, cast
 
@@ -50,28 +52,39 @@ def test_the_standards_own_are_not_replaced() -> None:
         abilities_of(config(cancelOrder="!true"))
 
 
+def program(script: str) -> str:
+    """A Python program as an action, quoted as this system's own command line is."""
+    words = [sys.executable, "-c", script]
+    return "!" + (subprocess.list2cmdline(words) if sys.platform == "win32" else shlex.join(words))
+
+
 def test_a_program_gets_the_parameters_and_gives_the_result() -> None:
     """As JSON on its standard input; no shell looks at anything."""
-    program = (
-        f'!{sys.executable} -c \'import json, sys; print(json.load(sys.stdin)["parameters"]["by"] * 2)\''
-    )
-    _, doing = abilities_of(config(x=program))["x"]
+    script = 'import json, sys; print(json.load(sys.stdin)["parameters"]["by"] * 2)'
+    _, doing = abilities_of(config(x=program(script)))["x"]
     assert doing(task(by="$(id);")) == "$(id);$(id);"
+
+
+def test_a_program_speaks_utf8() -> None:
+    """Whatever the locale is; a byte that is none is shown, not raised."""
+    script = 'import sys; sys.stdout.buffer.write("\\u5230\\u8fbe".encode() + bytes([0xFF]))'
+    _, doing = abilities_of(config(x=program(script)))["x"]
+    assert doing(task()) == "\u5230\u8fbe\ufffd"
 
 
 def test_a_program_that_fails_says_why() -> None:
     """Its exit code and its last words."""
-    _, doing = abilities_of(config(x=f"!{sys.executable} -c 'import sys; sys.exit(\"no load\")'"))["x"]
-    with pytest.raises(ChassisError, match="no load"):
+    _, doing = abilities_of(config(x=program('import sys; sys.exit("no load")')))["x"]
+    with pytest.raises(ChassisError, match="ended with 1: no load"):
         doing(task())
 
 
 def test_a_program_is_ended_with_its_action() -> None:
     """It is asked to end, and FAILED."""
-    _, doing = abilities_of(config(x=f"!{sys.executable} -c 'import time; time.sleep(60)'"))["x"]
+    _, doing = abilities_of(config(x=program("import time; time.sleep(60)")))["x"]
     given = task()
     given.cancelled.set()
-    with pytest.raises(ChassisError, match="ended with -15"):
+    with pytest.raises(ChassisError, match=f"ended with {1 if sys.platform == 'win32' else -15}"):
         doing(given)
 
 
