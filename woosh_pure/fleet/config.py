@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 from woosh_pure.fleet.mqtt import Broker
+from woosh_pure.geometry import Footprint
 
 __all__ = ["VERSIONS", "FleetConfig", "VehicleConfig", "load_config", "secrets"]
 
@@ -30,10 +31,16 @@ class VehicleConfig:
         map_id, map_version: The map that the chassis drives in, as the fleet manager calls it.
         interface: First level of the topics.
         marks: Whether a node without a position is a mark of the chassis, by its description or its id.
+        map_actions: Let the fleet manager download, enable and delete maps (2.1).
+        zone_set: zoneSetId of the zones that are drawn in the chassis's map; "" where there are none.
         charger: Mark of the charger, for startCharging; "" where there is none.
+        undock: m that stopCharging drives straight off the charger, backwards where negative; 0 offers none.
+        triggers: What waitForTrigger waits for: triggerType -> "python.module:function" or "!program ...",
+            which ends when the trigger came; "" waits for `Vehicle.trigger(type)`.
         tolerance, turn_tolerance: m and rad within which a node counts as reached that allows no deviation.
         visualization: Seconds between two visualization messages; 0 sends none.
         actions: Actions of your own: type -> "python.module:function", or "!program argument ...".
+        footprint: Corners (x, y) in m in base_link, where the chassis does not tell them.
         series, height, load, acceleration: For the factsheet: m, kg, m/s²; 0 where it is not known.
     """
 
@@ -46,11 +53,16 @@ class VehicleConfig:
     map_version: str = "1"
     interface: str = "uagv"
     marks: bool = False
+    map_actions: bool = False
+    zone_set: str = ""
     charger: str = ""
+    undock: float = 0.0
     tolerance: float = 0.2
     turn_tolerance: float = 0.2
     visualization: float = 0.0
     actions: Mapping[str, str] = field(default_factory=dict)
+    triggers: Mapping[str, str] = field(default_factory=dict)
+    footprint: Sequence[Sequence[float]] = ()
     series: str = "Woosh chassis"
     height: float = 0.0
     load: float = 0.0
@@ -66,6 +78,12 @@ class VehicleConfig:
         for name in ("tolerance", "turn_tolerance"):
             if not 0.0 < getattr(self, name) <= 2.0:
                 raise ValueError(f"{name} {getattr(self, name)}: expected more than 0 and at most 2")
+        if not (-2.0 <= self.undock <= 2.0):
+            raise ValueError(f"undock {self.undock} m: expected -2 to 2")
+        if self.map_actions and self.version.startswith("2.0"):
+            raise ValueError("map_actions: maps are a part of the protocol since version 2.1.0")
+        if self.footprint:
+            Footprint.from_points(self.footprint)
         if not (self.visualization == 0.0 or 0.05 <= self.visualization <= 60.0):
             raise ValueError(f"visualization {self.visualization} s: expected 0, or 0.05 to 60")
 
