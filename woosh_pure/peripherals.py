@@ -269,7 +269,7 @@ class Peripherals:
             permitted_passage: Whether a changed path may be followed.
             capacity: Number of vehicles in the passage.
             direction: Which way round to drive.
-            timeout: Seconds in which the chassis must confirm.
+            timeout: How long the chassis may take to confirm, s.
 
         Raises:
             ValueError: A number contradicts the mode, is not finite, or is too large to be in this unit.
