@@ -103,8 +103,8 @@ class House:
                 raise RuntimeError("the server is closing")
             first = not self._sessions
             self._sessions.add(session)
-        view = self._watch.fresh(FIRST_LOOK) if first else self._watch.view
-        session.show(view)
+        if first:
+            self._watch.fresh(FIRST_LOOK)
         self.pool.submit(self._ask_services)
         self._follow_clock()
         return session

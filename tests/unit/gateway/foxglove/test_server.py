@@ -6,7 +6,6 @@ import socket
 import struct
 import threading
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +21,7 @@ from rosproto.gateway.foxglove import Foxglove, LocalTopic
 from rosproto.master import Master
 from rosproto.node import Node
 from rosproto.time import Time
+from tests.support.foxglove_ground import Ground, until
 from tests.support.viewer import Viewer
 
 pytest.importorskip("foxglove", reason="foxglove-sdk is not installed")
@@ -29,56 +29,6 @@ pytest.importorskip("websockets", reason="websockets is not installed")
 
 DRIVE = Twist(linear=Vector3(x=0.2))
 ZERO = bytes(48)
-
-
-class Ground:
-    """A master, a robot's node and the node of a server."""
-
-    def __init__(self) -> None:
-        self.master = Master()
-        self.robot = Node("/robot", master_uri=self.master.uri, rosout=False, intraprocess=False)
-        self.node = Node("/gateway", master_uri=self.master.uri, rosout=False, intraprocess=False)
-        self.servers: list[Foxglove] = []
-        self.viewers: list[Viewer] = []
-
-    def serve(self, **options: Any) -> Foxglove:
-        self.servers.append(Foxglove(self.node, port=0, **options))
-        return self.servers[-1]
-
-    def view(self, server: Foxglove, **options: Any) -> Viewer:
-        self.viewers.append(Viewer(server.url, **options))
-        return self.viewers[-1]
-
-    def subscribers(self, topic: str) -> list[str]:
-        return self.robot.master.get_system_state().subscribers.get(topic, [])
-
-    def publishers(self, topic: str) -> list[str]:
-        return self.robot.master.get_system_state().publishers.get(topic, [])
-
-    def close(self) -> None:
-        for viewer in self.viewers:
-            viewer.close()
-        for server in self.servers:
-            server.close()
-        self.node.close()
-        self.robot.close()
-        self.master.close()
-
-
-@pytest.fixture
-def ground() -> Iterator[Ground]:
-    made = Ground()
-    try:
-        yield made
-    finally:
-        made.close()
-
-
-def until(condition: Callable[[], object], what: str, seconds: float = 10.0) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, what
-        threading.Event().wait(0.01)
 
 
 def test_a_topic_is_followed_while_somebody_looks(ground: Ground) -> None:
@@ -362,22 +312,6 @@ def _received(sock: socket.socket) -> bytes:
         return sock.recv(4096)
     except ConnectionResetError:
         return b""
-
-
-def test_who_finds_the_port_behind_the_door_ends_it(ground: Ground) -> None:
-    """A second client of a session's own SDK server: the session is closed, and nothing is written."""
-    ground.robot.publisher("/chatter", String)
-    server = ground.serve(token="secret", access=Access(write=["*"]))
-    viewer = Viewer(server.url + "?token=secret")
-    viewer.subscribe("/chatter")
-    until(lambda: server.stats().topics, "not followed")
-    inner = next(iter(server._house.sessions)).port
-    thief = Viewer(f"ws://127.0.0.1:{inner}")
-    thief.advertise("/cmd_vel", "geometry_msgs/Twist")
-    until(lambda: server.stats().clients == 0, "the session goes on")
-    assert ground.publishers("/cmd_vel") == []
-    thief.close()
-    viewer.close()
 
 
 # -- what it costs -------------------------------------------------------------------------------------------
