@@ -189,8 +189,7 @@ class House:
             if another:
                 session.begin_anew()
             session.status("the robot's master is back" + (", another run of it" if another else ""), "Info")
-            if another:
-                session.show(self.view)
+            # What the new run has is shown next (`_changed`); the old view's topics would come and go.
 
     def _submit(self, function: Callable[[], object]) -> None:
         try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+import ssl
 import struct
 import threading
 import time
@@ -23,6 +24,7 @@ from rosproto.node import Node
 from rosproto.time import Time
 from tests.support.foxglove_ground import Ground, until
 from tests.support.viewer import Viewer
+from tests.unit.gateway.test_websocket_server import certificate
 
 pytest.importorskip("foxglove", reason="foxglove-sdk is not installed")
 pytest.importorskip("websockets", reason="websockets is not installed")
@@ -293,6 +295,26 @@ def test_others_than_this_computer_need_a_token(ground: Ground) -> None:
         Foxglove(ground.node, port=server.port)
 
 
+def test_tls(ground: Ground, tmp_path: Path) -> None:
+    """wss, with the certificate given; who speaks plainly there gets nothing, nor who trusts another one."""
+    pytest.importorskip("cryptography")
+    cert, key = certificate(tmp_path)
+    context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
+    context.load_cert_chain(cert, key)
+    ground.robot.publisher("/chatter", String, latch=True).publish(data="x" * 100_000)
+    server = ground.serve(tls=context, token="secret")
+    assert server.url.startswith("wss://127.0.0.1:")
+    url = server.url.replace("127.0.0.1", "localhost") + "?token=secret"
+    with Viewer(url, ssl=ssl.create_default_context(cafile=cert)) as viewer:
+        viewer.subscribe("/chatter")
+        assert viewer.message("/chatter") == encode(String(data="x" * 100_000))
+    with pytest.raises(ssl.SSLCertVerificationError):
+        Viewer(url, ssl=ssl.create_default_context())
+    with socket.create_connection(("127.0.0.1", server.port), timeout=5) as sock:
+        sock.sendall(b"GET / HTTP/1.1\r\n\r\n")
+        assert not _received(sock).startswith(b"HTTP")
+
+
 def test_half_a_request_ends(ground: Ground) -> None:
     """Somebody who connects and says nothing, garbage, or too much, costs a place for seconds."""
     server = ground.serve(limits=GatewayLimits(handshake_seconds=0.3))
@@ -343,7 +365,7 @@ def test_a_client_that_reads_nothing_at_all_is_cut_off(ground: Ground) -> None:
     """After the time of silence; the topic is left."""
     publisher = ground.robot.publisher("/cloud", String, queue_size=1)
     server = ground.serve(limits=GatewayLimits(silence_seconds=0.5, linger_seconds=0.1))
-    viewer = ground.view(server)
+    viewer = ground.view(server, close_timeout=0.1)
     viewer.subscribe("/cloud")
     publisher.wait_for_connection(5)
     until(lambda: any(client.subscriptions for client in server.clients), "not followed")
