@@ -23,6 +23,7 @@ import json
 import math
 import os
 import selectors
+import socket
 import ssl
 import threading
 import time
@@ -275,6 +276,8 @@ class Line:
         client.on_socket_close = self._on_socket_close
         client.on_socket_register_write = _ignore  # else paho writes in the thread of whoever publishes
         client.connect(broker.host, broker.port, _KEEP_ALIVE)
+        # A state that follows another one at once would wait 40 ms for the broker's acknowledgement.
+        client.socket().setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         return client
 
     def _name(self) -> str:
