@@ -86,7 +86,7 @@ def serving(chassis: Chassis | dict[str, Chassis], **options: Any) -> Iterator[S
 
     with WebServer(web.app(chassis, **options), port=0) as server:
         served = Served(server.port, options.get("token"))
-        served.app = server.app  # type: ignore[attr-defined]
+        served.app, served.loop = server.app, lambda: server.loop  # type: ignore[attr-defined]
         yield served
 
 
