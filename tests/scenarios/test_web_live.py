@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -18,6 +19,8 @@ from tests.support.web import Hand, Served, serving
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.web.live import session
 from woosh_pure.web.live.frames import CAMERA, SCAN
+
+ZEROS = 1.0
 
 
 @pytest.fixture
@@ -325,6 +328,80 @@ def test_holding_drives_and_letting_go_stands(
     page.hold(0.2)
     page.of("drive", state="driving")
     page.let_go()
+
+
+def test_a_press_while_an_earlier_one_is_still_being_opened(
+    web: Served,
+    page: Hand,
+    chassis: Chassis,
+    monkeypatch: pytest.MonkeyPatch,
+    until: Callable[..., None],
+    real_time: Callable[[], None],
+) -> None:
+    """The drive of a press that nobody holds any more must not take the seat for ever."""
+    seat = web.app.state.house.robot(None).seat  # type: ignore[attr-defined]
+    monkeypatch.setattr("woosh_pure.web.live.seat.ZEROS_SECONDS", ZEROS)
+    begin, first, go_on = seat._begin, threading.Event(), threading.Event()
+
+    def slowly() -> Any:
+        if not first.is_set():
+            first.set()
+            go_on.wait(10.0)
+        return begin()
+
+    monkeypatch.setattr(seat, "_begin", slowly)
+    page.ready()
+    page.press()
+    assert first.wait(10.0)
+    page.say(t="release")
+    page.of("drive", state="ended", reason="released")
+    page.forget()
+    page.hold(0.2)
+    page.of("drive", state="opening")
+    go_on.set()
+    page.of("drive", state="driving")
+    time.sleep(1.2 * ZEROS)  # what waits for the seat has given up by then
+    page.let_go()
+    until(lambda: seat.driver is None, what="the seat being free")
+    page.forget()
+    page.hold(0.2)
+    page.of("drive", state="driving")
+    page.let_go()
+    until(lambda: seat.driver is None, what="the seat being free again")
+
+
+def test_a_page_that_goes_while_another_drives_ends_nothing_of_it(
+    web: Served, page: Hand, chassis: Chassis, monkeypatch: pytest.MonkeyPatch, real_time: Callable[[], None]
+) -> None:
+    """Its own drive was refused, and was refused only after it had gone."""
+    seat = web.app.state.house.robot(None).seat  # type: ignore[attr-defined]
+    page.ready()
+    page.hold(0.2)
+    page.of("drive", state="driving")
+    opens, asked, refuse = seat.open, threading.Event(), threading.Event()
+
+    def late(driver: str) -> None:
+        asked.set()
+        refuse.wait(10.0)
+        opens(driver)
+
+    monkeypatch.setattr(seat, "open", late)
+    house = web.app.state.house  # type: ignore[attr-defined]
+    with Hand(web.port) as other:
+        name = other.of("hello")["you"]
+        monkeypatch.setattr(session.Session, "_why_not", lambda _: None)
+        other.press()
+        assert asked.wait(10.0), name
+    deadline = time.monotonic() + 10.0
+    while house.viewers > 1 and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert house.viewers == 1
+    refuse.set()
+    chassis.measured_velocity.wait_for(lambda v: v.vx > 0.1, 10.0)
+    time.sleep(0.3)
+    assert seat.driver == page.of("hello")["you"]
+    page.let_go()
+    assert page.of("drive", state="ended")["reason"] == "released"
 
 
 def test_a_velocity_beyond_the_limits_is_brought_within_them(

@@ -27,18 +27,19 @@ FAILED, because nobody knows how it ended; it does not begin again.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from woosh_pure.fleet.actions import OWN, Record, Scope, Status, beginning, effective, holds_driving
+from woosh_pure.fleet.effects import Begin, Changed, Drive, Effect, End, Factsheet, Halt, Retry
 from woosh_pure.fleet.errors import ErrorType, Level, Problem, Problems
 from woosh_pure.fleet.judging import (
     DRIVING_MODES,
     Limits,
     Place,
     action_problems,
-    inability,
-    order_problem,
+    objection_to_new,
+    objection_to_update,
     within,
 )
 from woosh_pure.fleet.messages import Action, Edge, InstantActions, Invalid, Node, Order
@@ -47,66 +48,9 @@ __all__ = ["Begin", "Changed", "Drive", "Effect", "End", "Factsheet", "Halt", "O
 
 MOST_RECORDS = 1000
 """Ended actions that are remembered; one that runs is never forgotten."""
-MOST_AHEAD = 2000  # nodes of an order that is extended and not driven
 RETRIES = (2.0, 5.0, 10.0)
 """Seconds until a drive that failed is tried again; after these it waits for a person or the fleet
 manager."""
-
-
-@dataclass(frozen=True, slots=True)
-class Changed:
-    """Something that the state message tells has changed: put the machine on disk, then send a state."""
-
-
-@dataclass(frozen=True, slots=True)
-class Drive:
-    """Drive to a node; tell the end with `drive_ended(token, ...)`. It replaces a drive under way."""
-
-    token: int
-    node: Node
-    edge: Edge | None
-
-
-@dataclass(frozen=True, slots=True)
-class Halt:
-    """End the drive, and tell its end when the vehicle stands."""
-
-    token: int
-
-
-@dataclass(frozen=True, slots=True)
-class Begin:
-    """Begin an action; tell its end with `action_ended(...)`."""
-
-    action: Action
-    scope: Scope
-
-
-@dataclass(frozen=True, slots=True)
-class End:
-    """End an action that runs; tell it with `action_ended(...)`.
-
-    Attributes:
-        failed: False when its edge was left: that is its right end.
-    """
-
-    action_id: str
-    failed: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Retry:
-    """Call `retry()` after so many seconds, or when the vehicle can drive again."""
-
-    after: float
-
-
-@dataclass(frozen=True, slots=True)
-class Factsheet:
-    """Send the factsheet."""
-
-
-Effect = Changed | Drive | Halt | Begin | End | Retry | Factsheet
 
 
 class OrderMachine:
@@ -172,7 +116,7 @@ class OrderMachine:
         if same and order.update == self.update:
             self._changed = True  # 6.6.4.3: ignored; the state tells the manager that it is here
             return self._settle()
-        problem = self._objection_to_update(order) if same else self._objection_to_new(order)
+        problem = objection_to_update(order, self) if same else objection_to_new(order, self)
         if problem is not None:
             self._tell(problem)
             return self._settle()
@@ -272,61 +216,6 @@ class OrderMachine:
 
     # -- orders ----------------------------------------------------------------------------------------------
 
-    def _objection_to_new(self, order: Order) -> Problem | None:
-        if self.executing:
-            text = f"order {self.order_id} is not finished; cancel it first, or update it"
-            return order_problem(order, ErrorType.ORDER, text)
-        if self.mode not in DRIVING_MODES:
-            text = f"the operating mode is {self.mode}; orders are taken in AUTOMATIC"
-            return order_problem(order, ErrorType.ORDER, text, ("operatingMode", self.mode))
-        running = {r.action.id for r in self.records if not r.status.final}
-        problem = inability(order, self.limits, running, update=False)
-        return problem or self._out_of_reach(order)
-
-    def _out_of_reach(self, order: Order) -> Problem | None:
-        first = order.nodes[0]
-        about = ("nodeId", first.id)
-        if first.position is None:
-            if self.last_node == first.id:
-                return None
-            last = self.last_node or "no node"
-            text = f"the vehicle is not known to stand on {first.id}; it was last on {last}"
-            return order_problem(order, ErrorType.NO_ROUTE, text, about)
-        if self.place is None:
-            text = "the vehicle does not know where it is; give it its position with initPosition"
-            return order_problem(order, ErrorType.NO_ROUTE, text, about)
-        if not within(self.place, first, self.limits, turned=False):
-            where = f"{self.place.x:.2f}, {self.place.y:.2f}"
-            text = f"the first node {first.id} is out of its deviation range: the vehicle is at {where}"
-            return order_problem(order, ErrorType.NO_ROUTE, text, about)
-        return None
-
-    def _objection_to_update(self, order: Order) -> Problem | None:
-        if order.update < self.update:
-            text = f"update {order.update} of order {order.id} comes late: {self.update} is here"
-            return order_problem(order, ErrorType.ORDER_UPDATE, text)
-        if self.closed:
-            text = f"order {order.id} was cancelled or cleared; send a new order"
-            return order_problem(order, ErrorType.ORDER_UPDATE, text)
-        first = order.nodes[0]
-        wanted = self.decision_point if self.executing else (self.last_node, self.last_sequence)
-        if (first.id, first.sequence) != wanted:
-            text = (
-                f"an update must begin at {wanted[0]} with sequenceId {wanted[1]}, this one at {first.id} "
-                f"with {first.sequence}"
-            )
-            return order_problem(order, ErrorType.ORDER_UPDATE, text, ("nodeId", first.id))
-        if self.mode not in DRIVING_MODES:
-            text = f"the operating mode is {self.mode}; orders are taken in AUTOMATIC"
-            return order_problem(order, ErrorType.ORDER, text, ("operatingMode", self.mode))
-        if len(self.nodes) + len(order.nodes) > MOST_AHEAD:
-            return order_problem(
-                order, ErrorType.ORDER, f"more than {MOST_AHEAD} nodes are ahead; send it later"
-            )
-        horizon = self._horizon()
-        taken = {r.action.id for r in self.records} - {r.action.id for r in horizon}
-        return inability(order, self.limits, taken, update=True)
-
     def _take(self, order: Order) -> None:
         self.records = [r for r in self.records if not r.of_order and not r.status.final]
         self.order_id, self.update, self.closed = order.id, order.update, False
@@ -340,7 +229,7 @@ class OrderMachine:
             self._traverse()
 
     def _extend(self, order: Order) -> None:
-        dropped = self._horizon()
+        dropped = self.horizon()
         self.records = _without(self.records, dropped)
         self.nodes = [node for node in self.nodes if node.released]
         self.edges = [edge for edge in self.edges if edge.released]
@@ -349,7 +238,8 @@ class OrderMachine:
         self.edges += order.edges
         self._note(order.nodes[1:], order.edges)
 
-    def _horizon(self) -> list[Record]:
+    def horizon(self) -> list[Record]:
+        """The actions of what is not released."""
         elements: list[Node | Edge] = [*self.nodes, *self.edges]
         ahead = {each.sequence for each in elements if not each.released}
         return [record for record in self.records if record.of_order and record.sequence in ahead]

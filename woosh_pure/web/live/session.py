@@ -68,6 +68,7 @@ class Session:
         self._looks: set[str] = set()
         self._confirmed = False
         self._dead_man = DeadMan()
+        self._presses = 0
         self._seated = False
         self._drive_entry = 0
         self._tasks: set[asyncio.Task[None]] = set()
@@ -92,7 +93,9 @@ class Session:
                 ):
                     raise error
         finally:
-            self._obey(self._dead_man.end("gone"))
+            self._dead_man.end("gone")
+            if self._seated:
+                self._stand("gone")
             try:
                 await _end_all({*tasks, *self._tasks})
                 for what in list(self._looks):
@@ -316,25 +319,31 @@ class Session:
                 self._over(error)
         elif verdict.act == "open":
             self._say({"t": "drive", "state": "opening", "reason": "", "text": ""})
-            self._start(self._open())
+            self._presses += 1
+            self._start(self._open(self._presses))
         elif verdict.act == "zero":
             self._stand(verdict.reason)
         elif verdict.reason:
             self._say({"t": "drive", "state": "refused", "reason": verdict.reason, "text": "press again"})
 
-    async def _open(self) -> None:
+    async def _open(self, press: int) -> None:
+        """Open a drive for one press; of an earlier one than the newest, it is ended again at once."""
         seat, name = self._robot.seat, self._person.name
         opening = self._house.drives.run(seat.open, name)
         try:
             await asyncio.shield(opening)
         except asyncio.CancelledError:  # the page is gone while it was being opened
-            opening.add_done_callback(lambda _: self._house.drives.run(seat.leave, "the page has gone"))
+            opening.add_done_callback(lambda done: self._leave_again(done, "the page has gone"))
             raise
         except Exception as error:
-            problem = problem_of(error)
-            reason = problem.kind if isinstance(error, Problem) else "refused"
-            self._dead_man.end(reason)
-            self._say({"t": "drive", "state": "refused", "reason": reason, "text": problem.text})
+            if press == self._presses:
+                problem = problem_of(error)
+                reason = problem.kind if isinstance(error, Problem) else "refused"
+                self._dead_man.end(reason)
+                self._say({"t": "drive", "state": "refused", "reason": reason, "text": problem.text})
+            return
+        if press != self._presses:
+            self._leave_again(opening, "the hand has let go meanwhile")
             return
         self._seated = True
         entry = self._robot.journal.begin(name, "drive")
@@ -343,6 +352,11 @@ class Session:
             self._say({"t": "drive", "state": "driving", "reason": "", "text": "", "limits": seat.limits})
         self._drive_entry = entry
         self._obey(verdict)
+
+    def _leave_again(self, opening: asyncio.Future[None], why: str) -> None:
+        """Nobody waits for that drive any more, if there is one: another's must not be ended for it."""
+        if not opening.cancelled() and opening.exception() is None:
+            self._house.drives.run(self._robot.seat.leave, why)
 
     def _stand(self, reason: str, text: str = "") -> None:
         """Zero, now; the journal and the page are told afterwards."""

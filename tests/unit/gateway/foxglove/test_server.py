@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import socket
+import ssl
 import struct
 import threading
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,63 +22,15 @@ from rosproto.gateway.foxglove import Foxglove, LocalTopic
 from rosproto.master import Master
 from rosproto.node import Node
 from rosproto.time import Time
+from tests.support.foxglove_ground import Ground, until
 from tests.support.viewer import Viewer
+from tests.unit.gateway.test_websocket_server import certificate
 
 pytest.importorskip("foxglove", reason="foxglove-sdk is not installed")
 pytest.importorskip("websockets", reason="websockets is not installed")
 
 DRIVE = Twist(linear=Vector3(x=0.2))
 ZERO = bytes(48)
-
-
-class Ground:
-    """A master, a robot's node and the node of a server."""
-
-    def __init__(self) -> None:
-        self.master = Master()
-        self.robot = Node("/robot", master_uri=self.master.uri, rosout=False, intraprocess=False)
-        self.node = Node("/gateway", master_uri=self.master.uri, rosout=False, intraprocess=False)
-        self.servers: list[Foxglove] = []
-        self.viewers: list[Viewer] = []
-
-    def serve(self, **options: Any) -> Foxglove:
-        self.servers.append(Foxglove(self.node, port=0, **options))
-        return self.servers[-1]
-
-    def view(self, server: Foxglove, **options: Any) -> Viewer:
-        self.viewers.append(Viewer(server.url, **options))
-        return self.viewers[-1]
-
-    def subscribers(self, topic: str) -> list[str]:
-        return self.robot.master.get_system_state().subscribers.get(topic, [])
-
-    def publishers(self, topic: str) -> list[str]:
-        return self.robot.master.get_system_state().publishers.get(topic, [])
-
-    def close(self) -> None:
-        for viewer in self.viewers:
-            viewer.close()
-        for server in self.servers:
-            server.close()
-        self.node.close()
-        self.robot.close()
-        self.master.close()
-
-
-@pytest.fixture
-def ground() -> Iterator[Ground]:
-    made = Ground()
-    try:
-        yield made
-    finally:
-        made.close()
-
-
-def until(condition: Callable[[], object], what: str, seconds: float = 10.0) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, what
-        threading.Event().wait(0.01)
 
 
 def test_a_topic_is_followed_while_somebody_looks(ground: Ground) -> None:
@@ -343,6 +295,26 @@ def test_others_than_this_computer_need_a_token(ground: Ground) -> None:
         Foxglove(ground.node, port=server.port)
 
 
+def test_tls(ground: Ground, tmp_path: Path) -> None:
+    """wss, with the certificate given; who speaks plainly there gets nothing, nor who trusts another one."""
+    pytest.importorskip("cryptography")
+    cert, key = certificate(tmp_path)
+    context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
+    context.load_cert_chain(cert, key)
+    ground.robot.publisher("/chatter", String, latch=True).publish(data="x" * 100_000)
+    server = ground.serve(tls=context, token="secret")
+    assert server.url.startswith("wss://127.0.0.1:")
+    url = server.url.replace("127.0.0.1", "localhost") + "?token=secret"
+    with Viewer(url, ssl=ssl.create_default_context(cafile=cert)) as viewer:
+        viewer.subscribe("/chatter")
+        assert viewer.message("/chatter") == encode(String(data="x" * 100_000))
+    with pytest.raises(ssl.SSLCertVerificationError):
+        Viewer(url, ssl=ssl.create_default_context())
+    with socket.create_connection(("127.0.0.1", server.port), timeout=5) as sock:
+        sock.sendall(b"GET / HTTP/1.1\r\n\r\n")
+        assert not _received(sock).startswith(b"HTTP")
+
+
 def test_half_a_request_ends(ground: Ground) -> None:
     """Somebody who connects and says nothing, garbage, or too much, costs a place for seconds."""
     server = ground.serve(limits=GatewayLimits(handshake_seconds=0.3))
@@ -362,22 +334,6 @@ def _received(sock: socket.socket) -> bytes:
         return sock.recv(4096)
     except ConnectionResetError:
         return b""
-
-
-def test_who_finds_the_port_behind_the_door_ends_it(ground: Ground) -> None:
-    """A second client of a session's own SDK server: the session is closed, and nothing is written."""
-    ground.robot.publisher("/chatter", String)
-    server = ground.serve(token="secret", access=Access(write=["*"]))
-    viewer = Viewer(server.url + "?token=secret")
-    viewer.subscribe("/chatter")
-    until(lambda: server.stats().topics, "not followed")
-    inner = next(iter(server._house.sessions)).port
-    thief = Viewer(f"ws://127.0.0.1:{inner}")
-    thief.advertise("/cmd_vel", "geometry_msgs/Twist")
-    until(lambda: server.stats().clients == 0, "the session goes on")
-    assert ground.publishers("/cmd_vel") == []
-    thief.close()
-    viewer.close()
 
 
 # -- what it costs -------------------------------------------------------------------------------------------
@@ -409,7 +365,7 @@ def test_a_client_that_reads_nothing_at_all_is_cut_off(ground: Ground) -> None:
     """After the time of silence; the topic is left."""
     publisher = ground.robot.publisher("/cloud", String, queue_size=1)
     server = ground.serve(limits=GatewayLimits(silence_seconds=0.5, linger_seconds=0.1))
-    viewer = ground.view(server)
+    viewer = ground.view(server, close_timeout=0.1)
     viewer.subscribe("/cloud")
     publisher.wait_for_connection(5)
     until(lambda: any(client.subscriptions for client in server.clients), "not followed")

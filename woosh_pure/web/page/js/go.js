@@ -1,7 +1,8 @@
 // Where should it go? Marks, a place on the map, amounts, charging, and telling it where it is.
 
 import { ask, dismiss } from "./confirm.js";
-import { button, byId, el, fill, icon, say, show } from "./dom.js";
+import { button, byId, el, fill, icon, say } from "./dom.js";
+import { hint } from "./hints.js";
 import { degrees, number, onLanguage, t, word } from "./i18n.js";
 import { attempt, toast } from "./toast.js";
 
@@ -35,7 +36,7 @@ export class Go {
   }
 
   row(mark) {
-    const away = el("span", { class: "quiet" });
+    const away = el("span", { class: "quiet away" });
     this.distances.set(mark, away);
     const kind = mark.kind && mark.kind !== "mark" ? ` · ${word("mark", mark.kind)}` : "";
     return el("li", {},
@@ -140,7 +141,7 @@ export class Go {
   }
 
   // Press and drag on the map, or type the numbers: both change the same place.
-  placing(hint, question) {
+  placing(how, question) {
     dismiss();
     const pose = this.store.get("pose");
     const start = pose ? { ...pose } : { x: 0, y: 0, theta: 0 };
@@ -165,15 +166,14 @@ export class Go {
     this.map.follow(false);
     this.map.setPlacing(told, start);
     told(start);
-    say(byId("hint"), t(hint));
-    show(byId("hint"));
+    hint("place", t(how));
   }
 
   // Gives the place that was chosen.
   endPlacing() {
     const { place } = this.map;
     this.map.setPlacing(null);
-    show(byId("hint"), false);
+    hint("place");
     return place && { x: place.x, y: place.y, theta: place.theta };
   }
 

@@ -16,6 +16,7 @@ export class Task {
     this.far = 0; // m to the mark when it was seen first
     this.shape = ""; // what is built; progress only moves the bar
     store.on("goal journal", () => this.render());
+    store.on("anew", () => (this.seen = this.closed = null)); // its goals have other numbers
     store.on("pose", () => this.bar && this.progress());
     onLanguage(() => {
       this.shape = "";
