@@ -30,6 +30,7 @@ class ErrorType:
     DRIVE = "driveError"  # a node was not reached
     LOCALISATION = "localizationError"
     ROBOT_LOST = "robotLost"  # the chassis does not answer any more
+    STORAGE = "storageError"  # orders cannot be kept on disk
     CHASSIS = "chassisError"  # a fault that the chassis tells
 
 
