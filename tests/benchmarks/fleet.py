@@ -196,6 +196,7 @@ class Manager:
         self.told: dict[str, float] = {}
         self.counts: Counter[str] = Counter()
         self.bytes: Counter[str] = Counter()
+        self.errors: Counter[str] = Counter()
         self.driving = self.real = False
         self.version = "2.1.0"
         self.orders: Counter[str] = Counter()
@@ -228,6 +229,7 @@ class Manager:
             elif topic == "state":
                 state = json.loads(message.payload)
                 self.states[serial] = state
+                self.errors.update(error["errorType"] for error in state["errors"])
                 self.told.setdefault(serial, now)
                 self._go_on(serial, state, now)
             self.came.notify_all()
@@ -344,6 +346,13 @@ def cost(row: str, args: Any, size: int, command: list[str]) -> None:
             f"| {sizes['state'] / max(1, counts['state']):.0f} | {delays(motion)} | {delays(knowing)} |",
             flush=True,
         )
+        complain(manager)
+
+
+def complain(manager: Manager) -> None:
+    """A run with errors measures something else."""
+    if manager.errors:
+        print(f"    states told of {dict(manager.errors)}", flush=True)
 
 
 def rate(vehicles: Vehicles, seconds: float) -> float:

@@ -36,6 +36,7 @@ from urllib.parse import urlsplit
 from rosproto.logs import get_logger
 from rosproto.transport.backoff import Backoff
 from woosh_pure.fleet.loop import Loop, shared_loop
+from woosh_pure.fleet.messages import MOST_BYTES
 
 __all__ = ["Broker", "Line", "paho"]
 
@@ -48,6 +49,7 @@ MOST_WAITING = 200
 """Messages of one vehicle that wait for a broker which does not read."""
 MOST_WAITING_BYTES = 1_000_000
 _MOST_PENDING = 100  # packets of one line that are read before the next line has its turn
+_MOST_PACKET = MOST_BYTES + 65_600  # a message and its topic
 _END_SECONDS = 1.0  # for the broker to have our farewell
 
 
@@ -327,7 +329,7 @@ class Line:
     def broken(self) -> None:
         """Something of ours has failed: begin anew."""
         self._drop()
-        self._lost("a failure of our own")
+        self._lost("", ours="the line is made anew after a failure of our own")
 
     # -- in the loop's thread --------------------------------------------------------------------------------
 
@@ -340,6 +342,13 @@ class Line:
                 break
             client.loop_read()
         self._heard = time.monotonic()
+        # paho has no limit of its own. What it has read of a packet is looked at before the rest has come.
+        size = getattr(client, "_in_packet", {}).get("remaining_length", 0)
+        if size > _MOST_PACKET and client is self._client:
+            self._drop()
+            self._lost(
+                "", ours=f"a message of {size} bytes came, longer than {MOST_BYTES}: the line is made anew"
+            )
 
     def _flush(self, client: Any) -> None:
         """Write what waits, and wait for the socket where it does not take all."""
@@ -411,12 +420,16 @@ class Line:
         if client is self._client:
             self._lost(str(reason))
 
-    def _lost(self, reason: str) -> None:
+    def _lost(self, reason: str, *, ours: str = "") -> None:
+        """The connection has ended, for the broker's reason or ours; another try is asked for."""
         stood, stands = time.monotonic() - self._since, self.connected.is_set()
         self._client = None
         self.connected.clear()
         if self._closing:
             self._gone.set()
+        elif ours:
+            self._tell(ours)
+            self._again(there=True)
         elif self._refused:
             self._tell(f"the broker {self.broker.url} refused us: {self._refused}")
             self._again(there=True)
