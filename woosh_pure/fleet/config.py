@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,27 @@ __all__ = ["VERSIONS", "FleetConfig", "VehicleConfig", "load_config", "secrets"]
 VERSIONS = ("2.0.0", "2.1.0")
 _ALLOWED = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_.:-")
 _SECRETS = ("WOOSH_MQTT_USER", "WOOSH_MQTT_PASSWORD")
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _is_targets(value: object) -> bool:
+    return isinstance(value, Mapping) and all(
+        isinstance(name, str) and name and isinstance(target, str) for name, target in value.items()
+    )
+
+
+_KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "str": (lambda v: isinstance(v, str), "a text in quotes"),
+    "str | None": (lambda v: v is None or isinstance(v, str), "a text in quotes"),
+    "bool": (lambda v: isinstance(v, bool), "true or false"),
+    "float": (_is_number, "a number"),
+    "Mapping[str, str]": (_is_targets, 'a table of texts, such as { beep = "module:function" }'),
+    "Sequence[Sequence[float]]": (lambda v: isinstance(v, (list, tuple)), "a list of corners [x, y]"),
+}
+"""By the type of a field: what fits, and what is expected, in the words of TOML."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,9 +91,13 @@ class VehicleConfig:
     acceleration: float = 0.0
 
     def __post_init__(self) -> None:
+        for each in fields(self):
+            fits, expected = _KINDS[str(each.type)]
+            if not fits(getattr(self, each.name)):
+                raise ValueError(f"{each.name} {getattr(self, each.name)!r}: expected {expected}")
         for name in ("manufacturer", "serial", "interface"):
             value = getattr(self, name)
-            if not value or not isinstance(value, str) or not set(value) <= _ALLOWED:
+            if not value or not set(value) <= _ALLOWED:
                 raise ValueError(f"{name} {value!r}: it is part of a topic; use A-Z a-z 0-9 _ . : - only")
         if self.version not in VERSIONS:
             raise ValueError(f"version {self.version!r}: expected {' or '.join(VERSIONS)}")
@@ -155,8 +181,10 @@ def load_config(path: Path) -> FleetConfig:
             ) from error
     try:
         data = tomllib.loads(path.read_text("utf-8"))
+    except UnicodeDecodeError:
+        raise ValueError(f"{path} is no text in UTF-8; a fleet.toml is") from None
     except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
+        raise ValueError(f"{path} is no TOML: {error}") from None
     try:
         return _fleet(data, path.parent)
     except (TypeError, ValueError) as error:
@@ -169,21 +197,31 @@ def _fleet(data: dict[str, Any], folder: Path) -> FleetConfig:
         raise ValueError(
             f"{', '.join(sorted(unknown))} is not known; expected [broker], [[vehicle]] and folder"
         )
-    given = dict(data.get("broker") or {})
+    given, vehicles = data.get("broker", {}), data.get("vehicle", [])
+    if not isinstance(given, dict):
+        raise ValueError("broker: expected a table, [broker], with url")
+    if not (isinstance(vehicles, list) and all(isinstance(raw, dict) for raw in vehicles)):
+        raise ValueError("vehicle: expected tables, one [[vehicle]] for each")
+    texts = {**given, "folder": data.get("folder", "")}
+    for name, value in texts.items():
+        if not isinstance(value, str):
+            raise ValueError(f"{name} {value!r}: expected a text in quotes")
+    given = dict(given)
     file = given.pop("secrets_file", None)
     user, password = secrets(folder / file if file else None)
     _require_known(given, ("url", "ca_file", "cert_file", "key_file"), "[broker]")
     if "url" not in given:
         raise ValueError("[broker] has no url")
     known = [each.name for each in fields(VehicleConfig)]
-    vehicles = []
-    for raw in data.get("vehicle", ()):
+    for raw in vehicles:
         _require_known(raw, known, "[[vehicle]]")
-        vehicles.append(VehicleConfig(**raw))
+        missing = [name for name in ("manufacturer", "serial") if name not in raw]
+        if missing:
+            raise ValueError(f"a [[vehicle]] has no {' and no '.join(missing)}")
     kept = data.get("folder")
     return FleetConfig(
         broker=Broker(user=user, password=password, **given),
-        vehicles=tuple(vehicles),
+        vehicles=tuple(VehicleConfig(**raw) for raw in vehicles),
         folder=None if kept is None else folder / kept,
     )
 

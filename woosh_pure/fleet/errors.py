@@ -31,6 +31,7 @@ class ErrorType:
     HELD = "orderHeld"  # after a restart of ours: it waits for stopPause or cancelOrder
     LOCALISATION = "localizationError"
     ROBOT_LOST = "robotLost"  # the chassis does not answer any more
+    STORAGE = "storageError"  # orders cannot be kept on disk
     CHASSIS = "chassisError"  # a fault that the chassis tells
 
 

@@ -11,6 +11,7 @@ comes next:
     actions here or instant ones may begin         begin them (`actions.beginning` has their order)
     something holds: pause, mode, no pose,         halt
       a failed drive, a SOFT or HARD action
+    nothing can be kept on disk                    drive on to the node under way; begin nothing else
     the next node is released, none holds          enter its edge, begin the edge's actions, drive to it
     the next node is not released, or none is      stand
 
@@ -30,6 +31,7 @@ until the fleet manager says stopPause, or gives it up with cancelOrder.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -44,6 +46,7 @@ from woosh_pure.fleet.judging import (
     action_problems,
     objection_to_new,
     objection_to_update,
+    order_problem,
     within,
 )
 from woosh_pure.fleet.messages import Action, Edge, InstantActions, Invalid, Node, Order
@@ -82,6 +85,7 @@ class OrderMachine:
         self._on_edge = False
         self._failures = 0
         self._blocked = False
+        self._unkept = False  # nothing can be put on disk: what began now might begin again after a restart
         self._token = 0
         self._drive: Drive | None = None
         self._halting = False
@@ -229,6 +233,24 @@ class OrderMachine:
             self._blocked = False
             self._changed |= self.problems.stand("drive", None)
         return self._settle()
+
+    def keep(self, problem: Problem | None) -> list[Effect]:
+        """Whether it can be put on disk: with a problem nothing new begins until it is taken back."""
+        self._unkept = problem is not None
+        return self.stand("disk", problem)
+
+    def refuse(self, order: Order, text: str) -> list[Effect]:
+        """Reject an order for a reason that is not the machine's."""
+        self._tell(order_problem(order, ErrorType.ORDER, text))
+        return self._settle()
+
+    def rehearsal(self) -> OrderMachine:
+        """A copy to try an order with; nothing of it is carried out."""
+        found = copy.copy(self)
+        found.nodes, found.edges, found._cancels = list(self.nodes), list(self.edges), list(self._cancels)
+        found.records = [copy.copy(record) for record in self.records]
+        found.problems, found._effects = copy.deepcopy(self.problems), []
+        return found
 
     def stand(self, key: str, problem: Problem | None) -> list[Effect]:
         """Tell a problem of the vehicle itself, or take it back."""
@@ -450,7 +472,7 @@ class OrderMachine:
                 self._halt()
                 return True
             return False
-        if not (self.nodes and self.nodes[0].released and self._may_drive()):
+        if self._unkept or not (self.nodes and self.nodes[0].released and self._may_drive()):
             return False
         if not self._on_edge:
             self._on_edge = True  # its actions begin before the vehicle does
@@ -468,7 +490,7 @@ class OrderMachine:
 
     def _arrives(self, drive: Drive) -> bool:
         node = drive.node
-        if self._fresh or not (self._passes(node) and self._reached(node)) or self._holds():
+        if self._fresh or not (self._passes(node) and self._reached(node)) or self._holds() or self._unkept:
             return False
         self._traverse()
         while self._begin_actions():
@@ -518,6 +540,8 @@ class OrderMachine:
         return [r for r in self.records if not r.of_order and r.action.type not in OWN]
 
     def _begin_actions(self) -> bool:
+        if self._unkept:
+            return False
         standing = self._drive is None
         here, instant = self._here(), self._instant()
         for group in (instant, here):

@@ -2,9 +2,10 @@
 them the order machine.
 
 One thread owns the machine. It waits for what comes: a message, a pose, the end of a drive or of an action,
-the time of something. Whatever comes is told to the machine, and its effects are carried out in their
-order: state on disk, state to the broker, then the drive or the action. Callbacks of the broker and of the
-    chassis only leave a note.
+the time of something. Whatever comes is told to the machine, and its effects are carried out in their order:
+state on disk, state to the broker, then the drive or the action. An order is on disk before the machine takes
+it; while the disk takes nothing no order is taken and nothing begins. Callbacks of the broker and of the
+chassis only leave a note.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from woosh_pure.fleet.factsheet import Body, factsheet_message
 from woosh_pure.fleet.headers import Headers
 from woosh_pure.fleet.judging import Limits, Place
 from woosh_pure.fleet.maps import MapShelf
-from woosh_pure.fleet.messages import Invalid, parse, read_instant_actions, read_order
+from woosh_pure.fleet.messages import Invalid, Order, parse, read_instant_actions, read_order
 from woosh_pure.fleet.mqtt import Broker, Line
 from woosh_pure.fleet.order import OrderMachine
 from woosh_pure.fleet.report import Journal
@@ -48,6 +49,7 @@ STATE_EVERY = 25.0
 """Seconds between two states at most; the standard asks for 30."""
 MOST_MESSAGES = 100
 """Messages of a fleet manager that wait; more are dropped, counted and logged."""
+_DISK_SECONDS = 2.0  # between two tries of a disk that is full, or cannot be written
 _FACTS_SECONDS = 3.0  # for the chassis to tell where it is, before the fleet manager may send orders
 _LEASE_SECONDS = 60.0
 _END_SECONDS = 10.0  # for the thread to end
@@ -120,6 +122,8 @@ class Vehicle:
         self._closing = False
         self._end_lease: Callable[[], object] = lambda: None
         self._lost = False
+        self._unkept = False  # the disk does not take the state
+        self._unbegun: list[Begin] = []  # actions that wait until it does
         self._moving = False
         self._was_blocked = ""
         self.dropped = 0
@@ -152,6 +156,7 @@ class Vehicle:
             self._due = {"state": now, "silent": now + SILENT_AFTER, "line": now + _FACTS_SECONDS}
             if self.config.visualization:
                 self._due["visualization"] = now
+            self._save()  # a disk that takes nothing is told before an order comes
             self._thread = threading.Thread(
                 target=self._run, name=f"woosh:vehicle-{self.config.serial}", daemon=True
             )
@@ -320,10 +325,23 @@ class Vehicle:
         try:
             data = parse(payload)
             if topic == "order":
-                return self._machine.receive(read_order(data))
+                return self._take(read_order(data))
             return self._machine.receive_instant(read_instant_actions(data))
         except Invalid as error:
             return self._machine.receive_malformed(data, error, topic)
+
+    def _take(self, order: Order) -> list[Effect]:
+        """What is acknowledged is there after a restart: the disk takes an order before the machine does."""
+        if self._store is not None:
+            rehearsal = self._machine.rehearsal()
+            rehearsal.receive(order)
+            try:
+                self._store.save(rehearsal.to_json())
+            except OSError as error:
+                self._tell_disk(error)
+                text = f"the order cannot be kept on disk ({error}), so it is not taken"
+                return self._machine.refuse(order, text)
+        return self._machine.receive(order)
 
     def _place(self) -> Place | None:
         return self.facts.place if self.facts.located and not self._lost else None
@@ -357,6 +375,9 @@ class Vehicle:
                 self._due[name] = now + self.config.visualization
                 header = self._header("visualization")
                 self._line.send("visualization", visualization_message(self.facts, header))
+            elif name == "disk":
+                del self._due[name]
+                self._save()
             elif name == "retry":
                 del self._due[name]
                 self._carry_out(self._machine.retry())
@@ -395,6 +416,7 @@ class Vehicle:
             elif isinstance(effect, Begin):
                 self._begin(effect)
             elif isinstance(effect, End):
+                self._forget_unbegun(effect.action_id)
                 task = self._tasks.get(effect.action_id)
                 if task is not None:
                     task.cancelled.set()
@@ -404,6 +426,9 @@ class Vehicle:
                 self._factsheet()
 
     def _begin(self, effect: Begin) -> None:
+        if self._unkept:
+            self._unbegun.append(effect)  # on disk it has not begun: after a restart it would begin again
+            return
         task = Task(effect.action, self.chassis, self._loads)
         self._tasks[effect.action.id] = task
         doing = self._doings[effect.action.type]
@@ -415,7 +440,7 @@ class Vehicle:
                 ok = True
             except Exception as error:
                 text = str(error) or type(error).__name__
-                if not isinstance(error, (RosError, ValueError)):
+                if not isinstance(error, (RosError, ValueError, OSError)):
                     _log.exception("! the action %s has failed", effect.action.type)
             self._call(lambda: self._action_ended(effect.action.id, ok, text))
 
@@ -449,12 +474,41 @@ class Vehicle:
         return name
 
     def _save(self) -> None:
-        if self._store is not None:
-            self._kept = self._machine.to_json()
-            try:
-                self._store.save(self._kept)
-            except OSError as error:
-                _log.error("! the state cannot be kept: %s", error)
+        if self._store is None:
+            return
+        self._kept = self._machine.to_json()
+        try:
+            self._store.save(self._kept)
+        except OSError as error:
+            self._tell_disk(error)
+            return
+        if self._unkept:
+            self._unkept = False
+            _log.warning("! %s: the state is kept on disk again", self.config.prefix)
+            waiting, self._unbegun = self._unbegun, []
+            for effect in waiting:
+                self._begin(effect)
+            self._call(lambda: self._machine.keep(None))
+
+    def _tell_disk(self, error: OSError) -> None:
+        self._due["disk"] = time.monotonic() + _DISK_SECONDS
+        if self._unkept or self._store is None:
+            return
+        self._unkept = True
+        text = (
+            f"the state cannot be kept in {self._store.path}: {error}; no order is taken and no action "
+            "begins, because a restart would forget them"
+        )
+        _log.error("! %s: %s", self.config.prefix, text)
+        hint = "make room, or let it be written; it is tried again and again"
+        problem = Problem(ErrorType.STORAGE, text, (), Level.FATAL, hint)
+        self._call(lambda: self._machine.keep(problem))
+
+    def _forget_unbegun(self, action_id: str) -> None:
+        """An action that waited for the disk is ended before it began."""
+        for effect in [each for each in self._unbegun if each.action.id == action_id]:
+            self._unbegun.remove(effect)
+            self._call(lambda: self._machine.action_ended(action_id, False, "it was ended before it began"))
 
     # -- messages to the broker ------------------------------------------------------------------------------
 

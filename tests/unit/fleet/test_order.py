@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from tests.support.fleet import LIMITS, PureVehicle, action, order_json
+from woosh_pure.fleet.errors import Level, Problem
 from woosh_pure.fleet.messages import Invalid, read_order
 from woosh_pure.fleet.order import RETRIES, OrderMachine
 
@@ -857,3 +858,43 @@ def test_the_map_of_an_order_is_not_changed_beside_it(vehicle: PureVehicle) -> N
     assert vehicle.begun == ["n"]
     vehicle.finish("n")
     assert vehicle.drives == ["b", "b"]
+
+
+# -- a disk that takes nothing ----------------------------------------------------------------------------------
+
+
+def test_a_disk_that_takes_nothing_lets_it_reach_the_next_node_and_begin_nothing() -> None:
+    """What began now might begin again after a restart; when the disk is back all goes on."""
+    full = Problem("storageError", "no space", (), Level.FATAL)
+    vehicle = PureVehicle()
+    vehicle.order(node_actions={"b": [action("x", blocking="NONE")]})
+    assert vehicle.drives == ["b"]
+    vehicle.take(vehicle.machine.keep(full))
+    assert (vehicle.halts, vehicle.problems) == (0, ["storageError"])
+    vehicle.place(1.9)
+    assert (vehicle.drives, vehicle.begun) == (["b"], [])
+    vehicle.arrive()
+    assert (vehicle.machine.last_node, vehicle.drives, vehicle.begun) == ("b", ["b"], [])
+    vehicle.take(vehicle.machine.keep(None))
+    assert (vehicle.drives, vehicle.begun, vehicle.problems) == (["b", "c"], ["x"], [])
+
+
+def test_it_halts_for_a_pause_also_without_a_disk() -> None:
+    """To stand still is never refused."""
+    vehicle = PureVehicle()
+    vehicle.order()
+    vehicle.take(vehicle.machine.keep(Problem("storageError", "no space", (), Level.FATAL)))
+    vehicle.instant(action("p", "startPause"))
+    assert vehicle.halts == 1
+
+
+def test_a_rehearsal_leaves_no_trace() -> None:
+    """And ends as the order itself does."""
+    vehicle = PureVehicle()
+    before = vehicle.machine.to_json()
+    order = read_order(order_json(node_actions={"a": [action("x")]}))
+    rehearsal = vehicle.machine.rehearsal()
+    rehearsal.receive(order)
+    assert vehicle.machine.to_json() == before
+    assert vehicle.machine.receive(order)
+    assert vehicle.machine.to_json() == rehearsal.to_json()
