@@ -154,6 +154,8 @@ def secrets(path: Path | None = None) -> tuple[str | None, str | None]:
     if path is None:
         user, password = (os.environ.get(name) or None for name in _SECRETS)
         return user, password
+    if path.is_dir():
+        raise ValueError(f"{path} is a folder; expected a file of two lines, user and password")
     if os.name == "posix" and path.stat().st_mode & 0o077:
         raise ValueError(f"{path}: others may read it; run chmod 600 {path}")
     lines = path.read_text("utf-8").splitlines()

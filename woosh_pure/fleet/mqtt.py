@@ -162,6 +162,7 @@ class Line:
 
     Raises:
         ImportError: paho-mqtt is not installed; the text names the extra.
+        ValueError: What is in the files is no certificate, or the key of another.
         OSError: A certificate cannot be read.
     """
 
@@ -175,7 +176,13 @@ class Line:
     ) -> None:
         self._module = paho()
         if broker.tls:
-            _tls_of(broker)  # what is wrong with the files is said now, and not in a thread later
+            try:
+                _tls_of(broker)  # what is wrong with the files is said now, and not in a thread later
+            except ssl.SSLError as error:
+                files = ", ".join(
+                    name for name in (broker.ca_file, broker.cert_file, broker.key_file) if name
+                )
+                raise ValueError(f"the certificates in {files} cannot be used: {error}") from error
         self.broker, self.prefix = broker, prefix
         self._connection, self._received, self._changed = connection, received, changed
         self._told = ""  # the last thing that went wrong: said once
