@@ -26,8 +26,8 @@ WEB, DESKTOP = "https://app.foxglove.dev", "file://"
 """Foxglove's own page, and what desktop programs say: they may connect, as this command is run for them.
 
 A browser says "null" for a page from a file, so such a page does not get in as a desktop program. Any link
-can lead to the page on the internet with the address of this server in it: it may look, and where something is
-open for writing it has to know the token or be named (`--origin`).
+can lead to the page on the internet with the address of this server in it: it may look, and where something
+is open for writing it has to know the token or be named (`--origin`).
 """
 
 
