@@ -305,6 +305,7 @@ def test_driving_the_simulated_chassis(tmp_path: Path) -> None:
     """Refused with a sentence; opened by a pattern it drives, by the bytes of ROS or by JSON, also over wss, and
     stands still when the client has gone.
     """
+    pytest.importorskip("cryptography", reason="it makes the certificate")
     twist = "{linear: {x: 0.2, y: 0, z: 0}, angular: {x: 0, y: 0, z: 0}}"
     as_ros1 = f"publish('/smooth_cmd_vel', 'geometry_msgs/Twist', {TWIST}, {twist})"
     as_json = f"publishJson('/smooth_cmd_vel', 'geometry_msgs/Twist', {twist})"

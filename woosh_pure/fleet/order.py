@@ -23,6 +23,10 @@ none is skipped. With a node the edge before it is left: what runs on the edge i
 Every action begins once: its record is RUNNING before the effect is given out, `Changed` comes first, and
 whoever carries effects out puts the machine on disk at `Changed`. After a restart what was RUNNING is
 FAILED, because nobody knows how it ended; it does not begin again.
+
+Nothing moves because a program was started. An orderly end ends the order (`shut_down`). After any other
+end the order is here again and `held`: paused, in the words of the standard, with its actions held, too,
+until the fleet manager says stopPause, or gives it up with cancelOrder.
 """
 
 from __future__ import annotations
@@ -72,6 +76,7 @@ class OrderMachine:
         self.records: list[Record] = []
         self.problems = Problems()
         self.paused = False
+        self.held = False  # it was restored: it goes on when the fleet manager says so
         self.mode = "SERVICE"  # until the vehicle has told it, nothing moves
         self.place: Place | None = None
         self.closed = False  # the order was cancelled or cleared: no update of it is taken
@@ -206,6 +211,22 @@ class OrderMachine:
                 self._tell(Problem(ErrorType.ORDER, text, about))
         return self._settle()
 
+    def shut_down(self, text: str) -> list[Effect]:
+        """The end of this program, in order: the vehicle was halted, and its order is over."""
+        if self.executing:
+            if not self._ending:
+                self._close_order()
+            for record in self.records:
+                if record.of_order and not record.status.final:
+                    record.status, record.result = Status.FAILED, text
+            self._drive, self._halting = None, False
+            about = (("orderId", self.order_id), ("orderUpdateId", str(self.update)))
+            self._tell(Problem(ErrorType.ORDER, f"{text}; the order is over, send a new one", about))
+        for record in self.records:
+            if not record.of_order and not record.status.final and record.action.type not in OWN:
+                record.status, record.result, self._changed = Status.FAILED, text, True
+        return self._settle()
+
     def retry(self) -> list[Effect]:
         """The time of a `Retry` is over, or what stood in the way is."""
         if self._blocked:
@@ -245,6 +266,7 @@ class OrderMachine:
         self._on_edge = self._blocked = False
         self._failures = 0
         self.problems.stand("drive", None)
+        self._go_on()
         self._note(order.nodes, order.edges)
         first = order.nodes[0]
         if first.position is None or within(self.place, first, self.limits):
@@ -340,10 +362,25 @@ class OrderMachine:
 
     def _resume(self, record: Record) -> None:
         self.paused, record.status = False, Status.FINISHED
+        self._go_on()
         self._settle_pause(give_up=True)
         self._failures = 0
         self._blocked = False
         self.problems.stand("drive", None)
+
+    def _hold(self) -> None:
+        """6.8.1, startPause: no movement, and the order is resumable; here, nothing of it begins, either."""
+        at_hand = any(node.released for node in self.nodes) or any(not r.status.final for r in self._here())
+        if at_hand and not self._ending:
+            self.held = True
+            text = "the vehicle's software was restarted while it carried out this order, which waits now"
+            about = (("orderId", self.order_id), ("orderUpdateId", str(self.update)))
+            hint = "stopPause goes on, cancelOrder gives it up"
+            self.problems.stand("held", Problem(ErrorType.HELD, text, about, Level.WARNING, hint))
+
+    def _go_on(self) -> None:
+        self.held = False
+        self.problems.stand("held", None)
 
     def _state_request(self, record: Record) -> None:
         record.status = Status.FINISHED
@@ -480,7 +517,7 @@ class OrderMachine:
 
     def _holds(self) -> bool:
         """Whether something that is no action keeps it from driving."""
-        return self.paused or self._blocked or self.mode not in DRIVING_MODES or (
+        return self.paused or self.held or self._blocked or self.mode not in DRIVING_MODES or (
             self.place is None and bool(self.nodes) and self.nodes[0].position is not None
         )  # fmt: skip
 
@@ -511,7 +548,7 @@ class OrderMachine:
             for record in beginning(group, others, standing=standing):
                 if self.paused and self._moves(record):
                     break
-                if record.of_order and self.mode not in DRIVING_MODES:
+                if record.of_order and (self.held or self.mode not in DRIVING_MODES):
                     break
                 record.status, self._changed = Status.RUNNING, True
                 self._effects.append(Begin(record.action, record.scope))
@@ -531,6 +568,7 @@ class OrderMachine:
         if any(r.of_order and not r.status.final for r in self.records):
             return False
         self.nodes, self.edges, self._ending, self._on_edge, self._blocked = [], [], False, False, False
+        self._go_on()
         self.problems.stand("drive", None)
         for record in self.records:
             if record.action.id in self._cancels:
@@ -572,7 +610,7 @@ class OrderMachine:
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any], limits: Limits) -> OrderMachine:
-        """After a restart. What ran has failed; the order goes on when mode and pose have been told.
+        """After an end that was not in order. What ran has failed; the order waits for the fleet manager.
 
         Raises:
             Invalid, KeyError, TypeError, ValueError: This is not what `to_json` gave.
@@ -595,6 +633,7 @@ class OrderMachine:
                 record.status = Status.FAILED
                 record.result = "the vehicle's software was restarted while it ran"
                 machine._action_failed(record, record.result)
+        machine._hold()
         machine._changed = False
         return machine
 

@@ -50,13 +50,14 @@ _FACTS_SECONDS = 3.0  # for the chassis to tell where it is, before the fleet ma
 _LEASE_SECONDS = 60.0
 _END_SECONDS = 10.0  # for the thread to end
 _STOP_SECONDS = 4.0
+_ACTIONS_SECONDS = 3.5  # for actions to end when the vehicle does; a program is killed after 3
 
 
 class Vehicle:
     """One chassis under a fleet manager. Use it in a `with` block, or call `open` and `close`.
 
-    Nothing moves until an order comes. Leaving the block halts the drive, says OFFLINE and keeps the order
-    on disk.
+    Nothing moves until an order comes. Leaving the block halts the drive, ends the order and tells it, then
+    says OFFLINE. An order that was cut off by another end (kill -9, a loss of power) is restored and waits.
 
     Args:
         chassis: An open chassis; closing it stays with the caller.
@@ -96,6 +97,7 @@ class Vehicle:
         self._watch = Watch(chassis, self.facts, self._on_moved, self._on_told, self._on_described)
         self._driver = Driver(chassis, self._on_drive_ended, lambda: self.facts.place, marks=config.marks)
         self._tasks: dict[str, Task] = {}
+        self._workers: set[threading.Thread] = set()
         self._wake = threading.Condition()
         self._calls: deque[Callable[[], list[Effect]]] = deque()
         self._messages: deque[tuple[str, bytes]] = deque()
@@ -143,7 +145,7 @@ class Vehicle:
         return self
 
     def close(self) -> None:
-        """Halt, end the actions that run, say OFFLINE. Bounded, idempotent."""
+        """Halt, end the order and the actions that run, tell it, say OFFLINE. Bounded, idempotent."""
         with self._wake:
             if self._closing:
                 return
@@ -155,10 +157,22 @@ class Vehicle:
         thread = self._thread
         if thread is not None and thread is not threading.current_thread():
             thread.join(_END_SECONDS)
+            if not thread.is_alive():
+                self._end_in_order()
         self._end_lease()
         self._release_lease()
         self._watch.close()
         self._line.close()
+
+    def _end_in_order(self) -> None:
+        """The last word of the machine, when its thread is over. What it still asks for is being done."""
+        deadline = time.monotonic() + _ACTIONS_SECONDS
+        for worker in self._workers:
+            worker.join(max(0.0, deadline - time.monotonic()))
+        effects = self._machine.shut_down("the vehicle's software was ended in order")
+        if any(isinstance(effect, Changed) for effect in effects):
+            self._publish()
+        self._save()
 
     @property
     def connected(self) -> bool:
@@ -253,7 +267,6 @@ class Vehicle:
                 self._on_time(time.monotonic())
             except Exception:
                 _log.exception("! %s: a failure of our own; the vehicle goes on", self.config.prefix)
-        self._save()
 
     def _handle(
         self, flags: set[str], calls: list[Callable[[], list[Effect]]], messages: list[tuple[str, bytes]]
@@ -399,7 +412,9 @@ class Vehicle:
                     _log.exception("! the action %s has failed", effect.action.type)
             self._call(lambda: self._action_ended(effect.action.id, ok, text))
 
-        threading.Thread(target=work, name=f"woosh:action-{effect.action.type}", daemon=True).start()
+        worker = threading.Thread(target=work, name=f"woosh:action-{effect.action.type}", daemon=True)
+        self._workers = {each for each in self._workers if each.is_alive()} | {worker}
+        worker.start()
 
     def _action_ended(self, action_id: str, ok: bool, text: str) -> list[Effect]:
         self._tasks.pop(action_id, None)

@@ -51,6 +51,7 @@ def chassis_layout() -> dict[str, Any]:
         ),
         "Image!camera": {
             "cameraState": _camera(),
+            "scene": {"transforms": {"enablePreloading": True}},
             "imageMode": {"imageTopic": camera},
             **_title("Camera"),
         },
@@ -138,7 +139,7 @@ def _three_d(topics: dict[str, dict[str, Any]]) -> dict[str, Any]:
         "cameraState": _camera(),
         "followMode": "follow-none",
         "followTf": "map",
-        "scene": {"transforms": {"showLabel": False, "axisScale": 0.3}},
+        "scene": {"transforms": {"showLabel": False, "axisScale": 0.3, "enablePreloading": True}},
         "transforms": {},
         "topics": topics,
         "layers": {

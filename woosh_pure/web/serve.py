@@ -94,6 +94,7 @@ class WebServer:
         self._server = uvicorn.Server(config)
         self._thread = threading.Thread(target=self._run, name="woosh:web server", daemon=True)
         self._error: BaseException | None = None
+        self.loop: asyncio.AbstractEventLoop | None = None
 
     def _run(self) -> None:
         try:
@@ -104,6 +105,7 @@ class WebServer:
                 _logger.exception("! the server has failed")
 
     async def _serve(self) -> None:
+        self.loop = asyncio.get_running_loop()
         tidying = asyncio.ensure_future(self._tidy())
         try:
             await self._server.serve(sockets=[self._socket])

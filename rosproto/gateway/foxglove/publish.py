@@ -24,13 +24,21 @@ from rosproto.gateway.write_guard import is_velocity
 if TYPE_CHECKING:
     from rosproto.node import Node
 
-__all__ = ["ENCODINGS", "Advert", "ClientTopics", "Refused"]
+__all__ = ["ENCODINGS", "Advert", "ClientTopics", "NotOpen", "Refused"]
 
 ENCODINGS = ("json", "ros1")
 """What a client may publish in; the first is what viewers take, as it needs no definition of theirs."""
 
 MOST_BRACKETS = 1_000_000  # arrays and objects in one message: each costs memory, however short
 MOST_DIGITS = 400  # of a whole number
+
+
+class Refused(Exception):
+    """What a client asked is not done; the text is a sentence for it."""
+
+
+class NotOpen(Refused):
+    """A topic that no pattern opens; said when something is published: viewers advertise unasked."""
 
 
 class Advert:
@@ -50,10 +58,6 @@ class Advert:
     def close(self) -> None:
         """Publish it no more."""
         self.publication.close()
-
-
-class Refused(Exception):
-    """What a client asked is not done; the text is a sentence for it."""
 
 
 class ClientTopics:
@@ -80,7 +84,8 @@ class ClientTopics:
             channel: The SDK's `ClientChannel`.
 
         Raises:
-            Refused: It may not be published, or not like this.
+            NotOpen: It may not be published.
+            Refused: It may not be published like this.
             RosError: The master does not take it.
         """
         if max(len(channel.topic), len(channel.schema_name)) > self._limits.text_length:
@@ -92,7 +97,7 @@ class ClientTopics:
         name = definition_name(channel.schema_name)
         refusal = self._access.may_write("topic", topic, name)
         if refusal is not None:
-            raise Refused(refusal.text)
+            raise NotOpen(refusal.text)
         if channel.encoding not in ENCODINGS:
             raise Refused(
                 f"publishing on {topic} is refused: it comes as {channel.encoding[:40]!r}; "

@@ -27,7 +27,7 @@ from rosproto.gateway.foxglove.channels import Channels, Shown
 from rosproto.gateway.foxglove.graph import GraphView, connection_graph
 from rosproto.gateway.foxglove.jobs import Jobs
 from rosproto.gateway.foxglove.parameters import FollowedParameters, shown
-from rosproto.gateway.foxglove.publish import ENCODINGS, Advert, Refused
+from rosproto.gateway.foxglove.publish import ENCODINGS, Advert, NotOpen, Refused
 from rosproto.gateway.foxglove.sdk import sdk
 from rosproto.gateway.foxglove.seal import sealed
 from rosproto.gateway.foxglove.services import CallCount, sdk_service
@@ -90,8 +90,10 @@ class Session:
         self._outbox: Outbox[tuple[Shown, bytes, int]] = Outbox(house.limits)
         self._flushing = False
         self._reading, self._writing = Jobs(house.pool), Jobs(house.pool)
-        self._wanted: set[int] = set()
+        self._wanted: dict[int, int] = {}
+        self._subscriptions = 0
         self._adverts: dict[int, Advert] = {}
+        self._not_open: dict[int, str] = {}
         self._services: dict[str, Any] = {}
         self._calls = CallCount(house.limits.calls_per_client)
         self._graph_wanted = False
@@ -201,13 +203,14 @@ class Session:
         if not self._is_ours(client):
             return
         with self._lock:
-            self._wanted.add(channel)
+            self._subscriptions += 1
+            self._wanted[channel] = self._subscriptions
         self._reading.add(self._follow)
 
     def unsubscribed(self, client: int, channel: int) -> None:
         """The SDK: he wants it no more, or it is gone."""
         with self._lock:
-            self._wanted.discard(channel)
+            self._wanted.pop(channel, None)
         self._reading.add(self._follow)
 
     def _is_ours(self, client: int) -> bool:
@@ -223,7 +226,7 @@ class Session:
     def _follow(self) -> None:
         """Follow what is wanted, leave what is not; one at a time."""
         with self._lock:
-            wanted = set(self._wanted) if not self._closed else set()
+            wanted = dict(self._wanted) if not self._closed else {}
         for topic, problem in self.channels.follow(wanted, self._follower):
             self.status(f"{topic} is not followed: {problem}")
 
@@ -241,6 +244,8 @@ class Session:
                 self._log(channel, data, stamp)
 
     def _log(self, channel: Shown, data: bytes, stamp: int) -> None:
+        if channel.closed or self._closed:
+            return
         channel.channel.log(data, log_time=stamp)
         self.sent += 1
         self.sent_bytes += len(data)
@@ -285,10 +290,13 @@ class Session:
         if self._closed:
             return
         try:
-            if len(self._adverts) >= self.house.limits.advertised_per_client:
-                raise Refused(f"{len(self._adverts)} topics are published: no more for this client")
+            if len(self._adverts) + len(self._not_open) >= self.house.limits.advertised_per_client:
+                most = self.house.limits.advertised_per_client
+                raise Refused(f"{most} topics are published: no more for this client")
             self._leave_advert(channel.id)
             self._adverts[channel.id] = self.house.client_topics.advertise(self, channel)
+        except NotOpen as problem:
+            self._not_open[channel.id] = str(problem)
         except (Refused, RosError) as problem:
             self.house.refusals += 1
             self.status(str(problem))
@@ -300,8 +308,14 @@ class Session:
 
     def _publish(self, channel: int, data: bytes) -> None:
         advert = self._adverts.get(channel)
-        if advert is None or self._closed:
-            return  # refused, and told so, when it was advertised
+        if self._closed:
+            return
+        if advert is None:
+            refusal = self._not_open.get(channel)  # else told so when it was advertised
+            if refusal is not None:
+                self.house.refusals += 1
+                self.status(refusal)
+            return
         try:
             self.house.client_topics.publish(advert, data)
             self.published += 1
@@ -314,6 +328,7 @@ class Session:
             self._writing.add(lambda: self._leave_advert(channel))
 
     def _leave_advert(self, channel: int) -> None:
+        self._not_open.pop(channel, None)
         advert = self._adverts.pop(channel, None)
         if advert is not None:
             advert.close()

@@ -42,7 +42,8 @@ NOTHING_READ, SEND_SECONDS = 15.0, 10.0
 MOST_TRIP = 0.4
 """Seconds that a frame and its acknowledgement may take when somebody begins to drive: how long the first
 message of a hand was under way, no clock tells."""
-_ORDER = ("pose", "scan", "state", "lost", "map", "marks", "footprint", "plan", "journal")
+_AT_ONCE = ("lost",)
+_ORDER = ("scan", "state", "map", "marks", "footprint", "plan", "journal")
 _BINARY = ("camera color", "camera depth", "costmap")
 
 
@@ -62,6 +63,7 @@ class Session:
         self._trip = 0.0  # how long the newest acknowledged one took, there and back
         self._heard = time.monotonic()  # when the page acknowledged last, or all was acknowledged
         self._versions: dict[str, int] = {}
+        self._turns: dict[str, int] = {}  # the number of the last frame of each kind
         self._journal = -1
         self._lease: object = None
         self._said: deque[str] = deque(maxlen=32)
@@ -159,14 +161,22 @@ class Session:
         lease = self._lease_news()
         if lease is not None:
             return lease
-        for kind in _ORDER:
+        for kind in self._in_turn():
             frame = self._state() if kind == "state" else self._news(kind)
             if frame is not None:
-                return frame
-        for kind in _BINARY:
-            if kind.removeprefix("camera ") in self._looks and (frame := self._news(kind)) is not None:
+                self._turns[kind] = self._sent
                 return frame
         return None
+
+    def _in_turn(self) -> list[str]:
+        """All kinds, what comes first first. Over a slow link the pose is always new again, and so is the
+        scan: they must not keep all else away. So the pose has every other frame, and the rest takes turns.
+        """
+        looked_at = [kind for kind in _BINARY if kind.removeprefix("camera ") in self._looks]
+        others = sorted([*_ORDER, *looked_at], key=lambda kind: self._turns.get(kind, -1))
+        if self._turns.get("pose", -2) == self._sent - 1:
+            return [*_AT_ONCE, *others, "pose"]
+        return [*_AT_ONCE, "pose", *others]
 
     def _news(self, kind: str) -> str | bytes | None:
         if kind == "journal":

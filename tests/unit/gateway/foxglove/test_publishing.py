@@ -102,6 +102,7 @@ def test_other_encodings_are_refused(ground: Ground) -> None:
 def test_json_needs_a_pattern_like_everything(ground: Ground) -> None:
     """The type that is judged is the type that would be published, however it is written."""
     viewer = ground.view(ground.serve())
-    viewer.advertise("/cmd_vel", "geometry_msgs/msg/Twist", encoding="json")
+    channel = viewer.advertise("/cmd_vel", "geometry_msgs/msg/Twist", encoding="json")
+    viewer.publish(channel, as_json({}))
     assert "--allow-write topic:/cmd_vel" in viewer.status("/cmd_vel", "refused")
     assert ground.publishers("/cmd_vel") == []

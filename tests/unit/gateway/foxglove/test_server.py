@@ -75,6 +75,23 @@ def test_a_latched_message_comes_to_everybody(ground: Ground) -> None:
         assert viewer.message("/map_name") == encode(String(data="hall"))
 
 
+def test_a_latched_message_comes_again_to_who_subscribes_again(ground: Ground) -> None:
+    """A viewer whose layout changes leaves a topic and takes it again at once: its new panel has seen nothing yet."""
+    ground.robot.publisher("/map_name", String, latch=True).publish(data="hall")
+    own = LocalTopic("/own", String, lambda wanted: None)
+    own.publish(String(data="drawn"))
+    server = ground.serve(topics=[own])
+    viewer = ground.view(server)
+    for topic, data in (("/map_name", "hall"), ("/own", "drawn")):
+        viewer.subscribe(topic)
+        assert viewer.message(topic) == encode(String(data=data))
+        for _ in range(3):
+            viewer.unsubscribe(topic)
+            viewer.subscribe(topic)
+            assert viewer.message(topic) == encode(String(data=data))
+    assert server.clients[0].subscriptions == ("/map_name", "/own")
+
+
 def test_topics_come_and_go(ground: Ground) -> None:
     """Without a new connection; a topic of another type is another channel."""
     server = ground.serve()
@@ -167,15 +184,17 @@ def test_nothing_is_written_at_first(ground: Ground) -> None:
     ground.robot.params["/speed"] = 1
     server = ground.serve()
     viewer = ground.view(server)
+    # Viewers advertise some topics unasked, and need not be told; who publishes is.
     channel = viewer.advertise("/cmd_vel", "geometry_msgs/Twist")
-    assert "--allow-write topic:/cmd_vel" in viewer.status("/cmd_vel", "refused")
-    viewer.publish(channel, encode(DRIVE))
     viewer.call("/set", encode(SetBool.Request(data=True)))
     failure = viewer.document("serviceCallFailure", callId=1)
     assert "--allow-write service:/set" in failure["message"]
     viewer.send("setParameters", parameters=[{"name": "/speed", "value": 9}], id="set")
     assert viewer.document("parameterValues", id="set")["parameters"] == [{"name": "/speed", "value": 1}]
     assert "--allow-write param:/speed" in viewer.status("/speed")
+    assert not [one for one in viewer.came if "/cmd_vel" in str(one)]
+    viewer.publish(channel, encode(DRIVE))
+    assert "--allow-write topic:/cmd_vel" in viewer.status("/cmd_vel", "refused")
     assert ground.publishers("/cmd_vel") == []
     assert called == []
     assert ground.robot.params["/speed"] == 1
@@ -214,7 +233,7 @@ def test_what_is_opened_is_written(ground: Ground) -> None:
 def test_read_only_wins_over_patterns(ground: Ground) -> None:
     """Whatever `write` says."""
     viewer = ground.view(ground.serve(access=Access(write=["*"], read_only=True)))
-    viewer.advertise("/say", "std_msgs/String")
+    viewer.publish(viewer.advertise("/say", "std_msgs/String"), encode(String(data="hello")))
     assert "read only" in viewer.status("/say")
     assert ground.publishers("/say") == []
 

@@ -15,6 +15,7 @@ export class Download {
   }
 
   idle() {
+    this.root.classList.remove("busy");
     fill(this.root, button(t(this.label), () => this.begin(), { id: this.id }), this.why ? el("p", { class: "quiet", role: "status" }, this.why) : null);
   }
 
@@ -27,6 +28,7 @@ export class Download {
     this.ending = new AbortController();
     const bar = el("progress", { max: 1, "aria-label": `${t(this.label)} ${this.name}` });
     const note = el("p", { class: "quiet" });
+    this.root.classList.add("busy");
     fill(this.root, bar, el("div", { class: "underway" }, note, button(t("go.cancel"), () => this.ending?.abort(), { kind: "plain" })));
     try {
       const blob = await this.rest.blob(this.path, (part, size, total) => {

@@ -6,6 +6,22 @@ import { hint } from "./hints.js";
 import { degrees, number, onLanguage, t, word } from "./i18n.js";
 import { attempt, toast } from "./toast.js";
 
+const KNOWN = "woosh-has-driven";
+
+function remembered() {
+  try {
+    return localStorage.getItem(KNOWN) !== null;
+  } catch {
+    return false; // a browser that keeps nothing
+  }
+}
+
+function remember() {
+  try {
+    localStorage.setItem(KNOWN, "1");
+  } catch { /* the hint comes again next time */ }
+}
+
 const radians = (value) => (value * Math.PI) / 180;
 
 export class Go {
@@ -13,6 +29,7 @@ export class Go {
     Object.assign(this, { store, rest, map, lease });
     this.root = byId("tab-go");
     this.distances = new Map();
+    this.known = remembered(); // whoever has sent it somewhere needs no hint how
     map.onmark = (mark) => this.askMark(mark);
     store.on("marks", () => this.render());
     store.on("pose", () => this.updateDistances());
@@ -25,6 +42,7 @@ export class Go {
     fill(
       this.root,
       el("h2", {}, t("go.title")),
+      marks.length && !this.known ? el("p", { class: "quiet" }, t("go.first")) : null,
       marks.length ? el("ul", { class: "marks" }, ...marks.map((mark) => this.row(mark))) : this.byName(),
       el("div", { class: "actions" },
         button(t("go.place"), () => this.choosePlace(), { name: "place", id: "choose-place" }),
@@ -178,10 +196,14 @@ export class Go {
   }
 
   async send(body) {
-    await attempt(async () => {
+    const begun = await attempt(async () => {
       await this.lease.need();
       return this.rest.json("POST", "goals", body, { timeout: 20 });
     });
+    if (begun === null || this.known) return;
+    this.known = true;
+    remember();
+    this.render();
   }
 
   async sendPose(place) {

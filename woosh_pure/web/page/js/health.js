@@ -108,7 +108,7 @@ function battery(value) {
   return parts.join(", ");
 }
 
-const task = (value) => (value ? [value.type, value.state, value.destination].filter(Boolean).join(", ") : "–");
+const task = (value) => (value ? [value.destination, word("goal", value.state)].filter(Boolean).join(" · ") : "–");
 
 function mapText(map) {
   if (!map) return t("unknown");

@@ -68,7 +68,8 @@ export class Log {
     const path = `recordings/${encodeURIComponent(one.id)}/bag`;
     const name = one.name ?? `${one.id}.bag`;
     const large = one.bytes > LARGEST;
-    return el("li", { class: "saved" }, el("p", {}, el("strong", {}, name)), el("p", { class: "quiet" }, t("rec.done", { size: bytes(one.bytes) })),
+    return el("li", { class: "saved" },
+      el("div", { class: "grow" }, el("p", {}, el("strong", {}, name)), el("p", { class: "quiet" }, t("rec.done", { size: bytes(one.bytes) }))),
       large ? el("a", { class: "button", href: this.rest.base + path, download: name }, t("rec.download"))
         : this.download(one.id, { path, name }).root);
   }

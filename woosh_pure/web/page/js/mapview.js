@@ -1,7 +1,7 @@
 // The map: one canvas, drawn when something changed and at most once a frame.
 
 import { CostmapSwitch } from "./costmap.js";
-import { byId, say } from "./dom.js";
+import { byId, el, fill, say } from "./dom.js";
 import { isOld, lost } from "./freshness.js";
 import { Gestures, headingOf, nearest } from "./gestures.js";
 import { Ground } from "./ground.js";
@@ -235,7 +235,8 @@ export class MapView {
     say(byId("pose-text"), pose ? t("map.pose", values) : t("map.nopose"));
     const bar = scaleBar(this.view.scale);
     const element = byId("scale");
-    element.style.width = `${Math.round(bar.pixels)}px`;
-    say(element, `${number(bar.metres, bar.metres < 1 ? 1 : 0)} m`);
+    if (!element.children.length) fill(element, el("span"), el("i"));
+    element.lastChild.style.width = `${Math.round(bar.pixels)}px`;
+    say(element.firstChild, `${number(bar.metres, bar.metres < 1 ? 1 : 0)} m`);
   }
 }
