@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +21,11 @@ __all__ = ["to_numpy"]
 
 
 def to_numpy(
-    bag: BagReader, topic: str, connections: Iterable[Connection], fields: Iterable[str]
+    bag: BagReader,
+    topic: str,
+    connections: Iterable[Connection],
+    fields: Iterable[str],
+    step: Callable[[int], None] = lambda _: None,
 ) -> dict[str, NDArray[Any]]:
     """Read fields of all messages of a topic into arrays.
 
@@ -30,6 +34,7 @@ def to_numpy(
         topic: A topic of it.
         connections: That topic's.
         fields: Paths such as "pose.pose.position.x".
+        step: Called with the number of messages that are done since the last time.
 
     Returns:
         "receive_time" (seconds since 1970, (N,) float64), and one array for each field: (N,) in the field's
@@ -47,8 +52,8 @@ def to_numpy(
     for connection in connections:
         for path in paths:
             _check_path(bag.message_class(connection)(), path, topic)
-    columns = _cut_out(bag, topic, paths) if len(connections) == 1 else None
-    times, values = columns or _decoded(bag, topic, paths)
+    columns = _cut_out(bag, topic, paths, step) if len(connections) == 1 else None
+    times, values = columns or _decoded(bag, topic, paths, step)
     # No field begins with `_`: its own `receive_time` is the message's then.
     name = "_receive_time" if "receive_time" in paths else "receive_time"
     arrays: dict[str, NDArray[Any]] = {name: np.array(times, np.float64)}
@@ -56,7 +61,7 @@ def to_numpy(
 
 
 def _cut_out(
-    bag: BagReader, topic: str, paths: list[str]
+    bag: BagReader, topic: str, paths: list[str], step: Callable[[int], None]
 ) -> tuple[NDArray[np.float64], list[NDArray[Any]]] | None:
     """Times and columns without decoding more than one message; None when the messages are not all alike."""
     import numpy as np
@@ -78,10 +83,13 @@ def _cut_out(
             return None
         times.append(rows.secs + rows.nsecs / 1e9)
         pieces.append(found)
+        step(len(rows.conn))
     return np.concatenate(times), [np.concatenate(column) for column in zip(*pieces, strict=True)]
 
 
-def _decoded(bag: BagReader, topic: str, paths: list[str]) -> tuple[list[float], list[NDArray[Any]]]:
+def _decoded(
+    bag: BagReader, topic: str, paths: list[str], step: Callable[[int], None]
+) -> tuple[list[float], list[NDArray[Any]]]:
     """The same from decoded messages, however they are built."""
     getters = [attrgetter(path) for path in paths]
     columns: list[list[Any]] = [[] for _ in paths]
@@ -92,6 +100,7 @@ def _decoded(bag: BagReader, topic: str, paths: list[str]) -> tuple[list[float],
         times.append(stamp.to_sec())
         for column, get in zip(columns, getters, strict=True):
             column.append(get(message))
+        step(1)
     types = [None if example is None else dtype_of(example, path) for path in paths]
     return times, [_as_array(column, kind) for column, kind in zip(columns, types, strict=True)]
 
