@@ -24,7 +24,7 @@ class RawMessage(NamedTuple):
         data: Serialized message; a read-only memoryview of the chunk with raw="view".
         md5sum: Of its definition.
         position: (byte position of the chunk in the file, of the message in the uncompressed chunk).
-        connection: Its connection, with the definition; `BagWriter.write` takes it over.
+        connection: Its connection, with the definition; `BagWriter.write` stores it as it is.
     """
 
     type: str
@@ -49,7 +49,7 @@ def raw_messages(run: Run, facts: Mapping[int, Facts], view: bool) -> Iterator[t
         found = run.found
         assert found is not None
         found.reverse()
-        while found:  # what was given out is not kept here
+        while found:  # so that messages already handed out are not kept in memory
             conn, secs, nsecs, offset, data = found.pop()
             stamp = new(time_class)
             stamp.secs = secs

@@ -1,4 +1,4 @@
-"""Reading bags: everything a recorder, crashed or not, leaves behind."""
+"""Read bags: everything a recorder leaves behind, whether it was closed properly or crashed."""
 
 from __future__ import annotations
 
@@ -63,9 +63,9 @@ class BagReader(RunReader):
 
     Args:
         file: Path, or a seekable binary file.
-        skip_damaged: Where a chunk turns out to be damaged, leave out what follows the damage in it, and say
-            so in `damage`, instead of raising.
-        limits: How much the file may ask for, see `rosproto.bag.BagLimits`.
+        skip_damaged: When a chunk turns out to be damaged, leave out the rest of it and note that in
+            `damage`, instead of raising.
+        limits: How much reading the file may cost; see `rosproto.bag.BagLimits`.
 
     Raises:
         BagError: It cannot be opened, is no bag, is of version 1, or is encrypted.
@@ -165,17 +165,17 @@ class BagReader(RunReader):
     ) -> Iterator[tuple[str, Any, Time]]:
         """Messages in the order they were received.
 
-        Memory holds one chunk (some more of compressed ones, which helper threads read ahead), or the few
-        that overlap in time, for a bag of any size. Arrays of a message that is a quarter of its chunk or
-        more are views of the chunk and keep it in memory as long as they live; smaller messages have bytes
-        of their own.
+        Whatever the size of the bag, memory holds one chunk, or the few that overlap in time (and a few more
+        when chunks are compressed, because helper threads read ahead). The arrays of a message that makes up
+        a quarter of its chunk or more are views of the chunk and keep it in memory as long as they live;
+        smaller messages have bytes of their own.
 
         Args:
             topics: Only these.
             start_time: Not earlier than this: a Time, or seconds.
             end_time: Not later than this.
-            raw: Give `RawMessage`, not decoded. "view": its data is a memoryview of the chunk, no copy; one
-                that is kept keeps the whole chunk in memory.
+            raw: Yield `RawMessage`, not decoded. With "view" its data is a memoryview of the chunk, not a
+                copy; keeping one keeps the whole chunk in memory.
             connections: Only these.
 
         Yields:
@@ -184,7 +184,7 @@ class BagReader(RunReader):
         Raises:
             BagError: A chunk is damaged (see `skip_damaged`), or a connection has no usable definition.
             CodecError: A message does not fit its stored definition.
-            ValueError: `raw` is another text.
+            ValueError: `raw` is a string other than "view".
         """
         if raw not in (False, True, "view"):
             raise ValueError(f'raw={raw!r}: True, False or "view"')
@@ -199,7 +199,7 @@ class BagReader(RunReader):
         view = raw == "view"
         for run in self.runs(wanted, low, high, apart=bool(raw) and not view):
             yield from raw_messages(run, self._known, view) if raw else decoded_messages(run, self._takers)
-            del run  # its memory is what the next chunk is read into, while it is in the cache
+            del run  # the next chunk is read into the same memory, still in the cache
 
     def message_at(self, topic: str, time: Stamp, *, raw: bool = False) -> tuple[str, Any, Time] | None:
         """The latest message on a topic received at or before a time; None when there is none.
@@ -246,7 +246,7 @@ class BagReader(RunReader):
         return np.sort(np.concatenate(parts))
 
     def frequency(self, topic: str) -> float | None:
-        """Messages per second: one over the median interval, as rosbag has it; None below two messages."""
+        """Messages per second: one over the median interval, as in rosbag; None below two messages."""
         import numpy as np
 
         times = self.times(topic)
@@ -296,21 +296,21 @@ class BagReader(RunReader):
         start_time: Stamp | None = None,
         end_time: Stamp | None = None,
     ) -> Any:
-        """A topic as a `pyarrow.RecordBatchReader`: batches of bounded size, read as they are asked for.
+        """A topic as a `pyarrow.RecordBatchReader`: batches of bounded size, read on demand.
 
-        `.read_all()` makes a Table of it, `.read_pandas()` a DataFrame, `polars.from_arrow` takes that
-        Table. Needs the extra `arrow`; what becomes of which field says `rosproto.bag.arrow.schema_of`.
+        `.read_all()` makes a Table of it, `.read_pandas()` a DataFrame, and `polars.from_arrow` takes that
+        Table. Needs the extra `arrow`. `rosproto.bag.arrow.schema_of` says how fields map to columns.
 
         Args:
-            topic: Which one; all its messages must have one definition.
-            fields: Paths such as "pose.pose.position.x", each a column; None for the whole message. What is
-                not wanted is not decoded.
+            topic: The topic; all its messages must have the same definition.
+            fields: Paths such as "pose.pose.position.x", each a column; None for the whole message. Other
+                fields are not decoded.
             start_time: Not earlier than this: a Time, or seconds.
             end_time: Not later than this.
 
         Raises:
-            BagError: No such topic or field, several definitions, or no pyarrow. While it is read: see
-                `read_messages`; pyarrow hands these errors on as they are.
+            BagError: No such topic or field, several definitions, or no pyarrow. While batches are read, the
+                errors of `read_messages`, which pyarrow passes on unchanged.
         """
         from rosproto.bag.arrow import to_arrow
 
@@ -318,7 +318,7 @@ class BagReader(RunReader):
         return to_arrow(self, topic, fields, start_time, end_time)
 
     def batches(self, topic: str) -> Iterator[Batch]:
-        """Where the messages of a topic lie, chunk by chunk: for those who take bytes and need no objects.
+        """Where the messages of a topic lie, chunk by chunk: for callers that need bytes, not objects.
 
         Raises:
             BagError: A chunk is damaged (see `skip_damaged`).

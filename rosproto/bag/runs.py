@@ -67,7 +67,7 @@ class RunReader:
     def runs(
         self, wanted: Collection[int], low: int | None = None, high: int | None = None, *, apart: bool = False
     ) -> Iterator[Run]:
-        """All messages of these connections; for those who take bytes and need no objects.
+        """All messages of these connections; for callers that need bytes, not objects.
 
         Args:
             wanted: Ids of connections.
@@ -91,7 +91,7 @@ class RunReader:
                     yield from runs_of(batch)
                 continue
             number += 1
-            # Only a chunk that lies in the span: which of its messages do is not asked below.
+            # Only for a chunk that lies wholly in the span: its messages are not filtered by time below.
             whole = (low is None or info.start >= low) and (high is None or info.end <= high)
             if whole and apart and (found := self._few_messages(info, wanted)) is not None:
                 yield Run(info, None, 0, (), found)
@@ -109,13 +109,13 @@ class RunReader:
             if not info.counts.keys() <= wanted:  # type: ignore[operator]
                 places = [place for place in places if place[0] in wanted]
             yield Run(info, data.blob, data.base, places)
-            del data, places  # their memory is what the next chunk is read into, while it is in the cache
+            del data, places  # the next chunk is read into the same memory, still in the cache
 
     def _alone(self, order: list[ChunkInfo]) -> list[bool]:
         return few_alone(order)
 
     def _few_messages(self, info: ChunkInfo, wanted: Collection[int]) -> list[Found] | None:
-        """A chunk's messages read one by one; None where that is not the quicker way, or it is damaged."""
+        """A chunk's messages read one by one; None where that is slower, or the chunk is damaged."""
         self._source.check_open()
         if self._source.far:
             return None
@@ -123,7 +123,7 @@ class RunReader:
             position, size = plain_data(self._source, info)
             return few_messages(self._source, info, position, size, wanted) if size else None
         except BagError:
-            return None  # the general way says what it is
+            return None  # the general way reports what is wrong
 
     def _chunks_of(self, wanted: Collection[int], low: int | None, high: int | None) -> list[ChunkInfo]:
         """Chunks that have wanted messages, by start time."""

@@ -24,7 +24,7 @@ _NS = 1_000_000_000
 
 
 def numbers(field: FieldLayout, plain: Any) -> Any:
-    """A field's values, one behind the other, from their bytes (anything that has a buffer)."""
+    """A field's values, one after the other, from their bytes (anything that has a buffer)."""
     import numpy as np
 
     pa = pyarrow()
@@ -50,7 +50,7 @@ def from_numpy(values: NDArray[Any], kind: Any) -> Any:
 
 
 def texts(plain: bytes, sizes: NDArray[np.int64], *, coded: bool) -> Any:
-    """Texts of these sizes, one behind the other.
+    """Strings of these sizes, one after the other.
 
     Args:
         plain: Their bytes.
@@ -64,18 +64,18 @@ def texts(plain: bytes, sizes: NDArray[np.int64], *, coded: bool) -> Any:
     array = pa.Array.from_buffers(pa.string(), len(sizes), [None, pa.py_buffer(offsets), pa.py_buffer(plain)])
     try:
         array.validate(full=True)
-    except pa.ArrowInvalid:  # not UTF-8: Arrow's strings are nothing else
+    except pa.ArrowInvalid:  # not UTF-8, and Arrow's strings are always UTF-8
         ends = offsets.tolist()
         array = pa.array([plain[a:b].decode("utf-8", "replace") for a, b in pairwise(ends)], pa.string())
     return array.dictionary_encode() if coded else array
 
 
 def listed(field: FieldLayout, values: Any, counts: NDArray[np.int64]) -> Any:
-    """Values as the lists that they belong to; of a binary field, bytes.
+    """The values, grouped into the lists they belong to; of a binary field, bytes.
 
     Args:
         field: An array field.
-        values: Its elements, one behind the other: an Arrow array, or what has a buffer for a binary field.
+        values: Its elements, one after the other: an Arrow array, or what has a buffer for a binary field.
         counts: Elements of each list, (N,) int64.
     """
     import numpy as np
@@ -95,7 +95,7 @@ def listed(field: FieldLayout, values: Any, counts: NDArray[np.int64]) -> Any:
 
 
 def offsets_of(sizes: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Where each begins in all of them together, and the end; (N + 1,) int64."""
+    """Where each of them begins when they are joined, and the end; (N + 1,) int64."""
     import numpy as np
 
     found = np.zeros(len(sizes) + 1, np.int64)

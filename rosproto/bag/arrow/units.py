@@ -28,7 +28,7 @@ _FIRST = re.compile(rf"({_UNIT}) (?:per|from|along|above|left|when)\b")
 
 
 def comments_of(text: str) -> dict[str, str]:
-    """What a definition says of its fields: the comment behind one, or else those on the lines above it."""
+    """A definition's comments by field: the one on the field's line, or else those on the lines above it."""
     found: dict[str, str] = {}
     above: list[str] = []
     for line in text.splitlines():
