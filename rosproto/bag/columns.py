@@ -61,7 +61,7 @@ def to_numpy(
 
 
 def _cut_out(
-    bag: BagReader, topic: str, paths: list[str], step: Callable[[int], None]
+    bag: BagReader, topic: str, paths: list[str], step: Callable[[int], None] = lambda _: None
 ) -> tuple[NDArray[np.float64], list[NDArray[Any]]] | None:
     """Times and columns, decoding only the first message; None when the messages are not all alike."""
     import numpy as np
@@ -76,10 +76,11 @@ def _cut_out(
     pieces: list[list[NDArray[Any]]] = []
     for batch in bag.batches(topic):
         rows = batch.rows
-        if batch.chunk is None:  # chunks that overlap in time
-            return None
-        found = places.take(batch.chunk.blob, rows.start, rows.end, paths)
+        found = None  # of chunks that overlap in time
+        if batch.chunk is not None:
+            found = places.take(batch.chunk.blob, rows.start, rows.end, paths)
         if found is None:
+            step(-sum(map(len, times)))
             return None
         times.append(rows.secs + rows.nsecs / 1e9)
         pieces.append(found)

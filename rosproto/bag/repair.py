@@ -174,6 +174,6 @@ def recover(
             found(bag.message_count)
         for topic, message, time in bag.read_messages(raw=True):
             writer.write(topic, message, time)
-            if progress is not None and writer.message_count % 1000 == 0:
+            if progress is not None and writer.message_count % 10000 == 0:
                 progress(writer.message_count)
         return Report(writer.message_count, tuple(bag.damage))

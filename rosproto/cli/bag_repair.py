@@ -76,7 +76,7 @@ def fix(arguments: argparse.Namespace) -> int:
             arguments.bag,
             arguments.output,
             compression=arguments.compression,
-            progress=lambda _: progress.step(1000),
+            progress=lambda _: progress.step(10_000),
             found=progress.expect,
         )
     for line in report.damage:
