@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import itertools
+import os
 import signal
-from pathlib import Path
 
 import pytest
 
@@ -65,12 +65,15 @@ def await_new(stranger: RosProcess, moment: float) -> float:
 
 
 @pytest.fixture
-def strangers(network: Network, tmp_path: Path) -> dict[str, RosProcess]:
+def strangers(network: Network, tmp_path_factory: pytest.TempPathFactory) -> dict[str, RosProcess]:
     """One of each kind, side by side: they hear our publisher on the robot."""
     require_ros("std_msgs")
+    base = tmp_path_factory.getbasetemp()
+    if os.environ.get("PYTEST_XDIST_WORKER"):
+        base = base.parent  # compiled once for all workers
     commands = {
         "rospy": [PYTHON, "-c", ROSPY],
-        "roscpp": [str(build_cpp_node("stranger", ROSCPP, tmp_path))],
+        "roscpp": [str(build_cpp_node("stranger", ROSCPP, base, optimise="-O0"))],
     }
     start_robot(network.robot.python)
     settings = environment(MASTER, extra={"ROS_IP": LAPTOP})
