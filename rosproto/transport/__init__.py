@@ -15,12 +15,9 @@ from rosproto.transport.xmlrpc_client import XmlRpcClient, unpack
 from rosproto.transport.xmlrpc_server import Peer, XmlRpcServer
 
 if TYPE_CHECKING:
-    from rosproto.transport.backoff import Backoff
     from rosproto.transport.open_files import allow_open_files
-    from rosproto.transport.waking import open_selector, wake_pair
 
 __all__ = [
-    "Backoff",
     "Deadline",
     "HostNames",
     "Peer",
@@ -33,21 +30,16 @@ __all__ = [
     "is_loopback",
     "local_address_towards",
     "make_uri",
-    "open_selector",
     "parse_host_names",
     "parse_uri",
     "read_header",
     "unpack",
-    "wake_pair",
     "write_header",
 ]
 
 __getattr__ = late_names(
     __name__,
     {
-        "Backoff": "backoff",
         "allow_open_files": "open_files",
-        "open_selector": "waking",
-        "wake_pair": "waking",
     },
 )

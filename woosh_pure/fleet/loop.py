@@ -26,7 +26,7 @@ from functools import partial
 from typing import Any, Protocol
 
 from rosproto.logs import get_logger
-from rosproto.transport import open_selector, wake_pair
+from rosproto.transport.waking import open_selector, wake_pair
 from woosh_pure.fleet.turns import Turns
 
 __all__ = ["Loop", "Wire", "shared_loop"]

@@ -34,7 +34,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from rosproto.logs import get_logger
-from rosproto.transport import Backoff
+from rosproto.transport.backoff import Backoff
 from woosh_pure.fleet.loop import Loop, shared_loop
 from woosh_pure.fleet.messages import MOST_BYTES
 

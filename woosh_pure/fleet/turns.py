@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-from rosproto.transport import Backoff
+from rosproto.transport.backoff import Backoff
 
 __all__ = ["TOGETHER", "Turns"]
 
