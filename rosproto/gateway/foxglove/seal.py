@@ -32,7 +32,8 @@ def sealed(port: int, client: int) -> bool:
     Raises:
         Intruded: Another client was there before.
     """
-    if _FILES is None:
+    # With a default time-out, looking at a socket (`_sockets`) would set it to non-blocking for its owner.
+    if _FILES is None or socket.getdefaulttimeout() is not None:
         return False
     try:
         if not _end_listening(_FILES, port):
