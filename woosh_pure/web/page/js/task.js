@@ -28,7 +28,11 @@ export class Task {
 
   render() {
     const goal = this.store.get("goal");
-    if (goal?.running && goal.id !== this.seen) [this.seen, this.far] = [goal.id, 0];
+    if (goal?.running && goal.id !== this.seen) {
+      [this.seen, this.far] = [goal.id, 0];
+      // Who has begun it far down the list would not see it.
+      if (goal.by === this.store.get("hello")?.you) byId("panel").scrollTop = 0;
+    }
     const hidden = !goal || (!goal.running && (goal.id === this.closed || goal.id !== this.seen));
     show(this.box, !hidden);
     if (hidden) return;
