@@ -81,7 +81,12 @@ export class Task {
     const waits = this.store.get("robot")?.task?.state === "waiting for action";
     const told = waits ? t("task.waits") : left !== null ? t("task.left", { n: number(left, 1) })
       : Number.isFinite(goal.percent) ? `${number(goal.percent, 0)} %` : goal.progress;
-    say(this.note, [told, goal.by ? t("task.by", { by: goal.by }) : ""].filter(Boolean).join(" · "));
+    say(this.note, [told, this.by(goal)].filter(Boolean).join(" · "));
+  }
+
+  by(goal) {
+    if (goal.by && goal.by === this.store.get("hello")?.you) return t("task.you");
+    return goal.by ? t("task.by", { by: goal.by }) : "";
   }
 
   build(goal, what) {
