@@ -102,11 +102,15 @@ class Broker:
     key_file: str | None = None
 
     def __post_init__(self) -> None:
-        parts = urlsplit(self.url)
-        if parts.scheme not in ("mqtt", "mqtts") or not parts.hostname:
-            raise ValueError(
-                f"broker {_without_secrets(self.url)}: expected mqtt://HOST:PORT or mqtts://HOST:PORT"
-            )
+        expected = f"broker {_without_secrets(self.url)}: expected mqtt://HOST:PORT or mqtts://HOST:PORT"
+        try:
+            parts = urlsplit(self.url)
+            port = parts.port
+        except ValueError as error:
+            raise ValueError(f"{expected} ({error})") from None
+        beside = parts.path.strip("/") or parts.query or parts.fragment
+        if parts.scheme not in ("mqtt", "mqtts") or not parts.hostname or beside or port == 0:
+            raise ValueError(expected)
         if parts.username or parts.password:
             raise ValueError(
                 "the broker's address must not hold a user or password: others on this computer see it; "
@@ -174,6 +178,7 @@ class Line:
 
     Raises:
         ImportError: paho-mqtt is not installed; the text names the extra.
+        ValueError: What is in the files is no certificate, or the key of another.
         OSError: A certificate cannot be read.
     """
 
@@ -187,7 +192,13 @@ class Line:
     ) -> None:
         self._module = paho()
         if broker.tls:
-            _tls_of(broker)  # what is wrong with the files is said now, and not in a thread later
+            try:
+                _tls_of(broker)  # what is wrong with the files is said now, and not in a thread later
+            except ssl.SSLError as error:
+                files = ", ".join(
+                    name for name in (broker.ca_file, broker.cert_file, broker.key_file) if name
+                )
+                raise ValueError(f"the certificates in {files} cannot be used: {error}") from error
         self.broker, self.prefix = broker, prefix
         self._connection, self._received, self._changed = connection, received, changed
         self._told = ""  # the last thing that went wrong: said once
