@@ -86,7 +86,8 @@ def has_or_asks_for(pattern: str, extra: str):
     return lambda r, p: f"woosh-pure[{extra}]" in r.err or bool(list(p.glob(pattern)))
 
 
-MCAP, ARROW, ROS2 = (int(find_spec(library) is None) for library in ("mcap", "pyarrow", "rosbags"))  # exit codes
+# Exit codes.
+MCAP, ARROW, ROS2 = (int(find_spec(name) is None) for name in ("mcap", "pyarrow", "rosbags"))
 
 TABLE = [
     Case("info {d}/a.bag", has("/t", "std_msgs/String")),
