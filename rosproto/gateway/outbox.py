@@ -90,11 +90,14 @@ class Outbox(Generic[T]):
         if was_empty and self._wake is not None:
             self._wake()
 
-    def take(self) -> T | None:
-        """The oldest payload; None when there is none."""
+    def take(self, most: int | None = None) -> T | None:
+        """The oldest payload; None when there is none, or when it has more than `most` bytes."""
         with self._lock:
             while self._queue:
-                item = self._queue.popleft()
+                item = self._queue[0]
+                if item.payload is not None and most is not None and item.size > most:
+                    return None
+                self._queue.popleft()
                 if item.payload is None:
                     continue
                 if item.key is None:

@@ -13,7 +13,7 @@ import socket
 import ssl
 import threading
 from collections import Counter, OrderedDict, deque
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from concurrent.futures import Future, wait
 from http import HTTPStatus
 from importlib import import_module
@@ -23,8 +23,9 @@ from urllib.parse import parse_qs, urlsplit
 from rosproto.aio.pool import Pool, notify
 from rosproto.errors import LocalProtocolError, RosTimeout
 from rosproto.gateway.access import foreign_host, foreign_origin, require_token_off_loopback, token_fits
-from rosproto.gateway.channel import Channel, Session
+from rosproto.gateway.channel import Channel, Late, Payload, Session
 from rosproto.gateway.limits import GatewayLimits
+from rosproto.gateway.pieces import PIECE, Pieces
 from rosproto.logs import PeerLog
 from rosproto.transport.os_errors import system_errors
 
@@ -33,7 +34,7 @@ __all__ = ["WebSocketServer", "need_websockets"]
 WRITE_BUFFER = 256 << 10  # bytes given to the system's socket ahead of what it took
 UNREAD = 2  # messages of a client read ahead of its session
 START_SECONDS = 10.0
-PIECE = 512 << 10  # bytes, or characters, that are written at once; between them others have their turn
+SHORT = 16 << 10  # bytes of a message that is written without its client's task
 TURN = 64  # messages written to one client before others have their turn
 _GOING_AWAY, _TRY_AGAIN = 1001, 1013
 
@@ -310,21 +311,18 @@ class WebSocketServer:
                 continue
             channel.busy = True
             try:
-                if isinstance(item, (str, bytes)):
-                    payloads: tuple[str | bytes, ...] = (item,)
-                elif item.quick:
-                    payloads = item.payloads()
+                if isinstance(item, (str, bytes, Pieces)) or item.quick:
+                    payloads = _payloads(item)
                 else:
                     payloads = await self.pool.run(item.payloads)
                 for payload in payloads:
-                    await connection.send(payload if len(payload) <= PIECE else _pieces(payload))
+                    long = isinstance(payload, Pieces) or len(payload) > PIECE
+                    await connection.send(_in_turns(payload) if long else payload)
                     channel.sent += 1
             except _closed(self._websockets):
                 return
             except Exception:
-                self.said.error(
-                    channel.peer, "! %s: a message to %s", self._name, channel.peer, exc_info=_current()
-                )
+                self._say_not_sent(channel)
             finally:
                 channel.busy = False
             turn += 1
@@ -347,8 +345,31 @@ class WebSocketServer:
             self._told = False
         for channel in woken:
             event = self._events.get(channel)
-            if event is not None:
+            if event is not None and not self._write_at_once(channel):
                 event.set()
+
+    def _write_at_once(self, channel: Channel) -> bool:
+        """Write what waits, as far as it is short and the system takes it; True when nothing is left.
+
+        To wake the client's task for it takes longer than to write it.
+        """
+        connection = self._sockets[channel]
+        for _ in range(TURN):
+            if channel.busy or connection.transport.get_write_buffer_size():
+                return False
+            item = channel.outbox.take(SHORT)
+            if item is None:
+                return not channel.outbox
+            try:
+                for payload in _payloads(item):
+                    self._websockets.broadcast((connection,), payload)
+                    channel.sent += 1
+            except Exception:
+                self._say_not_sent(channel)
+        return False
+
+    def _say_not_sent(self, channel: Channel) -> None:
+        self.said.error(channel.peer, "! %s: a message to %s", self._name, channel.peer, exc_info=_current())
 
     def _later(self, seconds: float, function: Callable[[], object]) -> None:
         notify(self._loop, self._loop.call_later, seconds, function)
@@ -432,11 +453,20 @@ def _current() -> BaseException | None:
     return sys.exc_info()[1]
 
 
-async def _pieces(payload: str | bytes) -> AsyncIterator[str | bytes]:
-    """A large message as the frames of a fragmented one: a map does not hold up the other clients."""
-    for start in range(0, len(payload), PIECE):
-        yield payload[start : start + PIECE]
+def _payloads(item: Payload | Late) -> tuple[Payload, ...]:
+    return (item,) if isinstance(item, (str, bytes, Pieces)) else item.payloads()
+
+
+async def _in_turns(payload: Payload) -> AsyncIterator[str | bytes | memoryview]:
+    """A long message as the frames of a fragmented one: a map does not hold up the other clients."""
+    for part in payload.parts if isinstance(payload, Pieces) else _cut(payload):
+        yield part
         await asyncio.sleep(0)
+
+
+def _cut(payload: str | bytes) -> Iterator[str | memoryview]:
+    whole = payload if isinstance(payload, str) else memoryview(payload)
+    return (whole[at : at + PIECE] for at in range(0, len(whole), PIECE))
 
 
 def _peer(connection: Any) -> str:

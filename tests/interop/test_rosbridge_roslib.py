@@ -244,3 +244,32 @@ def test_the_newer_action_operations(our_world: World, page: Callable[[str], Pag
     assert "canceled" in cancelled[1]
     assert '{"result":-1}' in cancelled[1]
     assert "/nobody" in nobody[1]
+
+
+PROVIDED_ACTION = """
+const stairs = new ROSLIB.Action({ros, name: '/stairs', actionType: 'actionlib/Test'});
+stairs.advertise((goal, id) => {
+  say('goal', goal.goal);
+  stairs.sendFeedback(id, {feedback: goal.goal});
+  if (goal.goal === 1) stairs.setSucceeded(id, {result: 10});
+  if (goal.goal === 2) stairs.setFailed(id);
+}, id => stairs.setCanceled(id, {result: -1}));
+"""
+
+
+def test_a_page_provides_an_action(our_world: World, page: Callable[[str], Page]) -> None:
+    """roslib's `Action.advertise`: goals of ROS 1 that it ends, fails at, and gives up."""
+    opened = page(PROVIDED_ACTION)
+    with ActionClient(our_world.node, "/stairs", "actionlib/Test") as client:
+        client.wait_for_server(20)
+        heard: list[int] = []
+        done, failed, given_up = (
+            client.send_goal({"goal": i}, feedback=lambda _, f: heard.append(f.feedback)) for i in (1, 2, 3)
+        )
+        assert (done.wait(20).result, done.status) == (10, GoalStatus.SUCCEEDED)
+        failed.wait(20)
+        assert failed.status is GoalStatus.ABORTED
+        eventually(lambda: 3 in heard, 20)
+        given_up.cancel()
+        assert (given_up.wait(20).result, given_up.status) == (-1, GoalStatus.PREEMPTED)
+    assert sorted(opened.said("goal", 3)) == [[1], [2], [3]]
