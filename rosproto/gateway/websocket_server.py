@@ -15,6 +15,7 @@ import threading
 from collections import Counter, OrderedDict, deque
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from concurrent.futures import Future, wait
+from contextlib import suppress
 from http import HTTPStatus
 from importlib import import_module
 from typing import Any
@@ -200,6 +201,10 @@ class WebSocketServer:
 
     def began(self, transport: Any) -> None:
         """A connection was accepted; the one that holds back its handshake longest makes room."""
+        # asyncio does it for the sockets that it made itself. A short message would wait for the client's
+        # acknowledgement of the one before, up to 40 ms.
+        with suppress(OSError):  # it has gone already
+            transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._transports.add(transport)
         self._pending[transport] = None
         if len(self._pending) > self.limits.pending_handshakes:

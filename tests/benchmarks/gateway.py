@@ -227,10 +227,15 @@ class Watch(NamedTuple):
 
 
 class Watcher:
-    """A process that gets Odometry, and nothing else, while it is used in a `with` block."""
+    """A process that gets Odometry, and nothing else, while it is used in a `with` block.
 
-    def __init__(self, server: Server) -> None:
-        words = [sys.executable, "-c", _WATCHER, server.url]
+    Args:
+        program: What it runs: `THROUGH_A_SERVER`, or `AS_A_NODE` for what the way takes without one.
+        where: The server's URL, or the master's.
+    """
+
+    def __init__(self, program: str, where: str) -> None:
+        words = [sys.executable, "-c", program + _WATCHER, where]
         self._process = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
     def __enter__(self) -> Watcher:
@@ -254,9 +259,35 @@ class Watcher:
         self._process.wait(10)
 
 
+THROUGH_A_SERVER = """
+import asyncio, json, sys
+from websockets.asyncio.client import connect
+
+loop = asyncio.new_event_loop()
+
+async def open():
+    client = await connect(sys.argv[1], max_size=None, compression=None, ping_interval=None)
+    await client.send(json.dumps({"op": "subscribe", "topic": "/odom", "type": "nav_msgs/Odometry"}))
+    return client
+
+client = loop.run_until_complete(open())
+
+def get():
+    stamp = json.loads(loop.run_until_complete(client.recv()))["msg"]["header"]["stamp"]
+    return stamp["secs"] + stamp["nsecs"] / 1e9
+"""
+AS_A_NODE = """
+import sys
+from rosproto import Node
+
+node = Node("/watcher", master_uri=sys.argv[1])
+subscriber = node.subscriber("/odom", "nav_msgs/Odometry")
+
+def get():
+    return subscriber.next(60).header.stamp.to_sec()
+"""
 _WATCHER = """
-import json, sys, threading, time
-from websockets.sync.client import connect
+import json, os, threading, time
 
 times, latencies, ended = [], [], threading.Event()
 
@@ -265,18 +296,16 @@ def control():
         times.clear(), latencies.clear()
     ended.set()
 
-with connect(sys.argv[1], max_size=None, compression=None, ping_interval=None) as client:
-    client.send(json.dumps({"op": "subscribe", "topic": "/odom", "type": "nav_msgs/Odometry"}))
-    client.recv(timeout=20)
-    threading.Thread(target=control, daemon=True).start()
-    print("ready", flush=True)
-    while not ended.is_set():
-        data = client.recv(timeout=60)
-        stamp = json.loads(data)["msg"]["header"]["stamp"]
-        latencies.append((time.time() - stamp["secs"] - stamp["nsecs"] / 1e9) * 1000)
-        times.append(time.perf_counter())
+get()
+threading.Thread(target=control, daemon=True).start()
+print("ready", flush=True)
+while not ended.is_set():
+    stamp = get()
+    latencies.append((time.time() - stamp) * 1000)
+    times.append(time.perf_counter())
 pauses = [1000 * (b - a) for a, b in zip(times, times[1:])]
-print(json.dumps({"longest_pause": max(pauses), "latencies": latencies}))
+print(json.dumps({"longest_pause": max(pauses), "latencies": latencies}), flush=True)
+os._exit(0)
 """
 
 
@@ -364,7 +393,7 @@ def row_image(args: Any, servers: list[Server], master_uri: str) -> None:
 
 def row_map(args: Any, servers: list[Server], master_uri: str) -> None:
     def measured(server: Server, compression: str) -> float:
-        with Watcher(server) as watcher:
+        with Watcher(THROUGH_A_SERVER, server.url) as watcher:
             time.sleep(1.0)
             watcher.begin()
             words = [sys.executable, "-c", _MAP_CLIENT, server.url, compression]
@@ -403,37 +432,46 @@ with connect(sys.argv[1], max_size=None, compression=None, ping_interval=None) a
 
 def row_stuck(args: Any, servers: list[Server], master_uri: str) -> None:
     grown: dict[str, list[float]] = {}
+    without: list[float] = []
 
-    async def measured(server: Server, watcher: Watcher) -> float:
+    async def measured(server: Server, watcher: Watcher, node: Watcher) -> float:
         clouds: list[int] = []
         cloud = {"type": "sensor_msgs/PointCloud2", "compression": "cbor-raw"}
         reading = await subscribed(server, "/cloud", **cloud)
         reader = asyncio.ensure_future(each(reading, lambda data: clouds.append(len(data))))
         await asyncio.sleep(2.0)
         clouds.clear()
-        before = server.status("VmRSS")
+        before, used = server.status("VmRSS"), server.processor
         stuck = await subscribed(server, "/cloud", **cloud)
         stuck.transport.pause_reading()
-        watcher.begin()
+        for each_watcher in (watcher, node):
+            each_watcher.begin()
         peak = 0
         for _ in range(int(args.seconds * 4)):
             await asyncio.sleep(0.25)
             peak = max(peak, server.status("VmRSS"))
-        latencies = (await asyncio.to_thread(watcher.end)).latencies
+        used = server.processor - used
+        latencies = await asyncio.to_thread(watcher.end)
+        bare = await asyncio.to_thread(node.end)
         reader.cancel()
         await asyncio.gather(reader, return_exceptions=True)
         grown.setdefault(server.name, []).append((peak - before) / 1024)
-        print(f"    {server.name}: {len(clouds)} clouds to the one that reads, of {10 * args.seconds:.0f}")
+        without.append(percentile(bare.latencies, 0.99))
+        print(
+            f"    {server.name}: {len(clouds)} clouds to the one that reads, of {10 * args.seconds:.0f};"
+            f" {used:.2f} s of processor; Odometry's p99 meanwhile without a server {without[-1]:.1f} ms"
+        )
         stuck.transport.abort()
         await reading.close()
-        return percentile(latencies, 0.99)
+        return percentile(latencies.latencies, 0.99)
 
     def watched(server: Server) -> float:
-        with Watcher(server) as watcher:
-            return asyncio.run(measured(server, watcher))
+        with Watcher(THROUGH_A_SERVER, server.url) as watcher, Watcher(AS_A_NODE, master_uri) as node:
+            return asyncio.run(measured(server, watcher, node))
 
     with published(master_uri, "cloud", "odom"):
         beside(args, servers, watched, "ms, 99th percentile of Odometry (must be < 50)")
+    print(f"  {'without a server':18} {spread(without)} ms: the machine, and the publisher")
     for name, values in grown.items():
         print(f"  {name:18} {spread(values)} MB more memory (must be < 64)")
 

@@ -231,7 +231,7 @@ class ActionResult:
 
 @dataclass(frozen=True, slots=True)
 class Auth:
-    """Credentials of rosauth. A gateway with a token takes `mac` for the token, and ignores the rest."""
+    """Credentials of rosauth, which are refused: who may connect is asked before a message is read."""
 
     id: Id
     mac: str

@@ -77,6 +77,7 @@ class RosbridgeSession:
             effects.UnadvertiseAction: self._provided_actions.unadvertise,
             effects.ActionFeedback: self._provided_actions.feedback,
             effects.ActionResult: self._provided_actions.result,
+            effects.Auth: self._authenticate,
         }
 
     @property
@@ -228,6 +229,12 @@ class RosbridgeSession:
         now = self._shared.node.clock.now()
         self._shared.tf.publishes(self, publication.topic, asked.msg)
         publication.publish(from_values(publication.message_class, asked.msg, now=now))
+
+    def _authenticate(self, asked: effects.Auth) -> None:
+        raise Refused(
+            "credentials of rosauth are not checked here; who connects shows a token, as ?token=... in the"
+            " URL or as Authorization: Bearer ..."
+        )
 
     # -- the end --------------------------------------------------------------------------------------------
 

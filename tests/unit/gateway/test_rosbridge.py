@@ -292,6 +292,14 @@ def test_a_client_provides_an_action(graph: Graph, serve: Serve, connect: Serve)
     until(lambda: "/page/status" not in graph.node.master.get_system_state().publishers)
 
 
+def test_credentials_of_rosauth_are_refused(serve: Serve, connect: Serve) -> None:
+    """Who believes to be let in by them is told how one is."""
+    client = connect(serve())
+    client.send(op="auth", mac="x", client="c", dest="d", rand="r", t=1, level="admin", end=2, id="a")
+    refused = client.op("status")
+    assert (refused["id"], "?token=" in refused["msg"]) == ("a", True)
+
+
 def test_what_is_denied_is_neither_read_nor_listed(graph: Graph, serve: Serve, connect: Serve) -> None:
     """By whatever spelling."""
     graph.robot.publisher("/secret", String)
