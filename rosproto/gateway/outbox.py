@@ -82,8 +82,12 @@ class Outbox(Generic[T]):
                 self.overflow |= self.answer_bytes > self._limits.answer_bytes
             else:
                 self._make_room(key, size, self._limits.outbox_messages if keep is None else keep)
-                self._waiting.setdefault(key, deque()).append(item)
-                self._key_bytes[key] = self._key_bytes.get(key, 0) + size
+                waiting = self._waiting.get(key)
+                if waiting is None:
+                    waiting = self._waiting[key] = deque()
+                    self._key_bytes[key] = 0
+                waiting.append(item)
+                self._key_bytes[key] += size
             self._queue.append(item)
             self._live += 1
             self.bytes += size

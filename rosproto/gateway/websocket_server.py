@@ -12,8 +12,8 @@ import logging
 import socket
 import ssl
 import threading
-from collections import Counter, OrderedDict, deque
-from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+from collections import Counter, OrderedDict
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future, wait
 from contextlib import suppress
 from http import HTTPStatus
@@ -24,9 +24,9 @@ from urllib.parse import parse_qs, urlsplit
 from rosproto.aio.pool import Pool, notify
 from rosproto.errors import LocalProtocolError, RosTimeout
 from rosproto.gateway.access import foreign_host, foreign_origin, require_token_off_loopback, token_fits
-from rosproto.gateway.channel import Channel, Late, Payload, Session
+from rosproto.gateway.channel import Channel, Session
 from rosproto.gateway.limits import GatewayLimits
-from rosproto.gateway.pieces import PIECE, Pieces
+from rosproto.gateway.outgoing import Outgoing, closed_error
 from rosproto.logs import PeerLog
 from rosproto.transport.os_errors import system_errors
 
@@ -35,8 +35,6 @@ __all__ = ["WebSocketServer", "need_websockets"]
 WRITE_BUFFER = 256 << 10  # bytes given to the system's socket ahead of what it took
 UNREAD = 2  # messages of a client read ahead of its session
 START_SECONDS = 10.0
-SHORT = 16 << 10  # bytes of a message that is written without its client's task
-TURN = 64  # messages written to one client before others have their turn
 _GOING_AWAY, _TRY_AGAIN = 1001, 1013
 
 
@@ -108,9 +106,6 @@ class WebSocketServer:
         self._token = token
         self._name = name
         self._lock = threading.Lock()
-        self._woken: deque[Channel] = deque()
-        self._told = False
-        self._events: dict[Channel, asyncio.Event] = {}
         self._sockets: dict[Channel, Any] = {}
         self._tasks: set[asyncio.Task[Any]] = set()
         self._pending: OrderedDict[Any, None] = OrderedDict()
@@ -122,6 +117,7 @@ class WebSocketServer:
         self.port: int = self._listener.getsockname()[1]
         self._started: Future[None] = Future()
         self._loop = asyncio.new_event_loop()
+        self._outgoing = Outgoing(self._loop, self.pool, self.said, name)
         self._stop = asyncio.Event()
         self._thread = threading.Thread(target=self._run, name=f"rosproto:{name}", daemon=True)
         self._thread.start()
@@ -249,7 +245,7 @@ class WebSocketServer:
         assert task is not None
         self._tasks.add(task)
         self._pending.pop(connection.transport, None)
-        channel = Channel(_peer(connection), self.limits, self._wake, self._end, self._later)
+        channel = Channel(_peer(connection), self.limits, self._outgoing.wake, self._end, self._later)
         with self._lock:
             full = len(self._sockets) >= self.limits.connections or self._closing
             if not full:
@@ -265,15 +261,14 @@ class WebSocketServer:
             self._tasks.discard(task)
 
     async def _serve_client(self, connection: Any, channel: Channel) -> None:
-        self._events[channel] = asyncio.Event()
-        writer = asyncio.ensure_future(self._write(connection, channel))
+        self._outgoing.add(channel, connection)
         session: Session | None = None
         try:
             session = self._open_session(channel)
             async for data in connection:
                 channel.received += 1
                 await session.received(data)
-        except _closed(self._websockets):
+        except closed_error():
             pass  # however it ended: it is over
         except Exception:
             self.said.error(
@@ -283,9 +278,8 @@ class WebSocketServer:
         finally:
             with self._lock:
                 self._sockets.pop(channel, None)
-                self._events.pop(channel, None)
             channel.outbox.close()
-            writer.cancel()
+            self._outgoing.remove(channel)
             if session is not None:
                 self._say_goodbye(session)
 
@@ -304,77 +298,7 @@ class WebSocketServer:
 
         self.pool.spawn(leave)
 
-    async def _write(self, connection: Any, channel: Channel) -> None:
-        """What waits for a client, one after the other; ends with its connection."""
-        event = self._events[channel]
-        turn = 0
-        while True:
-            item = channel.outbox.take()
-            if item is None:
-                event.clear()
-                await event.wait()
-                continue
-            channel.busy = True
-            try:
-                if isinstance(item, (str, bytes, Pieces)) or item.quick:
-                    payloads = _payloads(item)
-                else:
-                    payloads = await self.pool.run(item.payloads)
-                for payload in payloads:
-                    long = isinstance(payload, Pieces) or len(payload) > PIECE
-                    await connection.send(_in_turns(payload) if long else payload)
-                    channel.sent += 1
-            except _closed(self._websockets):
-                return
-            except Exception:
-                self._say_not_sent(channel)
-            finally:
-                channel.busy = False
-            turn += 1
-            if turn % TURN == 0:
-                await asyncio.sleep(0)
-
     # -- from any thread ------------------------------------------------------------------------------------
-
-    def _wake(self, channel: Channel) -> None:
-        """Something waits for a client: the loop is woken once for all that comes together."""
-        with self._lock:
-            self._woken.append(channel)
-            told, self._told = self._told, True
-        if not told:
-            notify(self._loop, self._wake_all)
-
-    def _wake_all(self) -> None:
-        with self._lock:
-            woken, self._woken = self._woken, deque()
-            self._told = False
-        for channel in woken:
-            event = self._events.get(channel)
-            if event is not None and not self._write_at_once(channel):
-                event.set()
-
-    def _write_at_once(self, channel: Channel) -> bool:
-        """Write what waits, as far as it is short and the system takes it; True when nothing is left.
-
-        To wake the client's task for it takes longer than to write it.
-        """
-        connection = self._sockets[channel]
-        for _ in range(TURN):
-            if channel.busy or connection.transport.get_write_buffer_size():
-                return False
-            item = channel.outbox.take(SHORT)
-            if item is None:
-                return not channel.outbox
-            try:
-                for payload in _payloads(item):
-                    self._websockets.broadcast((connection,), payload)
-                    channel.sent += 1
-            except Exception:
-                self._say_not_sent(channel)
-        return False
-
-    def _say_not_sent(self, channel: Channel) -> None:
-        self.said.error(channel.peer, "! %s: a message to %s", self._name, channel.peer, exc_info=_current())
 
     def _later(self, seconds: float, function: Callable[[], object]) -> None:
         notify(self._loop, self._loop.call_later, seconds, function)
@@ -396,7 +320,7 @@ class WebSocketServer:
             await asyncio.wait_for(connection.close(code, reason), self.limits.close_seconds)
         except (asyncio.TimeoutError, TimeoutError):
             pass
-        except _closed(self._websockets):
+        except closed_error():
             pass
         connection.transport.abort()
 
@@ -447,31 +371,10 @@ def _connection_type(base: Any, server: WebSocketServer) -> Any:
     )
 
 
-def _closed(server: Any) -> Any:
-    """The exception that says a connection is over."""
-    return import_module("websockets.exceptions").ConnectionClosed
-
-
 def _current() -> BaseException | None:
     import sys
 
     return sys.exc_info()[1]
-
-
-def _payloads(item: Payload | Late) -> tuple[Payload, ...]:
-    return (item,) if isinstance(item, (str, bytes, Pieces)) else item.payloads()
-
-
-async def _in_turns(payload: Payload) -> AsyncIterator[str | bytes | memoryview]:
-    """A long message as the frames of a fragmented one: a map does not hold up the other clients."""
-    for part in payload.parts if isinstance(payload, Pieces) else _cut(payload):
-        yield part
-        await asyncio.sleep(0)
-
-
-def _cut(payload: str | bytes) -> Iterator[str | memoryview]:
-    whole = payload if isinstance(payload, str) else memoryview(payload)
-    return (whole[at : at + PIECE] for at in range(0, len(whole), PIECE))
 
 
 def _peer(connection: Any) -> str:

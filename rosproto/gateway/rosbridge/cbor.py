@@ -66,7 +66,9 @@ def publish_cbor_raw_parts(topic: str, secs: int, nsecs: int, data: bytes | memo
     out = BytesIO(publish_cbor_raw(topic, secs, nsecs, b"")[:-1])  # but for the length, which is none
     out.seek(0, SEEK_END)
     _library().CBOREncoder(out).encode_length(_BYTE_STRING, len(raw))
-    return Pieces([out.getvalue(), *(raw[at : at + PIECE] for at in range(0, len(raw), PIECE))])
+    parts: list[bytes | memoryview] = [out.getvalue()]
+    parts += (raw[at : at + PIECE] for at in range(0, len(raw), PIECE))
+    return Pieces(parts)
 
 
 def to_cbor(message: Any) -> Any:

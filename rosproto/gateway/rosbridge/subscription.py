@@ -77,6 +77,11 @@ class Throttle:
         self._last = float("-inf")
         self._queue: deque[Sample] = deque()
 
+    @property
+    def waits(self) -> bool:
+        """Whether a message waits for its time."""
+        return bool(self._queue)
+
     def offer(self, sample: Sample, now: float, settings: Settings) -> Sample | None:
         """A message has come; what to send now, if anything."""
         if settings.interval <= 0.0 and not self._queue:
@@ -123,12 +128,12 @@ def encoded(sample: Sample, topic: str, compression: Compression) -> Payload:
         RosError: It cannot be decoded.
     """
     if compression == "cbor-raw":
-        return sample.once(("cbor-raw", topic), lambda: _raw(sample, topic))
+        return sample.once(("cbor-raw", topic), _raw, sample, topic)
     if compression == "cbor":
-        return sample.once(("cbor", topic), lambda: publish_cbor(topic, sample.message))
+        return sample.once(("cbor", topic), _cbor, sample, topic)
     if compression == "png":
-        return sample.once(("png", topic), lambda: publish_png(_text(sample, topic)))
-    return _text(sample, topic)
+        return sample.once(("png", topic), _png, sample, topic)
+    return sample.once(("text", topic), _text, sample, topic)
 
 
 def _raw(sample: Sample, topic: str) -> bytes | Pieces:
@@ -136,13 +141,18 @@ def _raw(sample: Sample, topic: str) -> bytes | Pieces:
     return publish(topic, sample.stamp.secs, sample.stamp.nsecs, sample.data)
 
 
-def _text(sample: Sample, topic: str) -> str | Pieces:
-    def make() -> str | Pieces:
-        if len(sample.data) <= LONG_BYTES:
-            return publish_text(topic, to_json(sample.message))
-        return publish_parts(topic, to_json_parts(sample.message))
+def _cbor(sample: Sample, topic: str) -> bytes:
+    return publish_cbor(topic, sample.message)
 
-    return sample.once(("text", topic), make)
+
+def _png(sample: Sample, topic: str) -> str:
+    return publish_png(sample.once(("text", topic), _text, sample, topic))
+
+
+def _text(sample: Sample, topic: str) -> str | Pieces:
+    if len(sample.data) <= LONG_BYTES:
+        return publish_text(topic, to_json(sample.message))
+    return publish_parts(topic, to_json_parts(sample.message))
 
 
 Cut = Callable[[str, int | None], tuple[str | bytes, ...]]
@@ -250,9 +260,11 @@ class TopicSubscription:
             if self._closed:
                 return
             settings = self._settings
-            now = time.monotonic()
-            first = self._throttle.offer(sample, now, settings)
-            self._tick_later(now, settings)
+            first: Sample | None = sample
+            if settings.interval > 0.0 or self._throttle.waits:
+                now = time.monotonic()
+                first = self._throttle.offer(sample, now, settings)
+                self._tick_later(now, settings)
         if first is not None:
             self._send(first, settings)
 
@@ -282,10 +294,10 @@ class TopicSubscription:
             self._channel.offer(self.topic, len(sample.data), _LateMessage(self, sample, settings), keep)
             return
         payloads = self.payloads(sample, settings)
-        if payloads:
-            size = sum(map(len, payloads))
-            whole = payloads[0] if len(payloads) == 1 else _Fragments(payloads)
-            self._channel.offer(self.topic, size, whole, keep)
+        if len(payloads) == 1:
+            self._channel.offer(self.topic, len(payloads[0]), payloads[0], keep)
+        elif payloads:
+            self._channel.offer(self.topic, sum(map(len, payloads)), _Fragments(payloads), keep)
 
     def payloads(self, sample: Sample, settings: Settings) -> tuple[Payload, ...]:
         """What is sent of a message; nothing where it cannot be decoded, which the client is told once."""
