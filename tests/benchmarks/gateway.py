@@ -392,10 +392,13 @@ def row_image(args: Any, servers: list[Server], master_uri: str) -> None:
 
 
 def row_map(args: Any, servers: list[Server], master_uri: str) -> None:
+    without: list[float] = []
+
     def measured(server: Server, compression: str) -> float:
-        with Watcher(THROUGH_A_SERVER, server.url) as watcher:
+        with Watcher(THROUGH_A_SERVER, server.url) as watcher, Watcher(AS_A_NODE, master_uri) as node:
             time.sleep(1.0)
             watcher.begin()
+            node.begin()
             words = [sys.executable, "-c", _MAP_CLIENT, server.url, compression]
             began = time.perf_counter()
             try:
@@ -405,19 +408,26 @@ def row_map(args: Any, servers: list[Server], master_uri: str) -> None:
                 took = "not within 150 s"
             except subprocess.CalledProcessError as error:
                 took = f"never: {error.stderr.strip().splitlines()[-1][:100]}"
-            print(f"    {server.name}: the map as {compression} came {took}")
-            return watcher.end().longest_pause
+            seen, bare = watcher.end(), node.end()
+            without.append(bare.longest_pause)
+            print(
+                f"    {server.name}: the map as {compression} came {took};"
+                f" longest pause meanwhile without a server {bare.longest_pause:.0f} ms"
+            )
+            return seen.longest_pause
 
     with published(master_uri, "map", "odom"):
         time.sleep(3)
         for compression in args.compressions.split(","):
             print(f"  {compression}")
+            without.clear()
             beside(
                 args,
                 servers,
                 lambda server, compression=compression: measured(server, compression),
                 "ms longest pause of Odometry (must be < 200 + 20)",
             )
+            print(f"  {'without a server':18} {spread(without)} ms: the machine, and the publisher")
 
 
 _MAP_CLIENT = """
