@@ -109,7 +109,8 @@ def test_a_message_published_right_after_advertising_arrives(
         assert got.next(10).data == f"{i}"
         client.send(op="unadvertise", topic="/chat")
         client.close()
-        until(lambda: got.connections == 0)
+        if i < 2:  # the next one's publisher is a new one
+            until(lambda: got.connections == 0)
 
 
 def test_zero_follows_when_a_driving_client_goes(graph: Graph, serve: Serve, connect: Serve) -> None:
@@ -236,6 +237,11 @@ def test_goals(graph: Graph, serve: Serve, connect: Serve) -> None:
         assert "--allow-write action:/move_base" in client.op("action_result")["values"]
         client.send(op="cancel_action_goal", action="/test", id="nine")
         assert client.op("status")["id"] == "nine"
+        client.send(**goal, id="ten", args={"goal": 9}, feedback=True)
+        assert client.call("/test/_action/cancel_goal", {})["result"] is True  # of ROS 2, by roslib
+        done = client.op("action_result")
+        assert (done["id"], done["status"]) == ("ten", 5)
+        assert "--allow-write" in client.call("/other/_action/cancel_goal", {})["values"]
 
 
 def test_a_client_provides_an_action(graph: Graph, serve: Serve, connect: Serve) -> None:

@@ -320,7 +320,7 @@ def counts() -> tuple[int, int]:
 @pytest.mark.slow
 @pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="open files are counted in /proc")
 def test_hundreds_that_come_and_go_leave_nothing(serve: Serve, graph: Graph) -> None:
-    """In order, without a word, in the middle of a handshake, of a message, of a call: no thread, file, topic."""
+    """In order, without a word, in the middle of a handshake, of a message, of a call: no thread, task, file, topic."""
     bridge = serve(write=["*"], limits=GatewayLimits(linger_seconds=0.05, handshake_seconds=1.0))
     publisher = graph.robot.publisher("/chat", String, latch=True)
     publisher.publish(data="hello")
@@ -360,6 +360,8 @@ def test_hundreds_that_come_and_go_leave_nothing(serve: Serve, graph: Graph) -> 
         state = graph.node.master.get_system_state()
         return (
             not bridge.clients
+            and not bridge._server._tasks
+            and not bridge._server._leaving
             and bridge.stats().topics == ()
             and publisher.connections == 0
             and "/mine" not in state.services
@@ -369,9 +371,9 @@ def test_hundreds_that_come_and_go_leave_nothing(serve: Serve, graph: Graph) -> 
     many(20)
     until(settled, 20)
     until(lambda: not [t for t in threading.enumerate() if t.name.startswith("rosproto:leave")], 20)
-    many(400)
+    many(160)
     until(settled, 20)
     before = counts()
-    many(400)
+    many(160)
     until(settled, 20)
     until(lambda: counts()[0] <= before[0] + 2 and counts()[1] <= before[1] + 2, 20)
