@@ -235,3 +235,12 @@ def test_no_two_files_of_the_chassis_need_each_other(module: str) -> None:
         other for other in reachable(module, CHASSIS_IMPORTS) if module in reachable(other, CHASSIS_IMPORTS)
     }
     assert cycle <= TWO_FACES, sorted(cycle)
+
+
+@pytest.mark.parametrize("module", sorted(CHASSIS))
+def test_only_the_command_imports_the_command(module: str) -> None:
+    """What the page, the fleet or the library shares with it sits lower."""
+    if module == "woosh_pure.__main__" or module.startswith("woosh_pure.cli"):
+        return
+    commands = {name for name in CHASSIS_IMPORTS[module] if name.startswith("woosh_pure.cli")}
+    assert not commands, sorted(commands)

@@ -61,7 +61,7 @@ def driving(page: Hand, witness: Velocities) -> None:
         said = page.wait(lambda d: d["t"] == "drive" and d["state"] != "opening")
         if said["state"] == "driving" and witness.moves(since):
             return
-        page.stop_beating()
+        page.let_go()
     raise AssertionError(f"never driving: {said}")
 
 

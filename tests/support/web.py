@@ -86,7 +86,7 @@ def serving(chassis: Chassis | dict[str, Chassis], **options: Any) -> Iterator[S
 
     with WebServer(web.app(chassis, **options), port=0) as server:
         served = Served(server.port, options.get("token"))
-        served.app = server.app  # type: ignore[attr-defined]
+        served.app, served.loop = server.app, lambda: server.loop  # type: ignore[attr-defined]
         yield served
 
 
@@ -153,8 +153,12 @@ class Hand:
                         return document
                 seen = len(self.heard)
                 left = until - time.monotonic()
-                assert left > 0, f"not heard within {timeout} s; last: {self.heard[-3:]}; {self.error!r}"
+                assert left > 0, self._not_heard(timeout)
                 self._condition.wait(left)
+
+    def _not_heard(self, timeout: float) -> str:
+        told = [d for d in self.heard if d["t"] in ("drive", "lease", "lost")][-12:]
+        return f"not heard within {timeout} s; of the drive: {told}; last: {self.heard[-2:]}; {self.error!r}"
 
     def of(self, kind: str, **fields: Any) -> dict[str, Any]:
         """The first message of that kind with those fields."""

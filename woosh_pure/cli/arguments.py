@@ -7,7 +7,7 @@ import math
 from argparse import ArgumentParser
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from rosproto.cli import count, counted, folder_exists, natural, port, positive, seconds
 from rosproto.cli import finite as number
@@ -19,12 +19,15 @@ if TYPE_CHECKING:
 
 __all__ = [
     "POSE",
+    "EachChassis",
     "add_pose",
     "add_timeout",
     "add_wait",
     "count",
+    "each_chassis",
     "enum_words",
     "folder_exists",
+    "named_host",
     "natural",
     "number",
     "port",
@@ -38,6 +41,41 @@ __all__ = [
 
 T = TypeVar("T")
 POSE = ("X", "Y", "DEGREES")
+
+
+class EachChassis(argparse.Action):
+    """--chassis HOST or NAME=HOST: the last one is the chassis; a command that works on several has them all.
+
+    Those before and after the command are gathered apart: argparse parses these in a namespace of its own.
+    """
+
+    def __init__(self, *args: Any, gathered_in: str, **more: Any) -> None:
+        super().__init__(*args, **more)
+        self._gathered_in = gathered_in
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,
+    ) -> None:
+        """See argparse."""
+        name, address = named_host(str(values))
+        setattr(namespace, self.dest, address)
+        before = getattr(namespace, self._gathered_in, [])
+        setattr(namespace, self._gathered_in, [*before, (name, address)])
+
+
+def named_host(text: str) -> tuple[str, str]:
+    """NAME=HOST in its two parts; HOST alone has the name ""."""
+    name, equals, address = text.partition("=")
+    return (name.strip(), address) if equals and not set(name) & set(":/[") else ("", text)
+
+
+def each_chassis(args: argparse.Namespace) -> list[tuple[str, str]]:
+    """Name ("" where none is given) and address of every --chassis, in their order."""
+    return [*getattr(args, "chassis_before", ()), *getattr(args, "chassis_after", ())]
 
 
 def pose(values: Sequence[float]) -> Pose2D:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from woosh_pure.motion.goal import GoalHandle
     from woosh_pure.outcome import Outcome
 
-__all__ = ["chosen", "connect", "follow", "names", "reaching", "report", "stop_and_tell"]
+__all__ = ["chosen", "connect", "connect_to", "follow", "names", "reaching", "report", "stop_and_tell"]
 
 _LIVE, _PLAIN = 0.25, 2.0
 """Seconds between two looks at a motion: on a terminal, and where lines are kept."""
@@ -62,9 +62,6 @@ def names(args: Namespace) -> dict[str, str]:
 @contextmanager
 def connect(args: Namespace, out: Output, *, sim_speed: float = 1.0) -> Iterator[Chassis]:
     """The chassis that the common options name."""
-    from rosproto.msg import environment_paths
-    from woosh_pure.chassis import Chassis
-
     with ExitStack() as stack:
         address: str | None
         if args.sim:
@@ -73,6 +70,16 @@ def connect(args: Namespace, out: Output, *, sim_speed: float = 1.0) -> Iterator
             raise ValueError("--sim-speed is for --sim; a real chassis has its own time")
         else:
             address, host = chosen(args)
+        yield stack.enter_context(connect_to(address, host, args, out))
+
+
+@contextmanager
+def connect_to(address: str | None, host: str | None, args: Namespace, out: Output) -> Iterator[Chassis]:
+    """A chassis at an address, with what else the common options say."""
+    from rosproto.msg import environment_paths
+    from woosh_pure.chassis import Chassis
+
+    with ExitStack() as stack:
         with out.working("connecting"):
             paths = [*(args.msg_path or ()), *environment_paths()]
             learned = not args.no_learned

@@ -29,6 +29,7 @@ from rosproto.cli import (
     signals_unwind,
 )
 from rosproto.version import __version__
+from woosh_pure.cli.arguments import EachChassis
 from woosh_pure.cli.examples import EXAMPLES
 from woosh_pure.cli.output import Output, spoken
 from woosh_pure.cli.registry import COMMANDS, Command, load
@@ -193,7 +194,14 @@ def _common(*, defaults: bool = False) -> Parser:
     false: dict[str, Any] = {"default": False if defaults else argparse.SUPPRESS}
     parser = Parser(add_help=False)
     group = parser.add_argument_group("which chassis (default: $ROS_MASTER_URI, then `woosh connect`'s)")
-    group.add_argument("--chassis", metavar="HOST", help="address of the chassis, e.g. 169.254.128.2", **none)
+    group.add_argument(
+        "--chassis",
+        metavar="HOST",
+        action=EachChassis,
+        gathered_in="chassis_before" if defaults else "chassis_after",
+        help="address of the chassis, e.g. 169.254.128.2",
+        **none,
+    )
     group.add_argument("--master", metavar="URI", help="URI of its ROS master", **none)
     group.add_argument(
         "--sim", action="store_true", help="a simulated chassis, started for this command", **false

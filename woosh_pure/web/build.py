@@ -61,7 +61,7 @@ def build(house: House, *, origins: tuple[str, ...] = ()) -> FastAPI:
         for name in house.robots:
             app.mount(f"/robots/{name}", StaticFiles(directory=PAGE, html=True))
         app.mount("/", StaticFiles(directory=PAGE, html=True))
-    app.add_middleware(Guard, access=house.access)
+    app.add_middleware(Guard, house=house)
     if origins:
         app.add_middleware(
             CORSMiddleware,

@@ -4,6 +4,7 @@ says.
 
 from __future__ import annotations
 
+import asyncio
 import json
 import time
 from collections.abc import Awaitable, Callable, MutableMapping
@@ -14,7 +15,8 @@ from woosh_pure.web.access import COOKIE, Refusal
 from woosh_pure.web.problems import MEDIA_TYPE, Problem
 
 if TYPE_CHECKING:
-    from woosh_pure.web.access import Access
+    from woosh_pure.web.house import House
+    from woosh_pure.web.places import Key
 
 __all__ = ["CONTENT_POLICY", "MOST_BODY", "Guard", "token_of"]
 
@@ -23,7 +25,7 @@ Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
 Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
 App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
-MOST_BODY = 64 * 1024
+MOST_BODY, BODY_SECONDS = 64 * 1024, 10.0
 CONTENT_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; "
     "manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -61,8 +63,8 @@ def needs_token(path: str) -> bool:
 class Guard:
     """An ASGI middleware."""
 
-    def __init__(self, app: App, access: Access) -> None:
-        self._app, self._access = app, access
+    def __init__(self, app: App, house: House) -> None:
+        self._app, self._house, self._access = app, house, house.access
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """See ASGI."""
@@ -71,6 +73,24 @@ class Guard:
             return
         headers = {key.decode("latin-1"): value.decode("latin-1") for key, value in scope["headers"]}
         refusal = self._refusal(scope, headers)
+        key, let_in = _end_of(scope), refusal is None and self._is_let_in(scope)
+        places = self._house.places
+        places.begin(key, time.monotonic(), let_in=let_in)
+        if let_in and self._access.needs_token:
+            places.know(key[0], time.monotonic())
+        send = _Sending(send)
+        try:
+            await self._pass(scope, receive, send, headers, refusal)
+        except asyncio.CancelledError:
+            if not self._house.closed:
+                raise
+            await _say_good_bye(scope, send)  # it took longer than the server waits: no error of ours
+        finally:
+            places.end(key, time.monotonic(), let_in=let_in)
+
+    async def _pass(
+        self, scope: Scope, receive: Receive, send: Send, headers: dict[str, str], refusal: Refusal | None
+    ) -> None:
         if scope["type"] == "websocket":
             if refusal is not None:
                 await _refuse_socket(refusal, receive, send)
@@ -85,6 +105,10 @@ class Guard:
             return
         await self._app(scope, _limited(receive), answer)
 
+    def _is_let_in(self, scope: Scope) -> bool:
+        """Whoever asks may ask: what is open to all shows nothing of that, where there is a token."""
+        return not self._access.needs_token or needs_token(_path(scope))
+
     def _refusal(self, scope: Scope, headers: dict[str, str]) -> Refusal | None:
         access, host = self._access, headers.get("host")
         if (refusal := access.check_host(host)) is not None:
@@ -93,15 +117,19 @@ class Guard:
             refusal = access.check_origin(headers.get("origin"), host, headers.get("sec-fetch-site"))
             if refusal is not None:
                 return refusal
-        path = scope["path"].removeprefix(scope.get("root_path", ""))
-        if needs_token(path):
-            return access.check_token(token_of(headers), _address(scope), time.monotonic())
+        if needs_token(_path(scope)):
+            return access.check_token(token_of(headers), _end_of(scope)[0], time.monotonic())
         return None
 
 
-def _address(scope: Scope) -> str:
+def _path(scope: Scope) -> str:
+    return str(scope["path"].removeprefix(scope.get("root_path", "")))
+
+
+def _end_of(scope: Scope) -> Key:
+    """Address and port of the other end."""
     client = scope.get("client")
-    return str(client[0]) if client else "an unknown address"
+    return (str(client[0]), int(client[1] or 0)) if client else ("an unknown address", 0)
 
 
 def _announced(headers: dict[str, str]) -> int:
@@ -114,11 +142,18 @@ def _too_large() -> Refusal:
 
 
 def _limited(receive: Receive) -> Receive:
-    got = 0
+    got, more = 0, True
+    until = time.monotonic() + BODY_SECONDS
 
     async def limited() -> MutableMapping[str, Any]:
-        nonlocal got
-        message = await receive()
+        nonlocal got, more
+        if not more:  # from here on it tells only when the other side has gone
+            return await receive()
+        try:
+            message = await asyncio.wait_for(receive(), max(0.0, until - time.monotonic()))
+        except asyncio.TimeoutError:
+            raise Problem(408, f"the body did not come within {BODY_SECONDS:g} s") from None
+        more = bool(message.get("more_body", False))
         got += len(message.get("body", b""))
         if got > MOST_BODY:
             raise Problem(413, _too_large().text)
@@ -141,6 +176,30 @@ def _with_headers(scope: Scope, send: Send) -> Send:
         await send(message)
 
     return answer
+
+
+class _Sending:
+    """`send`, and whether anything was sent."""
+
+    def __init__(self, send: Send) -> None:
+        self._send = send
+        self.begun = False
+
+    async def __call__(self, message: MutableMapping[str, Any]) -> None:
+        self.begun = True
+        await self._send(message)
+
+
+async def _say_good_bye(scope: Scope, send: _Sending) -> None:
+    if scope["type"] != "http":
+        return
+    try:
+        if send.begun:
+            await send({"type": "http.response.body", "body": b""})
+        else:
+            await _refuse(scope, Refusal(503, "the server ends"), _with_headers(scope, send))
+    except (RuntimeError, OSError):
+        pass  # half of an answer cannot be ended well
 
 
 async def _refuse(scope: Scope, refusal: Refusal, send: Send) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from woosh_pure.web.live.hub import Hub
 from woosh_pure.web.people import People
+from woosh_pure.web.places import Places
 from woosh_pure.web.problems import Problem
 from woosh_pure.web.workers import Workers
 
@@ -25,19 +26,22 @@ class House:
         access: Who may ask.
         allow_driving: Whether a page may drive by velocity.
         people: Who is connected.
+        places: Who has a place at the server, where that is ours.
         stops, drives, looks: Threads for each of these.
         hubs: What viewers are shown, by the robot's name.
         streams, viewers: How many are open.
+        closed: The server ends.
     """
 
     def __init__(self, robots: Mapping[str, Robot], access: Access, *, allow_driving: bool) -> None:
         self.robots, self.access, self.allow_driving = dict(robots), access, allow_driving
-        self.people = People()
+        self.people, self.places = People(), Places()
         self.stops, self.drives = Workers("stop", 8), Workers("drive", 8)
         self.looks = Workers("look", 8)
         self.hubs = {name: Hub(robot, self.looks) for name, robot in self.robots.items()}
         self.streams = 0
         self.viewers = 0
+        self.closed = False
 
     def robot(self, name: str | None) -> Robot:
         """A robot by its name, the first one for None.
@@ -52,7 +56,8 @@ class House:
         return self.robots[name]
 
     def close(self, why: str) -> None:
-        """End what moves, at once."""
+        """End what moves, at once; whoever waits for something here is told soon."""
+        self.closed = True
         for robot in self.robots.values():
             robot.close(why)
         for workers in (self.stops, self.drives, self.looks):

@@ -25,6 +25,7 @@ _TITLES = {
     403: "Not allowed",
     404: "Not there",
     405: "Not this way",
+    408: "Too slow",
     409: "Refused",
     413: "Too large",
     415: "Not this kind",

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import socket
+import asyncio
 import threading
 import time
 from pathlib import Path
@@ -11,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.logs import get_logger
 from woosh_pure.web.access import is_loopback
+from woosh_pure.web.listener import Listener
 
 if TYPE_CHECKING:
+    from collections.abc import Coroutine
     from types import TracebackType
 
     from fastapi import FastAPI
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 __all__ = ["WebServer"]
 
 _logger = get_logger("woosh_pure.web")
-MOST_CONNECTIONS = 512
 START_SECONDS, END_SECONDS = 10.0, 3.0
 
 
@@ -65,7 +65,8 @@ class WebServer:
         for file in (tls_cert, tls_key):
             if file is not None:
                 Path(file).open("rb").close()
-        self._socket = _listen(bind, port)
+        self._places = app.state.house.places
+        self._socket = Listener(bind, port, self._places)
         self.port = int(self._socket.getsockname()[1])
         self.scheme = "https" if tls_cert else "http"
         shown = "127.0.0.1" if bind == "0.0.0.0" else "[::1]" if bind == "::" else bind
@@ -82,7 +83,6 @@ class WebServer:
             access_log=False,
             server_header=False,
             proxy_headers=False,
-            limit_concurrency=MOST_CONNECTIONS,
             timeout_keep_alive=5,
             timeout_graceful_shutdown=1,
             ws_max_size=64 * 1024,
@@ -94,14 +94,28 @@ class WebServer:
         self._server = uvicorn.Server(config)
         self._thread = threading.Thread(target=self._run, name="woosh:web server", daemon=True)
         self._error: BaseException | None = None
+        self.loop: asyncio.AbstractEventLoop | None = None
 
     def _run(self) -> None:
         try:
-            self._server.run(sockets=[self._socket])
+            _run_alone(self._serve())
         except BaseException as error:
             self._error = error
             if not isinstance(error, SystemExit):
                 _logger.exception("! the server has failed")
+
+    async def _serve(self) -> None:
+        self.loop = asyncio.get_running_loop()
+        tidying = asyncio.ensure_future(self._tidy())
+        try:
+            await self._server.serve(sockets=[self._socket])
+        finally:
+            tidying.cancel()
+
+    async def _tidy(self) -> None:
+        while True:
+            await asyncio.sleep(1.0)
+            self._places.tidy(time.monotonic())
 
     def __enter__(self) -> WebServer:
         self._thread.start()
@@ -135,19 +149,21 @@ class WebServer:
         self._socket.close()
 
 
-def _listen(bind: str, port: int) -> socket.socket:
-    host = bind.strip("[]")
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    listener = socket.socket(family, socket.SOCK_STREAM)
+def _run_alone(main: Coroutine[Any, Any, None]) -> None:
+    """In a loop of asyncio's own: `Listener.accept` is called by the one that waits for sockets to be ready,
+    and neither by Windows's other one nor by uvloop.
+    """
+    loop = asyncio.SelectorEventLoop()
     try:
-        if hasattr(socket, "SO_REUSEADDR") and os.name == "posix":
-            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        listener.bind((host, port))
-        listener.listen(128)
-    except OSError as error:
-        listener.close()
-        raise OSError(
-            error.errno,
-            f"cannot listen at {bind} port {port}: {error.strerror or error}; give another --port",
-        ) from error
-    return listener
+        asyncio.set_event_loop(loop)
+        loop.run_until_complete(main)
+    finally:
+        try:
+            left = asyncio.all_tasks(loop)
+            for task in left:
+                task.cancel()
+            loop.run_until_complete(asyncio.gather(*left, return_exceptions=True))
+            loop.run_until_complete(loop.shutdown_asyncgens())
+        finally:
+            asyncio.set_event_loop(None)
+            loop.close()

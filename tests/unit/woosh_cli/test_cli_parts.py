@@ -23,11 +23,12 @@ from woosh_pure.cli.commands import watch
 from woosh_pure.cli.output import Output, plain
 from woosh_pure.cli.picture import SCAN, blank_around, picture_of
 from woosh_pure.cli.png import encode_png, image_png
-from woosh_pure.cli.scene import Scene, scan_in_base, scan_in_map
+from woosh_pure.cli.scene import Scene
 from woosh_pure.cli.screen import Screen
 from woosh_pure.enums import RobotState
 from woosh_pure.errors import GoalFailed, MotionRefused
 from woosh_pure.faults.codes import decode_status_code
+from woosh_pure.feed.placed import scan_in_base, scan_in_map
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.outcome import Outcome, OutcomeKind

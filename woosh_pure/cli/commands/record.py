@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from argparse import ArgumentParser, Namespace
 from contextlib import ExitStack
 from pathlib import Path
@@ -10,18 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 from woosh_pure.cli.connection import chosen, names, simulated
 from woosh_pure.cli.output import Output
+from woosh_pure.interface.recorded import ALWAYS, selection_of
 
 if TYPE_CHECKING:
-    from rosproto.recording import Recorder, TopicSelection
+    from rosproto.recording import Recorder
 
 HELP = "record what the chassis says and is told into a bag, until interrupted; moves nothing"
-
-ALWAYS = ("pose", "battery")
-"""Feeds that are in every recording: without them nobody can tell later where and how the robot was."""
-BEYOND_TABLE = ("/tf", "/tf_static", "/diagnostics", "/rosout", "/map", "/map_metadata")
-GOALS = r"/[^/]+(?:/[^/]+)*/(?:goal|cancel|status|feedback|result)"
-"""The topics of actions, the chassis's own and others."""
-HEAVY = frozenset({"sensor_msgs/Image", "sensor_msgs/CompressedImage", "sensor_msgs/PointCloud2"})
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -58,36 +51,6 @@ def run(args: Namespace, out: Output) -> int:
         recorder = Recorder(node, selection=selection, **options)
         code = follow_recording(recorder, quiet=args.quiet or args.json)
     return _tell(recorder, out) or code
-
-
-def selection_of(
-    topics: list[str] = [],  # noqa: B006  (never changed)
-    *,
-    camera: bool = False,
-    all: bool = False,
-    exclude: list[str] = [],  # noqa: B006
-) -> TopicSelection:
-    """What is recorded: pose and battery in any case, then the table's topics as they appear.
-
-    Args:
-        topics: More topics, in any case.
-        camera: Images and point clouds too.
-        all: Everything there is, also what is not the chassis's.
-        exclude: Regular expressions for whole names; pose and battery stay.
-    """
-    from rosproto.recording import TopicSelection
-    from woosh_pure.interface.table import find
-    from woosh_pure.interface.table import topics as rows
-
-    named = [name for feed in ALWAYS for name in (find(feed).name, *find(feed).aliases)]
-    known = [name for row in rows() if camera or row.type not in HEAVY for name in (row.name, *row.aliases)]
-    patterns = [re.escape(name) for name in (*known, *BEYOND_TABLE)]
-    return TopicSelection(
-        [*named, *("/" + topic.lstrip("/") for topic in topics)],
-        patterns=[*patterns, GOALS],
-        exclude=exclude,
-        all=all,
-    )
 
 
 def _tell(recorder: Recorder, out: Output) -> int:

@@ -7,10 +7,11 @@ from argparse import ArgumentParser, Namespace
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit
 
 from rosproto.cli import CommandError
-from woosh_pure.cli.arguments import port
-from woosh_pure.cli.connection import connect
+from woosh_pure.cli.arguments import each_chassis, named_host, port
+from woosh_pure.cli.connection import connect, connect_to
 from woosh_pure.cli.output import Output
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=HOST",
-        help="one more robot, shown at /robots/NAME/",
+        help="one more robot, as a further --chassis NAME=HOST",
     )
     parser.add_argument("--marks", type=Path, metavar="FILE", help="list of marks (default: `woosh marks`'s)")
     parser.add_argument(
@@ -56,7 +57,6 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace, out: Output) -> int:
     """See `registry`."""
     from woosh_pure import web
-    from woosh_pure.chassis import Chassis
     from woosh_pure.web.extra import require
     from woosh_pure.web.serve import WebServer
 
@@ -64,14 +64,13 @@ def run(args: Namespace, out: Output) -> int:
         require()
     except ImportError as missing:
         raise CommandError(str(missing)) from missing
-    more = [_named(text) for text in args.robot]
+    more = _further(args)
     with ExitStack() as stack:
-        first = stack.enter_context(connect(args, out))
-        robots: dict[str, Chassis] = {"sim" if args.sim else "robot": first}
+        robots: dict[str, Chassis] = {_first(args, alone=not more): stack.enter_context(connect(args, out))}
         for name, address in more:
             if name in robots:
-                raise ValueError(f"--robot {name}: two robots of that name")
-            robots[name] = stack.enter_context(Chassis(address, host=args.host))
+                raise ValueError(f"two robots are called {name}; give names, as --chassis hall2=192.168.1.20")
+            robots[name] = stack.enter_context(connect_to(address, args.host, args, out))
         app = web.app(
             robots,
             token=args.token,
@@ -96,11 +95,39 @@ def run(args: Namespace, out: Output) -> int:
     return 1
 
 
-def _named(text: str) -> tuple[str, str]:
-    name, equals, address = text.partition("=")
-    if not (equals and name and address):
-        raise ValueError(f"--robot {text}: expected NAME=HOST, such as hall2=192.168.1.20")
-    return name, address
+def _first(args: Namespace, *, alone: bool) -> str:
+    """What the robot of the plain paths is called."""
+    name, address = next(iter(each_chassis(args)), ("", ""))
+    if name or alone or not address:
+        return name or ("sim" if args.sim else "robot")
+    return _called(address)
+
+
+def _further(args: Namespace) -> list[tuple[str, str]]:
+    """Name and address of every robot but the first."""
+    first, *more = each_chassis(args) or [("", "")]
+    if more:
+        args.chassis = first[1]  # the others count, too, so here it is the first that goes ahead
+    for text in args.robot:
+        name, address = named_host(text)
+        if not (name and address):
+            raise ValueError(f"--robot {text}: expected NAME=HOST, such as hall2=192.168.1.20")
+        more.append((name, address))
+    for name, address in more:
+        if not address.strip():
+            raise ValueError(
+                f"--chassis {name}: an address is missing, such as {name or 'hall2'}=192.168.1.20"
+            )
+    return [(name or _called(address), address) for name, address in more]
+
+
+def _called(address: str) -> str:
+    """A robot without a name has that of its computer, and of its port where it is not the usual one."""
+    from woosh_pure.connection.address import DEFAULT_PORT, master_uri_of
+
+    master = urlsplit(master_uri_of(address))
+    port = "" if master.port in (None, DEFAULT_PORT) else f":{master.port}"
+    return f"{master.hostname or address}{port}".replace("%", "-")
 
 
 def _marks(args: Namespace, out: Output) -> list[Any]:

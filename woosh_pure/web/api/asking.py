@@ -37,8 +37,10 @@ def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
 PROBLEMS = problems(401, 404, 503, 504)
 
 
-def named_robot(robot: str = Path(description="name of a robot, of GET robots", max_length=100)) -> None:
-    """Tells /openapi.json of the name in the path."""
+async def named_robot(
+    robot: str = Path(description="name of a robot, of GET robots", max_length=100),
+) -> None:
+    """Tells /openapi.json of the name in the path. Async, or a stop would wait for a thread to be free."""
 
 
 def house_of(request: Request) -> House:

@@ -11,6 +11,8 @@ from fastapi import APIRouter, Query, Request, Response
 from starlette.concurrency import run_in_threadpool
 from starlette.types import Receive, Scope, Send
 
+from rosproto.errors import RosError
+from rosproto.logs import get_logger
 from woosh_pure import interface
 from woosh_pure.feed.feed import PICTURES
 from woosh_pure.feed.feed import Feed as ChassisFeed
@@ -22,8 +24,9 @@ from woosh_pure.web.snapshot import plain
 
 __all__ = ["router"]
 
+_logger = get_logger("woosh_pure.web")
 router = APIRouter(tags=["feeds"], responses=PROBLEMS)
-MOST_STREAMS, STUCK_SECONDS, BEAT_SECONDS = 32, 10.0, 5.0
+MOST_STREAMS, STUCK_SECONDS, BEAT_SECONDS, LOOK_SECONDS = 32, 10.0, 5.0, 0.25
 _EVENTS: dict[int | str, dict[str, Any]] = {
     200: {"content": {"text/event-stream": {}}, "description": "one event for each new value, as FeedValue"}
 }
@@ -96,6 +99,8 @@ class _Events(Response):
         gone = asyncio.ensure_future(_gone(receive))
         try:
             await self._events(send, gone)
+        except (RosError, asyncio.TimeoutError) as error:  # its status has been sent: the stream ends here
+            _logger.debug("! the stream of %s ends: %s", self._name, error or "nobody takes it")
         finally:
             gone.cancel()
             self._house.streams -= 1
@@ -103,14 +108,22 @@ class _Events(Response):
     async def _events(self, send: Send, gone: asyncio.Future[None]) -> None:
         count, said = -1, 0.0
         await run_in_threadpool(self._feed.connect)
-        while not (gone.done() or self._feed.closed):
+        while not (gone.done() or self._feed.closed or self._house.closed):
             if self._feed.count != count and self._feed.known is not None:
                 count = self._feed.count
                 text = json.dumps(_value(self._name, self._feed), ensure_ascii=False, allow_nan=False)
                 said = await _tell(send, f"event: {self._name}\nid: {count}\ndata: {text}\n\n")
             elif time.monotonic() - said > BEAT_SECONDS:
                 said = await _tell(send, ": nothing new\n\n")
-            await asyncio.wait([gone], timeout=1.0 / self._rate)
+            await self._rest(gone)
+        if not gone.done():
+            await send({"type": "http.response.body", "body": b""})
+
+    async def _rest(self, gone: asyncio.Future[None]) -> None:
+        """Until the next event is due, or the server ends."""
+        until = time.monotonic() + 1.0 / self._rate
+        while (left := until - time.monotonic()) > 0.0 and not (gone.done() or self._house.closed):
+            await asyncio.wait([gone], timeout=min(left, LOOK_SECONDS))
 
 
 async def _gone(receive: Receive) -> None:

@@ -13,7 +13,7 @@ from starlette.concurrency import run_in_threadpool
 
 from woosh_pure.enums import Direction
 from woosh_pure.web import models
-from woosh_pure.web.api.asking import PROBLEMS, orderer, person_of, problems, robot_of
+from woosh_pure.web.api.asking import PROBLEMS, house_of, orderer, person_of, problems, robot_of
 from woosh_pure.web.problems import Problem
 from woosh_pure.web.robot import Robot
 
@@ -70,7 +70,7 @@ async def wait_for_goal(
     """Wait for its end; the goal as it stands when the time is up: look at `done`."""
     found, until = robot_of(request).goals.get(goal), time.monotonic() + timeout
     while not found.done and time.monotonic() < until:
-        if await request.is_disconnected():
+        if house_of(request).closed or await request.is_disconnected():
             break
         await asyncio.sleep(0.05)
     return await run_in_threadpool(found.as_json)

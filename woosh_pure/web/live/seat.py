@@ -17,8 +17,8 @@ __all__ = ["MOST_ANGULAR", "MOST_LINEAR", "Seat"]
 
 MOST_LINEAR, MOST_ANGULAR = 0.3, 0.5
 """m/s and rad/s that a page may drive; the chassis's own limits hold below these."""
-ZEROS_SECONDS = 1.0
-"""Seconds that somebody who holds again waits for the zeros of before."""
+ZEROS_SECONDS = 2.5
+"""Seconds that somebody who holds again waits for the zeros of before, which `leave` gives two."""
 
 
 class Seat:

@@ -42,7 +42,8 @@ NOTHING_READ, SEND_SECONDS = 15.0, 10.0
 MOST_TRIP = 0.4
 """Seconds that a frame and its acknowledgement may take when somebody begins to drive: how long the first
 message of a hand was under way, no clock tells."""
-_ORDER = ("pose", "scan", "state", "lost", "map", "marks", "footprint", "plan", "journal")
+_AT_ONCE = ("lost",)
+_ORDER = ("scan", "state", "map", "marks", "footprint", "plan", "journal")
 _BINARY = ("camera color", "camera depth", "costmap")
 
 
@@ -62,12 +63,14 @@ class Session:
         self._trip = 0.0  # how long the newest acknowledged one took, there and back
         self._heard = time.monotonic()  # when the page acknowledged last, or all was acknowledged
         self._versions: dict[str, int] = {}
+        self._turns: dict[str, int] = {}  # the number of the last frame of each kind
         self._journal = -1
         self._lease: object = None
         self._said: deque[str] = deque(maxlen=32)
         self._looks: set[str] = set()
         self._confirmed = False
         self._dead_man = DeadMan()
+        self._presses = 0
         self._seated = False
         self._drive_entry = 0
         self._tasks: set[asyncio.Task[None]] = set()
@@ -92,7 +95,9 @@ class Session:
                 ):
                     raise error
         finally:
-            self._obey(self._dead_man.end("gone"))
+            self._dead_man.end("gone")
+            if self._seated:
+                self._stand("gone")
             try:
                 await _end_all({*tasks, *self._tasks})
                 for what in list(self._looks):
@@ -156,14 +161,22 @@ class Session:
         lease = self._lease_news()
         if lease is not None:
             return lease
-        for kind in _ORDER:
+        for kind in self._in_turn():
             frame = self._state() if kind == "state" else self._news(kind)
             if frame is not None:
-                return frame
-        for kind in _BINARY:
-            if kind.removeprefix("camera ") in self._looks and (frame := self._news(kind)) is not None:
+                self._turns[kind] = self._sent
                 return frame
         return None
+
+    def _in_turn(self) -> list[str]:
+        """All kinds, what comes first first. Over a slow link the pose is always new again, and so is the
+        scan: they must not keep all else away. So the pose has every other frame, and the rest takes turns.
+        """
+        looked_at = [kind for kind in _BINARY if kind.removeprefix("camera ") in self._looks]
+        others = sorted([*_ORDER, *looked_at], key=lambda kind: self._turns.get(kind, -1))
+        if self._turns.get("pose", -2) == self._sent - 1:
+            return [*_AT_ONCE, *others, "pose"]
+        return [*_AT_ONCE, "pose", *others]
 
     def _news(self, kind: str) -> str | bytes | None:
         if kind == "journal":
@@ -316,25 +329,31 @@ class Session:
                 self._over(error)
         elif verdict.act == "open":
             self._say({"t": "drive", "state": "opening", "reason": "", "text": ""})
-            self._start(self._open())
+            self._presses += 1
+            self._start(self._open(self._presses))
         elif verdict.act == "zero":
             self._stand(verdict.reason)
         elif verdict.reason:
             self._say({"t": "drive", "state": "refused", "reason": verdict.reason, "text": "press again"})
 
-    async def _open(self) -> None:
+    async def _open(self, press: int) -> None:
+        """Open a drive for one press; of an earlier one than the newest, it is ended again at once."""
         seat, name = self._robot.seat, self._person.name
         opening = self._house.drives.run(seat.open, name)
         try:
             await asyncio.shield(opening)
         except asyncio.CancelledError:  # the page is gone while it was being opened
-            opening.add_done_callback(lambda _: self._house.drives.run(seat.leave, "the page has gone"))
+            opening.add_done_callback(lambda done: self._leave_again(done, "the page has gone"))
             raise
         except Exception as error:
-            problem = problem_of(error)
-            reason = problem.kind if isinstance(error, Problem) else "refused"
-            self._dead_man.end(reason)
-            self._say({"t": "drive", "state": "refused", "reason": reason, "text": problem.text})
+            if press == self._presses:
+                problem = problem_of(error)
+                reason = problem.kind if isinstance(error, Problem) else "refused"
+                self._dead_man.end(reason)
+                self._say({"t": "drive", "state": "refused", "reason": reason, "text": problem.text})
+            return
+        if press != self._presses:
+            self._leave_again(opening, "the hand has let go meanwhile")
             return
         self._seated = True
         entry = self._robot.journal.begin(name, "drive")
@@ -343,6 +362,11 @@ class Session:
             self._say({"t": "drive", "state": "driving", "reason": "", "text": "", "limits": seat.limits})
         self._drive_entry = entry
         self._obey(verdict)
+
+    def _leave_again(self, opening: asyncio.Future[None], why: str) -> None:
+        """Nobody waits for that drive any more, if there is one: another's must not be ended for it."""
+        if not opening.cancelled() and opening.exception() is None:
+            self._house.drives.run(self._robot.seat.leave, why)
 
     def _stand(self, reason: str, text: str = "") -> None:
         """Zero, now; the journal and the page are told afterwards."""

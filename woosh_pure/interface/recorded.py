@@ -1,0 +1,49 @@
+"""What of the interface a recording holds, unless somebody asks for more."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from woosh_pure.interface.table import find
+from woosh_pure.interface.table import topics as rows
+
+if TYPE_CHECKING:
+    from rosproto.recording import TopicSelection
+
+__all__ = ["ALWAYS", "HEAVY", "selection_of"]
+
+ALWAYS = ("pose", "battery")
+"""Feeds that are in every recording: without them nobody can tell later where and how the robot was."""
+BEYOND_TABLE = ("/tf", "/tf_static", "/diagnostics", "/rosout", "/map", "/map_metadata")
+GOALS = r"/[^/]+(?:/[^/]+)*/(?:goal|cancel|status|feedback|result)"
+"""The topics of actions, the chassis's own and others."""
+HEAVY = frozenset({"sensor_msgs/Image", "sensor_msgs/CompressedImage", "sensor_msgs/PointCloud2"})
+
+
+def selection_of(
+    topics: list[str] = [],  # noqa: B006  (never changed)
+    *,
+    camera: bool = False,
+    all: bool = False,
+    exclude: list[str] = [],  # noqa: B006
+) -> TopicSelection:
+    """What is recorded: pose and battery in any case, then the table's topics as they appear.
+
+    Args:
+        topics: More topics, in any case.
+        camera: Images and point clouds too.
+        all: Everything there is, also what is not the chassis's.
+        exclude: Regular expressions for whole names; pose and battery stay.
+    """
+    from rosproto.recording import TopicSelection
+
+    named = [name for feed in ALWAYS for name in (find(feed).name, *find(feed).aliases)]
+    known = [name for row in rows() if camera or row.type not in HEAVY for name in (row.name, *row.aliases)]
+    patterns = [re.escape(name) for name in (*known, *BEYOND_TABLE)]
+    return TopicSelection(
+        [*named, *("/" + topic.lstrip("/") for topic in topics)],
+        patterns=[*patterns, GOALS],
+        exclude=exclude,
+        all=all,
+    )
