@@ -11,9 +11,10 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = [
-    "rosproto", "rosproto.action", "rosproto.aio", "rosproto.bag", "rosproto.node",
-    "rosproto.numeric", "rosproto.recording", "rosproto.tf", "woosh_pure", "woosh_pure.aio", "woosh_pure.fleet",
-    "woosh_pure.sim", "woosh_pure.web",
+    "rosproto", "rosproto.action", "rosproto.aio", "rosproto.bag", "rosproto.gateway",
+    "rosproto.gateway.foxglove", "rosproto.gateway.rosbridge.rosapi", "rosproto.node", "rosproto.numeric",
+    "rosproto.recording", "rosproto.tf", "woosh_pure", "woosh_pure.aio", "woosh_pure.fleet", "woosh_pure.sim",
+    "woosh_pure.web",
 ]  # fmt: skip
 
 

@@ -8,11 +8,12 @@ from typing import Protocol
 
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.outbox import Outbox
+from rosproto.gateway.pieces import Pieces
 
 __all__ = ["Channel", "Late", "Payload", "Session"]
 
-Payload = str | bytes
-"""One message of a WebSocket: text, or binary."""
+Payload = str | bytes | Pieces
+"""One message of a WebSocket: text, or binary, in one piece or in several."""
 
 
 class Late(Protocol):
@@ -29,7 +30,7 @@ class Late(Protocol):
 class Session(Protocol):
     """What a server does with one client's messages."""
 
-    async def received(self, data: Payload) -> None:
+    async def received(self, data: str | bytes) -> None:
         """A message; the next one is read when this is done. Runs in the server's loop."""
 
     def ended(self) -> None:
@@ -78,7 +79,7 @@ class Channel:
         """Whether something waits that it has not taken yet."""
         return self.busy or len(self.outbox) > 0
 
-    def answer(self, payloads: tuple[Payload, ...]) -> None:
+    def answer(self, payloads: tuple[str | bytes, ...]) -> None:
         """Send something that is never dropped; a client that does not take its answers is cut off."""
         for payload in payloads:
             self.outbox.put(None, len(payload), payload)

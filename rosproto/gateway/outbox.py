@@ -82,19 +82,26 @@ class Outbox(Generic[T]):
                 self.overflow |= self.answer_bytes > self._limits.answer_bytes
             else:
                 self._make_room(key, size, self._limits.outbox_messages if keep is None else keep)
-                self._waiting.setdefault(key, deque()).append(item)
-                self._key_bytes[key] = self._key_bytes.get(key, 0) + size
+                waiting = self._waiting.get(key)
+                if waiting is None:
+                    waiting = self._waiting[key] = deque()
+                    self._key_bytes[key] = 0
+                waiting.append(item)
+                self._key_bytes[key] += size
             self._queue.append(item)
             self._live += 1
             self.bytes += size
         if was_empty and self._wake is not None:
             self._wake()
 
-    def take(self) -> T | None:
-        """The oldest payload; None when there is none."""
+    def take(self, most: int | None = None) -> T | None:
+        """The oldest payload; None when there is none, or when it has more than `most` bytes."""
         with self._lock:
             while self._queue:
-                item = self._queue.popleft()
+                item = self._queue[0]
+                if item.payload is not None and most is not None and item.size > most:
+                    return None
+                self._queue.popleft()
                 if item.payload is None:
                     continue
                 if item.key is None:

@@ -149,8 +149,8 @@ class Sample:
     def _decode(self) -> Any:
         return self.description.type.decode(self.data, 0, len(self.data))
 
-    def once(self, key: object, make: Callable[[], T]) -> T:
-        """What `make()` returns, made with the first use of `key` and kept: a text for all clients.
+    def once(self, key: object, make: Callable[..., T], *args: object) -> T:
+        """What `make(*args)` returns, made with the first use of `key` and kept: a text for all clients.
 
         Another thread that asks meanwhile waits for it. What raises is tried again.
         """
@@ -162,7 +162,7 @@ class Sample:
                 if key in self._made:
                     made = self._made[key]
                 else:
-                    made = self._made[key] = make()
+                    made = self._made[key] = make(*args)
         return made
 
     def has(self, key: object) -> bool:

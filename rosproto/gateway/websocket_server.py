@@ -12,9 +12,10 @@ import logging
 import socket
 import ssl
 import threading
-from collections import Counter, OrderedDict, deque
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections import Counter, OrderedDict
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future, wait
+from contextlib import suppress
 from http import HTTPStatus
 from importlib import import_module
 from typing import Any
@@ -25,6 +26,7 @@ from rosproto.errors import LocalProtocolError, RosTimeout
 from rosproto.gateway.access import foreign_host, foreign_origin, require_token_off_loopback, token_fits
 from rosproto.gateway.channel import Channel, Session
 from rosproto.gateway.limits import GatewayLimits
+from rosproto.gateway.outgoing import Outgoing, closed_error
 from rosproto.logs import PeerLog
 from rosproto.transport.os_errors import system_errors
 
@@ -33,8 +35,6 @@ __all__ = ["WebSocketServer", "need_websockets"]
 WRITE_BUFFER = 256 << 10  # bytes given to the system's socket ahead of what it took
 UNREAD = 2  # messages of a client read ahead of its session
 START_SECONDS = 10.0
-PIECE = 512 << 10  # bytes, or characters, that are written at once; between them others have their turn
-TURN = 64  # messages written to one client before others have their turn
 _GOING_AWAY, _TRY_AGAIN = 1001, 1013
 
 
@@ -106,9 +106,6 @@ class WebSocketServer:
         self._token = token
         self._name = name
         self._lock = threading.Lock()
-        self._woken: deque[Channel] = deque()
-        self._told = False
-        self._events: dict[Channel, asyncio.Event] = {}
         self._sockets: dict[Channel, Any] = {}
         self._tasks: set[asyncio.Task[Any]] = set()
         self._pending: OrderedDict[Any, None] = OrderedDict()
@@ -120,6 +117,7 @@ class WebSocketServer:
         self.port: int = self._listener.getsockname()[1]
         self._started: Future[None] = Future()
         self._loop = asyncio.new_event_loop()
+        self._outgoing = Outgoing(self._loop, self.pool, self.said, name)
         self._stop = asyncio.Event()
         self._thread = threading.Thread(target=self._run, name=f"rosproto:{name}", daemon=True)
         self._thread.start()
@@ -199,6 +197,10 @@ class WebSocketServer:
 
     def began(self, transport: Any) -> None:
         """A connection was accepted; the one that holds back its handshake longest makes room."""
+        # asyncio does it for the sockets that it made itself. A short message would wait for the client's
+        # acknowledgement of the one before, up to 40 ms.
+        with suppress(OSError):  # it has gone already
+            transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._transports.add(transport)
         self._pending[transport] = None
         if len(self._pending) > self.limits.pending_handshakes:
@@ -243,7 +245,7 @@ class WebSocketServer:
         assert task is not None
         self._tasks.add(task)
         self._pending.pop(connection.transport, None)
-        channel = Channel(_peer(connection), self.limits, self._wake, self._end, self._later)
+        channel = Channel(_peer(connection), self.limits, self._outgoing.wake, self._end, self._later)
         with self._lock:
             full = len(self._sockets) >= self.limits.connections or self._closing
             if not full:
@@ -259,15 +261,14 @@ class WebSocketServer:
             self._tasks.discard(task)
 
     async def _serve_client(self, connection: Any, channel: Channel) -> None:
-        self._events[channel] = asyncio.Event()
-        writer = asyncio.ensure_future(self._write(connection, channel))
+        self._outgoing.add(channel, connection)
         session: Session | None = None
         try:
             session = self._open_session(channel)
             async for data in connection:
                 channel.received += 1
                 await session.received(data)
-        except _closed(self._websockets):
+        except closed_error():
             pass  # however it ended: it is over
         except Exception:
             self.said.error(
@@ -277,9 +278,8 @@ class WebSocketServer:
         finally:
             with self._lock:
                 self._sockets.pop(channel, None)
-                self._events.pop(channel, None)
             channel.outbox.close()
-            writer.cancel()
+            self._outgoing.remove(channel)
             if session is not None:
                 self._say_goodbye(session)
 
@@ -298,57 +298,7 @@ class WebSocketServer:
 
         self.pool.spawn(leave)
 
-    async def _write(self, connection: Any, channel: Channel) -> None:
-        """What waits for a client, one after the other; ends with its connection."""
-        event = self._events[channel]
-        turn = 0
-        while True:
-            item = channel.outbox.take()
-            if item is None:
-                event.clear()
-                await event.wait()
-                continue
-            channel.busy = True
-            try:
-                if isinstance(item, (str, bytes)):
-                    payloads: tuple[str | bytes, ...] = (item,)
-                elif item.quick:
-                    payloads = item.payloads()
-                else:
-                    payloads = await self.pool.run(item.payloads)
-                for payload in payloads:
-                    await connection.send(payload if len(payload) <= PIECE else _pieces(payload))
-                    channel.sent += 1
-            except _closed(self._websockets):
-                return
-            except Exception:
-                self.said.error(
-                    channel.peer, "! %s: a message to %s", self._name, channel.peer, exc_info=_current()
-                )
-            finally:
-                channel.busy = False
-            turn += 1
-            if turn % TURN == 0:
-                await asyncio.sleep(0)
-
     # -- from any thread ------------------------------------------------------------------------------------
-
-    def _wake(self, channel: Channel) -> None:
-        """Something waits for a client: the loop is woken once for all that comes together."""
-        with self._lock:
-            self._woken.append(channel)
-            told, self._told = self._told, True
-        if not told:
-            notify(self._loop, self._wake_all)
-
-    def _wake_all(self) -> None:
-        with self._lock:
-            woken, self._woken = self._woken, deque()
-            self._told = False
-        for channel in woken:
-            event = self._events.get(channel)
-            if event is not None:
-                event.set()
 
     def _later(self, seconds: float, function: Callable[[], object]) -> None:
         notify(self._loop, self._loop.call_later, seconds, function)
@@ -370,7 +320,7 @@ class WebSocketServer:
             await asyncio.wait_for(connection.close(code, reason), self.limits.close_seconds)
         except (asyncio.TimeoutError, TimeoutError):
             pass
-        except _closed(self._websockets):
+        except closed_error():
             pass
         connection.transport.abort()
 
@@ -421,22 +371,10 @@ def _connection_type(base: Any, server: WebSocketServer) -> Any:
     )
 
 
-def _closed(server: Any) -> Any:
-    """The exception that says a connection is over."""
-    return import_module("websockets.exceptions").ConnectionClosed
-
-
 def _current() -> BaseException | None:
     import sys
 
     return sys.exc_info()[1]
-
-
-async def _pieces(payload: str | bytes) -> AsyncIterator[str | bytes]:
-    """A large message as the frames of a fragmented one: a map does not hold up the other clients."""
-    for start in range(0, len(payload), PIECE):
-        yield payload[start : start + PIECE]
-        await asyncio.sleep(0)
 
 
 def _peer(connection: Any) -> str:

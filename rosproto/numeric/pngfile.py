@@ -37,7 +37,7 @@ def encode_png(pixels: NDArray[np.generic]) -> bytes:
     scanlines = np.zeros((height, 1 + rows.shape[1] * size), np.uint8)  # the first byte: filter type none
     scanlines[:, 1:] = rows.view(np.uint8).reshape(height, -1)
     header = struct.pack(">IIBBBBB", width, height, 8 * size, _KINDS[channels], 0, 0, 0)
-    body = zlib.compress(scanlines.tobytes(), 6)
+    body = zlib.compress(scanlines.data, 6)
     return SIGNATURE + _chunk(b"IHDR", header) + _chunk(b"IDAT", body) + _chunk(b"IEND", b"")
 
 

@@ -5,13 +5,16 @@
 
 * odometry: Odometry at 50 Hz, as JSON, to N clients: processor time of the server for a delivered message.
 * image: 640x480 rgb8 at 30 Hz as cbor-raw to one client: messages that did not arrive, by their numbers.
-* map: a 4000x4000 OccupancyGrid as JSON to one client, while another one gets Odometry: its longest pause.
+* map: a 4000x4000 OccupancyGrid, in each of --compressions, to one client, while another one gets Odometry: its
+  longest pause.
 * stuck: a cloud of 20 MB/s as cbor-raw to one client that reads and one that has stopped: memory that the server
   grew by, and the 99th percentile of Odometry's way to a third one.
-* connects: as many clients one after the other, subscribed and gone without a word: threads and files afterwards.
+* connects: as many clients one after the other, subscribed and gone without a word: threads, files and subscriptions
+  afterwards.
 
 PATH is a checkout of rosbridge_suite, branch ros1; without it only ours is measured. The server is a process of its
-own in both cases, so is the publisher; the clients are this process.
+own in both cases, so is the publisher, and so is the client whose pauses and latencies are measured: they are not those
+of a client that reads something else. The other clients are this process.
 """
 
 from __future__ import annotations
@@ -28,9 +31,9 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
+from xmlrpc.client import ServerProxy
 
 from rosproto import Master, Node
 from tests.benchmarks._figures import print_ratio, ratios, spread
@@ -69,6 +72,7 @@ def run(arguments: list[str]) -> None:
     parser.add_argument("--seconds", type=float, default=8.0)
     parser.add_argument("--rounds", type=int, default=2)
     parser.add_argument("--connects", type=int, default=1000)
+    parser.add_argument("--compressions", default="none,cbor,png")
     parser.add_argument("--only", default=",".join(ROWS))
     parser.add_argument("--rosbridge-suite", type=Path)
     args = parser.parse_args(arguments)
@@ -215,10 +219,94 @@ async def during(seconds: float, *tasks: Any) -> None:
     await asyncio.gather(*running, return_exceptions=True)
 
 
-def late(data: str) -> float:
-    """Milliseconds since the stamp of a message in JSON."""
-    stamp = json.loads(data)["msg"]["header"]["stamp"]
-    return (time.time() - stamp["secs"] - stamp["nsecs"] / 1e9) * 1000
+class Watch(NamedTuple):
+    """What a client of its own process saw of Odometry."""
+
+    longest_pause: float  # milliseconds
+    latencies: list[float]
+
+
+class Watcher:
+    """A process that gets Odometry, and nothing else, while it is used in a `with` block.
+
+    Args:
+        program: What it runs: `THROUGH_A_SERVER`, or `AS_A_NODE` for what the way takes without one.
+        where: The server's URL, or the master's.
+    """
+
+    def __init__(self, program: str, where: str) -> None:
+        words = [sys.executable, "-c", program + _WATCHER, where]
+        self._process = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+    def __enter__(self) -> Watcher:
+        assert self._process.stdout is not None
+        assert self._process.stdout.readline() == "ready\n"
+        return self
+
+    def begin(self) -> None:
+        """Forget what was so far."""
+        assert self._process.stdin is not None
+        self._process.stdin.write("begin\n")
+        self._process.stdin.flush()
+
+    def end(self) -> Watch:
+        """What was since then."""
+        out, _ = self._process.communicate(timeout=20)
+        return Watch(**json.loads(out))
+
+    def __exit__(self, *_: object) -> None:
+        self._process.kill()
+        self._process.wait(10)
+
+
+THROUGH_A_SERVER = """
+import asyncio, json, sys
+from websockets.asyncio.client import connect
+
+loop = asyncio.new_event_loop()
+
+async def open():
+    client = await connect(sys.argv[1], max_size=None, compression=None, ping_interval=None)
+    await client.send(json.dumps({"op": "subscribe", "topic": "/odom", "type": "nav_msgs/Odometry"}))
+    return client
+
+client = loop.run_until_complete(open())
+
+def get():
+    stamp = json.loads(loop.run_until_complete(client.recv()))["msg"]["header"]["stamp"]
+    return stamp["secs"] + stamp["nsecs"] / 1e9
+"""
+AS_A_NODE = """
+import sys
+from rosproto import Node
+
+node = Node("/watcher", master_uri=sys.argv[1])
+subscriber = node.subscriber("/odom", "nav_msgs/Odometry")
+
+def get():
+    return subscriber.next(60).header.stamp.to_sec()
+"""
+_WATCHER = """
+import json, os, threading, time
+
+times, latencies, ended = [], [], threading.Event()
+
+def control():
+    for line in sys.stdin:
+        times.clear(), latencies.clear()
+    ended.set()
+
+get()
+threading.Thread(target=control, daemon=True).start()
+print("ready", flush=True)
+while not ended.is_set():
+    stamp = get()
+    latencies.append((time.time() - stamp) * 1000)
+    times.append(time.perf_counter())
+pauses = [1000 * (b - a) for a, b in zip(times, times[1:])]
+print(json.dumps({"longest_pause": max(pauses), "latencies": latencies}), flush=True)
+os._exit(0)
+"""
 
 
 def percentile(values: list[float], part: float) -> float:
@@ -304,87 +392,96 @@ def row_image(args: Any, servers: list[Server], master_uri: str) -> None:
 
 
 def row_map(args: Any, servers: list[Server], master_uri: str) -> None:
-    async def measured(server: Server) -> float:
-        times: list[float] = []
-        got: list[float] = []
-        other = await subscribed(server, "/odom", type="nav_msgs/Odometry")
-        reader = asyncio.ensure_future(each(other, lambda _: times.append(time.perf_counter())))
-        await asyncio.sleep(1.0)
-        times.clear()
-        words = [sys.executable, "-c", _MAP_CLIENT, server.url]
-        began = time.perf_counter()
-        process = await asyncio.create_subprocess_exec(*words, stdout=subprocess.PIPE)
-        try:
-            out, _ = await asyncio.wait_for(process.communicate(), 120)
-            got.append(time.perf_counter() - began)
-        finally:
-            if process.returncode is None:
-                process.kill()
-        reader.cancel()
-        await asyncio.gather(reader, return_exceptions=True)
-        await other.close()
-        print(f"    {server.name}: the map ({int(out) / 1e6:.1f} MB of JSON) came after {got[0]:.1f} s")
-        return 1000 * max((b - a for a, b in pairwise(times)), default=float("nan"))
+    without: list[float] = []
+
+    def measured(server: Server, compression: str) -> float:
+        with Watcher(THROUGH_A_SERVER, server.url) as watcher, Watcher(AS_A_NODE, master_uri) as node:
+            time.sleep(1.0)
+            watcher.begin()
+            node.begin()
+            words = [sys.executable, "-c", _MAP_CLIENT, server.url, compression]
+            began = time.perf_counter()
+            try:
+                done = subprocess.run(words, capture_output=True, text=True, timeout=150, check=True)
+                took = f"{int(done.stdout) / 1e6:.1f} MB after {time.perf_counter() - began:.1f} s"
+            except subprocess.TimeoutExpired:
+                took = "not within 150 s"
+            except subprocess.CalledProcessError as error:
+                took = f"never: {error.stderr.strip().splitlines()[-1][:100]}"
+            seen, bare = watcher.end(), node.end()
+            without.append(bare.longest_pause)
+            print(
+                f"    {server.name}: the map as {compression} came {took};"
+                f" longest pause meanwhile without a server {bare.longest_pause:.0f} ms"
+            )
+            return seen.longest_pause
 
     with published(master_uri, "map", "odom"):
         time.sleep(3)
-        beside(
-            args,
-            servers,
-            lambda s: asyncio.run(measured(s)),
-            "ms longest pause of Odometry (must be < 200 + 20)",
-        )
+        for compression in args.compressions.split(","):
+            print(f"  {compression}")
+            without.clear()
+            beside(
+                args,
+                servers,
+                lambda server, compression=compression: measured(server, compression),
+                "ms longest pause of Odometry (must be < 200 + 20)",
+            )
+            print(f"  {'without a server':18} {spread(without)} ms: the machine, and the publisher")
 
 
 _MAP_CLIENT = """
 import json, sys
 from websockets.sync.client import connect
 with connect(sys.argv[1], max_size=None, compression=None, ping_interval=None) as client:
-    client.send(json.dumps({"op": "subscribe", "topic": "/map", "type": "nav_msgs/OccupancyGrid"}))
-    print(len(client.recv(timeout=120)))
+    request = {"op": "subscribe", "topic": "/map", "type": "nav_msgs/OccupancyGrid", "compression": sys.argv[2]}
+    client.send(json.dumps(request))
+    print(len(client.recv(timeout=140)))
 """
 
 
 def row_stuck(args: Any, servers: list[Server], master_uri: str) -> None:
     grown: dict[str, list[float]] = {}
+    without: list[float] = []
 
-    async def measured(server: Server) -> float:
-        latencies: list[float] = []
+    async def measured(server: Server, watcher: Watcher, node: Watcher) -> float:
         clouds: list[int] = []
         cloud = {"type": "sensor_msgs/PointCloud2", "compression": "cbor-raw"}
         reading = await subscribed(server, "/cloud", **cloud)
-        other = await subscribed(server, "/odom", type="nav_msgs/Odometry")
-        readers = [
-            asyncio.ensure_future(each(reading, lambda data: clouds.append(len(data)))),
-            asyncio.ensure_future(each(other, lambda data: latencies.append(late(data)))),
-        ]
+        reader = asyncio.ensure_future(each(reading, lambda data: clouds.append(len(data))))
         await asyncio.sleep(2.0)
         clouds.clear()
-        latencies.clear()
-        before = server.status("VmRSS")
+        before, used = server.status("VmRSS"), server.processor
         stuck = await subscribed(server, "/cloud", **cloud)
         stuck.transport.pause_reading()
+        for each_watcher in (watcher, node):
+            each_watcher.begin()
         peak = 0
         for _ in range(int(args.seconds * 4)):
             await asyncio.sleep(0.25)
             peak = max(peak, server.status("VmRSS"))
-        for task in readers:
-            task.cancel()
-        await asyncio.gather(*readers, return_exceptions=True)
+        used = server.processor - used
+        latencies = await asyncio.to_thread(watcher.end)
+        bare = await asyncio.to_thread(node.end)
+        reader.cancel()
+        await asyncio.gather(reader, return_exceptions=True)
         grown.setdefault(server.name, []).append((peak - before) / 1024)
-        print(f"    {server.name}: {len(clouds)} clouds to the one that reads, of {10 * args.seconds:.0f}")
+        without.append(percentile(bare.latencies, 0.99))
+        print(
+            f"    {server.name}: {len(clouds)} clouds to the one that reads, of {10 * args.seconds:.0f};"
+            f" {used:.2f} s of processor; Odometry's p99 meanwhile without a server {without[-1]:.1f} ms"
+        )
         stuck.transport.abort()
         await reading.close()
-        await other.close()
-        return percentile(latencies, 0.99)
+        return percentile(latencies.latencies, 0.99)
+
+    def watched(server: Server) -> float:
+        with Watcher(THROUGH_A_SERVER, server.url) as watcher, Watcher(AS_A_NODE, master_uri) as node:
+            return asyncio.run(measured(server, watcher, node))
 
     with published(master_uri, "cloud", "odom"):
-        beside(
-            args,
-            servers,
-            lambda s: asyncio.run(measured(s)),
-            "ms, 99th percentile of Odometry (must be < 50)",
-        )
+        beside(args, servers, watched, "ms, 99th percentile of Odometry (must be < 50)")
+    print(f"  {'without a server':18} {spread(without)} ms: the machine, and the publisher")
     for name, values in grown.items():
         print(f"  {name:18} {spread(values)} MB more memory (must be < 64)")
 
@@ -395,6 +492,10 @@ def row_connects(args: Any, servers: list[Server], master_uri: str) -> None:
             client = await subscribed(server, "/odom", type="nav_msgs/Odometry")
             client.transport.abort()
             await asyncio.sleep(0)
+
+    def subscribers() -> int:
+        state = ServerProxy(master_uri).getSystemState("/benchmark")
+        return sum(len(nodes) for topic, nodes in state[2][1] if topic == "/odom")
 
     with published(master_uri, "odom"):
         for server in servers:
@@ -408,5 +509,5 @@ def row_connects(args: Any, servers: list[Server], master_uri: str) -> None:
             after = server.status("Threads"), server.files
             print(
                 f"  {server.name:18} {args.connects} clients in {took:.1f} s; threads {before[0]} -> {after[0]},"
-                f" files {before[1]} -> {after[1]}"
+                f" files {before[1]} -> {after[1]}; {subscribers()} subscribers of the topic are left"
             )

@@ -95,14 +95,15 @@ TOKENS = {
             f'"op":"{op}"'.encode()
             for op in (
                 "advertise unadvertise publish subscribe unsubscribe call_service advertise_service "
-                "unadvertise_service service_response send_action_goal cancel_action_goal auth set_level fragment png"
+                "unadvertise_service service_response send_action_goal cancel_action_goal advertise_action "
+                "unadvertise_action action_feedback action_result auth set_level fragment png"
             ).split()
         ),
         *(
             f'"{name}":'.encode()
             for name in (
                 "id topic type msg args values result service action action_type throttle_rate queue_length "
-                "fragment_size compression latch queue_size timeout level data num total feedback mac"
+                "fragment_size compression latch queue_size timeout level data num total feedback mac status"
             ).split()
         ),
         *b'{ } [ ] , : "" "now" null true false -1 1e999 NaN Infinity 1.5 0 {"secs":1,"nsecs":2} "cbor-raw" "/odd"'.split(),

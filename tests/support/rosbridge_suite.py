@@ -1,7 +1,8 @@
 """The original, rosbridge_suite (branch ros1), as a peer: its server and its rosapi, unchanged, beside ours.
 
-ROSBRIDGE_SUITE names a checkout of github.com/RobotWebTools/rosbridge_suite, branch ros1. It runs on Debian's rospy
-with Debian's python3-autobahn and python3-bson, or on our own layer (`rosproto run`).
+No registry has it, so `python -m tests.support.rosbridge_suite` gets one commit of it from GitHub into the cache, as
+.ci/run does; ROSBRIDGE_SUITE names a checkout elsewhere. It runs on Debian's rospy with Debian's python3-autobahn and
+python3-bson, or on our own layer (`rosproto run`).
 """
 
 from __future__ import annotations
@@ -9,6 +10,8 @@ from __future__ import annotations
 import os
 import shutil
 import socket
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -18,12 +21,16 @@ import pytest
 
 from tests.support import ros
 from tests.support.ports import unused_port
+from tests.support.web_peers import cache
 
-__all__ = ["build", "checkout", "served"]
+__all__ = ["build", "checkout", "install", "served"]
 
 VARIABLE = "ROSBRIDGE_SUITE"
+REPOSITORY = "https://github.com/RobotWebTools/rosbridge_suite.git"
+COMMIT = "55a6bdb20842a3f7f0e17931b7856c3d8700f9fb"  # the last one of branch ros1
 PACKAGES = ("rosapi", "rosbridge_library", "rosbridge_msgs")
 PROGRAMS = ("rosapi", "rosbridge_library", "rosbridge_server")
+IMPORTS = ("rospy", "autobahn", "bson", "PIL", "tornado", "twisted", "rosservice", "rostopic", "rosnode")
 ROSAUTH = """string mac
 string client
 string dest
@@ -36,18 +43,56 @@ bool authenticated
 """  # what rosbridge_server imports of the package rosauth, which is no part of it; facts of the wire
 
 
-def checkout() -> Path:
-    """The checkout; the running test is skipped where none is named.
+def _folder() -> Path:
+    return cache() / f"rosbridge_suite-{COMMIT[:12]}"
 
-    Once it is named, it has to be one, and Debian to have what it imports, as with every peer (`ros.require`).
+
+def checkout() -> Path:
+    """The checkout; the running test is skipped where there is none.
+
+    Once there is one, Debian has to have what it imports, as with every peer (`ros.require`).
     """
-    if not os.environ.get(VARIABLE):
-        pytest.skip(f"{VARIABLE} names no checkout of rosbridge_suite, branch ros1")
-    place = Path(os.environ[VARIABLE])
+    named = os.environ.get(VARIABLE)
+    place = Path(named) if named else _folder()
     found = (place / "rosbridge_server" / "scripts").is_dir()
+    if not named and not found:
+        pytest.skip(
+            f"rosbridge_suite is not here: `python -m tests.support.rosbridge_suite` gets it from GitHub, or {VARIABLE}"
+            " names a checkout of branch ros1"
+        )
     ros.require(found, f"{VARIABLE}={place} is no checkout of rosbridge_suite, branch ros1")
-    ros.require_ros("rospy", "autobahn", "bson", "rosservice", "rostopic", "rosnode")
+    ros.require_ros(*IMPORTS)
     return place
+
+
+def install() -> Path:
+    """Get the commit from GitHub into the cache, unless it is there; where it is.
+
+    Raises:
+        RuntimeError: It cannot be had; with git's words.
+    """
+    target = _folder()
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with ros.exclusive(target.with_suffix(".lock")):
+        if not (target / "rosbridge_server").is_dir():
+            begun = target.with_suffix(".begun")
+            shutil.rmtree(begun, ignore_errors=True)
+            for words in (
+                ["init", "--quiet", str(begun)],
+                ["-C", str(begun), "fetch", "--quiet", "--depth", "1", REPOSITORY, COMMIT],
+                ["-C", str(begun), "checkout", "--quiet", "FETCH_HEAD"],
+            ):
+                done = subprocess.run(
+                    ["git", *words],
+                    capture_output=True,
+                    text=True,
+                    timeout=100,
+                    env={**os.environ, "GIT_TERMINAL_PROMPT": "0"},
+                )
+                if done.returncode:
+                    raise RuntimeError(f"rosbridge_suite cannot be had: {done.stderr.strip()[-300:]}")
+            begun.rename(target)
+    return target
 
 
 def build(place: Path, target: Path) -> Path:
@@ -122,3 +167,10 @@ def _wait_for_port(port: int, process: ros.RosProcess, timeout: float = 60.0) ->
 
 
 _ROOT = Path(__file__).resolve().parents[2]
+
+
+if __name__ == "__main__":
+    try:
+        print(install())
+    except (OSError, RuntimeError, subprocess.TimeoutExpired) as problem:
+        sys.exit(str(problem))

@@ -16,7 +16,7 @@ from pathlib import Path
 from tests.support import ros
 from tests.support.watched.plugin import CACHE
 
-__all__ = ["NPM", "PYPI", "install", "npm_module", "python_with", "start_module"]
+__all__ = ["NPM", "PYPI", "cache", "install", "npm_module", "python_with", "start_module"]
 
 NPM = (
     "roslib@2.1.0",
@@ -29,17 +29,18 @@ NPM = (
 PYPI = ("roslibpy==2.1.0", "ros-mcp==3.1.2")
 
 
-def _cache() -> Path:
-    cache = os.environ.get(CACHE) or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(cache) / "rosproto-tests"
+def cache() -> Path:
+    """Where peers are kept from one run to the next."""
+    place = os.environ.get(CACHE) or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(place) / "rosproto-tests"
 
 
 def _npm_folder() -> Path:
-    return Path(os.environ.get("ROSPROTO_NPM_PEERS") or _cache() / "npm-peers")
+    return Path(os.environ.get("ROSPROTO_NPM_PEERS") or cache() / "npm-peers")
 
 
 def _pypi_folder() -> Path:
-    return Path(os.environ.get("ROSPROTO_PYPI_PEERS") or _cache() / "pypi-peers")
+    return Path(os.environ.get("ROSPROTO_PYPI_PEERS") or cache() / "pypi-peers")
 
 
 def npm_module(path: str) -> Path:

@@ -26,7 +26,6 @@ from functools import partial
 from typing import Any, Protocol
 
 from rosproto.logs import get_logger
-from rosproto.transport.waking import open_selector, wake_pair
 from woosh_pure.fleet.turns import Turns
 
 __all__ = ["Loop", "Wire", "shared_loop"]
@@ -71,8 +70,8 @@ class Loop:
     """The thread; it begins with the first line and ends with the last."""
 
     def __init__(self) -> None:
-        self._selector = open_selector("wait for brokers")
-        self._wake_in, self._wake_out = wake_pair("wait for brokers")
+        self._selector = selectors.DefaultSelector()
+        self._wake_in, self._wake_out = socket.socketpair()
         for end in (self._wake_in, self._wake_out):
             end.setblocking(False)
         self._selector.register(self._wake_in, selectors.EVENT_READ, None)

@@ -34,9 +34,9 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from rosproto.logs import get_logger
-from rosproto.transport.backoff import Backoff
 from woosh_pure.fleet.loop import Loop, shared_loop
 from woosh_pure.fleet.messages import MOST_BYTES
+from woosh_pure.fleet.turns import Waits
 
 __all__ = ["Broker", "Line", "paho"]
 
@@ -217,7 +217,7 @@ class Line:
         self._refused = ""
         self._since = math.inf  # when it was connected
         self._heard = self._wrote = 0.0
-        self._sent_away = Backoff(*_SENT_AWAY)
+        self._sent_away = Waits(*_SENT_AWAY)
 
     def __repr__(self) -> str:
         return f"<Line {self.prefix} to {self.broker.url}>"

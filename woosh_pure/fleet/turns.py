@@ -10,19 +10,49 @@ processes do not knock in step.
 
 from __future__ import annotations
 
+import random
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-from rosproto.transport.backoff import Backoff
-
-__all__ = ["TOGETHER", "Turns"]
+__all__ = ["TOGETHER", "Turns", "Waits"]
 
 TOGETHER = 8
 """Lines that connect at the same time."""
-_KNOCKS = (0.2, 1.0)  # s between two tries while nobody answers: the first, and at most
-_JITTER = 0.3
+_KNOCKS = (0.2, 2.0, 1.0, 0.3)  # between two tries while nobody answers, as `Waits` has them
 
 Who = TypeVar("Who")
+
+
+class Waits:
+    """Growing waits, each a little at random.
+
+    Args:
+        first, factor, most: Seconds of the first wait, how many times as long each next one is, and at most.
+        jitter: A wait is longer or shorter by up to this share of itself.
+        uniform: Makes the random numbers.
+    """
+
+    def __init__(
+        self,
+        first: float,
+        factor: float,
+        most: float,
+        jitter: float,
+        uniform: Callable[[float, float], float] | None = None,
+    ) -> None:
+        self._first, self._factor, self._most, self._jitter = first, factor, most, jitter
+        self._uniform = uniform or random.uniform
+        self._wait = first
+
+    def next(self) -> float:
+        """Seconds until the next try."""
+        wait = self._wait
+        self._wait = min(self._most, wait * self._factor)
+        return wait * (1.0 + self._uniform(-self._jitter, self._jitter))
+
+    def reset(self) -> None:
+        """Begin with the first again."""
+        self._wait = self._first
 
 
 class Turns(Generic[Who]):
@@ -36,7 +66,7 @@ class Turns(Generic[Who]):
         self.answers = True
         self._waiting: dict[Who, float] = {}  # when each may try, in the order in which they asked
         self._trying: set[Who] = set()
-        self._knocks = Backoff(*_backoff(_KNOCKS), jitter=_JITTER, uniform=uniform)
+        self._knocks = Waits(*_KNOCKS, uniform)
         self._next = 0.0
 
     def __bool__(self) -> bool:
@@ -89,8 +119,3 @@ class Turns(Generic[Who]):
         if not self._waiting or len(self._trying) >= (TOGETHER if self.answers else 1):
             return None
         return max(self._next, min(self._waiting.values()))
-
-
-def _backoff(waits: tuple[float, float]) -> tuple[float, float, float]:
-    first, most = waits
-    return first, 2.0, most

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
+from contextlib import closing
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
     from rosproto.gateway.rosbridge.session import RosbridgeSession
 
 __all__ = ["Calls"]
+
+CANCEL_ALL = "/_action/cancel_goal"
+"""Behind an action's name: ROS 2's service that cancels its goals."""
 
 
 class Calls:
@@ -68,6 +72,8 @@ class Calls:
         if shared.rosapi is not None and shared.rosapi.answers(asked.service):
             return json.dumps(shared.rosapi.call(asked.service, asked.args))
         name = shared.node.resolve_name(asked.service)
+        if name.endswith(CANCEL_ALL):
+            return self._cancel_all(name[: -len(CANCEL_ALL)])
         insist(shared.access.may_read("service", name))
         is_tf = shared.tf.opens(name)
         limit = shared.limits.call_seconds
@@ -81,6 +87,15 @@ class Calls:
         with shared.node.service_client(name, cls) as client:
             response = client.call_cancellable(cancellation, request, deadline.remaining())
         return to_json(response)
+
+    def _cancel_all(self, action: str) -> str:
+        """What roslib's `Action.cancelAllGoals` calls in ROS 2, said on the action's topic of ROS 1."""
+        insist(self._shared.access.may_write("action", action))
+        publications, goal_id = self._shared.publications, self._shared.message_class("actionlib_msgs/GoalID")
+        cancel = publications.open(self._session, f"{action}/cancel", goal_id, latch=False, queue_size=1)
+        with closing(cancel):
+            cancel.publish(goal_id())
+        return '{"return_code":0,"goals_canceling":[]}'
 
     def _fail(self, asked: CallService, text: str) -> None:
         self._session.answer(self._session.protocol.service_failure, asked, text)

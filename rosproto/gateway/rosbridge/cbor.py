@@ -9,18 +9,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
+from io import SEEK_END, BytesIO
 from typing import Any
 from weakref import WeakKeyDictionary
 
 from rosproto.codec import decode, encode
 from rosproto.codec.layout import DTYPES, FieldLayout
 from rosproto.errors import RosError
+from rosproto.gateway.pieces import PIECE, Pieces
 from rosproto.gateway.rosbridge.writer import Writer
 
-__all__ = ["MissingLibrary", "dumps", "publish_cbor", "publish_cbor_raw", "to_cbor"]
+__all__ = ["MissingLibrary", "dumps", "publish_cbor", "publish_cbor_raw", "publish_cbor_raw_parts", "to_cbor"]
 
 TAGS = {"H": 69, "I": 70, "Q": 71, "b": 72, "h": 77, "i": 78, "q": 79, "f": 85, "d": 86}
 """RFC 8746's numbers for arrays of these struct codes, little-endian. Octets are a byte string."""
+_BYTE_STRING = 2
+"""CBOR's major type of it."""
 
 
 class MissingLibrary(RosError, ImportError):
@@ -50,6 +54,21 @@ def publish_cbor_raw(topic: str, secs: int, nsecs: int, data: bytes | bytearray 
     """
     raw = data if isinstance(data, bytes) else bytes(data)
     return dumps({"op": "publish", "topic": topic, "msg": {"secs": secs, "nsecs": nsecs, "bytes": raw}})
+
+
+def publish_cbor_raw_parts(topic: str, secs: int, nsecs: int, data: bytes | memoryview) -> Pieces:
+    """The same of a long message, whose bytes are not copied: they stand at the end of it.
+
+    Raises:
+        MissingLibrary: cbor2 is not installed.
+    """
+    raw = memoryview(data)
+    out = BytesIO(publish_cbor_raw(topic, secs, nsecs, b"")[:-1])  # but for the length, which is none
+    out.seek(0, SEEK_END)
+    _library().CBOREncoder(out).encode_length(_BYTE_STRING, len(raw))
+    parts: list[bytes | memoryview] = [out.getvalue()]
+    parts += (raw[at : at + PIECE] for at in range(0, len(raw), PIECE))
+    return Pieces(parts)
 
 
 def to_cbor(message: Any) -> Any:

@@ -11,7 +11,10 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 __all__ = [
+    "ActionFeedback",
+    "ActionResult",
     "Advertise",
+    "AdvertiseAction",
     "AdvertiseService",
     "Auth",
     "CallService",
@@ -28,6 +31,7 @@ __all__ = [
     "SetLevel",
     "Subscribe",
     "Unadvertise",
+    "UnadvertiseAction",
     "UnadvertiseService",
     "Unsubscribe",
 ]
@@ -182,8 +186,52 @@ class CancelActionGoal:
 
 
 @dataclass(frozen=True, slots=True)
+class AdvertiseAction:
+    """The client provides an action: goals go to it by `Protocol.send_action_goal`."""
+
+    id: Id
+    action: str
+    type: str
+
+
+@dataclass(frozen=True, slots=True)
+class UnadvertiseAction:
+    """It provides it no more."""
+
+    id: Id
+    action: str
+
+
+@dataclass(frozen=True, slots=True)
+class ActionFeedback:
+    """The client's feedback on a goal; `id` is that of `Protocol.send_action_goal`."""
+
+    id: Id
+    action: str
+    values: Any = None
+
+
+@dataclass(frozen=True, slots=True)
+class ActionResult:
+    """The client has ended a goal.
+
+    Attributes:
+        id: The id of `Protocol.send_action_goal`.
+        values: The result by field; a text where `result` is False, if the client says why.
+        status: `actions.ActionStatus`.
+        result: False: it failed.
+    """
+
+    id: Id
+    action: str
+    values: Any = None
+    status: int = 0
+    result: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class Auth:
-    """Credentials of rosauth. A gateway with a token takes `mac` for the token, and ignores the rest."""
+    """Credentials of rosauth, which are refused: who may connect is asked before a message is read."""
 
     id: Id
     mac: str
@@ -230,6 +278,10 @@ Effect = (
     | ServiceResponse
     | SendActionGoal
     | CancelActionGoal
+    | AdvertiseAction
+    | UnadvertiseAction
+    | ActionFeedback
+    | ActionResult
     | Auth
     | SetLevel
     | Reply

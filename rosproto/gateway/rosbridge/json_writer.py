@@ -8,22 +8,56 @@ several times faster than an encoder of JSON.
 from __future__ import annotations
 
 from binascii import b2a_base64
-from collections.abc import Callable
-from functools import cache
+from collections.abc import Callable, Iterator
+from contextvars import ContextVar
+from functools import cache, partial
 from json.encoder import encode_basestring_ascii
 from typing import Any
 
 from rosproto.codec.layout import FieldLayout
 from rosproto.gateway.rosbridge.writer import Writer
 
-__all__ = ["JsonWriter"]
+__all__ = ["JsonWriter", "in_parts"]
 
 PIECE = 20_000
-"""Numbers of an array that are written at once: a millisecond, in which no other thread runs."""
+"""Elements of an array that are written at once: some milliseconds, in which no other thread runs."""
 PIECE_OF_SMALL = 1 << 17
+"""The same of int8[], whose text comes from a table."""
+PIECE_OF_OCTETS = 3 << 17
+"""The same of bytes; a multiple of three, which base64 writes as four characters."""
 LEAST_OF_THREE = -99
 """The least number with three characters."""
 FEW = 100
+_MARK = "\0"
+"""Stands for a long array in a text; JSON has none: text that holds one is escaped."""
+
+
+_aside: ContextVar[list[list[str]] | None] = ContextVar("_aside", default=None)
+"""Arrays of the message that this thread writes in parts; None while it writes none so."""
+
+
+def in_parts(write: Callable[[Any], str], message: Any) -> list[str]:
+    """What `write(message)` returns, in parts: long arrays are not joined."""
+    arrays: list[list[str]] = []
+    token = _aside.set(arrays)
+    try:
+        texts = write(message).split(_MARK)
+    finally:
+        _aside.reset(token)
+    parts = texts[:1]
+    for array, text in zip(arrays, texts[1:], strict=True):
+        parts += array
+        parts.append(text)
+    return parts
+
+
+def _long(pieces: Iterator[str]) -> str:
+    """The text of a long array, or the mark for it; not around another one."""
+    arrays = _aside.get()
+    if arrays is None:
+        return "".join(pieces)
+    arrays.append(list(pieces))
+    return _MARK
 
 
 class JsonWriter(Writer):
@@ -41,7 +75,9 @@ class JsonWriter(Writer):
                 "reals": _reals,
                 "small": _small_integers,
                 "text": encode_basestring_ascii,
+                "texts": partial(_each, encode_basestring_ascii),
                 "time": _time,
+                "times": partial(_each, _time),
                 "truths": _truths,
                 "yes": "true",
             }
@@ -67,9 +103,9 @@ class JsonWriter(Writer):
 
     def many(self, field: FieldLayout, value: str) -> str:
         if field.kind == "time":
-            return f"items(time, {value})"
+            return f"times({value})"
         if field.kind == "string":
-            return f"items(text, {value})"
+            return f"texts({value})"
         kinds = {"?": "truths", "f": "reals", "d": "reals", "B": "octets", "b": "small"}
         kind = kinds.get(field.code, "integers")
         return f"{kind}({value})"
@@ -83,42 +119,66 @@ def _time(value: Any) -> str:
 
 
 def _items(call: Callable[[Any], str], values: Any) -> str:
+    """Of messages, which may hold long arrays themselves."""
     return f"[{','.join(map(call, values))}]"
+
+
+def _in_pieces(text: Callable[[Any], str], values: Any, size: int) -> str:
+    """`text(values)`, a list in brackets, made piece by piece where it is long."""
+    return text(values) if len(values) <= size else _long(_pieces(text, values, size))
+
+
+def _pieces(text: Callable[[Any], str], values: Any, size: int) -> Iterator[str]:
+    mark = "["
+    for at in range(0, len(values), size):
+        yield mark
+        yield text(values[at : at + size])[1:-1]
+        mark = ","
+    yield "]"
+
+
+def _each(call: Callable[[Any], str], values: Any) -> str:
+    return _in_pieces(partial(_items, call), values, PIECE)
 
 
 def _octets(values: Any) -> str:
     if type(values) is not bytes and getattr(values, "dtype", None) != "u1":
         raise TypeError("octets")  # a list, or wider numbers: the codec converts them
-    return f'"{b2a_base64(values, newline=False).decode("ascii")}"'
+    if len(values) <= PIECE_OF_OCTETS:
+        return f'"{_base64(values)}"'
+    return _long(_octet_pieces(values))
 
 
-def _list(values: Any) -> list[Any]:
+def _octet_pieces(values: Any) -> Iterator[str]:
+    yield '"'
+    for at in range(0, len(values), PIECE_OF_OCTETS):
+        yield _base64(values[at : at + PIECE_OF_OCTETS])
+    yield '"'
+
+
+def _base64(values: Any) -> str:
+    return b2a_base64(values, newline=False).decode("ascii")
+
+
+def _list(values: Any) -> str:
+    """Python's text of a list."""
     tolist = getattr(values, "tolist", None)
-    return list(values) if tolist is None else tolist()
-
-
-def _numbers(values: Any) -> str:
-    """Python's text of a list; of a long one piece by piece, since nothing else runs while it is made."""
-    if len(values) <= PIECE:
-        return str(_list(values))
-    pieces = [str(_list(values[at : at + PIECE]))[1:-1] for at in range(0, len(values), PIECE)]
-    return f"[{', '.join(pieces)}]"
+    return str(list(values) if tolist is None else tolist())
 
 
 def _integers(values: Any) -> str:
-    return _numbers(values)
+    return _in_pieces(_list, values, PIECE)
 
 
 def _small_integers(values: Any) -> str:
     """Of int8[]: a map has millions, and hardly one needs more than three characters; blanks fill up."""
     if getattr(values, "dtype", None) != "i1" or len(values) < FEW or values.min() < LEAST_OF_THREE:
         return _integers(values)
-    table = _table()
-    octets = values.view("u1")
-    pieces = [
-        table[octets[at : at + PIECE_OF_SMALL]].tobytes() for at in range(0, len(octets), PIECE_OF_SMALL)
-    ]
-    return f"[{b''.join(pieces)[:-1].decode('ascii')}]"
+    return _in_pieces(_from_table, values.view("u1"), PIECE_OF_SMALL)
+
+
+def _from_table(octets: Any) -> str:
+    return f"[{_table()[octets].tobytes()[:-1].decode('ascii')}]"
 
 
 @cache
@@ -131,11 +191,19 @@ def _table() -> Any:
 
 
 def _reals(values: Any) -> str:
-    text = _numbers(values)
+    return _in_pieces(_list_of_reals, values, PIECE)
+
+
+def _list_of_reals(values: Any) -> str:
+    text = _list(values)
     if "n" in text:  # nan and inf; no other number has one
         text = text.replace("-inf", "null").replace("inf", "null").replace("nan", "null")
     return text
 
 
 def _truths(values: Any) -> str:
+    return _in_pieces(_list_of_truths, values, PIECE)
+
+
+def _list_of_truths(values: Any) -> str:
     return f"[{','.join('true' if value else 'false' for value in values)}]"

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rosproto.gateway.rosbridge import effects
+from rosproto.gateway.rosbridge.actions import ActionStatus
 from rosproto.gateway.rosbridge.effects import Effect
 from rosproto.gateway.rosbridge.status import level_named
 from rosproto.text import printable
@@ -165,6 +166,12 @@ def _arguments(value: Any, _longest: int) -> Any:
     raise ValueError("an object by field, or an array by position")
 
 
+def _status(value: Any, _longest: int) -> int:
+    if type(value) is int and value in range(len(ActionStatus)):
+        return value
+    raise ValueError(f"a status of a goal, from 0 to {len(ActionStatus) - 1}")
+
+
 def _anything(value: Any, _longest: int) -> Any:
     return value
 
@@ -270,6 +277,22 @@ OPERATIONS: dict[str, Operation] = {
         ),
     ),
     "cancel_action_goal": Operation(_cancel_action_goal, (Field("action", _name, True),)),
+    "advertise_action": Operation(
+        effects.AdvertiseAction, (Field("action", _name, True), Field("type", _name, True))
+    ),
+    "unadvertise_action": Operation(effects.UnadvertiseAction, (Field("action", _name, True),)),
+    "action_feedback": Operation(
+        effects.ActionFeedback, (Field("action", _name, True), Field("values", _anything))
+    ),
+    "action_result": Operation(
+        effects.ActionResult,
+        (
+            Field("action", _name, True),
+            Field("values", _anything),
+            Field("status", _status),
+            Field("result", _flag),
+        ),
+    ),
     "auth": Operation(
         effects.Auth,
         (

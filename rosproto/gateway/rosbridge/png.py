@@ -7,8 +7,9 @@ The bytes of the text fill a picture that is about square, row by row; newlines 
 from __future__ import annotations
 
 import binascii
-import json
 from math import isqrt
+
+from rosproto.gateway.pieces import Pieces
 
 __all__ = ["PngError", "pack", "publish_png", "unpack"]
 
@@ -22,24 +23,28 @@ class PngError(Exception):
     """What a client sent is no such picture; the text is a sentence for it."""
 
 
-def pack(text: str) -> str:
+def pack(text: str | Pieces) -> str:
     """The base64 of a picture whose pixels are a text; the inverse of `unpack`."""
     import numpy as np
 
     from rosproto.numeric.pngfile import encode_png
 
-    data = text.encode("utf-8", "replace") or b"\n"
-    pixels = -(-len(data) // 3)
+    parts = text.parts if isinstance(text, Pieces) else (text or "\n",)
+    encoded = [part.encode("utf-8", "replace") for part in parts if isinstance(part, str)]
+    pixels = -(-sum(map(len, encoded)) // 3)
     width = max(1, isqrt(pixels))
     height = -(-pixels // width)
-    raw = data.ljust(width * height * 3, b"\n")
-    picture = encode_png(np.frombuffer(raw, np.uint8).reshape(height, width, 3))
-    return binascii.b2a_base64(picture, newline=False).decode("ascii")
+    picture = np.full(height * width * 3, ord("\n"), np.uint8)
+    at = 0
+    for data in encoded:
+        picture[at : at + len(data)] = np.frombuffer(data, np.uint8)
+        at += len(data)
+    return binascii.b2a_base64(encode_png(picture.reshape(height, width, 3)), newline=False).decode("ascii")
 
 
-def publish_png(text: str) -> str:
+def publish_png(text: str | Pieces) -> str:
     """The message that carries another one, whose JSON text is given, as a picture."""
-    return json.dumps({"op": "png", "data": pack(text)})
+    return f'{{"op": "png", "data": "{pack(text)}"}}'
 
 
 def unpack(data: str, most_bytes: int = MOST_BYTES) -> str:

@@ -19,26 +19,16 @@ from json.encoder import encode_basestring_ascii as quoted
 from typing import Any
 from typing import Protocol as Structural
 
+from rosproto.gateway.pieces import Pieces, pieces_of
 from rosproto.gateway.rosbridge.effects import (
-    Advertise,
-    AdvertiseService,
-    Auth,
     CallService,
-    CancelActionGoal,
     Close,
-    Compression,
     Effect,
     Id,
     Payload,
-    Publish,
     Reply,
     SendActionGoal,
-    ServiceResponse,
     SetLevel,
-    Subscribe,
-    Unadvertise,
-    UnadvertiseService,
-    Unsubscribe,
 )
 from rosproto.gateway.rosbridge.fragments import FragmentError, Reassembly, cut
 from rosproto.gateway.rosbridge.operations import (
@@ -52,30 +42,7 @@ from rosproto.gateway.rosbridge.png import MOST_BYTES, PngError, unpack
 from rosproto.gateway.rosbridge.status import Level, is_wanted
 from rosproto.text import printable
 
-__all__ = [
-    "Advertise",
-    "AdvertiseService",
-    "Auth",
-    "CallService",
-    "CancelActionGoal",
-    "Close",
-    "Compression",
-    "Effect",
-    "Id",
-    "Payload",
-    "Protocol",
-    "Publish",
-    "Reply",
-    "SendActionGoal",
-    "ServiceResponse",
-    "SetLevel",
-    "Subscribe",
-    "Unadvertise",
-    "UnadvertiseService",
-    "Unsubscribe",
-    "WireLimits",
-    "publish_text",
-]
+__all__ = ["Protocol", "WireLimits", "publish_parts", "publish_text"]
 
 TOO_BIG = 1009
 """The WebSocket close code for a message that is too long."""
@@ -116,6 +83,11 @@ class _Refused(Exception):
 def publish_text(topic: str, message: str) -> str:
     """The message that brings a topic's message, whose JSON text is given, to a client."""
     return f'{{"op":"publish","topic":{quoted(topic)},"msg":{message}}}'
+
+
+def publish_parts(topic: str, message: list[str]) -> Pieces:
+    """The same of a long text in parts."""
+    return pieces_of([f'{{"op":"publish","topic":{quoted(topic)},"msg":', *message, "}"])
 
 
 class Protocol:
@@ -310,6 +282,22 @@ class Protocol:
         """
         text = f'{{"op":"call_service","id":{quoted(id)},"service":{quoted(service)},"args":{args}}}'
         return (text,)
+
+    def send_action_goal(self, id: str, action: str, action_type: str, args: str) -> tuple[Payload, ...]:
+        """A goal for an action that the client provides; `ActionResult` with this id is its end.
+
+        Args:
+            id: New for every goal.
+            action: The name it was advertised by.
+            action_type: The type it was advertised by.
+            args: The goal's JSON text.
+        """
+        head = f'{{"op":"send_action_goal","id":{quoted(id)},"action":{quoted(action)}'
+        return (f'{head},"action_type":{quoted(action_type)},"args":{args},"feedback":true}}',)
+
+    def cancel_action_goal(self, id: str, action: str) -> tuple[Payload, ...]:
+        """Ask the client to give up a goal; it still ends with an `ActionResult`."""
+        return (f'{{"op":"cancel_action_goal","id":{quoted(id)},"action":{quoted(action)}}}',)
 
     def action_feedback(self, goal: SendActionGoal, values: str) -> tuple[Payload, ...]:
         """Feedback on a goal; `values` is its JSON text."""

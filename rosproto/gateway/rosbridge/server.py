@@ -20,8 +20,6 @@ from rosproto.gateway.websocket_server import WebSocketServer
 from rosproto.gateway.write_guard import WriteGuard
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
     from rosproto.node import Node
 
 __all__ = ["Rosbridge", "RosbridgeClient", "RosbridgeStats"]
@@ -227,12 +225,7 @@ class Rosbridge:
     def __enter__(self) -> Rosbridge:
         return self
 
-    def __exit__(
-        self,
-        error_type: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *exc_info: object) -> None:
         self.close()
 
     def __repr__(self) -> str:

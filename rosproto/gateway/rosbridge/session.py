@@ -16,15 +16,16 @@ from typing import Any
 
 from rosproto.codec import Message
 from rosproto.errors import RosError
-from rosproto.gateway.channel import Channel, Payload
+from rosproto.gateway.channel import Channel
 from rosproto.gateway.publications import Publication
 from rosproto.gateway.rosbridge import effects
 from rosproto.gateway.rosbridge.actions import definition_name
 from rosproto.gateway.rosbridge.calls import Calls
-from rosproto.gateway.rosbridge.effects import Effect, Id
+from rosproto.gateway.rosbridge.effects import Effect, Id, Payload
 from rosproto.gateway.rosbridge.goals import Goals
 from rosproto.gateway.rosbridge.protocol import Protocol
 from rosproto.gateway.rosbridge.provided import ProvidedServices
+from rosproto.gateway.rosbridge.provided_actions import ProvidedActions
 from rosproto.gateway.rosbridge.shared import Refused, Shared, insist
 from rosproto.gateway.rosbridge.status import Level
 from rosproto.gateway.rosbridge.subscription import TopicSubscription
@@ -58,6 +59,7 @@ class RosbridgeSession:
         self._advertised: dict[str, set[Id]] = {}
         self._calls = Calls(shared, self)
         self._provided = ProvidedServices(shared, self)
+        self._provided_actions = ProvidedActions(shared, self)
         self._goals = Goals(shared, self)
         self._perform: dict[type, Callable[[Any], None]] = {
             effects.Subscribe: self._subscribe,
@@ -71,6 +73,11 @@ class RosbridgeSession:
             effects.ServiceResponse: self._provided.respond,
             effects.SendActionGoal: self._goals.send,
             effects.CancelActionGoal: self._goals.cancel,
+            effects.AdvertiseAction: self._provided_actions.advertise,
+            effects.UnadvertiseAction: self._provided_actions.unadvertise,
+            effects.ActionFeedback: self._provided_actions.feedback,
+            effects.ActionResult: self._provided_actions.result,
+            effects.Auth: self._authenticate,
         }
 
     @property
@@ -99,7 +106,7 @@ class RosbridgeSession:
         if isinstance(effect, effects.Publish):
             return effect.topic in self._publications
         quick = (effects.ServiceResponse, effects.SetLevel, effects.Auth, effects.CallService)
-        return isinstance(effect, (*quick, effects.SendActionGoal))
+        return isinstance(effect, (*quick, effects.SendActionGoal, effects.ActionResult))
 
     def _carry_out(self, effect: Effect) -> None:
         perform = self._perform.get(type(effect))
@@ -223,6 +230,12 @@ class RosbridgeSession:
         self._shared.tf.publishes(self, publication.topic, asked.msg)
         publication.publish(from_values(publication.message_class, asked.msg, now=now))
 
+    def _authenticate(self, asked: effects.Auth) -> None:
+        raise Refused(
+            "credentials of rosauth are not checked here; who connects shows a token, as ?token=... in the"
+            " URL or as Authorization: Bearer ..."
+        )
+
     # -- the end --------------------------------------------------------------------------------------------
 
     def ended(self) -> None:
@@ -234,6 +247,7 @@ class RosbridgeSession:
             subscription.close()
         self._shared.tf.gone(self)
         self._provided.close()
+        self._provided_actions.close()
         self._goals.close()
         self._calls.close()
         self._publications.clear()

@@ -61,6 +61,7 @@ class Shared:
     tf: TfOnDemand
     _lock: threading.Lock = field(default_factory=threading.Lock)
     _waiting: int = 0
+    _actions: set[str] = field(default_factory=set)
 
     @contextmanager
     def waiting(self) -> Iterator[None]:
@@ -80,6 +81,22 @@ class Shared:
         finally:
             with self._lock:
                 self._waiting -= 1
+
+    def take_action(self, name: str) -> None:
+        """A client provides an action.
+
+        Raises:
+            Refused: Another one does.
+        """
+        with self._lock:
+            if name in self._actions:
+                raise Refused(f"{name} is provided by another client")
+            self._actions.add(name)
+
+    def leave_action(self, name: str) -> None:
+        """It does not any more."""
+        with self._lock:
+            self._actions.discard(name)
 
     def message_class(self, name: str) -> type[Message]:
         """The class of a type as a client names it.

@@ -17,11 +17,12 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
 from rosproto.gateway.channel import Channel, Payload
-from rosproto.gateway.rosbridge.cbor import publish_cbor, publish_cbor_raw
+from rosproto.gateway.pieces import Pieces
+from rosproto.gateway.rosbridge.cbor import publish_cbor, publish_cbor_raw, publish_cbor_raw_parts
 from rosproto.gateway.rosbridge.effects import Compression, Id, Subscribe
 from rosproto.gateway.rosbridge.png import publish_png
-from rosproto.gateway.rosbridge.protocol import publish_text
-from rosproto.gateway.rosbridge.values import to_json
+from rosproto.gateway.rosbridge.protocol import publish_parts, publish_text
+from rosproto.gateway.rosbridge.values import to_json, to_json_parts
 from rosproto.gateway.sample import Sample
 
 if TYPE_CHECKING:
@@ -31,6 +32,8 @@ __all__ = ["Settings", "Throttle", "TopicSubscription", "combined", "encoded"]
 
 QUICK_BYTES = 16 << 10
 """A message of so many bytes is encoded in less time than handing it to a thread is worth."""
+LONG_BYTES = 64 << 10
+"""A longer one is encoded, kept and sent in pieces."""
 _RANK: dict[Compression, int] = {"none": 0, "png": 1, "cbor": 2, "cbor-raw": 3}
 
 
@@ -73,6 +76,11 @@ class Throttle:
         self.dropped = 0
         self._last = float("-inf")
         self._queue: deque[Sample] = deque()
+
+    @property
+    def waits(self) -> bool:
+        """Whether a message waits for its time."""
+        return bool(self._queue)
 
     def offer(self, sample: Sample, now: float, settings: Settings) -> Sample | None:
         """A message has come; what to send now, if anything."""
@@ -120,62 +128,65 @@ def encoded(sample: Sample, topic: str, compression: Compression) -> Payload:
         RosError: It cannot be decoded.
     """
     if compression == "cbor-raw":
-        stamp = sample.stamp
-        return sample.once(
-            ("cbor-raw", topic), lambda: publish_cbor_raw(topic, stamp.secs, stamp.nsecs, bytes(sample.data))
-        )
+        return sample.once(("cbor-raw", topic), _raw, sample, topic)
     if compression == "cbor":
-        return sample.once(("cbor", topic), lambda: publish_cbor(topic, sample.message))
+        return sample.once(("cbor", topic), _cbor, sample, topic)
     if compression == "png":
-        return sample.once(("png", topic), lambda: publish_png(_text(sample, topic)))
-    return _text(sample, topic)
+        return sample.once(("png", topic), _png, sample, topic)
+    return sample.once(("text", topic), _text, sample, topic)
 
 
-def _text(sample: Sample, topic: str) -> str:
-    return sample.once(("text", topic), lambda: publish_text(topic, to_json(sample.message)))
+def _raw(sample: Sample, topic: str) -> bytes | Pieces:
+    publish = publish_cbor_raw if len(sample.data) <= LONG_BYTES else publish_cbor_raw_parts
+    return publish(topic, sample.stamp.secs, sample.stamp.nsecs, sample.data)
 
 
-Cut = Callable[[str, int | None], tuple[Payload, ...]]
+def _cbor(sample: Sample, topic: str) -> bytes:
+    return publish_cbor(topic, sample.message)
+
+
+def _png(sample: Sample, topic: str) -> str:
+    return publish_png(sample.once(("text", topic), _text, sample, topic))
+
+
+def _text(sample: Sample, topic: str) -> str | Pieces:
+    if len(sample.data) <= LONG_BYTES:
+        return publish_text(topic, to_json(sample.message))
+    return publish_parts(topic, to_json_parts(sample.message))
+
+
+Cut = Callable[[str, int | None], tuple[str | bytes, ...]]
 """Cuts a text into fragments: `Protocol.publish` of the client."""
 
 
 class _LateMessage:
     """A sample that is encoded when the client takes it."""
 
-    __slots__ = ("_failed", "_make", "_sample")
+    __slots__ = ("_sample", "_settings", "_subscription")
 
-    def __init__(
-        self,
-        sample: Sample,
-        make: Callable[[Sample], tuple[Payload, ...]],
-        failed: Callable[[RosError], None],
-    ) -> None:
+    def __init__(self, subscription: TopicSubscription, sample: Sample, settings: Settings) -> None:
+        self._subscription = subscription
         self._sample = sample
-        self._make = make
-        self._failed = failed
+        self._settings = settings
 
     @property
     def quick(self) -> bool:
         return len(self._sample.data) <= QUICK_BYTES
 
     def payloads(self) -> tuple[Payload, ...]:
-        try:
-            return self._make(self._sample)
-        except RosError as error:
-            self._failed(error)
-            return ()
+        return self._subscription.payloads(self._sample, self._settings)
 
 
-class _Pieces:
+class _Fragments:
     """Fragments of one message, which go out together or not at all."""
 
     quick = True
 
-    def __init__(self, pieces: tuple[Payload, ...]) -> None:
-        self._pieces = pieces
+    def __init__(self, payloads: tuple[Payload, ...]) -> None:
+        self._payloads = payloads
 
     def payloads(self) -> tuple[Payload, ...]:
-        return self._pieces
+        return self._payloads
 
 
 class TopicSubscription:
@@ -249,9 +260,11 @@ class TopicSubscription:
             if self._closed:
                 return
             settings = self._settings
-            now = time.monotonic()
-            first = self._throttle.offer(sample, now, settings)
-            self._tick_later(now, settings)
+            first: Sample | None = sample
+            if settings.interval > 0.0 or self._throttle.waits:
+                now = time.monotonic()
+                first = self._throttle.offer(sample, now, settings)
+                self._tick_later(now, settings)
         if first is not None:
             self._send(first, settings)
 
@@ -277,30 +290,31 @@ class TopicSubscription:
     def _send(self, sample: Sample, settings: Settings, *, late: bool = False) -> None:
         """Encoded here, in the publisher's thread, unless the client may not take it anyway."""
         keep = settings.queue_length or None
-
-        def make(sample: Sample) -> tuple[Payload, ...]:
-            payload = encoded(sample, self.topic, settings.compression)
-            if settings.fragment_size is None or not isinstance(payload, str):
-                return (payload,)
-            return self._cut(payload, settings.fragment_size)
-
         if late or self._channel.behind:
-            self._channel.offer(
-                self.topic, len(sample.data), _LateMessage(sample, make, self._undecodable), keep
-            )
+            self._channel.offer(self.topic, len(sample.data), _LateMessage(self, sample, settings), keep)
             return
-        try:
-            payloads = make(sample)
-        except RosError as error:
-            self._undecodable(error)
-            return
-        size = sum(map(len, payloads))
-        self._channel.offer(self.topic, size, payloads[0] if len(payloads) == 1 else _Pieces(payloads), keep)
+        payloads = self.payloads(sample, settings)
+        if len(payloads) == 1:
+            self._channel.offer(self.topic, len(payloads[0]), payloads[0], keep)
+        elif payloads:
+            self._channel.offer(self.topic, sum(map(len, payloads)), _Fragments(payloads), keep)
 
-    def _undecodable(self, error: RosError) -> None:
-        if not self._told:
-            self._told = True
-            self._failed(self.topic, error)
+    def payloads(self, sample: Sample, settings: Settings) -> tuple[Payload, ...]:
+        """What is sent of a message; nothing where it cannot be decoded, which the client is told once."""
+        try:
+            payload = encoded(sample, self.topic, settings.compression)
+        except RosError as error:
+            if not self._told:
+                self._told = True
+                self._failed(self.topic, error)
+            return ()
+        if settings.fragment_size is None or isinstance(payload, bytes):
+            return (payload,)
+        if isinstance(payload, Pieces):
+            if settings.compression == "cbor-raw":
+                return (payload,)
+            payload = payload.text()
+        return self._cut(payload, settings.fragment_size)
 
     def close(self) -> None:
         """Nothing more is sent."""

@@ -23,8 +23,6 @@ from rosproto.tf import TransformError, TransformListener
 from rosproto.tf.buffer import frame_name
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
     from rosproto.action import ServerGoal
     from rosproto.node import Node
     from rosproto.tf import Transform
@@ -75,12 +73,7 @@ class TfRepublisher:
     def __enter__(self) -> TfRepublisher:
         return self
 
-    def __exit__(
-        self,
-        error_type: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *exc_info: object) -> None:
         self.close()
 
     def close(self) -> None:

@@ -17,13 +17,13 @@ from weakref import WeakKeyDictionary
 from rosproto.codec import decode, encode
 from rosproto.codec.layout import DTYPES, RANGES_BY_CODE, FieldLayout, Layout
 from rosproto.errors import CodecError
-from rosproto.gateway.rosbridge.json_writer import JsonWriter
+from rosproto.gateway.rosbridge.json_writer import JsonWriter, in_parts
 from rosproto.time import Time
 
 if TYPE_CHECKING:
     from rosproto.codec.message import Message
 
-__all__ = ["from_arguments", "from_values", "to_json", "to_values"]
+__all__ = ["from_arguments", "from_values", "to_json", "to_json_parts", "to_values"]
 
 _WORDS = {"": "a text", "?": "true or false", "f": "a number", "d": "a number"}
 _SINGLE = struct.Struct("<f")
@@ -38,15 +38,36 @@ def to_json(message: Any) -> str:
     Raises:
         CodecError: A field holds what does not belong there.
     """
-    cls = type(message)
-    write = _writers.get(cls)
-    if write is None:
-        write = _writers[cls] = JsonWriter().function(cls._binding.layout)
+    write = _writer(type(message))
     try:
         return write(message)
     except (AttributeError, BufferError, TypeError, ValueError):
-        # Somebody put in what the wire allows and a decoded message does not have: an int for a float.
-        return write(decode(cls, encode(message)))
+        return write(_as_decoded(message))
+
+
+def to_json_parts(message: Any) -> list[str]:
+    """The same text in parts, for what is long: no array is in one piece.
+
+    Raises:
+        CodecError: A field holds what does not belong there.
+    """
+    write = _writer(type(message))
+    try:
+        return in_parts(write, message)
+    except (AttributeError, BufferError, TypeError, ValueError):
+        return in_parts(write, _as_decoded(message))
+
+
+def _writer(cls: Any) -> Callable[[Any], str]:
+    write = _writers.get(cls)
+    if write is None:
+        write = _writers[cls] = JsonWriter().function(cls._binding.layout)
+    return write
+
+
+def _as_decoded(message: Any) -> Any:
+    """Somebody put in what the wire allows and a decoded message does not have: an int for a float."""
+    return decode(type(message), encode(message))
 
 
 def to_values(message: Any) -> dict[str, Any]:

@@ -26,4 +26,4 @@ def test_every_operation_has_its_row() -> None:
 
 def test_the_figures() -> None:
     """What the page says of fragments holds."""
-    assert f"in fragments, {MOST_SENT} at most" in PAGE
+    assert f"in fragments, at most {MOST_SENT} of them" in PAGE

@@ -9,16 +9,17 @@ import pytest
 
 from rosproto.gateway import GatewayLimits
 from rosproto.gateway.rosbridge import png, protocol
-from rosproto.gateway.rosbridge.operations import OPERATIONS
-from rosproto.gateway.rosbridge.protocol import (
+from rosproto.gateway.rosbridge.effects import (
+    ActionFeedback,
+    ActionResult,
     Advertise,
+    AdvertiseAction,
     AdvertiseService,
     Auth,
     CallService,
     CancelActionGoal,
     Close,
     Effect,
-    Protocol,
     Publish,
     Reply,
     SendActionGoal,
@@ -26,10 +27,12 @@ from rosproto.gateway.rosbridge.protocol import (
     SetLevel,
     Subscribe,
     Unadvertise,
+    UnadvertiseAction,
     UnadvertiseService,
     Unsubscribe,
-    publish_text,
 )
+from rosproto.gateway.rosbridge.operations import OPERATIONS
+from rosproto.gateway.rosbridge.protocol import Protocol, publish_text
 from tests.test_layers import IMPURE_MODULES, ROOT, imports_of
 
 LIMITS = GatewayLimits(message_bytes=100_000, nesting=10, text_length=50)
@@ -95,6 +98,20 @@ CONVERSATION: list[tuple[dict[str, Any], Effect]] = [
         SendActionGoal("g", "/a", "/a", "p/A", {"x": 1}, True),
     ),
     ({"op": "cancel_action_goal", "id": "g", "action": "/a"}, CancelActionGoal("g", "/a")),
+    ({"op": "advertise_action", "action": "/a", "type": "a/B"}, AdvertiseAction(None, "/a", "a/B")),
+    ({"op": "unadvertise_action", "action": "/a"}, UnadvertiseAction(None, "/a")),
+    (
+        {"op": "action_feedback", "id": "g", "action": "/a", "values": {"x": 1}},
+        ActionFeedback("g", "/a", {"x": 1}),
+    ),
+    (
+        {"op": "action_result", "id": "g", "action": "/a", "values": {}, "status": 4, "result": True},
+        ActionResult("g", "/a", {}, 4, True),
+    ),
+    (
+        {"op": "action_result", "id": "g", "action": "/a", "status": 6, "result": False},
+        ActionResult("g", "/a", None, 6, False),
+    ),
     (
         {
             "op": "auth",
@@ -198,6 +215,10 @@ def test_a_required_field_is_missed(op: str) -> None:
         (
             {"op": "subscribe", "topic": "/t", "queue_length": True},
             "subscribe: field queue_length is true; expected",
+        ),
+        (
+            {"op": "action_result", "action": "/a", "status": 7},
+            "action_result: field status is 7; expected a status of a goal, from 0 to 6",
         ),
         (
             {"op": "set_level", "level": "loud"},

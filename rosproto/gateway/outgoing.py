@@ -1,0 +1,168 @@
+"""Writes what waits in the clients' outboxes to their WebSockets, each at the speed its client takes it.
+
+A short message, while the system takes it, is written in the turn of the loop in which it comes, and its
+frame is made once for all clients: to wake each client's task for it takes several times as long. What is
+long, or waits for its client, is written by the client's task, in parts between which others have their turn.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+import threading
+from collections import deque
+from collections.abc import AsyncIterator, Iterator
+from importlib import import_module
+from typing import Any
+
+from rosproto.aio.pool import Pool, notify
+from rosproto.gateway.channel import Channel, Late, Payload
+from rosproto.gateway.pieces import PIECE, Pieces
+from rosproto.logs import PeerLog
+
+__all__ = ["Outgoing", "closed_error"]
+
+SHORT = 16 << 10  # bytes of a message that is written without its client's task
+TURN = 64  # messages written to one client before others have their turn
+
+
+def closed_error() -> Any:
+    """The exception that says that a connection is over."""
+    return import_module("websockets.exceptions").ConnectionClosed
+
+
+class Outgoing:
+    """The clients' writers. Everything runs in the loop's thread, but for `wake`.
+
+    Args:
+        loop: The server's.
+        pool: Threads for what takes time to be made.
+        said: Where it is told what could not be sent.
+        name: In those words.
+    """
+
+    def __init__(self, loop: asyncio.AbstractEventLoop, pool: Pool, said: PeerLog, name: str) -> None:
+        self._loop = loop
+        self._pool = pool
+        self._said = said
+        self._name = name
+        self._lock = threading.Lock()
+        self._woken: deque[Channel] = deque()
+        self._told = False
+        self._clients: dict[Channel, tuple[Any, asyncio.Event]] = {}
+        self._tasks: dict[Channel, asyncio.Future[None]] = {}
+        self._closed_error = closed_error()
+        self._frame: Any = import_module("websockets.frames").Frame
+        self._text, self._binary = (import_module("websockets.frames").Opcode[n] for n in ("TEXT", "BINARY"))
+        self._open = import_module("websockets.protocol").State.OPEN
+
+    def add(self, channel: Channel, connection: Any) -> None:
+        """Begin to write to a client."""
+        self._clients[channel] = connection, asyncio.Event()
+        self._tasks[channel] = asyncio.ensure_future(self._write(channel))
+
+    def remove(self, channel: Channel) -> None:
+        """It has gone."""
+        del self._clients[channel]
+        self._tasks.pop(channel).cancel()
+
+    def wake(self, channel: Channel) -> None:
+        """Something waits for a client; from any thread. One wake does for all that comes together."""
+        with self._lock:
+            self._woken.append(channel)
+            told, self._told = self._told, True
+        if not told:
+            notify(self._loop, self._wake_all)
+
+    def _wake_all(self) -> None:
+        with self._lock:
+            woken, self._woken = self._woken, deque()
+            self._told = False
+        frames: dict[str | bytes, bytes] = {}
+        for channel in woken:
+            client = self._clients.get(channel)
+            if client is not None and not self._write_at_once(channel, client[0], frames):
+                client[1].set()
+
+    def _write_at_once(self, channel: Channel, connection: Any, frames: dict[str | bytes, bytes]) -> bool:
+        """Write what waits, as far as it is short and the system takes it; True when nothing is left.
+
+        Args:
+            channel: The client.
+            connection: Its WebSocket.
+            frames: Those made in this turn, by message.
+        """
+        transport = connection.transport
+        for _ in range(TURN):
+            if (
+                channel.busy
+                or transport.get_write_buffer_size()
+                or connection.protocol.state is not self._open
+                or (item := channel.outbox.take(SHORT)) is None
+            ):
+                break
+            try:
+                for payload in _payloads(item):
+                    transport.write(frames.get(payload) or self._framed(payload, frames))  # type: ignore[arg-type]
+                    channel.sent += 1
+            except Exception:
+                self._say_not_sent(channel)
+        return not channel.outbox
+
+    def _framed(self, payload: Any, frames: dict[str | bytes, bytes]) -> bytes:
+        text = isinstance(payload, str)
+        frame = self._frame(*((self._text, payload.encode()) if text else (self._binary, payload)))
+        made: bytes = frame.serialize(mask=False)
+        frames[payload] = made
+        return made
+
+    async def _write(self, channel: Channel) -> None:
+        """What waits for a client, one after the other; ends with its connection."""
+        connection, event = self._clients[channel]
+        turn = 0
+        while True:
+            item = channel.outbox.take()
+            if item is None:
+                event.clear()
+                await event.wait()
+                continue
+            channel.busy = True
+            try:
+                if isinstance(item, (str, bytes, Pieces)) or item.quick:
+                    payloads = _payloads(item)
+                else:
+                    payloads = await self._pool.run(item.payloads)
+                for payload in payloads:
+                    long = isinstance(payload, Pieces) or len(payload) > PIECE
+                    await connection.send(_in_turns(payload) if long else payload)
+                    channel.sent += 1
+            except self._closed_error:
+                return
+            except Exception:
+                self._say_not_sent(channel)
+            finally:
+                channel.busy = False
+            turn += 1
+            if turn % TURN == 0:
+                await asyncio.sleep(0)
+
+    def _say_not_sent(self, channel: Channel) -> None:
+        self._said.error(
+            channel.peer, "! %s: a message to %s", self._name, channel.peer, exc_info=sys.exc_info()[1]
+        )
+
+
+def _payloads(item: Payload | Late) -> tuple[Payload, ...]:
+    return (item,) if isinstance(item, (str, bytes, Pieces)) else item.payloads()
+
+
+async def _in_turns(payload: Payload) -> AsyncIterator[str | bytes | memoryview]:
+    """A long message as the frames of a fragmented one: a map does not hold up the other clients."""
+    for part in payload.parts if isinstance(payload, Pieces) else _cut(payload):
+        yield part
+        await asyncio.sleep(0)
+
+
+def _cut(payload: str | bytes) -> Iterator[str | memoryview]:
+    whole = payload if isinstance(payload, str) else memoryview(payload)
+    return (whole[at : at + PIECE] for at in range(0, len(whole), PIECE))
