@@ -308,6 +308,13 @@ HOLDS = {
         "unit/fleet/test_messages.py::test_what_is_no_object_of_json_is_invalid",
         "unit/fleet/test_messages.py::test_an_order_of_too_many_nodes_is_invalid",
         "unit/fleet/test_vehicle.py::test_a_flood_of_messages_is_bounded",
+        "interop/fleet/test_floods.py::test_a_flood_of_nonsense_is_survived",
+    ],
+    "at most 200 messages or 1 MB for a vehicle": [
+        "unit/fleet/test_mqtt.py::test_a_broker_that_does_not_read_costs_a_bounded_amount",
+    ],
+    "ends the line to the broker before it is in memory": [
+        "interop/fleet/test_floods.py::test_a_message_that_is_too_long_ends_the_line_and_nothing_else",
     ],
     "an address that holds one is refused": [
         "unit/fleet/test_config.py::test_an_address_of_a_broker_holds_no_secret",

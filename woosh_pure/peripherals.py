@@ -1,6 +1,4 @@
-"""Lights, voice, footprint, costmaps, maps, plans, navigation mode: what is neither reading
-nor moving.
-"""
+"""Lights, voice, footprint, costmaps, maps, plans, navigation mode: neither readings nor motion."""
 
 from __future__ import annotations
 
@@ -36,7 +34,7 @@ _FOOTPRINTS = {
 
 
 class Peripherals:
-    """The part of `Chassis` that needs no permission to move; see there."""
+    """The part of `Chassis` that needs no permission to move."""
 
     _core: Core
 
@@ -64,8 +62,8 @@ class Peripherals:
 
         Raises:
             ValueError: A number is out of range.
-            FirmwareLimit: The chassis's definition has no field for a value given; nothing was sent.
-            RosTimeout: No such strip listens.
+            FirmwareLimit: The chassis's definition has no field for one of the values; nothing was sent.
+            RosTimeout: The chassis has no such strip.
         """
         if not 0 <= module <= 8:
             raise ValueError(f"module {module}: 0 for all, or 1 to 8")
@@ -78,7 +76,7 @@ class Peripherals:
             self._send_to_any(_STRIPS[name], "woosh_msgs/LED", message)
 
     def _send_to_any(self, topics: Sequence[str], type_name: str, message: Any) -> None:
-        """Send to those spellings of a topic that somebody listens to."""
+        """Send on those spellings of a topic that have a subscriber."""
         publishers = [self._core.clients.publisher(topic, type_name) for topic in topics]
         heard = [p for p in publishers if p.connections]
         if not heard:
@@ -95,11 +93,11 @@ class Peripherals:
         """Let the chassis speak (`/voice_synthesis`; not every chassis has it).
 
         Args:
-            text: What it is to say. No units, no frame.
+            text: What it is to say.
 
         Raises:
             RosTimeout: This chassis has no voice.
-            CodecError: `text` is no text.
+            CodecError: `text` is not a string.
         """
         message = message_type("std_msgs/String")(data=text)
         self._core.clients.send("/voice_synthesis", message)
@@ -116,21 +114,21 @@ class Peripherals:
     ) -> Footprint:
         """Tell the navigation the robot's outline, for example with a load on it.
 
-        It goes to `/move_base/local_costmap/set_footprint` and `/move_base/global_costmap/set_footprint`. The
-        vendor recommends to change both together, as this does unless told otherwise: both or none.
+        It is sent to `/move_base/local_costmap/set_footprint` and `/move_base/global_costmap/set_footprint`.
+        The vendor recommends changing both together, and by default this changes both or none.
 
         Args:
             footprint: A `Footprint`, or corners (x, y) in m in base_link.
-            padding: m added outwards.
-            local: The local costmap.
-            global_: The global costmap.
+            padding: m added on all sides.
+            local: Whether to set it for the local costmap.
+            global_: Whether to set it for the global costmap.
 
         Returns:
             The outline that was sent.
 
         Raises:
             ValueError: Not a simple polygon around the robot's centre.
-            RosTimeout: The navigation does not listen.
+            RosTimeout: The navigation does not subscribe to it.
         """
         corners = footprint.points if isinstance(footprint, Footprint) else footprint
         outline = Footprint.from_points(corners, padding)
@@ -148,10 +146,10 @@ class Peripherals:
     # -- costmaps and maps -----------------------------------------------------------------------------------
 
     def enable_costmaps(self, on: bool = True) -> None:
-        """Let obstacles enter the costmaps, or not (`/move_base/enable_costmaps`).
+        """Let obstacles enter the costmaps, or keep them out (`/move_base/enable_costmaps`).
 
         Args:
-            on: False keeps obstacles out: the navigation drives as if there were none. No units, no frame.
+            on: False keeps obstacles out: the navigation drives as if there were none.
 
         Raises:
             ChassisError: The chassis refused.
@@ -160,7 +158,7 @@ class Peripherals:
         require_success(self._core.clients.call("/move_base/enable_costmaps", data=on), "enable_costmaps")
 
     def clear_costmaps(self) -> None:
-        """Forget the obstacles seen so far (`/move_base/clear_costmaps`); those in sight come back.
+        """Forget the obstacles seen so far (`/move_base/clear_costmaps`); those in view come back.
 
         Raises:
             ServiceError, RosTimeout: There is no such service, or no answer in time.
@@ -168,15 +166,14 @@ class Peripherals:
         self._core.clients.call("/move_base/clear_costmaps")
 
     def get_map(self) -> GridMap:
-        """The current map (`/aic_map_server/get_map`), as numpy; `.save("x.yaml")` writes map_server's
-        files.
+        """The current map (`/aic_map_server/get_map`) as numpy; `.save("x.yaml")` writes map_server's files.
 
         Returns:
-            Cells of (height, width) int8, m per cell, and the origin in the map.
+            Cells as (height, width) int8, m per cell, and the origin in the map.
 
         Raises:
             ServiceError, RosTimeout: There is no such service, or no answer within 30 s.
-            ValueError: What came is no map.
+            ValueError: The reply is not a map.
         """
         return grid_from_message(self._core.clients.call("/aic_map_server/get_map", timeout=30.0).map)
 
@@ -186,7 +183,7 @@ class Peripherals:
         Args:
             grid: The new map, for example from `GridMap.load("x.yaml")`; m per cell.
             initial_pose: Where the robot is in this map, m and rad; None is the zero pose, which the vendor
-                prescribes for initialising.
+                prescribes for initialisation.
 
         Raises:
             ChassisError: The chassis refused.
@@ -209,13 +206,13 @@ class Peripherals:
         Args:
             goal: In the map, m and rad.
             start: In the map; None is where the robot is.
-            tolerance: How far the end may be moved when the goal is blocked, m; it becomes position error.
+            tolerance: How far from a blocked goal the path may end, m; this becomes position error.
 
         Returns:
-            Way points; empty when there is no way.
+            The way points; empty when there is no path.
 
         Raises:
-            StaleState: `start` was not given and the pose is not known.
+            StaleState: `start` was not given, and the robot's pose is not known.
             ValueError: A number is not finite, or `tolerance` is not 0 to 5 m.
             ServiceError, RosTimeout: There is no such service, or no answer within 30 s.
         """
@@ -261,21 +258,21 @@ class Peripherals:
         direction: NavDirection = NavDirection.CHASSIS_DECIDES,
         timeout: float = 10.0,
     ) -> None:
-        """What to do about obstacles, and how fast to drive (`/navigation_mode` action).
+        """Set what to do about obstacles, and how fast to drive (`/navigation_mode` action).
 
         Args:
             mode: See `NavigationMode`.
-            waiting_timeout: Seconds to wait before going around; needed, and more than 0, for WAIT_THEN_AVOID
-                (the chassis would take PRECISE_AVOIDANCE otherwise).
+            waiting_timeout: Seconds to wait before driving around; must be more than 0 for WAIT_THEN_AVOID,
+                because the chassis would take PRECISE_AVOIDANCE otherwise.
             max_speed: m/s; 0 keeps the configured speed.
-            passage_id: Passage this is about.
+            passage_id: The passage this is about.
             permitted_passage: Whether a changed path may be followed.
-            capacity: Vehicles in the passage.
+            capacity: Number of vehicles in the passage.
             direction: Which way round to drive.
-            timeout: s for the chassis to confirm.
+            timeout: How long the chassis may take to confirm, s.
 
         Raises:
-            ValueError: A number contradicts the mode, is not finite, or is in another unit.
+            ValueError: A number contradicts the mode, is not finite, or is too large to be in this unit.
             GoalFailed: The chassis did not accept it.
         """
         mode, direction = NavigationMode(mode), NavDirection(direction)

@@ -17,7 +17,7 @@ class BagFile:
 
     Args:
         file: Path, or a seekable binary file (which stays open when this is closed).
-        limits: What its chunks may ask of us.
+        limits: Bounds on the memory its chunks may take.
 
     Raises:
         BagError: The file cannot be opened, or cannot seek.
@@ -26,8 +26,8 @@ class BagFile:
         path: The path, None for a file object without a name.
         size: Length in bytes when opened.
         limits: See above.
-        records: What is left for the records of compressed chunks.
-        far: Each read takes a round trip: a chunk is read whole.
+        records: Counts the records of compressed chunks against the limit.
+        far: True when each read costs a round trip, so that a chunk is best read whole.
     """
 
     def __init__(self, file: str | os.PathLike[str] | BinaryIO, limits: BagLimits | None = None) -> None:
@@ -91,10 +91,10 @@ class BagFile:
         return b"".join(parts)
 
     def allow_unpacking(self, position: int, size: int) -> None:
-        """Count a compressed chunk, by what it declares, before it is unpacked. Any thread may call it.
+        """Count a compressed chunk, by its declared size, before it is decompressed. Any thread may call it.
 
         Raises:
-            BagError: The file's chunks become more than `BagLimits` allow.
+            BagError: Together the file's chunks expand to more than `BagLimits` allow.
         """
         if not self._unpacked.take(position, size):
             raise self.error(
@@ -105,10 +105,10 @@ class BagFile:
             )
 
     def check_open(self) -> None:
-        """Refuse to go on with a file that was closed here.
+        """Make sure the file is still open.
 
         Raises:
-            BagError: It was.
+            BagError: It has been closed.
         """
         if self._owned and self._file.closed:
             raise self.error("the bag is closed")
@@ -118,7 +118,7 @@ class BagFile:
         return BagError(message, path=self.path, offset=offset)
 
     def own(self, file: BinaryIO) -> None:
-        """Have `close` close this file, which was given opened."""
+        """Let `close` close this file too, although the caller opened it."""
         assert file is self._file
         self._owned = True
 

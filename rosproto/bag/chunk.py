@@ -110,7 +110,8 @@ class ChunkData:
         """The messages of the wanted connections (None: all), in file order for each connection.
 
         Raises:
-            BagError: A record is damaged (in a partial chunk, what comes before is given instead).
+            BagError: A record is damaged (in a partial chunk, the messages before the damage are returned
+                instead).
         """
         import numpy as np
 
@@ -125,7 +126,7 @@ class ChunkData:
         if rows is None:
             rows = rows_slowly(self.blob, self.base, self.end, offsets.tolist())
         if rows is None or not np.array_equal(rows.conn, conns):
-            return self._walked(wanted)  # the index lies
+            return self._walked(wanted)  # the index is wrong
         return rows
 
     def connections(self) -> list[Connection]:
@@ -161,7 +162,7 @@ def read_chunk(source: BagFile, info: ChunkInfo, span: int, *, with_index: bool 
         source: The file.
         info: Which chunk; of a `partial` one as much as there is.
         span: Bytes up to the next chunk: the chunk and the index records after it.
-        with_index: Read those, too.
+        with_index: Read those index records, too.
 
     Raises:
         BagError: It is damaged.
@@ -190,7 +191,7 @@ def read_chunk(source: BagFile, info: ChunkInfo, span: int, *, with_index: bool 
     packed = memoryview(raw)[:in_file]
     declared = chunk.size
     if info.partial and not declared:
-        # A recorder that died has not said how large it is: as much as a chunk of its length may become.
+        # A recorder that died left no size: allow what a chunk of this length can expand to.
         declared = min(most, source.limits.expansion_spare + source.limits.expansion * len(packed))
     source.allow_unpacking(info.pos, declared)
     try:

@@ -34,8 +34,8 @@ def to_numpy(
     Returns:
         "receive_time" (seconds since 1970, (N,) float64), and one array for each field: (N,) in the field's
         own type, times and durations as float64 seconds, arrays of one length as (N, length), arrays of
-        varying length as (N,) object. A message that has a field `receive_time` of its own leaves ours
-        the name `_receive_time`.
+        varying length as (N,) object. If the message has a field `receive_time` itself, the receive time is
+        called `_receive_time`.
 
     Raises:
         BagError: No such field; the message lists what there is.
@@ -49,7 +49,7 @@ def to_numpy(
             _check_path(bag.message_class(connection)(), path, topic)
     columns = _cut_out(bag, topic, paths) if len(connections) == 1 else None
     times, values = columns or _decoded(bag, topic, paths)
-    # No field begins with `_`: its own `receive_time` is the message's then.
+    # A field name never begins with `_`, so this one is free when the message has a `receive_time`.
     name = "_receive_time" if "receive_time" in paths else "receive_time"
     arrays: dict[str, NDArray[Any]] = {name: np.array(times, np.float64)}
     return arrays | dict(zip(paths, values, strict=True))
@@ -58,11 +58,11 @@ def to_numpy(
 def _cut_out(
     bag: BagReader, topic: str, paths: list[str]
 ) -> tuple[NDArray[np.float64], list[NDArray[Any]]] | None:
-    """Times and columns without decoding more than one message; None when the messages are not all alike."""
+    """Times and columns, decoding only the first message; None when the messages are not all alike."""
     import numpy as np
 
     first = next(bag.read_messages(topic), None)
-    if first is None:  # all of it is damaged, and to be left out
+    if first is None:  # every chunk is damaged, and damage is skipped
         return None
     places = FieldPlaces(first[1])
     if not places.has(paths):
@@ -82,7 +82,7 @@ def _cut_out(
 
 
 def _decoded(bag: BagReader, topic: str, paths: list[str]) -> tuple[list[float], list[NDArray[Any]]]:
-    """The same from decoded messages, however they are built."""
+    """The same by decoding every message, for messages of any layout."""
     getters = [attrgetter(path) for path in paths]
     columns: list[list[Any]] = [[] for _ in paths]
     times: list[float] = []
@@ -97,7 +97,7 @@ def _decoded(bag: BagReader, topic: str, paths: list[str]) -> tuple[list[float],
 
 
 def _check_path(message: Any, path: str, topic: str) -> None:
-    """Follow a path in an empty message, to complain before anything is read."""
+    """Follow a path in an empty message, so that a wrong one is reported before anything is read."""
     at = message
     for name in path.split("."):
         slots = getattr(at, "__slots__", ())

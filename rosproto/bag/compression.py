@@ -71,13 +71,13 @@ def decompress(name: str, data: bytes | memoryview, size: int) -> bytes:
 
 
 def decompress_prefix(name: str, data: bytes | memoryview, size: int) -> tuple[bytes, bool]:
-    """As much of a chunk as can be had.
+    """As much of a damaged or truncated chunk as can be decompressed.
 
     Returns:
         The plain bytes, at most `size`, and whether that is all of them, checksums included.
 
     Raises:
-        BagError: Nothing can be had: unknown compression, or damage at the very start.
+        BagError: Nothing can be recovered: unknown compression, or damage at the very start.
     """
     if name == "none":
         return bytes(data[:size]), len(data) == size
@@ -107,9 +107,9 @@ def _lz4_prefix(data: bytes | memoryview, size: int) -> tuple[bytes, bool]:
     frame = _lz4()
     whole = frame.LZ4FrameDecompressor()
     try:
-        # The buffer is taken at once, so a header's wild size is bounded by what LZ4 can reach (255 to 1).
-        # With room for a whole block more than there is, LZ4 unpacks each block into it; without, elsewhere
-        # first.
+        # The buffer is allocated in one piece, so a wild size in the header is capped by the most that LZ4
+        # can expand to (255 to 1). With room for one block more than needed, LZ4 decompresses straight into
+        # it; without that room it goes through a buffer of its own first.
         room = min(size, 256 * len(data)) + _lz4_block_bytes(data)
         plain = whole.decompress(data, room)
         if whole.eof and len(plain) == size:
@@ -121,13 +121,13 @@ def _lz4_prefix(data: bytes | memoryview, size: int) -> tuple[bytes, bool]:
 
 
 def _lz4_block_bytes(data: bytes | memoryview) -> int:
-    """The most bytes that a block of a frame becomes, by its fifth byte: 64 KiB to 4 MiB."""
+    """The largest size of a decompressed block, as the frame's fifth byte gives it: 64 KiB to 4 MiB."""
     code = data[5] >> 4 & 7 if len(data) > 5 else 0
     return 1 << (2 * code + 8) if 4 <= code <= 7 else 1 << 16
 
 
 def _up_to_damage(decompress: Callable[[Any, int], bytes], data: bytes | memoryview, size: int) -> bytes:
-    """What a stream gives in small steps before the one with the damage (blocks of bz2 are 900 kB)."""
+    """Decompress in small steps, and keep what comes before the damaged one (bz2's blocks are 900 kB)."""
     got = bytearray()
     try:
         for at in range(0, len(data), 4096):
@@ -139,12 +139,12 @@ def _up_to_damage(decompress: Callable[[Any, int], bytes], data: bytes | memoryv
 
 @cache
 def keep_freed_memory() -> None:
-    """Have the C library keep the memory of a freed chunk for the next one; does something once in a process.
+    """Have the C library keep the memory of a freed chunk for the next one; only the first call has effect.
 
-    glibc gives blocks of this size back to the system each time they are freed, and takes new ones, page by
-    page, for the next chunk: writing LZ4 took twice as long for it. It stops doing so for sizes up to that of
-    the largest block it has seen freed; this one is never touched, so it costs nothing. Other C libraries do
-    not mind.
+    glibc returns blocks of this size to the system whenever they are freed, and faults new ones in page by
+    page for the next chunk; writing LZ4 took twice as long because of it. It stops doing so for sizes up to
+    the largest block it has seen freed. The block freed here is never touched, so it costs nothing. Other C
+    libraries are not affected.
     """
     bytes(8 << 20)
 

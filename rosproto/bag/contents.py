@@ -19,7 +19,7 @@ class BagIndex:
         end: Position behind the last record of the chunks, where the index section begins if there is one.
         damage: What was wrong, in words with positions; empty for a sound bag.
         closed: True when the bag's own index was used.
-        resumed: True when a scan met damage and went on behind it, or had to leave messages out.
+        resumed: True when a scan met damage and continued after it, or had to leave messages out.
         version: Of the format, "2.0" as a rule; nothing else is known to differ in another 2.x.
         head: Position of the file header, behind the version line.
     """

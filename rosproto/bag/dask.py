@@ -1,7 +1,7 @@
 """Topics of many recordings as a Dask dataframe; needs dask[dataframe], and pyarrow (the extra `arrow`).
 
-Thin: pieces are made by `rosproto.bag.partitions`, each is a partition of the dataframe, and Dask schedules
-them.
+A thin layer: `rosproto.bag.partitions` cuts the recordings, each piece becomes one partition of the
+dataframe, and Dask schedules them.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ def read_bags(
     damaged: Literal["raise", "skip"] = "raise",
     limits: BagLimits | None = None,
 ) -> Any:
-    """A topic of recordings as a dask.dataframe.DataFrame, in which every message is once.
+    """A topic of recordings as a dask.dataframe.DataFrame, with every message exactly once.
 
     Args:
         files: See `rosproto.bag.partitions`; workers must reach them under the same names.
         topic: The topic.
         fields: See `BagReader.to_arrow`.
-        size: Bytes of chunks from which a piece is full.
+        size: A piece is full when its chunks take this many bytes of the file.
         damaged: See `rosproto.bag.partitions`.
         limits: How much each file may ask for.
 
@@ -56,7 +56,7 @@ def _frame(piece: Partition) -> Any:
 
 
 def _pandas(table: Any) -> Any:
-    """With Arrow's own types; texts that repeat as plain texts, since pieces have different ones."""
+    """A pandas frame with Arrow's types; dictionaries become plain strings, because they differ by piece."""
     import pandas
     import pyarrow
 

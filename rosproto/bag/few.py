@@ -1,10 +1,10 @@
-"""Chunks of a few large messages, where numpy takes longer to begin than Python to be done.
+"""Chunks with only a few, large messages: a plain loop is done before numpy has set up its arrays.
 
-A chunk of pictures and laser scans holds twenty messages. Finding those at once with numpy takes longer than
-going through them one by one; and where the chunk is not compressed and only bytes are wanted, a large
-message is read from the file straight into the bytes that are given out, not into the chunk first. Whatever
-does not fit the picture (a record of another form, counts that the table of contents does not have) gives
-None, and is read the general way.
+A chunk of pictures and laser scans holds about twenty messages, and finding them one by one is quicker than
+finding them together with numpy. Where the chunk is not compressed and only bytes are wanted, a large message
+is also read from the file straight into the bytes that the caller gets, without reading the chunk first.
+Anything unexpected (a record of another form, counts that differ from the table of contents) returns None,
+and the chunk is read the general way.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from rosproto.errors import BagError
 __all__ = ["Found", "Place", "few_alone", "few_messages", "few_places"]
 
 FEW = 256  # messages
-LARGE = 4096  # bytes a message, on average, from which they are read one by one
-MOST_BYTES = 64 << 20  # of a chunk that is read so
+LARGE = 4096  # average bytes per message from which messages are read one by one
+MOST_BYTES = 64 << 20  # the largest chunk that is read this way
 _WINDOW = 16 << 10
 _U32 = Struct("<I")
-# The head of a message record, by the order of its fields: conn, op, time (roscpp, and what is written here)
-# and op, conn, time (rospy). What never changes, connection, what never changes, secs, nsecs, bytes of the
-# message.
+# The head of a message record in the two usual field orders: conn, op, time (roscpp, and our own writer) and
+# op, conn, time (rospy). Each struct reads constant bytes, the connection, constant bytes, secs, nsecs and
+# the size of the message.
 _ORDERS = (
     (Struct("<13sI17sIII"), b"\x26\0\0\0\x09\0\0\0conn=", b"\4\0\0\0op=\2\x0d\0\0\0time="),
     (Struct("<21sI9sIII"), b"\x26\0\0\0\4\0\0\0op=\2\x09\0\0\0conn=", b"\x0d\0\0\0time="),
@@ -35,7 +35,7 @@ _ORDERS = (
 
 
 class Place(NamedTuple):
-    """A message in a chunk's plain bytes: connection, receive time, its first byte, and the one behind it."""
+    """A message in a chunk's plain bytes: connection, receive time, where it starts and where it ends."""
 
     conn: int
     secs: int
@@ -45,7 +45,7 @@ class Place(NamedTuple):
 
 
 class Found(NamedTuple):
-    """A message read by itself: connection, receive time, its record's offset in the chunk, its bytes."""
+    """A message read on its own: connection, receive time, its record's offset in the chunk, its bytes."""
 
     conn: int
     secs: int
@@ -55,7 +55,7 @@ class Found(NamedTuple):
 
 
 def few_alone(order: Sequence[ChunkInfo]) -> list[bool]:
-    """For chunks by start time: whether each has few messages, and none at the time of another's."""
+    """For each of the chunks, sorted by start time: whether it has few messages and overlaps no other."""
     alone: list[bool] = []
     latest = -1
     for number, info in enumerate(order):
@@ -67,7 +67,7 @@ def few_alone(order: Sequence[ChunkInfo]) -> list[bool]:
 
 
 def few_places(blob: bytes, base: int, end: int, counts: Mapping[int, int]) -> list[Place] | None:
-    """Where all messages of a chunk are, in the order of time; None for the general way."""
+    """Where all messages of a chunk are, in time order; None when the general way is needed."""
     places: list[Place] = []
     at, records = base, 0
     make = tuple.__new__
@@ -91,7 +91,7 @@ def few_places(blob: bytes, base: int, end: int, counts: Mapping[int, int]) -> l
 def few_messages(
     source: BagFile, info: ChunkInfo, position: int, size: int, wanted: Collection[int]
 ) -> list[Found] | None:
-    """The wanted messages of an uncompressed chunk, read one by one; None for the general way.
+    """The wanted messages of an uncompressed chunk, read one by one; None when the general way is needed.
 
     Args:
         source: The file.
@@ -141,9 +141,9 @@ def few_messages(
 
 
 def _head(blob: bytes, at: int, end: int) -> tuple[int, int, int, int] | None:
-    """Connection, secs, nsecs and bytes of the message whose record begins there; None when there is none.
+    """Connection, secs, nsecs and size of the message whose record begins there; None when there is none.
 
-    For a connection record the connection is -1, and the bytes are those of the whole record.
+    For a connection record the connection is -1, and the size is that of the whole record.
     """
     if at + MESSAGE_HEAD <= end:
         for layout, first, second in _ORDERS:
@@ -163,7 +163,7 @@ def _head(blob: bytes, at: int, end: int) -> tuple[int, int, int, int] | None:
 
 
 def _agree(messages: Sequence[tuple[Any, ...]], counts: Mapping[int, int]) -> bool:
-    """Whether there are as many of each connection as the table of contents has."""
+    """Whether every connection has as many messages as the table of contents says."""
     seen: dict[int, int] = {}
     for message in messages:
         seen[message[0]] = seen.get(message[0], 0) + 1

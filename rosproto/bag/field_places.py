@@ -1,8 +1,8 @@
-"""Where fields lie in serialized messages that are all built alike: columns are then cut out, not decoded.
+"""Where fields lie in serialized messages of equal layout, so that columns are cut out without decoding.
 
-Messages of one topic mostly differ in numbers only: the texts in their headers are the same, their arrays
-have one length. The first message tells where each field is and which lengths made it so; a message of the
-same size with the same lengths at the same places has its fields there, too.
+The messages of one topic mostly differ only in their numbers: the strings in their headers are the same, and
+so are the lengths of their arrays. The first message shows where each field is and which lengths put it
+there; every message of the same size with the same lengths in the same places has its fields there, too.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ __all__ = ["FieldPlaces", "dtype_of"]
 
 _TIMES = {"time": "<u4", "duration": "<i4"}
 _SIZES = {"?": 1, "i1": 1, "u1": 1} | {"<" + kind + size: int(size) for kind in "iuf" for size in "248"}
-MOST_ELEMENTS = 16  # of an array of messages that is still followed
+MOST_ELEMENTS = 16  # the longest array of messages whose elements are looked at
 
 
 class _Place(NamedTuple):
-    """A field: its first byte, its kind of number, how many (None: a single one), whether it is a time."""
+    """A field: its first byte, number type, length (None for a single value), and whether it is a time."""
 
     offset: int
     dtype: str
@@ -34,11 +34,11 @@ class _Place(NamedTuple):
 
 
 class _Irregular(Exception):
-    """There is a field that is not followed."""
+    """The message has a field that cannot be located this way."""
 
 
 class FieldPlaces:
-    """Of one message; `take` cuts columns out of others that have the same.
+    """The field places of one message; `take` cuts columns out of the messages that share them.
 
     Args:
         message: The message, decoded.
@@ -131,7 +131,7 @@ def dtype_of(message: Any, path: str) -> str | None:
 
 
 def _gather(blob: bytes, at: NDArray[np.int64], dtype: str, count: int) -> NDArray[Any]:
-    """(N, count) values of a type, from any bytes of the blob."""
+    """(N, count) values of a type, from any positions in the blob, aligned or not."""
     import numpy as np
 
     size = _SIZES[dtype] * count

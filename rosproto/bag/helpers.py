@@ -1,9 +1,9 @@
-"""Helpers that compress and decompress chunks beside the caller.
+"""Helper threads that compress and decompress chunks beside the caller.
 
-LZ4 and bz2 let go of the interpreter while they work, so a second thread nearly doubles their speed. The
-threads here are started when there is something to do and end a moment after there is nothing left, so none
-can keep a program alive, a file open, or a test from ending. Who waits for a result works, too; where no
-thread can be started (one processor, an interpreter that is ending), the caller does it all.
+LZ4 and bz2 release the GIL while they work, so a second thread nearly doubles their speed. Threads are
+started when there is work and end a moment after it has run out, so none of them can keep a program alive, a
+file open, or a test from ending. A caller that waits for a result works as well; where no thread can be
+started (one processor, an interpreter that is shutting down), the caller does everything.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Generic, TypeVar
 __all__ = ["Helpers", "Task", "helper_count"]
 
 T = TypeVar("T")
-LINGER = 0.02  # seconds that a thread waits for more work, which is cheaper than to start another one
+LINGER = 0.02  # seconds that a thread waits for more work; cheaper than starting another thread
 _WAITING, _RUNNING, _DONE = range(3)
 
 
@@ -29,7 +29,7 @@ def helper_count() -> int:
 
 
 class Task(Generic[T]):
-    """Something to be done once, by whoever comes first.
+    """A piece of work to be done once, by whichever thread comes first.
 
     Attributes:
         done: True when there is a result or an error.
@@ -48,7 +48,7 @@ class Task(Generic[T]):
         return self._state == _DONE
 
     def result(self) -> T:
-        """What the work gave, or the exception it raised; only once it is done."""
+        """What the work returned, or the exception it raised; only call this once it is done."""
         assert self._state == _DONE
         if self._problem is not None:
             raise self._problem
@@ -79,19 +79,19 @@ class Helpers:
         return self._threads == 0
 
     def add(self, work: Callable[[], T]) -> Task[T]:
-        """Have this done; a thread is started for it unless enough are at work already."""
+        """Queue this work; a thread is started for it unless enough are running already."""
         task = Task(work)
         with self._changed:
             self._waiting.append(task)  # type: ignore[arg-type]
             if self._resting >= len(self._waiting):
                 self._changed.notify_all()
-                return task  # each waiting task has a thread that was waiting for it
+                return task  # there is an idle thread for each waiting task
             if self._threads >= self._most:
                 return task
             self._threads += 1
         try:
             threading.Thread(target=self._run, name=self._name, daemon=self._daemon).start()
-        except RuntimeError:  # no thread can be had, now or any more: callers do it themselves
+        except RuntimeError:  # no thread can be started, now or later: callers do the work themselves
             with self._changed:
                 self._threads -= 1
         return task
@@ -116,7 +116,7 @@ class Helpers:
             if self.help():
                 continue
             with self._changed:
-                # Somebody is at it: a task that has begun always ends, so this wait does, too.
+                # Another thread has begun it, and a task that has begun always ends; so does this wait.
                 self._changed.wait_for(lambda: task.done or bool(self._waiting))
         return task.result()
 
@@ -142,13 +142,13 @@ class Helpers:
         except Exception as problem:
             task._problem = problem
         except BaseException:
-            # Ctrl-C came in the middle of it: it is not done, and somebody may still want it.
+            # Ctrl-C interrupted it: it is not done, and somebody may still want it.
             with self._changed:
                 task._state = _WAITING
                 self._waiting.appendleft(task)  # type: ignore[arg-type]
                 self._changed.notify_all()
             raise
         with self._changed:
-            task._work = None  # what it held need not stay in memory as long as the result
+            task._work = None  # what it refers to need not live as long as the result
             task._state = _DONE
             self._changed.notify_all()

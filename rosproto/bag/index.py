@@ -3,7 +3,7 @@
 A bag that was closed properly ends with its connections and one chunk info record for each chunk; the file
 header says where they start. Reading those is all it takes to open a bag of any size.
 
-Where that is missing or wrong, `scan` finds out by the records themselves.
+Where that section is missing or wrong, `scan` goes through the records themselves.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _NO_BAGS = {
     b"BZh": "this is packed with bzip2, unpack it first",
     b"\x28\xb5\x2f\xfd": "this is packed with zstd, unpack it first",
 }
-"""What people take for a bag, by its first bytes."""
+"""Files that are mistaken for bags, by their first bytes."""
 
 
 def open_index(source: BagFile) -> BagIndex:
@@ -61,7 +61,7 @@ def open_index(source: BagFile) -> BagIndex:
 
 
 def _open_behind(source: BagFile, start: int) -> BagIndex:
-    """`open_index` behind the version line."""
+    """`open_index` after the version line."""
     try:
         head = read_head(source, start)
         header = FileHeader.from_fields(head.fields)
@@ -91,7 +91,7 @@ def _open_behind(source: BagFile, start: int) -> BagIndex:
 
 
 def _nothing_follows(source: BagFile, header: FileHeader, first: int) -> BagIndex:
-    """A file that is at most a file header: an empty bag, or the very beginning of another one."""
+    """The contents of a file that ends with its file header: an empty bag, or the start of one cut off."""
     found = BagIndex(end=min(first, source.size), closed=first == header.index_pos == source.size)
     if first > source.size:
         found.damage.append(f"the file ends inside its file header, at byte {source.size}")

@@ -1,9 +1,9 @@
-"""How much a bag may ask of whoever reads it.
+"""How much memory and time a bag may cost its reader.
 
-bz2 packs a gigabyte of zeros into a kilobyte, so the size of a file says nothing about the memory and the
-time it takes to read. What a file's compressed chunks become together is therefore measured against the file,
-by what their headers declare, before any of them is unpacked; and no chunk ever gives more than it declared.
-The records in them are counted too: each costs far more than its bytes.
+bz2 packs a gigabyte of zeros into a kilobyte, so the size of a file says nothing about what it takes to read
+it. The sizes that the headers of compressed chunks declare are therefore summed up and compared with the size
+of the file before any chunk is decompressed, and no chunk ever yields more than it declared. The records in
+them are counted as well, because each costs far more than its bytes.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ MOST_CONNECTIONS = 1 << 16
 
 
 class BagLimits(NamedTuple):
-    """Bounds for reading one bag, its file perhaps made to harm; the defaults are far from real recordings.
+    """Bounds for reading one bag, which may be malicious; real recordings stay far below the defaults.
 
     Attributes:
-        chunk_bytes: One chunk, uncompressed or as stored: a message of roscpp's limit, its records around it.
-        expansion: Bytes that compressed chunks may become for each byte of the file. (Recordings of robots
-            become 2 to 20 times as large. Black pictures of a simulated camera become a few thousand times.)
+        chunk_bytes: One chunk, uncompressed or as stored: the largest message roscpp allows, and its records.
+        expansion: Bytes that compressed chunks may expand to for each byte of the file. (Recordings of robots
+            grow by a factor of 2 to 20, black pictures of a simulated camera by a few thousand.)
         expansion_spare: Bytes on top of that, so that small bags of anything can be read.
         records: Records in compressed chunks for each byte of the file. (A message's stamp alone takes some.)
         records_spare: Records on top of that.
@@ -38,7 +38,7 @@ class BagLimits(NamedTuple):
 
 
 class Budget:
-    """What one file may still ask for: each chunk counts once, with the most it was seen to take.
+    """What one file may still take: each chunk counts once, with the most it was seen to take.
 
     Any thread may use it.
     """
@@ -50,12 +50,12 @@ class Budget:
         self._lock = threading.Lock()
 
     def room(self, position: int) -> int:
-        """What the chunk there may take."""
+        """How much the chunk at that position may take."""
         with self._lock:
             return self.allowed - self._sum + self._taken.get(position, 0)
 
     def take(self, position: int, amount: int) -> bool:
-        """Whether the chunk there may take so much; then it is counted."""
+        """Whether the chunk at that position may take this much; if so, it is counted."""
         with self._lock:
             more = max(0, amount - self._taken.get(position, 0))
             if self._sum + more > self.allowed:

@@ -1,10 +1,10 @@
-"""Messages of many chunks in the order of time, holding as few chunks as that takes.
+"""Merge the messages of many chunks in time order, with as few chunks in memory as possible.
 
-Recorders write chunks one after the other, so their time spans rarely overlap: then one chunk at a time is
-read, sorted and given out. Where they do overlap, chunks are opened in the order of their start times, and
-before the next one is opened all messages up to its start are given out. Should so many chunks overlap that
-they exceed the budget, their bytes are dropped, only the places of their messages are kept (28 bytes each),
-and chunks are read again when their turn comes.
+Recorders write one chunk after the other, so their time spans rarely overlap, and one chunk at a time is
+read, sorted and handed out. Where spans do overlap, chunks are opened by start time, and before the next one
+is opened, all messages up to its start are handed out. If so many chunks overlap that they exceed the budget,
+their bytes are dropped, only the places of their messages are kept (28 bytes each), and a chunk is read again
+when its messages are due.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Batch:
 
 @dataclass(slots=True)
 class _Piece:
-    """The messages of one chunk that are not given out yet, sorted."""
+    """The messages of one chunk that have not been handed out yet, sorted."""
 
     number: int
     rows: Rows
@@ -59,12 +59,12 @@ class _Piece:
 
 
 def merge(chunks: Iterable[ChunkInfo], load: Load, select: Select) -> Iterator[Batch]:
-    """Batches of messages, all in the order of time; equal times in the order of the file.
+    """Batches of messages in time order; messages of equal time in file order.
 
     Args:
-        chunks: Which ones.
-        load: Reads a chunk, given it and a function that gives the next so many; None for one to be skipped.
-        select: The wanted rows of a chunk in file order; None for a chunk to be skipped.
+        chunks: The chunks to merge.
+        load: Reads a chunk; it gets the chunk and a function that returns the next few. None skips the chunk.
+        select: Returns the wanted rows of a chunk in file order; None skips the chunk.
     """
     order = sorted(chunks, key=lambda c: (c.start, c.pos))
     cache = _Cache(order, load)
@@ -85,7 +85,7 @@ def _sorted_piece(number: int, rows: Rows) -> _Piece:
     import numpy as np
 
     time = rows.time
-    # Looking whether they are in order is worth it only where sorting takes longer.
+    # Checking the order first pays only where sorting takes longer than the check.
     if len(time) < 256 or not _in_order(time, rows.start):
         # By time, then by place in the file: rows come connection by connection.
         order = np.lexsort((rows.start, time))
@@ -141,7 +141,7 @@ def _slice(piece: _Piece, start: int, stop: int) -> _Piece:
 
 
 class _Cache:
-    """Chunks in memory, at most BUDGET_BYTES of them (and at least one); the longest unused goes first."""
+    """Chunks in memory, at most BUDGET_BYTES of them (and at least one); the least recently used go first."""
 
     def __init__(self, order: list[ChunkInfo], load: Load) -> None:
         self._order = order
@@ -161,7 +161,7 @@ class _Cache:
             self._held.move_to_end(number)
             return data
         data = self._load(self._order[number], None)
-        if data is None:  # it could be read a moment ago
+        if data is None:  # it was readable a moment ago
             raise BagError("the bag changed while it was read", offset=self._order[number].pos)
         self.put(number, data)
         return data

@@ -1,4 +1,4 @@
-"""Recordings of either form: by what a file begins with, or by the name it shall have."""
+"""Open recordings of either form: told apart by their first bytes, or, to write one, by the name."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def open_bag(
 
 
 def _begins(file: str | os.PathLike[str] | BinaryIO) -> bytes:
-    """Its first bytes; none of what cannot be opened, which the reader says better."""
+    """Its first bytes; empty when it cannot be opened, which the reader then reports in better words."""
     try:
         if isinstance(file, (str, os.PathLike)):
             with open(file, "rb") as opened:

@@ -1,4 +1,4 @@
-"""The file under a writer: whole chunks one after the other, compressed side by side, written in order."""
+"""The file under a writer: chunks are compressed in parallel and written whole, in order."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from rosproto.errors import BagError
 
 __all__ = ["LARGE", "ChunkOutput", "Output"]
 
-LARGE = 1 << 16  # bytes from which a piece is written from where it is, not joined with others
-_SMALL = 1 << 16  # a chunk below is compressed sooner than a thread is started
+LARGE = 1 << 16  # bytes from which a piece is written in place, not copied together with others
+_SMALL = 1 << 16  # a smaller chunk is compressed sooner than a thread is started
 AHEAD_BYTES = 16 << 20  # of chunks on their way to the file, uncompressed
-_MOST_PIECES = 512  # of one system call; POSIX promises 16, Linux and the BSDs take 1024
+_MOST_PIECES = 512  # in one system call; POSIX promises 16, Linux and the BSDs take 1024
 
 Piece = bytes | memoryview
 
@@ -36,7 +36,7 @@ class Output:
 
     Attributes:
         path: The path, None for a file object without a name.
-        existed: Whether there is something in it, to be continued.
+        existed: Whether the file has contents that are to be continued.
     """
 
     def __init__(self, file: str | os.PathLike[str] | BinaryIO, *, keep: bool) -> None:
@@ -109,7 +109,7 @@ def _gathered(pieces: Sequence[Piece]) -> Iterator[Piece]:
 
 @dataclass(slots=True)
 class _Chunk:
-    """A chunk on its way to the file; `ahead` is what it adds to the bytes that wait."""
+    """A chunk on its way to the file; `ahead` is its share of the bytes that wait."""
 
     info: ChunkInfo
     plain: bytes
@@ -129,13 +129,13 @@ class ChunkOutput:
     Args:
         output: The file.
         compression: "none", "bz2" or "lz4".
-        compress: The function that does it.
+        compress: The function that compresses a chunk.
 
     Attributes:
         end: Position after the last whole chunk; the next one is written there.
-        chunks: What is in the file; those written are added.
+        chunks: The chunks in the file; each is added when it has been written.
         messages: Messages in the chunks that were written here.
-        problem: What ended writing, None while all is well.
+        problem: The error that ended writing, None while all is well.
     """
 
     def __init__(self, output: Output, compression: str, compress: Callable[[bytes], bytes]) -> None:
@@ -195,13 +195,13 @@ class ChunkOutput:
         head = self._head()
         if head is None or self._helpers.help():
             return
-        # A helper has it in hand: work that has begun ends, with an error if need be, so this wait does, too.
+        # A helper has begun it. Work that has begun ends, with an error if need be, and so does this wait.
         with self._moved:
             self._moved.wait_for(lambda: not self._order or self._order[0] is not head)
 
     def _pack(self, chunk: _Chunk) -> None:
         """In any thread: compress a chunk, and write what is next in the file."""
-        if chunk.packed is None:  # else Ctrl-C came between the two
+        if chunk.packed is None:  # otherwise Ctrl-C came between the two steps
             try:
                 chunk.packed = self._compress(chunk.plain)
             except Exception as problem:
@@ -211,10 +211,10 @@ class ChunkOutput:
                 self._write_ready()
             finally:
                 self._writing.release()
-            # And look once more: another may have become ready just before the lock was given back.
+            # Look once more: another chunk may have become ready just before the lock was released.
 
     def _head(self) -> _Chunk | None:
-        """The chunk that is next in the file; another thread may be about to take it off."""
+        """The chunk that is to be written next; another thread may be about to remove it."""
         try:
             return self._order[0]
         except IndexError:
@@ -225,7 +225,7 @@ class ChunkOutput:
         return head is not None and head.packed is not None
 
     def _write_ready(self) -> None:
-        """With the lock: nobody else takes chunks off."""
+        """Called with the lock held: no other thread removes chunks."""
         while self._is_ready():
             chunk = self._order[0]
             if self.problem is None:
@@ -249,7 +249,7 @@ class ChunkOutput:
             try:
                 self._output.truncate(self.end)
             except (OSError, ValueError):
-                pass  # a reader finds the last whole chunk all the same
+                pass  # readers find the last whole chunk anyway
             return
         self.end = end
         if info.counts:

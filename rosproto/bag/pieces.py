@@ -1,8 +1,8 @@
-"""Many recordings cut into pieces that other processes read: for Ray, Dask, or a pool of one's own.
+"""Cut many recordings into pieces that other processes read: for Ray, Dask, or your own process pool.
 
-A piece is one topic in some neighbouring chunks of one file. It carries what the file's index says of them,
-so that whoever reads it opens the file and reads those chunks, and nothing else; every message is in exactly
-one piece.
+A piece is one topic in a few adjacent chunks of one file. It carries what the file's index says about those
+chunks, so a worker opens the file and reads these chunks and nothing else. Every message is in exactly one
+piece.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ PIECE_BYTES = 64 << 20
 
 @dataclass(frozen=True, slots=True)
 class Partition:
-    """A piece of a topic. It can be pickled, and read as often as one likes, in any process.
+    """A piece of a topic. It can be pickled, and read any number of times in any process.
 
     Attributes:
         file: Path or URL of the recording.
@@ -56,7 +56,7 @@ class Partition:
         """Its messages as pyarrow.RecordBatch, bounded in size; see `BagReader.to_arrow`.
 
         Raises:
-            BagError: The file cannot be read, or is damaged there: which file, and at which byte.
+            BagError: The file cannot be read, or this part is damaged; names the file and the byte.
         """
         with self.open() as bag:
             yield from bag.to_arrow(self.topic, self.fields)
@@ -76,7 +76,7 @@ class Partition:
         return pyarrow().Table.from_batches(list(self.batches()), self.schema())
 
     def open(self) -> BagReader:
-        """A reader of this piece alone; to be used in a `with`."""
+        """A reader that sees only this piece; use it in a `with` block."""
         return _McapPiece(self) if self.loose is not None else _BagPiece(self)
 
 
@@ -95,7 +95,7 @@ def partitions(
         files: Bags and MCAP files, folders of them, patterns such as "runs/*.bag", and URLs of all three that
             fsspec reaches (extra `remote`); one or several.
         topics: Only these; None for all. Each piece has one.
-        size: Bytes of chunks in the file from which a piece is full; a chunk is never cut.
+        size: A piece is full when its chunks take this many bytes of the file; a chunk is never cut.
         fields: Of each message; see `BagReader.to_arrow`.
         damaged: What pieces do where a chunk is damaged: "raise", or "skip" that chunk.
         limits: How much each file may ask for.
@@ -162,7 +162,7 @@ def _pieces(
 
 
 def _ends(bag: BagReader) -> dict[int, int]:
-    """Where what belongs to each chunk ends."""
+    """Where each chunk ends, its index records included."""
     if bag._spans:
         return {pos: pos + span for pos, span in bag._spans.items()}
     positions = [chunk.pos for chunk in bag.chunks]
@@ -209,7 +209,7 @@ def _opened(path: str, limits: BagLimits | None) -> BagReader:
 
 
 def _closing(bag: BagReader, file: BinaryIO) -> BagReader:
-    """Have the file closed with its reader."""
+    """Let the reader close the file when it is closed."""
     bag._source.own(file)
     return bag
 
@@ -224,7 +224,7 @@ def _source_of(piece: Partition) -> BagFile:
 
 
 class _BagPiece(BagReader):
-    """A reader that has been told the index."""
+    """A reader that is given the index instead of reading it."""
 
     def __init__(self, piece: Partition) -> None:
         self._source = _source_of(piece)

@@ -1,7 +1,7 @@
 """Topics of many recordings as a Ray dataset; needs Ray, and pyarrow (the extra `arrow`).
 
-A thin source: pieces are made by `rosproto.bag.partitions`, one read task each, and Ray schedules them, and
-runs those again whose worker died.
+A thin source: `rosproto.bag.partitions` cuts the recordings, each piece is one read task, and Ray schedules
+them and repeats those whose worker died.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ def read_bags(
     limits: BagLimits | None = None,
     **options: Any,
 ) -> Any:
-    """A topic of recordings as a ray.data.Dataset of Arrow blocks, in which every message is once.
+    """A topic of recordings as a ray.data.Dataset of Arrow blocks, with every message exactly once.
 
     Args:
         files: See `rosproto.bag.partitions`; workers must reach them under the same names.
         topic: The topic.
         fields: See `BagReader.to_arrow`.
-        size: Bytes of chunks from which a piece is full.
+        size: A piece is full when its chunks take this many bytes of the file.
         damaged: See `rosproto.bag.partitions`.
         limits: How much each file may ask for.
         **options: Of `ray.data.read_datasource`, such as `concurrency` and `ray_remote_args`.

@@ -1,7 +1,7 @@
-"""Reading ahead: while a chunk's messages are given out, helper threads decompress the next ones.
+"""Read ahead: while a chunk's messages are handed out, helper threads decompress the next chunks.
 
-Uncompressed chunks are not read ahead; the operating system does that already, and handing them from thread
-to thread would cost more than it saves.
+Uncompressed chunks are not read ahead: the operating system already does that, and passing them between
+threads would cost more than it saves.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ __all__ = ["Following", "ReadAhead"]
 
 Following = Callable[[int], Iterable[ChunkInfo]]
 
-MOST_AHEAD_BYTES = 4 << 20  # uncompressed; a larger chunk is read when its turn has come
+MOST_AHEAD_BYTES = 4 << 20  # uncompressed; a larger chunk is read when its turn comes
 
 
 class ReadAhead:
@@ -27,7 +27,7 @@ class ReadAhead:
     Args:
         source: The file.
         spans: Bytes from each chunk's position to the next chunk.
-        helpers: Threads; a few more chunks than these are read ahead. None: what the processors allow.
+        helpers: Threads; a few more chunks than threads are read ahead. None: as many as processors allow.
     """
 
     def __init__(self, source: BagFile, spans: dict[int, int], helpers: int | None = None) -> None:
@@ -35,7 +35,7 @@ class ReadAhead:
         self._spans = spans
         helpers = helper_count() if helpers is None else helpers
         self._depth = 2 * helpers + 2 if helpers else 0
-        # Daemons: what they read is of no use to a program that ends.
+        # Daemon threads: what they read is of no use to a program that is ending.
         self._helpers = Helpers("bag reader", helpers, daemon=True)
         self._tasks: dict[int, Task[ChunkData | None]] = {}
         self._packed = False
@@ -47,8 +47,8 @@ class ReadAhead:
         """A chunk.
 
         Args:
-            info: Which one.
-            following: Gives that many chunks that will be asked for next.
+            info: The chunk.
+            following: Returns that many of the chunks that will be asked for next.
 
         Raises:
             BagError: It is damaged.

@@ -1,4 +1,4 @@
-"""Reading bags: everything a recorder, crashed or not, leaves behind."""
+"""Read bags: everything a recorder leaves behind, whether it was closed properly or crashed."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class RawMessage(NamedTuple):
         data: Serialized message; a read-only memoryview of the chunk with raw="view".
         md5sum: Of its definition.
         position: (byte position of the chunk in the file, of the message in the uncompressed chunk).
-        connection: Its connection, with the definition; `BagWriter.write` takes it over.
+        connection: Its connection, with the definition; `BagWriter.write` stores it as it is.
     """
 
     type: str
@@ -82,9 +82,9 @@ class BagReader:
 
     Args:
         file: Path, or a seekable binary file.
-        skip_damaged: Where a chunk turns out to be damaged, leave out what follows the damage in it, and say
-            so in `damage`, instead of raising.
-        limits: How much the file may ask for, see `rosproto.bag.BagLimits`.
+        skip_damaged: When a chunk turns out to be damaged, leave out the rest of it and note that in
+            `damage`, instead of raising.
+        limits: How much reading the file may cost; see `rosproto.bag.BagLimits`.
 
     Raises:
         BagError: It cannot be opened, is no bag, is of version 1, or is encrypted.
@@ -184,17 +184,17 @@ class BagReader:
     ) -> Iterator[tuple[str, Any, Time]]:
         """Messages in the order they were received.
 
-        Memory holds one chunk (some more of compressed ones, which helper threads read ahead), or the few
-        that overlap in time, for a bag of any size. Arrays of a message that is a quarter of its chunk or
-        more are views of the chunk and keep it in memory as long as they live; smaller messages have bytes
-        of their own.
+        Whatever the size of the bag, memory holds one chunk, or the few that overlap in time (and a few more
+        when chunks are compressed, because helper threads read ahead). The arrays of a message that makes up
+        a quarter of its chunk or more are views of the chunk and keep it in memory as long as they live;
+        smaller messages have bytes of their own.
 
         Args:
             topics: Only these.
             start_time: Not earlier than this: a Time, or seconds.
             end_time: Not later than this.
-            raw: Give `RawMessage`, not decoded. "view": its data is a memoryview of the chunk, no copy; one
-                that is kept keeps the whole chunk in memory.
+            raw: Yield `RawMessage`, not decoded. With "view" its data is a memoryview of the chunk, not a
+                copy; keeping one keeps the whole chunk in memory.
             connections: Only these.
 
         Yields:
@@ -203,7 +203,7 @@ class BagReader:
         Raises:
             BagError: A chunk is damaged (see `skip_damaged`), or a connection has no usable definition.
             CodecError: A message does not fit its stored definition.
-            ValueError: `raw` is another text.
+            ValueError: `raw` is a string other than "view".
         """
         if raw not in (False, True, "view"):
             raise ValueError(f'raw={raw!r}: True, False or "view"')
@@ -229,7 +229,7 @@ class BagReader:
                     yield from self._of_batch(batch, raw, view)
                 continue
             number += 1
-            # Only a chunk that lies in the span: which of its messages do is not asked below.
+            # Only for a chunk that lies wholly in the span: its messages are not filtered by time below.
             whole = (low is None or info.start >= low) and (high is None or info.end <= high)
             if whole and raw and not view and (found := self._few_messages(info, wanted)) is not None:
                 yield from self._raw_found(info, found)
@@ -249,13 +249,13 @@ class BagReader:
                 yield from self._raw_places(info, memoryview(data.blob) if view else data.blob, base, places)
             else:
                 yield from self._decoded(data.blob, [place.conn for place in places], places)
-            del data, places  # their memory is what the next chunk is read into, while it is in the cache
+            del data, places  # the next chunk is read into the same memory, still in the cache
 
     def _alone(self, order: list[ChunkInfo]) -> list[bool]:
         return few_alone(order)
 
     def _few_messages(self, info: ChunkInfo, wanted: set[int]) -> list[Found] | None:
-        """A chunk's messages read one by one; None where that is not the quicker way, or it is damaged."""
+        """A chunk's messages read one by one; None where that is slower, or the chunk is damaged."""
         self._source.check_open()
         if self._source.far:
             return None
@@ -263,7 +263,7 @@ class BagReader:
             position, size = plain_data(self._source, info)
             return few_messages(self._source, info, position, size, wanted) if size else None
         except BagError:
-            return None  # the general way says what it is
+            return None  # the general way reports what is wrong
 
     def _of_batch(self, batch: Batch, raw: bool | str, view: bool) -> Iterator[tuple[str, Any, Time]]:
         if raw:
@@ -315,7 +315,7 @@ class BagReader:
         return np.sort(np.concatenate(parts))
 
     def frequency(self, topic: str) -> float | None:
-        """Messages per second: one over the median interval, as rosbag has it; None below two messages."""
+        """Messages per second: one over the median interval, as in rosbag; None below two messages."""
         import numpy as np
 
         times = self.times(topic)
@@ -365,28 +365,28 @@ class BagReader:
         start_time: Stamp | None = None,
         end_time: Stamp | None = None,
     ) -> Any:
-        """A topic as a `pyarrow.RecordBatchReader`: batches of bounded size, read as they are asked for.
+        """A topic as a `pyarrow.RecordBatchReader`: batches of bounded size, read on demand.
 
-        `.read_all()` makes a Table of it, `.read_pandas()` a DataFrame, `polars.from_arrow` takes that
-        Table. Needs the extra `arrow`; what becomes of which field says `rosproto.bag.arrow.schema_of`.
+        `.read_all()` makes a Table of it, `.read_pandas()` a DataFrame, and `polars.from_arrow` takes that
+        Table. Needs the extra `arrow`. `rosproto.bag.arrow.schema_of` says how fields map to columns.
 
         Args:
-            topic: Which one; all its messages must have one definition.
-            fields: Paths such as "pose.pose.position.x", each a column; None for the whole message. What is
-                not wanted is not decoded.
+            topic: The topic; all its messages must have the same definition.
+            fields: Paths such as "pose.pose.position.x", each a column; None for the whole message. Other
+                fields are not decoded.
             start_time: Not earlier than this: a Time, or seconds.
             end_time: Not later than this.
 
         Raises:
-            BagError: No such topic or field, several definitions, or no pyarrow. While it is read: see
-                `read_messages`; pyarrow hands these errors on as they are.
+            BagError: No such topic or field, several definitions, or no pyarrow. While batches are read, the
+                errors of `read_messages`, which pyarrow passes on unchanged.
         """
         from rosproto.bag.arrow import to_arrow
 
         return to_arrow(self, topic, self._topic(topic).connections, fields, start_time, end_time)
 
     def batches(self, topic: str) -> Iterator[Batch]:
-        """Where the messages of a topic lie, chunk by chunk: for those who take bytes and need no objects.
+        """Where the messages of a topic lie, chunk by chunk: for callers that need bytes, not objects.
 
         Raises:
             BagError: A chunk is damaged (see `skip_damaged`).
@@ -553,7 +553,7 @@ class BagReader:
     def _raw_found(self, info: ChunkInfo, found: list[Found]) -> Iterator[tuple[str, RawMessage, Time]]:
         facts, pos = self._known, info.pos
         found.reverse()
-        while found:  # what was given out is not kept here
+        while found:  # so that messages already handed out are not kept in memory
             conn, secs, nsecs, offset, data = found.pop()
             topic, kind, md5sum, connection = facts[conn]
             raw = RawMessage(kind, data, md5sum, (pos, offset), connection)

@@ -1,11 +1,11 @@
-"""Records of the bag format 2.0: bytes to values and back. No file is touched here.
+"""Records of the bag format 2.0: bytes to values and back, without touching a file.
 
 A bag is the line `#ROSBAG V2.0`, then records. A record is a header (length, then fields `name=value`, each
 with its own length) and data (length, bytes); all integers little-endian. The `op` field tells what it is:
 
     file header   where the index section begins; padded with blanks to 4096 bytes, to be rewritten in place
     chunk         many message and connection records, compressed together
-    index data    behind a chunk, for each connection in it: times and (uncompressed) offsets of its messages
+    index data    after a chunk, one for each connection in it: times and uncompressed offsets of its messages
     connection    topic, type, definition: inside the chunk that first needs it, and once more at the end
     chunk info    at the end, one for each chunk: position, time span, message counts
     message       connection id, receive time, serialized message
@@ -146,8 +146,8 @@ class FileHeader:
     """The first record.
 
     Attributes:
-        index_pos: Where connections and chunk infos start; 0 when the bag was never closed.
-        connection_count: How many connection records stand there.
+        index_pos: Where the index section starts; 0 when the bag was never closed.
+        connection_count: How many connection records it has.
         chunk_count: How many chunk info records follow them.
         encryptor: Name of the encryption plug-in; "" for a plain bag.
     """
@@ -168,7 +168,7 @@ class FileHeader:
         )
 
     def encode(self) -> bytes:
-        """The whole record, always 4096 + 4 + 4 bytes less lengths: it can be rewritten in place."""
+        """The whole record, padded to a fixed size, so that it can be rewritten in place."""
         header = encode_fields(
             {
                 "chunk_count": _U32.pack(self.chunk_count),

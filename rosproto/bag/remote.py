@@ -1,6 +1,6 @@
-"""Bags that lie elsewhere: any place that fsspec reaches (`s3://`, `https://`), read by ranges.
+"""Remote bags: any URL that fsspec opens (`s3://`, `https://`), read by byte ranges.
 
-Needs fsspec (the extra `remote`) and what fsspec needs for the place, such as aiohttp or s3fs.
+Needs fsspec (the extra `remote`) and what fsspec itself needs for that scheme, such as aiohttp or s3fs.
 """
 
 from __future__ import annotations
@@ -14,24 +14,25 @@ from rosproto.errors import BagError
 __all__ = ["is_remote", "open_remote", "remote_files"]
 
 AHEAD = 32 << 10
-"""Bytes fetched where fewer are asked for: the head of a chunk, and the beginning of the chunk with it."""
+"""The least that one request fetches: the head of a chunk, and the beginning of the chunk with it."""
 _ENDINGS = (".bag", ".mcap")
 
 
 def is_remote(path: str) -> bool:
-    """Whether it is a URL."""
+    """Whether the path is a URL."""
     return "://" in path
 
 
 def open_remote(url: str) -> BinaryIO:
-    """A seekable file that fetches what is read of it, and no more than `AHEAD` bytes beside.
+    """A seekable file that fetches what is read from it, and at most `AHEAD` bytes more.
 
     Raises:
-        BagError: It cannot be opened, its server gives no ranges, or fsspec is missing (extra `remote`).
+        BagError: It cannot be opened, its server has no range requests, or fsspec is missing (extra
+            `remote`).
     """
     filesystem, path = _filesystem(url)
     try:
-        # Without fsspec's own read-ahead, which would fetch megabytes around every head.
+        # fsspec's own read-ahead is off: it would fetch megabytes around every record head.
         file = filesystem.open(path, "rb", cache_type="none")
         size = file.seek(0, io.SEEK_END) if file.seekable() else None
     except Exception as problem:  # every file system has errors of its own
@@ -43,8 +44,7 @@ def open_remote(url: str) -> BinaryIO:
 
 
 def remote_files(url: str) -> list[str]:
-    """The recordings that a URL means: of a folder all bags and MCAP files in it, of a pattern all that
-    match.
+    """The recordings a URL stands for: all bags and MCAP files in a folder, or all that match a pattern.
 
     Raises:
         BagError: The place cannot be reached, or fsspec is missing.
@@ -83,12 +83,12 @@ def _said(problem: Exception) -> str:
 
 
 class _Ranges(io.RawIOBase):
-    """Reads exactly what is asked for, with the beginning of what probably comes next.
+    """Reads exactly what is asked for, and the beginning of what is probably read next.
 
     Attributes:
-        far: Each read takes a round trip: fewer and larger ones are better than exact ones.
+        far: Each read costs a round trip: a few large ones are better than many exact ones.
         name: The URL.
-        fetched: Bytes that came so far.
+        fetched: Bytes fetched so far.
     """
 
     far = True

@@ -1,4 +1,4 @@
-"""Mending bags: a new table of contents in place, or everything readable into a new bag."""
+"""Repair bags: write a new table of contents in place, or copy everything readable to a new bag."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Report:
     """What a repair did.
 
     Attributes:
-        messages: Messages in the mended bag.
+        messages: Messages in the repaired bag.
         damage: What was wrong.
     """
 
@@ -40,14 +40,14 @@ class Report:
 def reindex(path: File) -> Report:
     """Give a bag that was never closed, or lost its end, a table of contents, in place.
 
-    Nothing that is whole is lost: messages of a cut-off last chunk are written again as a chunk of their
-    own. A sound bag is left as it is, and so is one that cannot be mended (a disk that is still full).
+    No complete message is lost: those of a cut-off last chunk are written again as a chunk of their own. A
+    sound bag is left unchanged, and so is one that cannot be repaired (because the disk is still full).
 
     Args:
-        path: The file; also one that is open for reading and writing, which stays open.
+        path: The file, or a file object open for reading and writing, which stays open.
 
     Raises:
-        BagError: It is no bag, or it is damaged before its end: use `recover`, which writes a new one; or
+        BagError: It is no bag; or it is damaged before its end (use `recover`, which writes a new one); or
             there is no room for the index.
     """
     source = BagFile(path)
@@ -72,7 +72,7 @@ def reindex(path: File) -> Report:
 
 
 def _whole_chunks(found: BagIndex, path: File) -> list[ChunkInfo]:
-    """The complete, indexed chunks, which must all come before any other."""
+    """The complete, indexed chunks; all of them must come before any other chunk."""
     whole = [chunk for chunk in found.chunks if chunk.indexed and not chunk.partial]
     if found.resumed or whole != found.chunks[: len(whole)]:
         raise BagError(
@@ -86,7 +86,7 @@ def _whole_chunks(found: BagIndex, path: File) -> list[ChunkInfo]:
 def _messages_after(
     path: File, count: int
 ) -> tuple[list[tuple[str, RawMessage, Time]], Literal["none", "bz2", "lz4"]]:
-    """What can be read behind the first `count` chunks, of the one being written, and its compression."""
+    """What can be read after the first `count` chunks, from the chunk being written, and its compression."""
     with BagReader(path, skip_damaged=True) as bag:
         bag.chunks = bag.chunks[count:]
         if not bag.chunks:
@@ -97,7 +97,7 @@ def _messages_after(
 
 @contextmanager
 def _kept_on_failure(path: File, begin: int, end: int) -> Iterator[None]:
-    """Put the file header and what stands from `end` on back when mending fails: they were all there was."""
+    """If the repair fails, put back the file header and everything from `end` on: there is no other copy."""
     with _opened(path, "rb") as file:
         file.seek(begin)
         header = file.read(len(FileHeader().encode()))
@@ -106,7 +106,7 @@ def _kept_on_failure(path: File, begin: int, end: int) -> Iterator[None]:
     try:
         yield
     except BaseException as problem:
-        # It fits, it was there a moment ago. Where nothing can be written, nothing was changed either.
+        # There is room, for it was there a moment ago. If nothing can be written, nothing was changed either.
         with suppress(OSError), _opened(path, "r+b") as file:
             file.truncate(end)
             file.seek(end)
@@ -135,7 +135,7 @@ def _write_contents(path: File, index: BagIndex) -> None:
 
 @contextmanager
 def _opened(path: File, mode: Literal["rb", "r+b"]) -> Iterator[BinaryIO]:
-    """The file of that name, closed afterwards; one that is open already as it is."""
+    """The file of that name, closed afterwards; a file object is used as it is and stays open."""
     if isinstance(path, (str, os.PathLike)):
         with open(path, mode) as file:
             yield file

@@ -1,10 +1,10 @@
 """Where each message lies in the plain bytes of a chunk.
 
-A chunk of 768 KiB holds thousands of small messages, so finding them is done for all at once with numpy:
-the index records after the chunk give the offsets, and the message headers there (46 bytes, always the same
-fields in the same order from one writer) are compared with the first one and read column by column.
-Whatever does not fit that picture, an index that lies, another field order within a chunk, a chunk without
-index, goes the slow way, record by record, and gives the same rows.
+A chunk of 768 KiB holds thousands of small messages, so numpy finds them all at once: the index records after
+the chunk give the offsets, and the message headers there (46 bytes; one writer always has the same fields in
+the same order) are compared with the first one and read column by column. Anything else (a wrong index,
+another field order within the chunk, a chunk without an index) is read slowly, record by record, and gives
+the same rows.
 """
 
 from __future__ import annotations
@@ -79,8 +79,8 @@ def walk(
         blob: Bytes that contain the data.
         base: Where it starts.
         end: Where it ends.
-        tolerant: Stop at damage, and keep what came before, instead of raising.
-        room: How many records there may be; None for any number.
+        tolerant: Stop at damage and keep what came before, instead of raising.
+        room: How many records are allowed; None for any number.
 
     Returns:
         Offsets (from `base`) of the whole message records, and the connections.
@@ -173,7 +173,7 @@ def rows_at(blob: bytes, base: int, end: int, offsets: NDArray[np.integer]) -> R
 
 
 def _layout(head: bytes) -> tuple[np.dtype[np.void], NDArray[np.uint8]] | None:
-    """Where a message header of 38 bytes has its values, and a mask of the bytes that never change."""
+    """Where a message header of 38 bytes holds its values, and a mask of the bytes that never change."""
     try:
         fields = decode_fields(head, 4, 4 + _MESSAGE_HEADER)
     except BagError:
@@ -187,7 +187,7 @@ def _layout(head: bytes) -> tuple[np.dtype[np.void], NDArray[np.uint8]] | None:
 
 @lru_cache(maxsize=8)
 def _layout_of(names: tuple[str, ...]) -> tuple[np.dtype[np.void], NDArray[np.uint8]]:
-    """The same for an order of the three fields."""
+    """The same, given the order of the three fields."""
     import numpy as np
 
     at = 4
@@ -211,7 +211,7 @@ def _layout_of(names: tuple[str, ...]) -> tuple[np.dtype[np.void], NDArray[np.ui
 
 
 def rows_slowly(blob: bytes, base: int, end: int, offsets: list[int]) -> Rows | None:
-    """The rows record by record, at least one; None when an offset leads to no message."""
+    """The rows, record by record, at least one; None when an offset does not lead to a message."""
     import numpy as np
 
     found: list[tuple[int, int, int, int, int]] = []

@@ -1,9 +1,10 @@
-"""What a bag without a usable index holds: its records followed one after the other.
+"""Find out what a bag without a usable index holds, by following its records one after the other.
 
 A crashed recorder leaves `index_pos` 0, a last chunk that is cut off, and often a chunk header that still
-says 0 bytes (recorders fill it in when the chunk is complete). A damaged disk or a broken copy cuts the
-file anywhere or changes bytes. The index records after each chunk save reading its data. After damage, the
-scan goes on at the next chunk record it finds. All that was wrong is listed, never guessed silently.
+says 0 bytes (recorders fill it in when the chunk is complete). A bad disk or an interrupted copy truncates
+the file anywhere or changes bytes. Where a chunk has index records, its data need not be read. After damage,
+the scan continues at the next chunk record it finds. Everything that was wrong is listed; nothing is guessed
+in silence.
 """
 
 from __future__ import annotations
@@ -104,7 +105,7 @@ class _Scan:
         return after
 
     def _is_empty(self, after: int) -> bool:
-        """Whether a chunk that claims 0 bytes has none: data of a chunk never begins with these records."""
+        """Whether a chunk that claims 0 bytes is empty: a chunk's data never begins with these records."""
         try:
             return read_head(self._source, after).op in (OP_CHUNK, OP_INDEX, OP_CHUNK_INFO)
         except BagError:
@@ -114,7 +115,7 @@ class _Scan:
         """Read the index records at `at` into `info`.
 
         Returns:
-            Where they end, and whether another sound record follows: then they are complete.
+            Where they end, and whether a sound record follows, which proves that they are complete.
         """
         times: list[NDArray[np.int64]] = []
         while at < self._source.size:
@@ -135,7 +136,7 @@ class _Scan:
         return at, False
 
     def _open_chunk(self, info: ChunkInfo) -> None:
-        """Read a chunk for its connections, and, unless its index told, for counts and times."""
+        """Read a chunk for its connections and, unless its index records told them, its counts and times."""
         data = self._load(info)
         if data is None:
             return
@@ -180,7 +181,7 @@ class _Scan:
                     self._found.damage.append(note)
 
     def _drop_unknown(self) -> None:
-        """Messages whose connection record was lost have no topic and no type: they cannot be given."""
+        """Drop messages whose connection record was lost: they have neither topic nor type."""
         for chunk in self._found.chunks:
             for unknown in chunk.counts.keys() - self._found.connections.keys():
                 count = chunk.counts.pop(unknown)
@@ -213,7 +214,7 @@ class _Scan:
 
 
 def _chunk_starts(op_at: int) -> list[int]:
-    """Where a chunk record may start whose op field is at `op_at`: op comes first or second."""
+    """Where the chunk record may start that has its op field at `op_at`: op is its first or second field."""
     first = op_at - 8
     return [first, *[first - 4 - len("compression=") - len(name) for name in COMPRESSIONS]]
 

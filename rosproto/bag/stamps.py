@@ -1,4 +1,4 @@
-"""Times as programs give them to bags: Time, or seconds since 1970."""
+"""The times that callers pass to bags: Time, or seconds since 1970."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ Stamp = Time | float
 
 
 def seconds_and_rest(stamp: Any) -> tuple[int, int]:
-    """Seconds and nanoseconds of any number (numpy's too), or of an object that has secs and nsecs.
+    """Seconds and nanoseconds of any number (numpy's too), or of an object with secs and nsecs.
 
     Raises:
-        ValueError: It is no time, or not finite.
+        ValueError: It is not a time, or not finite.
     """
     if isinstance(stamp, Real):
         if not isfinite(stamp):

@@ -1,6 +1,6 @@
-"""What is in a bag, in the words of `rosbag info`: its text and its YAML, line by line.
+"""A summary of a bag, as `rosbag info` prints it: the same text and the same YAML, line by line.
 
-Only the index is read, so the answer comes at once for a bag of any size.
+Only the index is read, so the answer is immediate for a bag of any size.
 
 Source: rosbag/bag.py, Bag.__str__ and Bag._get_yaml_info.
 """
@@ -23,7 +23,7 @@ Facts = dict[str, Any]
 
 
 def facts(bag: BagReader, *, freq: bool = False) -> Facts:
-    """What both forms tell; `freq`: also the median rate of each topic, which reads the index records."""
+    """What both forms show; `freq` adds the median rate of each topic, for which index records are read."""
     found: Facts = {"path": bag.path or "", "version": bag.version, "size": bag.size, "indexed": bag.indexed}
     if bag.start_time is not None and bag.end_time is not None:
         start, end = bag.start_time.to_sec(), bag.end_time.to_sec()
@@ -57,7 +57,7 @@ def _topic_facts(bag: BagReader, topic: str, freq: bool) -> Facts:
 
 
 def text(found: Facts, curves: Mapping[str, str] = MappingProxyType({})) -> str:
-    """The table of rosbag info; `curves` by topic stand behind their lines."""
+    """The table of rosbag info; `curves`, by topic, are added to the end of their lines."""
     rows = [("path", found["path"])] if found["path"] else []
     rows.append(("version", found["version"]))
     if "start" in found:
@@ -167,7 +167,7 @@ def yaml_value(found: Facts, key: str) -> str:
     """One value of it.
 
     Raises:
-        KeyError: There is no such key; its argument names those that are.
+        KeyError: There is no such key; its argument names those that exist.
     """
     rows, blocks = _yaml_parts(found)
     if key in rows:

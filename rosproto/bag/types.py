@@ -1,4 +1,4 @@
-"""Which message class a recorded connection needs: the one its md5sum and the stored definition tell."""
+"""The message class of a recorded connection, chosen by its md5sum and its stored definition."""
 
 from __future__ import annotations
 
@@ -56,8 +56,8 @@ def _bundled(connection: Connection) -> type[Message] | None:
 def decode_function(cls: type[Message]) -> Decode:
     """The fast decoder for messages that lie in a chunk.
 
-    Arrays are views of the bytes they were decoded from. A message that is a good part of its chunk keeps
-    the chunk alive; a small one gets its own copy first, or one kept message would hold a whole chunk in
+    Arrays are views of the bytes they were decoded from. A message that is a large part of its chunk keeps
+    the chunk alive; a small one is copied first, or a single message that is kept would hold a whole chunk in
     memory.
     """
     fast = decoder(cls)

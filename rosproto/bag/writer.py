@@ -1,10 +1,10 @@
-"""Writing bags that every ROS 1 tool reads.
+"""Write bags that every ROS 1 tool reads.
 
-Messages are collected in memory until a chunk is full; then the chunk, its index records and nothing else go
-to the file at once (compressed by helper threads, while the next one is filled). So the file on disk is
-always a row of complete chunks: a process that dies loses the chunk it was filling and those being
-compressed, and the rest is read by `BagReader` as it is, by rosbag after `rosbag reindex`. `close()` adds the
-table of contents.
+Messages are collected in memory until a chunk is full; then the chunk and its index records are written to
+the file in one go (helper threads compress it while the next one is filled). So the file on disk is always a
+sequence of complete chunks. A process that dies loses only the chunk it was filling and those being
+compressed; `BagReader` reads the rest as it is, rosbag does after `rosbag reindex`. `close()` adds the table
+of contents.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from rosproto.time import Time
 __all__ = ["BagWriter"]
 
 _pack_tail = Struct("<III").pack  # secs, nsecs, size of the data: the end of a message record's head
-_FEW = 64  # messages of one connection in a chunk, up to which numpy takes longer to begin than to do it
+_FEW = 64  # messages of one connection in a chunk, up to which a plain loop beats numpy
 
 
 class _Out:
@@ -53,7 +53,7 @@ class _Out:
     Attributes:
         connection: As it goes into the file; its id is given with its first message.
         encode: Serializes a message.
-        head: What stands in front of every message up to the time; empty until the first message.
+        head: The bytes of every message record up to the time; empty until the first message.
         index: secs, nsecs and offset of each message in the chunk being filled.
         last_size: Bytes of the latest message.
     """
@@ -145,12 +145,12 @@ class BagWriter:
         *,
         header: Mapping[str, str] | None = None,
     ) -> None:
-        """Add a message. Its bytes are taken before this returns.
+        """Add a message. It is serialized before this returns.
 
         Args:
             topic: Topic to store it under.
-            message: A message; or what `BagReader.read_messages(raw=True)` or a raw subscriber gave: then its
-                type, definition and connection header are taken over.
+            message: A message, or what `BagReader.read_messages(raw=True)` or a raw subscriber returned; its
+                type, definition and connection header are then stored as they are.
             t: Receive time: Time, or seconds since 1970; None is now.
             header: The publisher's connection header to store (callerid, latching), and with it the
                 publisher's own definition text, if it is the same definition. One connection is written for
@@ -159,7 +159,7 @@ class BagWriter:
         Raises:
             BagError: The file cannot be written; it stays readable up to its last whole chunk.
             CodecError: A value does not fit its field; nothing was added.
-            ValueError: The time, the topic or the header is not one, or the time is out of range.
+            ValueError: The time, the topic or the header is invalid, or the time is out of range.
             TypeError: `message` is not a message.
         """
         if t is None:
@@ -210,7 +210,7 @@ class BagWriter:
         self.write(connection.topic, raw, t)
 
     def flush(self) -> None:
-        """Write the chunk being filled, however small, so that a reader of the file finds it.
+        """Write the chunk being filled, however small, so that readers of the file can see it.
 
         Raises:
             BagError: The file cannot be written.
@@ -225,7 +225,7 @@ class BagWriter:
         """Write the last chunk and the table of contents, and close the file.
 
         Raises:
-            BagError: The file cannot be written; it is closed all the same.
+            BagError: The file cannot be written; it is closed anyway.
         """
         with self._lock:
             if self._closed:
@@ -282,7 +282,7 @@ class BagWriter:
             )
             if header is None:
                 self._raw_outs[topic, id(given)] = out
-                self._kept.append(given)  # or its id could come back on another object
+                self._kept.append(given)  # otherwise another object could get the same id
             return out, message
         check_message(topic, message)
         cls = message.__class__
@@ -295,7 +295,7 @@ class BagWriter:
         return out, message
 
     def _out(self, connection: Connection, encode: Callable[[Any], bytes]) -> _Out:
-        """The `_Out` for these facts, a new one when there is none in this bag yet."""
+        """The `_Out` of an equal connection, or a new one when this bag has none yet."""
         key = identity(connection)
         out = self._by_identity.get(key)
         if out is None or out.encode is not encode:
@@ -330,7 +330,7 @@ class BagWriter:
         self._index.end = len(head)
 
     def _resume(self) -> None:
-        """Take over the contents of an existing bag and cut its table of contents off."""
+        """Take over the contents of an existing bag and truncate its table of contents."""
         found = open_index(BagFile(self._output.file))
         if found.damage or not found.closed:
             raise BagError(
@@ -348,7 +348,7 @@ class BagWriter:
         self._output.truncate(found.end)
 
     def _flush(self) -> None:
-        """Pass the chunk that was filled on to the file."""
+        """Hand the filled chunk to the output."""
         if not self._parts:
             return
         info = ChunkInfo(0, 0, 0)
@@ -375,7 +375,7 @@ class BagWriter:
         return b"".join(records)
 
     def _finish(self) -> None:
-        """Write the table of contents, then the file header that points to it: in this order, a crash in
+        """Write the table of contents, then the file header that points to it; in this order, a crash in
         between leaves an unclosed bag."""
         index, end = self._index, self._chunks.end
         self._put([encode_contents(index.connections.values(), index.chunks)], at=end)
@@ -406,7 +406,7 @@ class BagWriter:
         return self._failed
 
     def _forget(self) -> None:
-        """Make every further write look its connection up again, which finds the bag closed or failed."""
+        """Make every further write look up its connection again, where it notices that the bag has ended."""
         self._outs.clear()
         self._raw_outs.clear()
 
@@ -425,7 +425,7 @@ def _message_head(connection_id: int) -> bytes:
 
 
 def _index_entries(flat: list[int]) -> tuple[bytes, int, int]:
-    """secs, nsecs and offsets as an index record has them, by time, and the first and the last time."""
+    """secs, nsecs and offsets as an index record holds them, by time, and the first and the last time."""
     if len(flat) <= 3 * _FEW:
         times = [secs * NS + nsecs for secs, nsecs in zip(flat[0::3], flat[1::3], strict=True)]
         if times == sorted(times):
@@ -434,6 +434,6 @@ def _index_entries(flat: list[int]) -> tuple[bytes, int, int]:
 
     table = np.array(array("I", flat), "<u4").reshape(-1, 3)
     stamps = table[:, 0].astype(np.int64) * NS + table[:, 1]
-    if (stamps[1:] < stamps[:-1]).any():  # rosbag searches it by halving
+    if (stamps[1:] < stamps[:-1]).any():  # rosbag does a binary search in it
         table = table[np.argsort(stamps, kind="stable")]
     return table.tobytes(), int(stamps.min()), int(stamps.max())

@@ -1,4 +1,4 @@
-"""What a program gives a writer, as the connection and the bytes that a bag stores."""
+"""Turn what a caller passes to a writer into the connection and the bytes that a bag stores."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def check_header(header: Mapping[str, str]) -> None:
     """Refuse a connection header that cannot be stored.
 
     Raises:
-        ValueError: A name or value is no text, or a name holds `=`.
+        ValueError: A name or value is not a string, or a name contains `=`.
     """
     for key, value in header.items():
         if not isinstance(key, str) or not isinstance(value, str) or "=" in key:
@@ -26,10 +26,10 @@ def check_header(header: Mapping[str, str]) -> None:
 
 
 def check_message(topic: str, message: object) -> None:
-    """Refuse what is no message.
+    """Refuse anything that is not a message.
 
     Raises:
-        TypeError: It is not one.
+        TypeError: It is something else.
     """
     if not isinstance(message, Message):
         raise TypeError(
@@ -39,14 +39,14 @@ def check_message(topic: str, message: object) -> None:
 
 
 def own_text(cls: type[Message], header: Mapping[str, str] | None) -> str:
-    """The publisher's text of this definition, comments and all: `rosbag check` compares it; "" for none."""
+    """The publisher's text of this definition, comments included (`rosbag check` compares it); "" if none."""
     if not header or header.get("md5sum") != cls._md5sum or header.get("type") != cls._type:
         return ""
     return header.get("message_definition", "")
 
 
 def identity(connection: Connection) -> tuple[object, ...]:
-    """What makes two connections the same one."""
+    """Two connections are the same one if this is equal."""
     facts = {k: v for k, v in connection.header.items() if k not in _OWN_FIELDS}
     topic = connection.header.get("topic", connection.topic)
     return (
@@ -56,7 +56,7 @@ def identity(connection: Connection) -> tuple[object, ...]:
 
 
 def as_raw(topic: str, message: Message) -> RawMessage:
-    """A message that was received undecoded, with what its connection header says of it.
+    """A message that was received undecoded, with what its connection header says about it.
 
     Raises:
         ValueError: It has no connection header, so its type is unknown.

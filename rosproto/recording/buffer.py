@@ -1,6 +1,6 @@
-"""What has been received and is not in the file yet: bounded by bytes, so a slow disk cannot fill memory.
+"""Messages received but not written yet: bounded by bytes, so that a slow disk cannot fill the memory.
 
-Drop policy, as rosbag record has it: when too many bytes wait, the oldest messages are given up and counted.
+The drop policy is rosbag record's: when too many bytes wait, the oldest messages are dropped and counted.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from rosproto.time import Time
 __all__ = ["Entry", "MessageBuffer"]
 
 SLICE_BYTES = 8 << 20
-OVERHEAD = 200  # bytes of objects around each message's data
+OVERHEAD = 200  # bytes that the objects around each message's data take
 
 
 class Entry(NamedTuple):
@@ -27,18 +27,18 @@ class Entry(NamedTuple):
 
 
 class MessageBuffer:
-    """Queue between the threads that receive and the one that writes.
+    """The queue between the threads that receive and the thread that writes.
 
-    The writer is not woken for each message: that would cost more than writing it. It is woken when
-    `wake_bytes` wait, and looks by itself now and then.
+    The writer is not woken for each message, since that would cost more than writing it. It is woken when
+    `wake_bytes` are waiting, and otherwise looks from time to time.
 
     Args:
-        limit: Most bytes that wait or are being written.
-        wake_bytes: This much is worth waking the writer.
+        limit: The most bytes that may wait or be in the process of being written.
+        wake_bytes: How many waiting bytes wake the writer.
 
     Attributes:
         received: Messages put in so far.
-        dropped: Messages given up so far.
+        dropped: Messages dropped so far.
         bytes: Bytes that wait or are being written.
     """
 
@@ -58,7 +58,7 @@ class MessageBuffer:
         self._closed = False
 
     def put(self, entry: Entry) -> None:
-        """Add a message; called by any thread, never waits for the disk. Ignored after `close`."""
+        """Add a message. Any thread may call it, and it never waits for the disk. Ignored after `close`."""
         with self._lock:
             if self._closed:
                 return
@@ -72,9 +72,9 @@ class MessageBuffer:
                 self._wakened.notify()
 
     def take(self, timeout: float) -> list[Entry]:
-        """Some of the oldest messages, about `SLICE_BYTES`; those of the last call count as written now.
+        """Some of the oldest messages, about `SLICE_BYTES`; those of the previous call now count as written.
 
-        Waits until it is worth it: `wake_bytes`, or the time is over. Called by one thread.
+        Waits for `wake_bytes`, or until the time is over. Only one thread may call it.
         """
         with self._lock:
             self.bytes -= self._in_flight
@@ -92,7 +92,7 @@ class MessageBuffer:
             return entries
 
     def close(self) -> None:
-        """Take nothing more; what waits can still be taken."""
+        """Accept no more messages; those that wait can still be taken."""
         with self._lock:
             self._closed = True
             self._wakened.notify()

@@ -1,4 +1,4 @@
-"""The clock of a player: /clock, at a rate of real time, with the bags' time."""
+"""The clock of a player: publishes the bags' time on /clock, at a fixed rate of real time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class ClockOutput:
     """Publishes /clock.
 
     Attributes:
-        due: The moment of the next message.
+        due: When the next message is due.
     """
 
     def __init__(self, node: Node, hz: float) -> None:
@@ -28,11 +28,11 @@ class ClockOutput:
         self.due = 0.0
 
     def publish(self, time_ns: int) -> None:
-        """Tell this time (ns)."""
+        """Publish this time (ns)."""
         self._publisher.publish(clock=Time.from_wire(*divmod(time_ns, NS)))
 
     def advance(self, now: float) -> None:
-        """The next moment; those missed are left out."""
+        """Schedule the next message; missed ones are left out."""
         self.due = max(self.due + self._period, now)
 
     def close(self) -> None:

@@ -1,7 +1,7 @@
 """The files of one recording: their names, when a new one begins, and what is repeated in it.
 
-While a bag is written its name ends in `.active`; it gets its own name when it is closed properly. So a name
-ending in `.bag` is a whole bag, as with rosbag record.
+As with rosbag record, the name of a bag ends in `.active` while it is being written. It gets its final name
+when it is closed properly, so a file whose name ends in `.bag` is complete.
 
 Source: rosbag recorder.cpp (updateFilenames, checkSize, checkDuration).
 """
@@ -38,7 +38,7 @@ def bag_name(
     """The name rosbag record would give: `prefix_2026-11-21-09-30-00_0.bag`.
 
     Args:
-        prefix: Path and beginning of the name; the ending at its end is taken off.
+        prefix: Path and beginning of the name, with or without the ending.
         dated: Add date and local time.
         number: Number of the split, None without splits.
         now: Seconds since 1970; None is now.
@@ -59,20 +59,20 @@ class BagSeries:
     """Writes messages into one bag after the other.
 
     Args:
-        name: Gives the final path of the bag with that number.
-        compression: Of the chunks.
-        chunk_bytes: Of each chunk.
+        name: Returns the final path of the bag with a given number.
+        compression: How chunks are compressed.
+        chunk_bytes: Size of a chunk.
         split_bytes: Begin another bag when one has this size (rosbag record --split --size).
         split_seconds: Begin another bag after this time (--split --duration).
         keep: Delete the oldest bag when there are more than this many (--max-splits).
         repeat_latched: Write the last latched message of every publisher at the start of each bag, so that
-            each can be played alone.
-        overwrite: Replace files of that name.
+            each bag can be played on its own.
+        overwrite: Replace existing files of the same name.
         on_open: Called with the final path of each bag when it is begun.
 
     Attributes:
-        paths: Bags that were finished, in order.
-        messages: Messages written, repeated ones not counted.
+        paths: Finished bags, in order.
+        messages: Messages written, not counting repeated ones.
     """
 
     def __init__(
@@ -108,12 +108,12 @@ class BagSeries:
 
     @property
     def path(self) -> str:
-        """Where the present bag will be when it is finished."""
+        """Where the current bag will be when it is finished."""
         return self._path
 
     @property
     def active_path(self) -> str:
-        """Where the present bag is now."""
+        """Where the current bag is while it is being written."""
         return self._path + ACTIVE
 
     @property
@@ -122,7 +122,7 @@ class BagSeries:
         return self._finished_bytes + (0 if self._path in self.paths else self._writer.size)
 
     def write(self, topic: str, message: RawMessage, stamp: Time) -> None:
-        """Add a message, to another bag if it is time for one.
+        """Add a message, to a new bag if it is time for one.
 
         Raises:
             BagError: It cannot be written, or the next bag cannot be opened.
@@ -135,11 +135,11 @@ class BagSeries:
             self._latched[topic, message.connection.callerid] = message
 
     def flush(self) -> None:
-        """Write what is gathered as a chunk, so that a crash cannot lose it."""
+        """Write the collected messages as a chunk, so that a crash cannot lose them."""
         self._writer.flush()
 
     def close(self) -> None:
-        """Finish the present bag and give it its name.
+        """Finish the current bag and give it its final name.
 
         Raises:
             BagError: It cannot be finished; it keeps its `.active` name and can be read up to its last whole
@@ -163,7 +163,7 @@ class BagSeries:
         if self._split_ns is None:
             return False
         now = stamp.secs * 1_000_000_000 + stamp.nsecs
-        if self._start_ns is None or now < self._start_ns:  # time jumped back: begin again
+        if self._start_ns is None or now < self._start_ns:  # time jumped back: start again from here
             self._start_ns = now
         passed = (now - self._start_ns) // self._split_ns
         self._start_ns += passed * self._split_ns

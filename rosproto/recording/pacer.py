@@ -1,7 +1,8 @@
-"""Waiting for a moment to within tens of microseconds, without burning a processor for it.
+"""Wait for a moment with an error of tens of microseconds, without keeping a processor busy.
 
-The operating system wakes a sleeper late: 60 us on Linux, up to 15 ms on an old Windows. So the pacer sleeps
-until shortly before the moment and spins for the rest; how shortly follows from how late it has been woken.
+Operating systems wake a sleeping thread late: by 60 us on Linux, by up to 15 ms on an old Windows. So the
+pacer sleeps until shortly before the moment and spins for the rest. How long it spins depends on how late it
+was woken before.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from collections.abc import Callable
 __all__ = ["Pacer"]
 
 LEAST_SPIN = 0.0001
-MOST_SPIN = 0.003  # seconds; a system that wakes later than this is not made precise by spinning
+MOST_SPIN = 0.003  # seconds; spinning cannot make up for wake-ups later than this
 
 
 class Pacer:
@@ -20,10 +21,10 @@ class Pacer:
 
     Args:
         now: The clock, seconds.
-        sleep: Sleeps that many seconds, perhaps longer.
+        sleep: Sleeps for that many seconds, perhaps longer.
 
     Attributes:
-        spin: Seconds before the moment at which sleeping ends.
+        spin: How many seconds before the moment sleeping ends.
     """
 
     def __init__(
@@ -34,21 +35,21 @@ class Pacer:
         self.spin = 0.0003
 
     def wait_until(self, moment: float) -> None:
-        """Return at that moment, or at once if it has passed."""
+        """Return at that moment, or immediately if it has passed."""
         left = moment - self.now()
         if left > self.spin:
             self._rest(left - self.spin)
         while self.now() < moment:
-            self._sleep(0)  # lets the threads that send have the interpreter
+            self._sleep(0)  # yields the interpreter to the sending threads
 
     def rest(self, seconds: float) -> None:
-        """Sleep about that long."""
+        """Sleep for about that long."""
         self._sleep(seconds)
 
     def _rest(self, seconds: float) -> None:
         before = self.now()
         self._sleep(seconds)
         late = self.now() - before - seconds
-        # Quickly up, slowly down: one late wake-up spoils a moment, a little spinning costs little.
+        # Quickly up, slowly down: a late wake-up misses a moment, while more spinning costs little.
         wanted = min(max(1.5 * late, LEAST_SPIN), MOST_SPIN)
         self.spin = wanted if wanted > self.spin else self.spin + 0.02 * (wanted - self.spin)

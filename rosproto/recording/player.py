@@ -1,10 +1,10 @@
-"""Playing bags to a live graph: the recorded bytes, at the recorded times, under the recorded names.
+"""Play bags to a live graph: the recorded bytes, at the recorded times, under the recorded names.
 
-`Player.play` runs in the calling thread; `pause`, `step` and `stop` may be called from any other, or from
-`on_tick`, which is called in that thread about 20 times a second.
+`Player.play` runs in the calling thread; `pause`, `step` and `stop` may be called from any other thread, or
+from `on_tick`, which is called in the playing thread about 20 times a second.
 
-Source: rosbag player.cpp for what its users rely on: delay after advertising, latched messages before the
-start, the clock that goes on while paused.
+Source: rosbag player.cpp for what its users rely on: the delay after advertising, latched messages from
+before the start, a clock that keeps ticking while paused.
 """
 
 from __future__ import annotations
@@ -36,42 +36,42 @@ IMMEDIATE_BATCH = 64
 
 
 class Player:
-    """Publishes what bags hold. Close it (or use it in a `with` block): its topics then leave the graph.
+    """Publishes the messages of bags. Close it, or use it in a `with` block, to unregister its topics.
 
     Args:
-        node: Publishes.
-        bags: An opened bag, or several that are played as one; they stay the caller's.
+        node: The node that publishes.
+        bags: An open bag, or several that are played as one; the caller closes them.
         topics: Only these (recorded names).
-        rate: Times as fast as recorded.
-        start: Seconds to leave out at the beginning. What was latched before is published first.
-        duration: Play only so many seconds of the bags.
+        rate: Speed, relative to that of the recording.
+        start: Seconds to skip at the beginning. Messages latched before are published first.
+        duration: Play only this many seconds of the bags.
         loop: Begin again at the end.
-        clock_hz: Publish /clock this often (real time), with the bags' time; None does not.
+        clock_hz: Publish the bags' time on /clock this often (in real time); None does not.
         remap: Recorded name -> name to publish under.
-        prefix: Put in front of every name.
+        prefix: Prefix for every name.
         delay: Seconds between advertising and the first message, so that subscribers can connect.
-        queue_size: Most messages that wait for one slow subscriber.
-        keep_alive: Stay after the end, so that latched messages can be had, until `stop`.
+        queue_size: The most messages that wait for one slow subscriber.
+        keep_alive: Stay after the end until `stop`, so that latched messages remain available.
         paused: Begin paused.
-        skip_empty: Leave out times longer than this (s) without messages.
-        immediate: Do not wait at all: as fast as the subscribers take it.
-        pause_topics: Pause before each message of these (recorded names); `pause_on_topics` switches it.
-        rate_control: A topic that tells how far a node has come: its header stamps are bag time, and playing
-            waits when it is more than `rate_control_delay` seconds of bag time ahead.
-        rate_control_delay: See there.
-        on_tick: Called now and then while playing, paused or waiting.
+        skip_empty: Skip gaps without messages that are longer than this, s.
+        immediate: Do not wait for the recorded times: play as fast as the subscribers can receive.
+        pause_topics: Pause before each message on these (recorded names); see `pause_on_topics`.
+        rate_control: A topic that shows how far a node has come: its header stamps are bag time, and playing
+            waits while it is more than `rate_control_delay` ahead.
+        rate_control_delay: Seconds of bag time that playing may be ahead of `rate_control`.
+        on_tick: Called from time to time while playing, paused or waiting.
         pacer: For tests.
 
     Raises:
-        BagError: A topic is in none of the bags, a connection has no usable definition, or two have different
-            ones for one topic.
+        BagError: A topic is in none of the bags, a connection has no usable definition, or two connections
+            have different definitions for one topic.
         ValueError: An option is out of range.
 
     Attributes:
         timeline: The span that is played.
         published: Messages published so far.
-        position_ns: Time in the bags that has been reached, ns since 1970.
-        pause_on_topics: Whether `pause_topics` count.
+        position_ns: The bags' time that has been reached, ns since 1970.
+        pause_on_topics: Whether `pause_topics` take effect.
     """
 
     def __init__(
@@ -124,7 +124,7 @@ class Player:
         self._next_tick = 0.0
         self._next_call = 0.0
         self._on_message: Callable[[str, Time], object] | None = None
-        self._anchor = 0.0  # the moment at which the bags' time was `_anchor_ns`
+        self._anchor = 0.0  # the moment when the bags' time was `_anchor_ns`
         self._anchor_ns = self.timeline.start_ns
         self.position_ns = self.timeline.start_ns
         self.published = 0
@@ -151,7 +151,7 @@ class Player:
 
     @property
     def waits_for(self) -> str:
-        """The rate control topic while playing waits for it, else ""."""
+        """The rate control topic while playing waits for it, otherwise ""."""
         return self._control.topic if self._control is not None and self._control.behind else ""
 
     @property
@@ -169,7 +169,7 @@ class Player:
         self._paused = True
 
     def resume(self) -> None:
-        """Let the bags' time go on from where it stopped."""
+        """Let the bags' time continue from where it stopped."""
         self._steps = 0
         self._paused = False
 
@@ -179,7 +179,7 @@ class Player:
             self._steps += 1
 
     def stop(self) -> None:
-        """Let `play` return soon."""
+        """Make `play` return soon."""
         self._stop.set()
 
     def wait_for_subscribers(self, timeout: float | None = 10.0) -> None:
@@ -204,13 +204,13 @@ class Player:
         """Publish everything; returns at the end, or after `stop`.
 
         Args:
-            on_message: Called with recorded topic and time after each message.
+            on_message: Called after each message, with its recorded topic and time.
 
         Returns:
             How many messages were published.
 
         Raises:
-            BagError: A bag cannot be read on.
+            BagError: A bag cannot be read any further.
             LocalProtocolError: The node was closed.
         """
         self._stop.clear()
@@ -227,7 +227,7 @@ class Player:
         return self.published - before
 
     def close(self) -> None:
-        """Take the topics off the graph; what waits for slow subscribers gets a moment. Twice is fine."""
+        """Unregister the topics, after a moment for slow subscribers. May be called again."""
         self._stop.set()
         for publisher in self.publishers:
             publisher.close()
@@ -239,7 +239,7 @@ class Player:
     # -- before the first message ---------------------------------------------------------------------------
 
     def _advertise(self, queue_size: int) -> dict[tuple[int, int], Publisher]:
-        """A publisher for each recorded one: each latches its own message (three nodes on /tf_static)."""
+        """One publisher for each recorded one, since each latches its own message (as on /tf_static)."""
         shared: dict[tuple[str, str, str], Publisher] = {}
         outputs: dict[tuple[int, int], Publisher] = {}
         for number, connection in self.timeline.connections:
@@ -264,9 +264,9 @@ class Player:
     # -- playing --------------------------------------------------------------------------------------------
 
     def _begun(self) -> Iterator[TimelineEntry]:
-        """What is to be played, the first chunk read (with the imports that takes) before time begins to run.
+        """The entries to play, with the first chunk and all imports loaded before time starts to run.
 
-        Else the first messages would all be late by that, some tenths of a second, and come at once.
+        Otherwise the first messages would be late by the tenths of a second that takes, and come all at once.
         """
         entries = iter(self.timeline)
         return chain(list(islice(entries, 1)), entries)
@@ -295,7 +295,7 @@ class Player:
             self._outputs[entry.bag, entry.message.connection.id].publish(entry.message.data)
         except LocalProtocolError:
             if self._stop.is_set():
-                return  # closed by another thread in this moment
+                return  # closed by another thread at this moment
             raise
         self.published += 1
         if self._on_message is not None:
@@ -330,7 +330,7 @@ class Player:
         return False
 
     def _wait_or_tick(self, now: float, due: float, time_ns: int) -> bool:
-        """Wait for a message that is due then, or for what comes before it; True when the message is due."""
+        """Wait for a message that is due then, or for whatever comes first; True when the message is due."""
         if due <= now:
             return True
         until = min(due, self._next_tick)
@@ -340,12 +340,12 @@ class Player:
         if until == due:
             return True
         passed = (self._pacer.now() - self._anchor) * self._rate
-        # Who is woken late is not ahead of the message: what waits for this time would see it go by unplayed.
+        # When woken late, stay behind the message: whoever waits for this time would see it pass unplayed.
         self.position_ns = max(self.position_ns, min(time_ns, self._anchor_ns + int(passed * NS)))
         return False
 
     def _stand(self, now: float) -> None:
-        """Paused: time does not pass in the bags."""
+        """While paused: the bags' time stands still."""
         self._set_anchor(self.position_ns)
         self._pacer.wait_until(min(now + TICK, self._clock.due if self._clock is not None else now + TICK))
 
@@ -365,7 +365,7 @@ class Player:
             self._on_tick(self)
 
     def _rest(self, seconds: float) -> None:
-        """Wait, with ticks."""
+        """Wait, calling `on_tick` in between."""
         end = self._pacer.now() + seconds
         while not self._stop.is_set() and (now := self._pacer.now()) < end:
             if now >= self._next_tick:
@@ -373,7 +373,7 @@ class Player:
             self._pacer.wait_until(min(end, self._next_tick))
 
     def _hold_back(self) -> None:
-        """Without waiting for time, wait for subscribers that cannot follow: nothing is to be dropped."""
+        """When `immediate`, wait for subscribers that cannot keep up, so that nothing is dropped."""
         if self.published % IMMEDIATE_BATCH == 0:
             self._flush(10.0)
 
@@ -383,4 +383,4 @@ class Player:
                 try:
                     publisher.flush(timeout)
                 except (RosTimeout, ConnectionError):
-                    pass  # that subscriber is stuck or gone: its queue drops and counts, the others go on
+                    pass  # that subscriber hangs or is gone: its queue drops and counts; go on for the others

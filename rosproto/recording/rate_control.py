@@ -1,4 +1,4 @@
-"""Playing no faster than somebody follows: the bags' time waits for a topic that tells how far a node is.
+"""Play no faster than a node can follow: the bags' time waits for a topic that shows how far the node is.
 
 Source: rosbag player.cpp, updateRateTopicTime.
 """
@@ -17,13 +17,13 @@ NS = 1_000_000_000
 
 
 class RateControl:
-    """Follows a topic. Header stamps of its messages are bag time; without one it counts when it came.
+    """Follows a topic. The header stamps of its messages are bag time; without a stamp, arrival counts.
 
     Args:
-        node: Subscribes.
-        topic: Published by who is to keep up.
+        node: The node that subscribes.
+        topic: A topic of the node that has to keep up.
         most_delay: Seconds of bag time that playing may be ahead of the newest message.
-        position: Bag time reached, ns.
+        position: The bag time reached, ns.
 
     Attributes:
         topic: Its name.
@@ -44,7 +44,7 @@ class RateControl:
         return self._position() - self._reached_ns > self._most_ns
 
     def restart(self) -> None:
-        """The bags' time was set anew: what came before says nothing about it."""
+        """Forget earlier messages: the bags' time was set anew, and they say nothing about it."""
         self._reached_ns = self._position()
 
     def close(self) -> None:

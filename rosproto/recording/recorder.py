@@ -1,8 +1,8 @@
-"""Recording a live graph: every message as it came, with its publisher's own definition and header.
+"""Record a live graph: every message as it came, with its publisher's own definition and header.
 
-Threads: the node's link threads put messages into a `MessageBuffer`; one thread writes them to the files;
-one asks the master for topics that appear. Nothing that the disk does can hold up receiving: what does not
-fit into the buffer is dropped and counted.
+Threads: the node's link threads put messages into a `MessageBuffer`, one thread writes them to the files, and
+one asks the master for new topics. Whatever the disk does, it cannot hold up receiving: messages that do not
+fit into the buffer are dropped and counted.
 """
 
 from __future__ import annotations
@@ -35,22 +35,22 @@ __all__ = ["Recorder", "RecorderStats"]
 _log = get_logger("rosproto.recording")
 
 WRITE_EVERY = 0.1  # seconds that a message may wait before it is put into the chunk
-LOOK_EVERY = 1.0  # seconds between two looks at the room on the disk
-FLUSH_EVERY = 5.0  # seconds after which even a small chunk goes to the disk: a crash loses no more
+LOOK_EVERY = 1.0  # seconds between two checks of the free space on the disk
+FLUSH_EVERY = 5.0  # seconds after which even a small chunk is written: the most that a crash can lose
 ALL = 1 << 30  # a queue size: the node drops nothing, the buffer decides
 
 
 @dataclass(frozen=True, slots=True)
 class RecorderStats:
-    """How a recording stands.
+    """The state of a recording.
 
     Attributes:
         messages: Messages written.
-        dropped: Messages given up because the buffer was full.
+        dropped: Messages dropped because the buffer was full.
         bytes: Bytes in the files.
         waiting_bytes: Bytes received and not written yet.
-        topics: Topics subscribed.
-        seconds: Since it was started.
+        topics: Number of topics subscribed.
+        seconds: Seconds since the start.
         path: The bag being written.
     """
 
@@ -69,28 +69,28 @@ class Recorder:
     Messages are stamped with the node's clock: with /use_sim_time, call `node.clock.wait_for_time` before.
 
     Args:
-        node: Subscribes; its own publications are recorded too.
-        path: The bag, with splitting `name_0.bag`, `name_1.bag` and so on; None: `prefix` with date and time.
+        node: The node that subscribes; what it publishes itself is recorded, too.
+        path: The bag; when split, `name_0.bag`, `name_1.bag` and so on. None: `prefix` with date and time.
         topics: Names to record, whoever publishes them, now or later.
-        pattern: And every topic that this regular expression matches wholly, as they appear.
-        exclude: But none that this one matches wholly.
+        pattern: Also every topic whose whole name matches this regular expression, as they appear.
+        exclude: But none whose whole name matches this one.
         selection: Instead of these three: several patterns, everything, a node's topics.
         prefix: Path and beginning of the name (rosbag record -o).
         compression: "none", "bz2" or "lz4".
-        chunk_bytes: Of each chunk.
+        chunk_bytes: Size of a chunk.
         split_bytes: Begin another bag at this size; names are then numbered from 0.
         split_seconds: Begin another bag after this time.
         keep: With splits, the most bags to keep; older ones are deleted.
         repeat_latched: Repeat latched messages at the start of each split.
-        limit: Messages of each topic; the recording is finished when all have them.
+        limit: Messages to record of each topic; the recording is finished when every topic has that many.
         most_seconds: Finish after this time.
         most_bytes: Finish at this size.
-        buffer_bytes: Most bytes that wait for the disk; the oldest are dropped and counted.
-        poll: Seconds between two questions for new topics.
-        overwrite: Replace files of that name.
+        buffer_bytes: The most bytes that wait for the disk; beyond it the oldest are dropped and counted.
+        poll: Seconds between two requests to the master for new topics.
+        overwrite: Replace existing files of the same name.
         tcp_nodelay, unreliable: See `Node.subscriber`.
         announce: Publish the name of each bag, latched, on `begin_write` when it is begun (rosbag record -p).
-        least_free_bytes: Finish with an error, the bag closed properly, when the disk has less room left.
+        least_free_bytes: Close the bag properly and end with an error when the disk has less free space.
         form: "bag" or "mcap" (extra `mcap`); None: MCAP if `path` ends in `.mcap`, else a bag.
 
     Raises:
@@ -195,7 +195,7 @@ class Recorder:
 
     @property
     def paths(self) -> list[Path]:
-        """The bags, the one being written (until it is finished its name ends in `.active`) last."""
+        """The bags; last the one being written, whose name ends in `.active` until it is finished."""
         paths = [Path(path) for path in self._series.paths]
         present = Path(self._series.path)
         return paths if present in paths else [*paths, present]
@@ -212,12 +212,12 @@ class Recorder:
 
     @property
     def dropped(self) -> int:
-        """Messages given up because the buffer was full."""
+        """Messages dropped because the buffer was full."""
         return self._buffer.dropped
 
     @property
     def error(self) -> RosError | None:
-        """What ended it early (a full disk), None while all is well; `wait` and `close` raise it."""
+        """The error that ended it early (a full disk), None if there is none; `wait` and `close` raise it."""
         return self._error
 
     @property
@@ -226,7 +226,7 @@ class Recorder:
         return self._finished.is_set()
 
     def stats(self) -> RecorderStats:
-        """How it stands now."""
+        """The present state."""
         return RecorderStats(
             messages=self.messages,
             dropped=self.dropped,
@@ -238,7 +238,7 @@ class Recorder:
         )
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait until it is finished by itself; False when it was not in time.
+        """Wait until it finishes by itself; False when it did not in time.
 
         Raises:
             BagError: Writing failed (the disk is full); the bag is readable up to its last whole chunk.
@@ -251,7 +251,7 @@ class Recorder:
         """Wait until that many topics have a publisher connected.
 
         Raises:
-            TimeoutError: They have not in time.
+            TimeoutError: They did not in time.
         """
         end = time.monotonic() + as_float(timeout)
         while sum(s.connections > 0 for s in list(self._subscribers.values())) < count:
@@ -262,7 +262,7 @@ class Recorder:
             self._finished.wait(0.01)
 
     def close(self) -> None:
-        """Stop receiving, write everything that waits, finish the bag. Twice is fine.
+        """Stop receiving, write everything that waits, finish the bag. May be called again.
 
         Raises:
             BagError: Writing failed, and the error has not been raised yet.
@@ -273,7 +273,7 @@ class Recorder:
         for subscriber in self._subscribers.values():
             subscriber.close()
         self._buffer.close()
-        self._writer.join()  # as long as the disk takes: what was received is not thrown away
+        self._writer.join()  # for as long as the disk takes: nothing that was received is thrown away
         self._finished.set()
         if self._announcer is not None:
             self._announcer.close()
@@ -282,7 +282,7 @@ class Recorder:
     # -- topics ---------------------------------------------------------------------------------------------
 
     def _start(self) -> None:
-        # The writer needs it with the first chunk. Imported then, it would hold up the threads that receive.
+        # The writer needs this for the first chunk; imported then, it would hold up the receiving threads.
         importlib.import_module("numpy")
         self._writer.start()
         try:
@@ -296,7 +296,7 @@ class Recorder:
             raise
 
     def _find(self) -> None:
-        """Thread: subscribe topics that appear. The master may be away for a while."""
+        """Thread: subscribe to topics as they appear. The master may be away for a while."""
         away = False
         while not self._stopping.wait(self._poll):
             try:
@@ -318,8 +318,8 @@ class Recorder:
 
     def _subscribe(self, topic: str) -> None:
         tap = TopicTap(topic, self._node, self._buffer)
-        # Inline and with a queue that is never full: every message goes to the buffer in the thread that
-        # received it; only the buffer may drop, and it counts.
+        # Inline, and with a queue that is never full: every message goes to the buffer in the thread that
+        # received it. Only the buffer may drop messages, and it counts them.
         self._subscribers[topic] = self._node.subscriber(
             topic,
             None,
@@ -335,7 +335,7 @@ class Recorder:
     # -- writing --------------------------------------------------------------------------------------------
 
     def _write(self) -> None:
-        """Thread: from the buffer to the files, until closed and empty, or a limit, or an error."""
+        """Thread: write the buffer to the files until it is closed and empty, or a limit or error ends it."""
         try:
             while not self._is_done():
                 entries = self._buffer.take(WRITE_EVERY)
@@ -355,7 +355,7 @@ class Recorder:
             self._finished.set()
 
     def _name_what_is_left(self) -> None:
-        """A bag that could take no more but could be finished has its own name now: the error tells that."""
+        """Use the final name in the error if the bag could still be finished after writing had failed."""
         error = self._error
         if isinstance(error, BagError) and error.path == self._series.active_path:
             self._error = BagError(error.reason, path=self._series.path, offset=error.offset)
@@ -392,7 +392,7 @@ class Recorder:
             )
 
     def _announce(self, path: str) -> None:
-        """Another bag has been begun."""
+        """Publish the name of a bag that was begun."""
         if self._announcer is not None:
             self._announcer.publish(data=path)
 

@@ -1,4 +1,4 @@
-"""Which topics to record: by name, by pattern, all, those of a node; and which not."""
+"""Which topics to record: by name, by pattern, all, or those of a node, with exceptions."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ __all__ = ["TopicSelection"]
 
 
 class TopicSelection:
-    """A choice of topics, made once and asked about every topic that appears.
+    """A choice of topics, made once and applied to every topic that appears.
 
     Args:
-        topics: Global names, taken whether or not somebody publishes them yet.
+        topics: Global names, chosen whether or not somebody publishes them yet.
         patterns: Regular expressions for whole names (rosbag record -e).
-        exclude: Regular expressions for whole names that are not taken by `patterns`, `all` or `node`.
+        exclude: Regular expressions for whole names that `patterns`, `all` and `node` leave out.
         all: Every topic.
-        node: Every topic this node subscribes.
+        node: Every topic that this node subscribes to.
 
     Raises:
-        ValueError: Nothing is chosen, or a pattern is wrong.
+        ValueError: Nothing is chosen, or a pattern is invalid.
     """
 
     def __init__(
@@ -41,11 +41,11 @@ class TopicSelection:
 
     @property
     def is_open(self) -> bool:
-        """True when topics that appear later may belong to it, so that the master must be asked again."""
+        """True when topics that appear later may be chosen, so that the master must be asked again."""
         return bool(self._all or self._patterns or self.node)
 
     def takes(self, topic: str, subscribers: Iterable[str] = ()) -> bool:
-        """Whether a topic is chosen; `subscribers` are the nodes that subscribe it."""
+        """Whether a topic is chosen; `subscribers` are the nodes that subscribe to it."""
         if topic in self.topics:
             return True
         if any(pattern.fullmatch(topic) for pattern in self._exclude):

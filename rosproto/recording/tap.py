@@ -1,4 +1,4 @@
-"""From a subscriber to the buffer: each message with what its publisher said of itself."""
+"""From a subscriber to the buffer: each message with its publisher's connection header."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ __all__ = ["TopicTap"]
 _log = get_logger("rosproto.recording")
 
 NS = 1_000_000_000
-MOST_CONNECTIONS = 1000  # headers of publishers of one topic
+MOST_CONNECTIONS = 1000  # different publishers' headers on one topic
 MOST_CONNECTION_CHARACTERS = 64 << 20  # of these headers, definitions included
 
 
 class TopicTap:
-    """Takes the messages of one topic: from the link's thread into the buffer."""
+    """Puts the messages of one topic into the buffer, in the link's thread."""
 
     def __init__(self, topic: str, node: Node, buffer: MessageBuffer) -> None:
         self._topic = topic
@@ -48,7 +48,7 @@ class TopicTap:
         self._put(Entry(self._topic, raw, stamp))
 
     def _leave_out(self, header: dict[str, str]) -> None:
-        """A publisher of AnyMsg tells no type, and nobody could read what a bag had of it."""
+        """Warn about a publisher of AnyMsg: without a type nobody could read its messages from a bag."""
         if not self._told:
             self._told = True
             _log.warning(
@@ -58,10 +58,10 @@ class TopicTap:
             )
 
     def _connection_for(self, header: dict[str, str]) -> Connection | None:
-        """One object per header that a publisher has had; may be asked by two link threads at once.
+        """One object for each header of a publisher; two link threads may call this at once.
 
-        A bag lists each of them, and a publisher may say another one whenever it connects. So beyond a number
-        of them a publisher's messages go to one that is read alike; None where there is no such.
+        A bag lists each of them, and a publisher may send another header whenever it connects. So beyond a
+        certain number, messages go to a known connection that is read in the same way; None if there is none.
         """
         latest = self._latest
         if latest is not None and latest[0] is header:
@@ -108,7 +108,7 @@ def _connection(topic: str, header: dict[str, str]) -> Connection:
 
 
 def _bundled_definition(kind: str, md5sum: str) -> str:
-    """For publishers that send no definition: ours, if it is the same one; a bag must say how to read it."""
+    """Our definition if it is the same one, for publishers that send none: a bag must say how to read it."""
     from rosproto.msg import bundled
 
     try:

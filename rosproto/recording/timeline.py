@@ -1,4 +1,4 @@
-"""The encoded messages of one or several bags, a span of them in the order of time, for a player."""
+"""The encoded messages in a time span of one or several bags, in time order, for a player."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NS = 1_000_000_000
 
 
 class TimelineEntry(NamedTuple):
-    """A message to be played: receive time in ns since 1970, number of its bag, the message."""
+    """A message to play: receive time in ns since 1970, number of its bag, the message."""
 
     time_ns: int
     bag: int
@@ -24,21 +24,21 @@ class TimelineEntry(NamedTuple):
 
 
 class Timeline:
-    """What is played: a span of the chosen topics of some bags.
+    """What is played: a time span of the chosen topics of some bags.
 
     Args:
-        bags: Opened bags; they stay open, and stay the caller's.
+        bags: Open bags; the caller closes them.
         topics: Only these.
         start: Seconds after the earliest message of all bags.
-        duration: Seconds from there; None to the end.
+        duration: Length in seconds; None plays to the end.
 
     Raises:
         BagError: A topic is in none of the bags.
         ValueError: `start` or `duration` is negative.
 
     Attributes:
-        start_ns: Begin of the span, ns since 1970 (0 when all bags are empty).
-        end_ns: End of the span: the latest message, or earlier by `duration`.
+        start_ns: Start of the span, ns since 1970 (0 when all bags are empty).
+        end_ns: End of the span: the latest message, or earlier because of `duration`.
     """
 
     def __init__(
@@ -64,12 +64,12 @@ class Timeline:
 
     @property
     def duration(self) -> float:
-        """Seconds of the span."""
+        """Length of the span in seconds."""
         return max(0.0, (self.end_ns - self.start_ns) / NS)
 
     @property
     def connections(self) -> list[tuple[int, Connection]]:
-        """Number of the bag, and connection, of everything that may be played."""
+        """Every connection that may be played, with the number of its bag."""
         return [
             (number, connection)
             for number, bag in enumerate(self._bags)
@@ -78,13 +78,13 @@ class Timeline:
         ]
 
     def __iter__(self) -> Iterator[TimelineEntry]:
-        """Every message of the span, by time."""
+        """Every message of the span, in time order."""
         streams = [self._entries(number) for number in range(len(self._bags))]
-        # Bags in the order given where times are equal; the messages themselves have no order.
+        # At equal times, bags in the order given; messages themselves cannot be compared.
         return streams[0] if len(streams) == 1 else heapq.merge(*streams, key=lambda e: (e[0], e[1]))
 
     def latched_before(self) -> list[TimelineEntry]:
-        """The last message before the span of each latched connection: what a late subscriber would get."""
+        """Each latched connection's last message before the span: what a late subscriber would get."""
         if not self._offset:
             return []
         found = [
@@ -103,7 +103,7 @@ class Timeline:
             yield TimelineEntry(stamp.secs * NS + stamp.nsecs, number, message)
 
     def _last_before(self, number: int, connection: Connection) -> TimelineEntry | None:
-        """Reads the chunks that may hold it, the latest first."""
+        """A connection's last message before the span; reads chunks that may hold it, the latest first."""
         bag = self._bags[number]
         limit = self.start_ns - 1
         chunks = [c for c in bag.chunks if c.counts.get(connection.id) and c.start <= limit]

@@ -18,6 +18,7 @@ __all__ = [
     "SILENCE_IDLE",
     "SILENCE_INTERVAL",
     "bind_beside",
+    "expect_acknowledgement",
     "expect_data",
     "interrupt",
     "listen",
@@ -43,6 +44,10 @@ SILENCE_COUNT = 3
 _TCP_RTO_MAX_MS = 44
 _RTO_MAX_MS = 1000
 _WINDOWS_PROBES = 10  # cannot be chosen there
+
+# How long a system repeats what nobody acknowledges before it gives the connection up, in seconds; Python has
+# no names for these. TCP_MAXRT of ws2ipdef.h, TCP_RXT_CONNDROPTIME of macOS's netinet/tcp.h.
+_GIVE_UP = {"win32": 5, "darwin": 0x80}
 
 
 def listen(host: str, port: int = 0, backlog: int = 1024) -> socket.socket:
@@ -131,6 +136,19 @@ def expect_data(sock: socket.socket) -> None:
     _probe(sock, SILENCE_IDLE, SILENCE_INTERVAL, SILENCE_COUNT)
 
 
+def expect_acknowledgement(sock: socket.socket, seconds: int) -> bool:
+    """Have the system end a connection when the other one has not acknowledged what was sent for that long.
+
+    For Windows and macOS; on Linux `send_queue.py` tells more, and the owner of the connection judges. The
+    other system acknowledges by itself, also while its program is slow or stopped.
+
+    Returns:
+        Whether the system does.
+    """
+    option = _GIVE_UP.get(sys.platform)
+    return option is not None and _try_number(sock, socket.IPPROTO_TCP, option, seconds)
+
+
 def set_linger(sock: socket.socket, linger: bool) -> None:
     """Whether what was sent is still delivered after the socket is closed, or its program killed.
 
@@ -179,11 +197,12 @@ def _try_option(sock: socket.socket, level: int, name: str, value: int) -> None:
         _try_number(sock, level, option, value)
 
 
-def _try_number(sock: socket.socket, level: int, option: int, value: int) -> None:
+def _try_number(sock: socket.socket, level: int, option: int, value: int) -> bool:
     try:
         sock.setsockopt(level, option, value)
     except OSError:
-        pass  # optional: socket pairs and odd systems lack some; macOS refuses on closed peers
+        return False  # optional: socket pairs and odd systems lack some; macOS refuses on closed peers
+    return True
 
 
 def _probe_windows(sock: socket.socket, idle: float, interval: float) -> None:

@@ -7,6 +7,7 @@ chassis, from rospy and from roscpp, at our master and at Debian's.
 from __future__ import annotations
 
 import json
+import ssl
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -21,6 +22,7 @@ from rosproto.gateway.foxglove import Foxglove
 from rosproto.node import Node
 from tests.interop.topic_samples import TYPES, sample
 from tests.support import ros, web_peers
+from tests.unit.gateway.test_websocket_server import certificate
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.foxglove import ChassisTopics
 from woosh_pure.interface.table import driving_patterns
@@ -39,7 +41,7 @@ const {{ MessageReader, MessageWriter }} = require('@foxglove/rosmsg-serializati
 const plain = (key, value) =>
   typeof value === 'bigint' ? value.toString() : ArrayBuffer.isView(value) ? Array.from(value) : value;
 const tell = (...values) => console.log(JSON.stringify(values, plain));
-const client = new FoxgloveClient({{ ws: new WebSocket('{url}', [{protocol}]) }});
+const client = new FoxgloveClient({{ ws: new WebSocket('{url}', [{protocol}], {{ ca: {ca} }}) }});
 const readers = new Map(), wanted = new Set({topics}), services = new Map(), writers = new Map(), calls = {{}};
 client.on('error', error => tell('error', String(error)));
 client.on('close', event => tell('closed', event.code));
@@ -82,6 +84,10 @@ const publish = (topic, schemaName, schema, message) => {{
   const [id, writer] = writers.get(topic);
   client.sendMessage(id, writer.writeMessage(message));
 }};
+const publishJson = (topic, schemaName, message) => {{
+  if (!writers.has(topic)) writers.set(topic, client.advertise({{ topic, encoding: 'json', schemaName }}));
+  client.sendMessage(writers.get(topic), new TextEncoder().encode(JSON.stringify(message)));
+}};
 """
 
 
@@ -117,14 +123,24 @@ class JsViewer:
 
 @contextmanager
 def viewer(
-    server: Foxglove, *topics: str, then: str = "", protocol: str = "FoxgloveClient.SUPPORTED_SUBPROTOCOL"
+    server: Foxglove,
+    *topics: str,
+    then: str = "",
+    protocol: str = "FoxgloveClient.SUPPORTED_SUBPROTOCOL",
+    url: str = "",
+    ca: str | None = None,
 ) -> Iterator[JsViewer]:
     for module in MODULES:
         web_peers.npm_module(module)
     folder = web_peers.npm_module(MODULES[0]).parent
-    program = (
-        CLIENT.format(modules=folder, url=server.url, protocol=protocol, topics=json.dumps(topics)) + then
+    program = CLIENT.format(
+        modules=folder,
+        url=url or server.url,
+        protocol=protocol,
+        topics=json.dumps(topics),
+        ca="undefined" if ca is None else json.dumps(ca),
     )
+    program += then
     with web_peers.start_module(program) as process:
         yield JsViewer(process)
 
@@ -170,7 +186,7 @@ def test_a_rospy_robot(any_master: str, protocol: str, genpy_packages: Path) -> 
             assert "/goal_pose" not in node.master.get_system_state().subscribers
             with viewer(server, "/goal_pose", then=then, protocol=protocol) as client:
                 (info,) = client.next("info")
-                assert info["supportedEncodings"] == ["ros1"]
+                assert info["supportedEncodings"] == ["json", "ros1"]
                 (message,) = client.next("message", "/goal_pose")
             with viewer(server, then=then, protocol=protocol) as client:
                 (values,) = client.next("parameters", "asked")
@@ -285,24 +301,38 @@ def moved(chassis: Chassis, so: Callable[[float], bool]) -> None:
         time.sleep(0.05)
 
 
-def test_driving_the_simulated_chassis() -> None:
-    """Refused with a sentence; opened by a pattern it drives, and stands still when the client has gone."""
-    steps = f"""
-    setInterval(() => publish('/smooth_cmd_vel', 'geometry_msgs/Twist', {TWIST},
-      {{linear: {{x: 0.2, y: 0, z: 0}}, angular: {{x: 0, y: 0, z: 0}}}}), 50);
+def test_driving_the_simulated_chassis(tmp_path: Path) -> None:
+    """Refused with a sentence; opened by a pattern it drives, by the bytes of ROS or by JSON, also over wss, and
+    stands still when the client has gone.
     """
-    then = "client.on('serverInfo', () => {" + steps + "});"
+    pytest.importorskip("cryptography", reason="it makes the certificate")
+    twist = "{linear: {x: 0.2, y: 0, z: 0}, angular: {x: 0, y: 0, z: 0}}"
+    as_ros1 = f"publish('/smooth_cmd_vel', 'geometry_msgs/Twist', {TWIST}, {twist})"
+    as_json = f"publishJson('/smooth_cmd_vel', 'geometry_msgs/Twist', {twist})"
+
+    def then(publish: str) -> str:
+        return f"client.on('serverInfo', () => {{ setInterval(() => {publish}, 50); }});"
+
+    cert, key = certificate(tmp_path)
+    tls = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
+    tls.load_cert_chain(cert, key)
+    ca = Path(cert).read_text("ascii")
     with SimulatedChassis() as sim, Chassis(sim.master_uri) as chassis:
-        with Foxglove(chassis.node, port=0) as server, viewer(server, then=then) as client:
+        with Foxglove(chassis.node, port=0) as server, viewer(server, then=then(as_ros1)) as client:
             (text,) = client.next("status")
             assert "--allow-write topic:/smooth_cmd_vel" in text
             moved(chassis, lambda vx: vx == 0.0)
-        with Foxglove(chassis.node, port=0, access=Access(write=driving_patterns())) as server:
-            with viewer(server, then=then) as client:
-                client.next("info")
-                moved(chassis, lambda vx: vx > 0.15)
-            moved(chassis, lambda vx: abs(vx) < 0.001)
-            end = time.monotonic() + 10
-            while server.stats().zeros < 5:
-                assert time.monotonic() < end, server.stats()
-                time.sleep(0.02)
+        access = Access(write=driving_patterns())
+        for publish, more in ((as_ros1, {}), (as_json, {"tls": tls, "token": "of many letters"})):
+            with Foxglove(chassis.node, port=0, access=access, **more) as server:
+                url = server.url.replace("127.0.0.1", "localhost") + (
+                    "/?token=of+many+letters" if more else ""
+                )
+                with viewer(server, then=then(publish), url=url, ca=ca if more else None) as client:
+                    client.next("info")
+                    moved(chassis, lambda vx: vx > 0.15)
+                moved(chassis, lambda vx: abs(vx) < 0.001)
+                end = time.monotonic() + 10
+                while server.stats().zeros < 5:
+                    assert time.monotonic() < end, server.stats()
+                    time.sleep(0.02)

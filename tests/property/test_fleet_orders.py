@@ -44,6 +44,7 @@ class Watched(PureVehicle):
                     for r in self.saved["records"]
                 )
                 record = next(r for r in machine.records if r.action.id == name)
+                assert not (record.of_order and machine.held), "of an order that waits after a restart"
                 assert "HARD" not in self.running.values(), "beside a HARD action"
                 if record.blocking == "HARD":
                     assert not self.running, f"a HARD action beside {self.running}"
@@ -55,6 +56,7 @@ class Watched(PureVehicle):
                 assert effect.node is machine.nodes[0]
                 assert set(self.running.values()) <= {"NONE"}, f"drives beside {self.running}"
                 assert not machine.paused
+                assert not machine.held
                 assert machine.mode == "AUTOMATIC"
                 assert machine.place is not None
             elif isinstance(effect, End):
@@ -154,11 +156,18 @@ class World:
         if mode != "AUTOMATIC":
             new.take(new.machine.set_mode(mode))
 
+    def end(self) -> None:
+        """SIGTERM, and another process."""
+        self.vehicle.take(self.vehicle.machine.shut_down("it was ended"))
+        assert not self.vehicle.machine.executing
+        self.die()
+        assert not self.vehicle.machine.held
+
     def step(self) -> None:
         vehicle = self.vehicle
         kind = self.random.choices(
-            ("drive", "act", "new", "update", "again", "cancel", "pause", "resume", "beep", "lost", "mode", "die", "retry"),
-            (30, 20, 10, 12, 5, 4, 3, 6, 4, 2, 1, 2, 6),
+            ("drive", "act", "new", "update", "again", "cancel", "pause", "resume", "beep", "lost", "mode", "die", "retry", "end"),
+            (30, 20, 10, 12, 5, 4, 3, 6, 4, 2, 1, 2, 6, 1),
         )[0]  # fmt: skip
         if kind == "drive":
             self.drive()
@@ -189,6 +198,8 @@ class World:
             vehicle.take(vehicle.machine.set_mode(self.random.choice(("MANUAL", "AUTOMATIC"))))
         elif kind == "die":
             self.die()
+        elif kind == "end":
+            self.end()
         elif kind == "retry":
             vehicle.take(vehicle.machine.retry())
 
@@ -197,7 +208,7 @@ class World:
         vehicle = self.vehicle
         vehicle.take(vehicle.machine.set_mode("AUTOMATIC"))
         for _ in range(300):
-            if vehicle.machine.paused:
+            if vehicle.machine.paused or vehicle.machine.held:
                 vehicle.instant(action(self.name(), "stopPause"))
             if vehicle.machine.place is None:
                 vehicle.place(0.0)

@@ -316,3 +316,22 @@ def test_waiting_for_readiness_says_what_is_in_the_way(sim, chassis, until):
     sim.press_emergency_stop()
     with pytest.raises(RosTimeout, match="emergency stop"):
         chassis.wait_until_ready(0.5)
+
+
+def test_the_costmap_of_the_navigation_is_told_to_who_listens(sim, chassis, until):
+    """With what it has seen; the real one is assumed to name it as move_base does."""
+    from woosh_pure.maps.gridmap_message import grid_from_message
+
+    with chassis.node.subscriber(
+        "/move_base/global_costmap/costmap", "nav_msgs/OccupancyGrid", queue_size=1
+    ) as told:
+        until(lambda: told.latest is not None)
+        place = sim.pose
+        sim.add_obstacle(place.x + 1.0, place.y)
+
+        def seen() -> bool:
+            grid = grid_from_message(told.latest)
+            return bool(grid.cells[grid.cell_of(place.x + 1.0, place.y)] == 100)
+
+        until(seen)
+    assert told.latest.header.frame_id == "map"

@@ -20,6 +20,7 @@ def main() -> int:
     parser.add_argument("--only", default="", help="programs with this in their name")
     parser.add_argument("--seconds", type=float, default=1e9, help="begin no trial later than this")
     parser.add_argument("--all", action="store_true", help="each verb, wait and command once")
+    parser.add_argument("--part", type=int, nargs=2, metavar=("N", "OF"), default=(0, 1), help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     seed = random.randrange(2**32) if arguments.seed is None else arguments.seed
     if arguments.jobs > 1:
@@ -30,11 +31,11 @@ def main() -> int:
 def _several(arguments: argparse.Namespace, seed: int) -> int:
     share = -(-arguments.trials // arguments.jobs)
     words = ["--trials", str(share), "--jobs", "1", "--only", arguments.only]
-    words += ["--seconds", str(arguments.seconds)]
-    parts = [
-        subprocess.Popen([sys.executable, "-m", "tests.storm", *words, "--seed", str(seed + number)])
-        for number in range(arguments.jobs)
-    ]
+    words += ["--seconds", str(arguments.seconds), *(["--all"] if arguments.all else [])]
+    parts = []
+    for number in range(arguments.jobs):
+        own = ["--seed", str(seed + number), "--part", str(number), str(arguments.jobs)]
+        parts.append(subprocess.Popen([sys.executable, "-m", "tests.storm", *words, *own]))
     return max(part.wait() for part in parts)
 
 
@@ -47,7 +48,8 @@ def _trials(arguments: argparse.Namespace, seed: int) -> int:
     failed = moving = slow = done = 0
     longest, began = 0.0, time.monotonic()
     with RobotPool(full_graph=False) as pool:
-        programs = every_verb() if arguments.all else None
+        part, parts = arguments.part
+        programs = every_verb()[part::parts] if arguments.all else None
         for number in range(arguments.trials if programs is None else len(programs)):
             if time.monotonic() - began > arguments.seconds:
                 break

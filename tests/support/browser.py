@@ -56,8 +56,12 @@ def person(
     language: str = "en-US",
     scheme: Any = "light",
     path: str = "",
+    ready: str = ".markrow",
+    context_options: Any = None,
 ) -> Iterator[Page]:
-    """Somebody who opens the page. At the end it must have reported no error, and asked nobody outside."""
+    """Somebody who opens the page, and has seen what says that it is `ready`. At the end it must have reported no
+    error, and asked nobody outside.
+    """
     problems: list[str] = []
     context = browser.new_context(
         viewport={"width": size[0], "height": size[1]},
@@ -65,6 +69,7 @@ def person(
         color_scheme=scheme,
         has_touch=size == PHONE,
         reduced_motion="reduce",
+        **(context_options or {}),
     )
     try:
         page = context.new_page()
@@ -73,7 +78,7 @@ def person(
         page.on("request", lambda request: _own(request.url, url, problems))
         page.on("console", lambda line: _told(line, problems))
         page.goto(url + path)
-        page.wait_for_selector(".markrow")
+        page.wait_for_selector(ready)
         yield page
         if not page.is_closed():
             page.close(run_before_unload=True)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from tests.support.browser import DESKTOP, PHONE, opened, person
+from tests.support.browser import DESKTOP, PHONE, person
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -22,12 +22,6 @@ LANGUAGES = [
     pytest.param("en-US", "Where should it go?", id="en"),
     pytest.param("zh-CN", "要它去哪里？", id="zh"),
 ]
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with opened() as one:
-        yield one
 
 
 @pytest.fixture

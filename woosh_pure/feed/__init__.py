@@ -1,4 +1,4 @@
-"""Topics that the chassis publishes: one `Feed` for each, and the readings of `Chassis`."""
+"""The topics that the chassis publishes: a `Feed` for each, and the readings of `Chassis`."""
 
 from __future__ import annotations
 

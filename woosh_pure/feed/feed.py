@@ -1,7 +1,7 @@
-"""A feed: one topic the chassis publishes, subscribed on first use, with one face for all of them.
+"""A feed: one topic that the chassis publishes, subscribed on first use, with one interface for all topics.
 
-Ages are by our receive clock, so they need no common clock with the robot; the message's own stamp stands
-beside.
+Ages are measured by our own clock at receipt, so the robot's clock need not agree with ours. The message's
+own stamp is available, too.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ T = TypeVar("T")
 logger = get_logger("woosh_pure.feed")
 
 FIRST_USE = 1.0
-"""Seconds that the first reading of a feed may wait for its links; it takes as long as connecting takes."""
-_LATCHED = 0.3  # seconds from the link to the value a latching publisher sends with it
+"""The most seconds that the first reading of a feed waits for its links; usually they are up much sooner."""
+_LATCHED = 0.3  # seconds from the link until a latching publisher has sent its value
 PICTURES = ("sensor_msgs/Image", "sensor_msgs/PointCloud2")
 """Types whose messages are so large (a cloud has 5 MB) that only a few are kept."""
 _HISTORY, _HISTORY_OF_PICTURES = 100, 3
-_SLICE = 0.1  # waits are cut into slices: on Windows a lock that waits cannot be interrupted by Ctrl-C
-_QUEUE, _QUEUE_ON_CHANGE = 10, 1000  # of what is sent on change only, no message may be given up for a newer
+_SLICE = 0.1  # waits are cut into slices: on Windows, Ctrl-C cannot interrupt a wait for a lock
+_QUEUE, _QUEUE_ON_CHANGE = 10, 1000  # of what is sent on change only, none is dropped for a newer one
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,12 +64,12 @@ class Reading(Generic[T]):
 class Feed(Generic[T]):
     """Newest value, waiting, iterating and callbacks for one topic.
 
-    The first use subscribes, and waits until the links to the publishers stand (a few hundredths of a second,
-    at most `FIRST_USE`): from then on no message is missed, and a latched value is there. A topic that nobody
-    publishes is not waited for. "Not heard yet" is a value: `latest`, `age` and `reading` are None then.
-    Several publishers on the topic are merged in the order of arrival. Callbacks run in the receiving thread
-    of the link: keep them short, and do not wait in them for the same topic; an exception in one is logged
-    and harms nobody else.
+    The first use subscribes and waits until the publishers are connected (a few hundredths of a second, at
+    most `FIRST_USE`): from then on no message is missed, and a latched value is there. If nobody publishes
+    the topic, there is no wait. "Not heard yet" is a value: `latest`, `age` and `reading` are then None.
+    Messages of several publishers are merged in the order of arrival. Callbacks run in the receiving thread
+    of the link: keep them short, and do not wait for the same topic in them. An exception in a callback is
+    logged and does not affect the others.
 
     Attributes:
         row: The row of the interface table.
@@ -81,8 +81,8 @@ class Feed(Generic[T]):
         self.row = row
         self._node = node
         self._condition = threading.Condition()
-        # Apart from the condition: messages come while we still register. Reentrant, as every lock here that
-        # `close` takes: a Ctrl-C at its end leaves it held by the thread that closes.
+        # Separate from the condition: messages come while we still register. Reentrant, like every lock that
+        # `close` takes: a Ctrl-C at its end leaves it held by the thread that then closes.
         self._open_lock = threading.RLock()
         self._history: deque[Reading[T]] = deque(maxlen=history)
         self._count = 0
@@ -107,8 +107,8 @@ class Feed(Generic[T]):
     def open(self) -> Feed[T]:
         """Subscribe now and return this feed at once; `wait_connected` waits for the links.
 
-        Every other member does both by itself. To use several feeds, open them all first: they connect at
-        the same time then.
+        Every other member does both by itself. To use several feeds, open them all first, so that they
+        connect at the same time.
 
         Raises:
             ConnectionLost: The Chassis is closed, and nothing was ever heard here.
@@ -131,14 +131,14 @@ class Feed(Generic[T]):
         ours = message_type(self.row.type)
         try:
             return node.subscriber(name, ours, callback=self._receive, queue_size=size)
-        except LocalProtocolError:  # the program has it open by a definition of its own
+        except LocalProtocolError:  # the program has opened it with a definition of its own
             from woosh_pure.feed.read_as import ReadAs
 
             reading = ReadAs(ours, node, self._receive)
             return node.subscriber(name, None, callback=reading, queue_size=size, raw=True)
 
     def wait_connected(self, timeout: float = FIRST_USE) -> bool:
-        """Wait until every publisher the master names is connected (or cannot be), latched values included.
+        """Wait until each publisher the master lists is connected or has failed, latched values included.
 
         Returns:
             True when at least one publisher is connected.
@@ -147,7 +147,7 @@ class Feed(Generic[T]):
         if subscriber is None:
             return False
         deadline = Deadline(timeout)
-        # A publisher that cannot be reached is tried again for ever in the background, not waited for here.
+        # A publisher that cannot be reached is retried in the background; this does not wait for it.
         while any(not (link.connected or link.last_error) for link in subscriber.stats()):
             if self._closed or deadline.expired:
                 break
@@ -159,14 +159,14 @@ class Feed(Generic[T]):
         return subscriber.connections > 0
 
     def connect(self) -> None:
-        """Subscribe, and the first time wait until the links stand; not in a callback of this feed."""
+        """Subscribe; the first time, wait until the links are up, except in a callback of this feed."""
         if not self._settled and not self._closed and threading.get_ident() not in self._calling:
             self.wait_connected()
         else:
             self.open()
 
     def close(self) -> None:
-        """End the subscription and wake everybody who waits. What was heard can still be read."""
+        """End the subscription and wake all waiting threads. What was heard can still be read."""
         with self._open_lock:
             self._closed = True
             subscriber, self._subscriber = self._subscriber, None
@@ -209,12 +209,12 @@ class Feed(Generic[T]):
 
     @property
     def in_callback(self) -> bool:
-        """True in a callback of this feed: the next value comes only after it has returned."""
+        """True in a callback of this feed, where the next value cannot come before the callback returns."""
         return threading.get_ident() in self._calling
 
     @property
     def known(self) -> Reading[T] | None:
-        """As `reading`, but neither subscribes nor waits: None also when this feed was never used."""
+        """As `reading`, but neither subscribes nor waits; also None when this feed was never used."""
         with self._condition:
             return self._history[-1] if self._history else None
 
@@ -243,7 +243,7 @@ class Feed(Generic[T]):
 
     @property
     def opened(self) -> bool:
-        """True when it is subscribed, or will never be again."""
+        """True when it is subscribed, or closed for good."""
         return self._subscriber is not None or self._closed
 
     @property
@@ -271,14 +271,14 @@ class Feed(Generic[T]):
 
     @property
     def sources(self) -> frozenset[str]:
-        """Addresses ("host:port") of the publishers connected now: another one is another process."""
+        """Addresses ("host:port") of the publishers connected now; a new address means a new process."""
         subscriber = self._subscriber
         links = () if subscriber is None else subscriber.stats()
         return frozenset(link.address for link in links if link.connected)
 
     @property
     def unreachable(self) -> str:
-        """Why none of its publishers is connected, although the master names some; "" else."""
+        """Why none of its publishers is connected although the master lists some; "" otherwise."""
         subscriber = self._subscriber
         if subscriber is None or subscriber.connections or not subscriber.stats():
             return ""
@@ -286,8 +286,8 @@ class Feed(Generic[T]):
 
     @property
     def outdated(self) -> bool:
-        """True when what was heard of a topic that is sent on change only may be over: its link has broken
-        since, and a change in between was told to nobody here.
+        """True when the last value of a topic sent only on change may be out of date, because its link has
+        broken since, and a change in between was missed.
         """
         then = self._links_then
         return bool(self._history) and then is not None and self._links() != then
@@ -300,18 +300,18 @@ class Feed(Generic[T]):
 
     @property
     def errors(self) -> list[Exception]:
-        """What went wrong on its links, the last few: refused by a publisher, lost ..."""
+        """The last few errors on its links: refused by a publisher, connection lost ..."""
         subscriber = self._subscriber
         return [] if subscriber is None else subscriber.errors
 
     @property
     def history(self) -> tuple[Reading[T], ...]:
-        """The last readings, oldest first: 100 of them, of pictures and clouds 3."""
+        """The last readings, oldest first: 100 of them, or 3 for pictures and point clouds."""
         self.connect()
         return self.known_history
 
     def on(self, callback: Callable[[T], object], *, connect: bool = True) -> Callable[[], None]:
-        """Call `callback(value)` for each new value; returns a function that ends it.
+        """Call `callback(value)` for each new value; returns a function that ends this.
 
         Args:
             callback: Called in the receiving thread.
@@ -344,7 +344,7 @@ class Feed(Generic[T]):
 
         Args:
             timeout: Seconds; None waits for ever.
-            new: False returns a value at once when one was heard before.
+            new: False returns the newest value at once if there is one.
 
         Raises:
             RosTimeout: None came in time.
@@ -353,9 +353,8 @@ class Feed(Generic[T]):
         """
         if not new:
             return self.wait_for(lambda value: True, timeout)
-        with (
-            self._condition
-        ):  # before the topic is opened: a latched value comes with its link, and only then
+        # Counted before the topic is opened: a latched value comes with its link, and only then.
+        with self._condition:
             before = self._count
         deadline = self._begin_wait(timeout)
         with self._condition:
@@ -364,7 +363,7 @@ class Feed(Generic[T]):
             return self._history[-1].value
 
     def wait_for(self, accept: Callable[[T], bool], timeout: float | None = 5.0) -> T:
-        """The first value that `accept` likes: the newest known one, or any that comes after it.
+        """The first value for which `accept` is true: the newest known one, or any that comes after it.
 
         Raises:
             RosTimeout: None came in time.
@@ -412,14 +411,14 @@ class Feed(Generic[T]):
             raise ConnectionLost(f"{self.topic}: the node of this Chassis is closed ({why}); open a new one")
 
     def _pause(self, deadline: Deadline, timeout: float | None) -> None:
-        """Wait for a change, with the lock held; raises when there is nothing to wait for any more."""
+        """Wait for a change, with the lock held; raises when there is nothing left to wait for."""
         self.require_open()
         if deadline.expired:
             raise self.silence(timeout)
         self._condition.wait(deadline.at_most(_SLICE).remaining())
 
     def silence(self, timeout: float | None) -> RosTimeout:
-        """The error of a wait that was in vain."""
+        """The error of a wait that timed out."""
         hint = " (it is sent on change only)" if self.row.on_change else ""
         subscriber = self._subscriber
         publishers = 0 if subscriber is None else subscriber.connections

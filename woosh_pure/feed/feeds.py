@@ -1,4 +1,4 @@
-"""The feeds of one chassis, one for each topic, and what is waited for on them. Safe from any thread."""
+"""The feeds of one chassis, one for each topic, and the waits on them. Safe from any thread."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from woosh_pure.interface import find, row
 
 __all__ = ["Feeds"]
 
-# A link counts as lost when its publisher has been away for this long: a restart of one node of the chassis
-# takes about a second, and is no reason to give a task up.
+# A link counts as lost when its publisher has been away for this long. A restart of one of the chassis's
+# nodes takes about a second and is no reason to give up a task.
 _LOST_AFTER = 5.0
 
 
 class Feeds:
-    """Made on first use, closed by `close`.
+    """The feeds of one chassis: each is made on first use, all are closed by `close`.
 
     Args:
-        connection: Whose node subscribes.
+        connection: Its node subscribes.
     """
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
-        self._lock = threading.RLock()  # never held while the network is waited for
+        self._lock = threading.RLock()  # never held during network waits
         self._feeds: dict[str, Feed[Any]] = {}
         self._missing_since: dict[str, float] = {}
 
     def get(self, name: str) -> Feed[Any]:
-        """The feed of that name, or of a topic that has none, subscribed on first reading."""
+        """The feed of that name, or of a topic that has no name; it subscribes on first reading."""
         with self._lock:
             if name not in self._feeds:
                 found = row(name) if name.startswith("/") else find(name)
@@ -60,10 +60,10 @@ class Feeds:
             feed.close()
 
     def require_publisher(self, feed: Feed[Any]) -> None:
-        """Wait until the topic that tells the end of a goal is connected.
+        """Wait until the topic that reports the end of a goal is connected.
 
         Raises:
-            StaleState: Nobody publishes it: the end could not be seen, so nothing is started.
+            StaleState: Nobody publishes it, so the end could not be seen, and nothing is started.
         """
         seconds = self._connection.timeout
         deadline = Deadline(seconds)
@@ -95,7 +95,7 @@ class Feeds:
             ) from error
 
     def lost(self, name: str) -> str:
-        """Why the link behind a feed counts as lost; "" while it is fine."""
+        """Why the link of a feed counts as lost; "" while it is up."""
         feed = self.get(name)
         if feed.publishers > 0:
             self._missing_since.pop(name, None)
@@ -110,8 +110,7 @@ class Feeds:
         return ""
 
     def wait_standing(self, timeout: float) -> bool | None:
-        """Whether the robot stands still: True as soon as measured, False when it still moves, None when
-        unknown."""
+        """Whether the robot stands still: True once that is measured, False if it moves, None if unknown."""
         feed = self.get("velocity")
         began = time.monotonic()
 

@@ -1,7 +1,7 @@
-"""Reads a topic by the API's own definition where the program has it open by another one of that name.
+"""Read a topic with this API's definition although the program has opened it with another of that name.
 
-A node has one definition for each of its topics. A program that subscribed first, with a type of its own
-folders, gets its messages by that; ours are decoded from the same bytes.
+A node has one definition for each of its topics. If the program subscribed first, with a type from its own
+folders, it gets its messages by that type, and ours are decoded from the same bytes.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ _log = get_logger("woosh_pure")
 
 
 class ReadAs:
-    """A callback for raw messages, which gives them on as messages of our class.
+    """A callback for raw messages that passes them on as messages of our class.
 
     Args:
         ours: The class.
-        node: Whose revisions are asked, where the publisher has another one.
-        receive: Gets each message that fits; what does not is left out, told of once.
+        node: Its revisions are used when the publisher's definition is another one.
+        receive: Gets each message that fits; the others are left out, and logged once.
     """
 
     def __init__(self, ours: Any, node: Node, receive: Callable[[Any], object]) -> None:

@@ -1,4 +1,4 @@
-"""The feeds of `Chassis`: one property for each topic of the vendor's page that is read."""
+"""The feeds of `Chassis`: one property for each topic on the vendor's page that can be read."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ __all__ = ["Readings"]
 
 
 class Readings:
-    """The part of `Chassis` that only listens; see there."""
+    """The part of `Chassis` that only listens."""
 
     _core: Core
 
     def feed(self, name: str) -> Feed[Any]:
-        """A feed by its name in the interface table, or by its topic: any topic that the chassis publishes.
+        """A feed by its name in the interface table or by its topic; works for every topic of the chassis.
 
-        Topics without a property of their own give the messages themselves.
+        A topic without a property of its own yields the messages themselves.
 
         Raises:
-            KeyError: It is not in the table; the text lists near names.
+            KeyError: It is not in the table; the text lists similar names.
             ValueError: It is no topic that the chassis publishes.
         """
         found = interface.row(name) if name.startswith("/") else interface.find(name)
@@ -79,7 +79,7 @@ class Readings:
 
     @property
     def measured_velocity(self) -> Feed[Velocity]:
-        """`/odom_twist`: what the base really does, m/s and rad/s."""
+        """`/odom_twist`: how the base actually moves, m/s and rad/s."""
         return self._core.feeds.get("velocity")
 
     @property
@@ -99,12 +99,12 @@ class Readings:
 
     @property
     def odometry_raw(self) -> Feed[values.Odometry]:
-        """`/odom_raw`: by the wheels alone."""
+        """`/odom_raw`: from the wheels alone."""
         return self._core.feeds.get("odometry_raw")
 
     @property
     def odometry(self) -> Feed[values.Odometry]:
-        """`/odom`: wheels and IMU."""
+        """`/odom`: from wheels and IMU."""
         return self._core.feeds.get("odometry")
 
     @property
@@ -129,19 +129,19 @@ class Readings:
 
     @property
     def faults(self) -> Faults:
-        """Faults active now, the worst first: a tuple of what was heard since this was first asked.
+        """The active faults, the worst first: a tuple of those heard since this was first read.
 
-        An empty one is no "none": `known` says whether the robot itself tells that there is nothing else, and
-        `sentence()` says all of it in words.
+        An empty tuple does not mean that there are none: `known` says whether the robot itself reports that
+        there is nothing else, and `sentence()` says all of it in words.
         """
         return self._core.knowledge.active_faults()
 
     def snapshot(self, timeout: float = 0.0) -> dict[str, Reading[Any] | None]:
-        """The newest reading of every feed of the vendor's page, None where nothing was heard.
+        """The newest reading of every feed on the vendor's page, None where nothing was heard.
 
         Args:
-            timeout: Seconds to wait for feeds that are silent so far. Cameras are included only when they
-                were opened before: they are large.
+            timeout: Seconds to wait for feeds that have been silent so far. Cameras are included only if they
+                were opened before, because their messages are large.
         """
         heavy = {"camera", "depth", "points", "obstacle_points"}
         opened = self._core.feeds.opened

@@ -28,8 +28,10 @@ class ErrorType:
     ORDER_ACTION = "orderActionError"  # an action of the order has failed
     INSTANT_ACTION = "instantActionError"  # an instant action cannot be done, or has failed
     DRIVE = "driveError"  # a node was not reached
+    HELD = "orderHeld"  # after a restart of ours: it waits for stopPause or cancelOrder
     LOCALISATION = "localizationError"
     ROBOT_LOST = "robotLost"  # the chassis does not answer any more
+    STORAGE = "storageError"  # orders cannot be kept on disk
     CHASSIS = "chassisError"  # a fault that the chassis tells
 
 

@@ -25,16 +25,28 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
-from woosh_pure.fleet.actions import Ability, Scope, objection
+from woosh_pure.fleet.actions import Ability, Record, Scope, objection
 from woosh_pure.fleet.errors import ErrorType, Problem
 from woosh_pure.fleet.messages import Action, Edge, Node, Order
 
-__all__ = ["DRIVING_MODES", "Limits", "Place", "action_problems", "inability", "order_problem", "within"]
+__all__ = [
+    "DRIVING_MODES",
+    "Limits",
+    "Place",
+    "Standing",
+    "action_problems",
+    "inability",
+    "objection_to_new",
+    "objection_to_update",
+    "order_problem",
+    "within",
+]
 
 DRIVING_MODES = ("AUTOMATIC", "SEMIAUTOMATIC")
 """Operating modes in which the fleet manager is in control."""
+MOST_AHEAD = 2000  # nodes of an order that is extended and not driven
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +79,91 @@ class Limits:
     marks: bool = False
     speed: bool = True
     directions: bool = True
+
+
+class Standing(Protocol):
+    """How a vehicle stands when an order comes; `OrderMachine` is one, and describes it."""
+
+    limits: Limits
+    order_id: str
+    update: int
+    last_node: str
+    last_sequence: int
+    nodes: list[Node]
+    records: list[Record]
+    mode: str
+    place: Place | None
+    closed: bool
+
+    @property
+    def executing(self) -> bool:
+        """Whether an order is carried out."""
+
+    @property
+    def decision_point(self) -> tuple[str, int]:
+        """Id and sequence of the last node of the base."""
+
+    def horizon(self) -> list[Record]:
+        """The actions of what is not released."""
+
+
+def objection_to_new(order: Order, here: Standing) -> Problem | None:
+    """Why a new order is not taken; None when it is."""
+    if here.executing:
+        text = f"order {here.order_id} is not finished; cancel it first, or update it"
+        return order_problem(order, ErrorType.ORDER, text)
+    if here.mode not in DRIVING_MODES:
+        return _not_in_control(order, here)
+    running = {r.action.id for r in here.records if not r.status.final}
+    return inability(order, here.limits, running, update=False) or _out_of_reach(order, here)
+
+
+def objection_to_update(order: Order, here: Standing) -> Problem | None:
+    """Why an update of the order that is here is not taken; None when it is."""
+    if order.update < here.update:
+        text = f"update {order.update} of order {order.id} comes late: {here.update} is here"
+        return order_problem(order, ErrorType.ORDER_UPDATE, text)
+    if here.closed:
+        text = f"order {order.id} was cancelled or cleared; send a new order"
+        return order_problem(order, ErrorType.ORDER_UPDATE, text)
+    first = order.nodes[0]
+    wanted = here.decision_point if here.executing else (here.last_node, here.last_sequence)
+    if (first.id, first.sequence) != wanted:
+        text = (
+            f"an update must begin at {wanted[0]} with sequenceId {wanted[1]}, this one at {first.id} "
+            f"with {first.sequence}"
+        )
+        return order_problem(order, ErrorType.ORDER_UPDATE, text, ("nodeId", first.id))
+    if here.mode not in DRIVING_MODES:
+        return _not_in_control(order, here)
+    if len(here.nodes) + len(order.nodes) > MOST_AHEAD:
+        return order_problem(order, ErrorType.ORDER, f"more than {MOST_AHEAD} nodes are ahead; send it later")
+    taken = {r.action.id for r in here.records} - {r.action.id for r in here.horizon()}
+    return inability(order, here.limits, taken, update=True)
+
+
+def _not_in_control(order: Order, here: Standing) -> Problem:
+    text = f"the operating mode is {here.mode}; orders are taken in AUTOMATIC"
+    return order_problem(order, ErrorType.ORDER, text, ("operatingMode", here.mode))
+
+
+def _out_of_reach(order: Order, here: Standing) -> Problem | None:
+    first = order.nodes[0]
+    about = ("nodeId", first.id)
+    if first.position is None:
+        if here.last_node == first.id:
+            return None
+        last = here.last_node or "no node"
+        text = f"the vehicle is not known to stand on {first.id}; it was last on {last}"
+        return order_problem(order, ErrorType.NO_ROUTE, text, about)
+    if here.place is None:
+        text = "the vehicle does not know where it is; give it its position with initPosition"
+        return order_problem(order, ErrorType.NO_ROUTE, text, about)
+    if not within(here.place, first, here.limits, turned=False):
+        where = f"{here.place.x:.2f}, {here.place.y:.2f}"
+        text = f"the first node {first.id} is out of its deviation range: the vehicle is at {where}"
+        return order_problem(order, ErrorType.NO_ROUTE, text, about)
+    return None
 
 
 def within(place: Place | None, node: Node, limits: Limits, *, turned: bool = True) -> bool:

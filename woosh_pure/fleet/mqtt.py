@@ -2,8 +2,14 @@
 
 The last will says CONNECTIONBROKEN, then ONLINE comes, before an orderly end OFFLINE: retained, quality 1.
 All else is sent with quality 0 and is not kept while there is no broker: a state of before is no news
-afterwards, and a new one goes out with the connection. paho's own thread connects, tries again with growing
-waits, and calls back.
+afterwards, and a new one goes out with the connection. So each connection has a client of paho's own, and
+takes nothing of the one before. One thread drives the clients of all vehicles (`loop.py`).
+
+The name that a broker knows us by is made of the vehicle's topics and stays: a broker that still holds a
+connection that broke ends it when the next one comes, and its CONNECTIONBROKEN is said before our ONLINE.
+
+A broker that takes connections and does not read lets messages wait: so many, then they are dropped and
+counted; when it reads again, a new state follows. When it does not answer a ping it is left.
 
 Messages that the broker has retained are not obeyed: an order of yesterday would move the robot whenever it
 connects. They are counted and logged.
@@ -11,22 +17,40 @@ connects. They are counted and logged.
 
 from __future__ import annotations
 
+import functools
+import hashlib
 import json
+import math
+import os
+import selectors
+import socket
 import ssl
 import threading
-from collections.abc import Callable
+import time
+from collections import deque
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import Any
 from urllib.parse import urlsplit
 
 from rosproto.logs import get_logger
+from rosproto.transport.backoff import Backoff
+from woosh_pure.fleet.loop import Loop, shared_loop
+from woosh_pure.fleet.messages import MOST_BYTES
 
 __all__ = ["Broker", "Line", "paho"]
 
 _log = get_logger("woosh_pure.fleet.mqtt")
 _KEEP_ALIVE = 15  # s, as 6.14 has it
-_WAITS = (1, 30)  # s between two attempts to connect: the first, and at most
-_QUEUED = 200  # messages that paho holds while they go out
+_PING_MARGIN = 0.05  # s after which paho is sure to find that the time of a ping is here
+_SENT_AWAY = (1.0, 2.0, 30.0, 0.5)  # the waits of a line that a broker takes and does not keep
+_STOOD = 2.0  # s after which a line that breaks begins anew with short waits
+MOST_WAITING = 200
+"""Messages of one vehicle that wait for a broker which does not read."""
+MOST_WAITING_BYTES = 1_000_000
+_MOST_PENDING = 100  # packets of one line that are read before the next line has its turn
+_MOST_PACKET = MOST_BYTES + 65_600  # a message and its topic
+_END_SECONDS = 1.0  # for the broker to have our farewell
 
 
 def paho() -> Any:
@@ -98,6 +122,29 @@ def _without_secrets(url: str) -> str:
     return url.rpartition("@")[2]
 
 
+@functools.lru_cache(maxsize=4)
+def _tls(broker: Broker, files: tuple[int, ...]) -> ssl.SSLContext:
+    """One for all lines: reading the system's authorities takes 20 ms. `files` tells when they changed."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    if broker.ca_file is None:
+        context.load_default_certs()
+    else:
+        context.load_verify_locations(broker.ca_file)
+    if broker.cert_file is not None:
+        context.load_cert_chain(broker.cert_file, broker.key_file)
+    return context
+
+
+def _tls_of(broker: Broker) -> ssl.SSLContext:
+    """With certificates as they are now: who renews them need not start anew.
+
+    Raises:
+        OSError: A file cannot be read, or is none of certificates.
+    """
+    names = (broker.ca_file, broker.cert_file, broker.key_file)
+    return _tls(broker, tuple(os.stat(name).st_mtime_ns for name in names if name))
+
+
 class Line:
     """One vehicle's connection with the broker.
 
@@ -105,8 +152,13 @@ class Line:
         broker: Where.
         prefix: Levels of the topics, "uagv/v2/Woosh/A-17".
         connection: Makes a connection message for a state: `connection("ONLINE")`.
-        received: Called with topic and payload, in paho's thread; must not wait.
-        changed: Called with whether the line stands, in paho's thread; must not wait.
+        received: Called with topic and payload, in the loop's thread; must not wait.
+        changed: Called with whether the line stands, in the loop's thread, and with True once more when what
+            was sent meanwhile was dropped; must not wait.
+
+    Raises:
+        ImportError: paho-mqtt is not installed; the text names the extra.
+        OSError: A certificate cannot be read.
     """
 
     def __init__(
@@ -118,85 +170,294 @@ class Line:
         changed: Callable[[bool], object],
     ) -> None:
         self._module = paho()
+        if broker.tls:
+            _tls_of(broker)  # what is wrong with the files is said now, and not in a thread later
         self.broker, self.prefix = broker, prefix
         self._connection, self._received, self._changed = connection, received, changed
         self._told = ""  # the last thing that went wrong: said once
         self.retained = 0
+        self.dropped = 0
         self.connected = threading.Event()
+        self._gone = threading.Event()
         self._closing = False
-        self._client = client = self._module.Client(
-            self._module.CallbackAPIVersion.VERSION2, client_id="", protocol=self._module.MQTTv311
-        )
-        client.max_queued_messages_set(_QUEUED)
-        client.reconnect_delay_set(*_WAITS)
-        if broker.user is not None:
-            client.username_pw_set(broker.user, broker.password)
-        if broker.tls:
-            client.tls_set(
-                ca_certs=broker.ca_file, certfile=broker.cert_file, keyfile=broker.key_file,
-                cert_reqs=ssl.CERT_REQUIRED,
-            )  # fmt: skip
-        client.on_connect = self._on_connect
-        client.on_disconnect = self._on_disconnect
-        client.on_connect_fail = self._on_connect_fail
-        client.on_message = self._on_message
-        client.on_pre_connect = self._on_pre_connect
+        self._loop: Loop | None = None
+        self._client: Any = None
+        self._lock = threading.Lock()
+        self._waiting: deque[tuple[Any, int]] = deque()  # what paho has not written yet, and its bytes
+        self._waiting_bytes = 0
+        self._behind = False
+        self._refused = ""
+        self._since = math.inf  # when it was connected
+        self._heard = self._wrote = 0.0
+        self._sent_away = Backoff(*_SENT_AWAY)
+
+    def __repr__(self) -> str:
+        return f"<Line {self.prefix} to {self.broker.url}>"
 
     def open(self) -> None:
         """Begin to connect; tries until `close`."""
-        self._client.connect_async(self.broker.host, self.broker.port, _KEEP_ALIVE)
-        self._client.loop_start()
+        if self._loop is None and not self._closing:
+            self._loop = shared_loop(self)
 
     def send(self, topic: str, message: dict[str, Any], *, retain: bool = False, quality: int = 0) -> bool:
-        """Send a message, or drop it where there is no broker; whether it was sent."""
-        if not self.connected.is_set():
+        """Send a message, or drop it where there is no broker, or one that does not read; whether it was
+        sent."""
+        client, loop = self._client, self._loop
+        if client is None or loop is None or not self.connected.is_set():
             return False
-        text = json.dumps(message, separators=(",", ":"))
-        info = self._client.publish(f"{self.prefix}/{topic}", text, qos=quality, retain=retain)
-        return bool(info.rc == self._module.MQTT_ERR_SUCCESS)
+        payload = json.dumps(message, separators=(",", ":")).encode()
+        with self._lock:
+            if not self._has_room(len(payload)):
+                self.dropped += 1
+                first, self._behind = not self._behind, True
+                sent = False
+            else:
+                info = client.publish(f"{self.prefix}/{topic}", payload, qos=quality, retain=retain)
+                sent, first = info.rc == self._module.MQTT_ERR_SUCCESS, False
+                if sent and quality == 0:
+                    self._waiting.append((info, len(payload)))
+                    self._waiting_bytes += len(payload)
+        if first:
+            self._tell(f"the broker {self.broker.url} does not read: what is sent is dropped until it does")
+        if not loop.inside:
+            loop.call(functools.partial(self._flush, client))
+        return bool(sent)
 
     def close(self, timeout: float = 2.0) -> None:
         """Say OFFLINE, wait for the broker to have it, leave. Bounded."""
         if self._closing:
             return
         self._closing = True
-        if self.connected.is_set():
+        loop, client = self._loop, self._client
+        if loop is None:
+            return
+        if client is not None and self.connected.is_set():
             text = json.dumps(self._connection("OFFLINE"))
             try:
-                self._client.publish(f"{self.prefix}/connection", text, qos=1, retain=True).wait_for_publish(
-                    timeout
-                )
+                info = client.publish(f"{self.prefix}/connection", text, qos=1, retain=True)
+                loop.call(functools.partial(self._flush, client))
+                info.wait_for_publish(timeout)
             except (RuntimeError, ValueError) as error:
                 _log.warning("! %s: OFFLINE was not sent: %s", self.prefix, error)
-        self._client.disconnect()
-        self._client.loop_stop()
+        loop.call(self._say_farewell)
+        self._gone.wait(_END_SECONDS)
+        loop.call(self._leave)
         self.connected.clear()
 
-    # -- in paho's thread ------------------------------------------------------------------------------------
+    # -- what the loop asks ----------------------------------------------------------------------------------
 
-    def _on_pre_connect(self, client: Any, data: Any) -> None:
+    @property
+    def place(self) -> Hashable:
+        """Lines of one broker take turns."""
+        return (self.broker.host, self.broker.port)
+
+    @property
+    def due(self) -> float:
+        """When paho is to see whether a ping is to be sent, or was not answered."""
+        if self._client is None:
+            return math.inf
+        return min(self._heard, self._wrote) + _KEEP_ALIVE + _PING_MARGIN
+
+    def connect(self) -> Any:
+        """In a thread of its own: a client whose connection is open, and who has asked to be let in."""
+        broker = self.broker
+        client = self._module.Client(
+            self._module.CallbackAPIVersion.VERSION2, client_id=self._name(),
+            protocol=self._module.MQTTv311, reconnect_on_failure=False,
+        )  # fmt: skip
+        client.max_queued_messages_set(MOST_WAITING)
+        if broker.user is not None:
+            client.username_pw_set(broker.user, broker.password)
+        if broker.tls:
+            client.tls_set_context(_tls_of(broker))
         will = json.dumps(self._connection("CONNECTIONBROKEN"))
         client.will_set(f"{self.prefix}/connection", will, qos=1, retain=True)
+        client.on_connect = self._on_connect
+        client.on_disconnect = self._on_disconnect
+        client.on_message = self._on_message
+        client.on_socket_close = self._on_socket_close
+        client.on_socket_register_write = _ignore  # else paho writes in the thread of whoever publishes
+        client.connect(broker.host, broker.port, _KEEP_ALIVE)
+        # A state that follows another one at once would wait 40 ms for the broker's acknowledgement.
+        client.socket().setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        return client
+
+    def _name(self) -> str:
+        """What the broker knows us by: at most 23 letters and digits, which every broker takes."""
+        return "woosh" + hashlib.sha256(self.prefix.encode()).hexdigest()[:16]
+
+    def made(self, client: Any) -> None:
+        """A connection is open; the broker has not answered yet."""
+        if self._closing:
+            client.socket().close()
+            return
+        self._client = client
+        self._heard = self._wrote = time.monotonic()
+        self._refused, self._since = "", math.inf
+        with self._lock:
+            self._waiting.clear()
+            self._waiting_bytes, self._behind = 0, False
+        self._flush(client)
+
+    def failed(self, error: Exception) -> None:
+        """No connection could be opened."""
+        if self._closing or self._loop is None:
+            return
+        text = str(error) or type(error).__name__
+        self._tell(f"the broker {self.broker.url} cannot be reached: {text}; it is tried again and again")
+        self._again(there=isinstance(error, ssl.SSLError))
+
+    def serve(self, events: int) -> None:
+        """Its socket can be read or written."""
+        client = self._client
+        if client is None:
+            return
+        if events & selectors.EVENT_READ:
+            self._read(client)
+        if client is self._client:
+            self._flush(client)
+
+    def on_time(self) -> None:
+        """Have paho ping, or give up a broker that did not answer the last one."""
+        client = self._client
+        if client is not None:
+            client.loop_misc()
+            self._heard = self._wrote = time.monotonic()
+            if client is self._client:
+                self._flush(client)
+
+    def broken(self) -> None:
+        """Something of ours has failed: begin anew."""
+        self._drop()
+        self._lost("", ours="the line is made anew after a failure of our own")
+
+    # -- in the loop's thread --------------------------------------------------------------------------------
+
+    def _read(self, client: Any) -> None:
+        client.loop_read()
+        sock = client.socket()
+        pending = getattr(sock, "pending", None)  # TLS has read more from the socket than it has given out
+        for _ in range(_MOST_PENDING):
+            if pending is None or client.socket() is not sock or not pending():
+                break
+            client.loop_read()
+        self._heard = time.monotonic()
+        # paho has no limit of its own. What it has read of a packet is looked at before the rest has come.
+        size = getattr(client, "_in_packet", {}).get("remaining_length", 0)
+        if size > _MOST_PACKET and client is self._client:
+            self._drop()
+            self._lost(
+                "", ours=f"a message of {size} bytes came, longer than {MOST_BYTES}: the line is made anew"
+            )
+
+    def _flush(self, client: Any) -> None:
+        """Write what waits, and wait for the socket where it does not take all."""
+        if client is not self._client or self._loop is None:
+            return
+        if client.want_write():
+            client.loop_write()
+            self._wrote = time.monotonic()
+        sock = client.socket()
+        if client is not self._client or sock is None:
+            return
+        waits = client.want_write()
+        events = selectors.EVENT_READ | (selectors.EVENT_WRITE if waits else 0)
+        self._loop.watch(self, sock, events)
+        if self._behind and not waits:
+            with self._lock:
+                self._behind = False
+            self._told = ""
+            _log.info("= %s: the broker %s reads again", self.prefix, self.broker.url)
+            self._changed(True)
+
+    def _has_room(self, size: int) -> bool:
+        waiting = self._waiting
+        while waiting and waiting[0][0].is_published():
+            self._waiting_bytes -= waiting.popleft()[1]
+        return not waiting or (
+            len(waiting) < MOST_WAITING and self._waiting_bytes + size <= MOST_WAITING_BYTES
+        )
+
+    def _say_farewell(self) -> None:
+        client = self._client
+        if client is None or not self.connected.is_set():
+            self._gone.set()
+            return
+        client.disconnect()
+        self._flush(client)
+
+    def _leave(self) -> None:
+        self._drop()
+        if self._loop is not None:
+            self._loop.leave(self)
+
+    def _drop(self) -> None:
+        """Close the socket without a word."""
+        client, self._client = self._client, None
+        if client is not None and (sock := client.socket()) is not None:
+            self._on_socket_close(client, None, sock)
+            sock.close()
+
+    def _on_socket_close(self, client: Any, data: Any, sock: Any) -> None:
+        if self._loop is not None:
+            self._loop.unwatch(sock)
 
     def _on_connect(self, client: Any, data: Any, flags: Any, reason: Any, properties: Any) -> None:
         if reason.is_failure:
-            self._tell(f"the broker {self.broker.url} refused us: {reason}")
+            self._refused = str(reason)
             return
+        assert self._loop is not None
         self._told = ""
         _log.info("= %s: connected with %s", self.prefix, self.broker.url)
+        self._since = time.monotonic()
+        self._loop.turns(self).reached(self)
         client.subscribe([(f"{self.prefix}/order", 0), (f"{self.prefix}/instantActions", 0)])
         self.connected.set()
         self.send("connection", self._connection("ONLINE"), retain=True, quality=1)
         self._changed(True)
 
     def _on_disconnect(self, client: Any, data: Any, flags: Any, reason: Any, properties: Any) -> None:
-        self.connected.clear()
-        if not self._closing:
-            self._tell(f"the line to the broker {self.broker.url} is lost: {reason}")
-        self._changed(False)
+        if client is self._client:
+            self._lost(str(reason))
 
-    def _on_connect_fail(self, client: Any, data: Any) -> None:
-        self._tell(f"the broker {self.broker.url} cannot be reached; it is tried again, with growing waits")
+    def _lost(self, reason: str, *, ours: str = "") -> None:
+        """The connection has ended, for the broker's reason or ours; another try is asked for."""
+        stood, stands = time.monotonic() - self._since, self.connected.is_set()
+        self._client = None
+        self.connected.clear()
+        if self._closing:
+            self._gone.set()
+        elif ours:
+            self._tell(ours)
+            self._again(there=True)
+        elif self._refused:
+            self._tell(f"the broker {self.broker.url} refused us: {self._refused}")
+            self._again(there=True)
+        elif not stands:
+            self._tell(f"the broker {self.broker.url} took the connection and did not answer: {reason}")
+            self._again(there=False, wait=self._sent_away.next())
+        elif stood < _STOOD:
+            self._tell(
+                f"the broker {self.broker.url} ended the line as soon as it stood: {reason}; does another "
+                f"process say that it is {self.prefix}?"
+            )
+            self._again(there=True)
+        else:
+            self._tell(f"the line to the broker {self.broker.url} is lost: {reason}")
+            self._sent_away.reset()
+            self._again(there=True, wait=0.0)
+        if stands:
+            self._changed(False)
+
+    def _again(self, *, there: bool, wait: float | None = None) -> None:
+        """Ask for another try: at once, or after a wait of this line's own where the broker sends it away."""
+        assert self._loop is not None
+        now = time.monotonic()
+        if wait is None:
+            wait = self._sent_away.next() if there else 0.0
+        turns = self._loop.turns(self)
+        turns.failed(self, now, there=there)
+        turns.ask(self, now + wait)
 
     def _on_message(self, client: Any, data: Any, message: Any) -> None:
         topic = message.topic.rpartition("/")[2]
@@ -210,3 +471,7 @@ class Line:
         if text != self._told:
             self._told = text
             _log.warning("! %s: %s", self.prefix, text)
+
+
+def _ignore(*given: object) -> None:
+    """A line says itself when it has written something."""

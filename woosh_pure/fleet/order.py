@@ -11,6 +11,7 @@ comes next:
     actions here or instant ones may begin         begin them (`actions.beginning` has their order)
     something holds: pause, mode, no pose,         halt
       a failed drive, a SOFT or HARD action
+    nothing can be kept on disk                    drive on to the node under way; begin nothing else
     the next node is released, none holds          enter its edge, begin the edge's actions, drive to it
     the next node is not released, or none is      stand
 
@@ -22,22 +23,29 @@ none is skipped. With a node the edge before it is left: what runs on the edge i
 Every action begins once: its record is RUNNING before the effect is given out, `Changed` comes first, and
 whoever carries effects out puts the machine on disk at `Changed`. After a restart what was RUNNING is
 FAILED, because nobody knows how it ended; it does not begin again.
+
+Nothing moves because a program was started. An orderly end ends the order (`shut_down`). After any other
+end the order is here again and `held`: paused, in the words of the standard, with its actions held, too,
+until the fleet manager says stopPause, or gives it up with cancelOrder.
 """
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from woosh_pure.fleet.actions import OWN, Record, Scope, Status, beginning, effective, holds_driving
+from woosh_pure.fleet.effects import Begin, Changed, Drive, Effect, End, Factsheet, Halt, Retry
 from woosh_pure.fleet.errors import ErrorType, Level, Problem, Problems
 from woosh_pure.fleet.judging import (
     DRIVING_MODES,
     Limits,
     Place,
     action_problems,
-    inability,
+    objection_to_new,
+    objection_to_update,
     order_problem,
     within,
 )
@@ -47,66 +55,9 @@ __all__ = ["Begin", "Changed", "Drive", "Effect", "End", "Factsheet", "Halt", "O
 
 MOST_RECORDS = 1000
 """Ended actions that are remembered; one that runs is never forgotten."""
-MOST_AHEAD = 2000  # nodes of an order that is extended and not driven
 RETRIES = (2.0, 5.0, 10.0)
 """Seconds until a drive that failed is tried again; after these it waits for a person or the fleet
 manager."""
-
-
-@dataclass(frozen=True, slots=True)
-class Changed:
-    """Something that the state message tells has changed: put the machine on disk, then send a state."""
-
-
-@dataclass(frozen=True, slots=True)
-class Drive:
-    """Drive to a node; tell the end with `drive_ended(token, ...)`. It replaces a drive under way."""
-
-    token: int
-    node: Node
-    edge: Edge | None
-
-
-@dataclass(frozen=True, slots=True)
-class Halt:
-    """End the drive, and tell its end when the vehicle stands."""
-
-    token: int
-
-
-@dataclass(frozen=True, slots=True)
-class Begin:
-    """Begin an action; tell its end with `action_ended(...)`."""
-
-    action: Action
-    scope: Scope
-
-
-@dataclass(frozen=True, slots=True)
-class End:
-    """End an action that runs; tell it with `action_ended(...)`.
-
-    Attributes:
-        failed: False when its edge was left: that is its right end.
-    """
-
-    action_id: str
-    failed: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Retry:
-    """Call `retry()` after so many seconds, or when the vehicle can drive again."""
-
-    after: float
-
-
-@dataclass(frozen=True, slots=True)
-class Factsheet:
-    """Send the factsheet."""
-
-
-Effect = Changed | Drive | Halt | Begin | End | Retry | Factsheet
 
 
 class OrderMachine:
@@ -125,6 +76,7 @@ class OrderMachine:
         self.records: list[Record] = []
         self.problems = Problems()
         self.paused = False
+        self.held = False  # it was restored: it goes on when the fleet manager says so
         self.mode = "SERVICE"  # until the vehicle has told it, nothing moves
         self.place: Place | None = None
         self.closed = False  # the order was cancelled or cleared: no update of it is taken
@@ -133,6 +85,7 @@ class OrderMachine:
         self._on_edge = False
         self._failures = 0
         self._blocked = False
+        self._unkept = False  # nothing can be put on disk: what began now might begin again after a restart
         self._token = 0
         self._drive: Drive | None = None
         self._halting = False
@@ -172,7 +125,7 @@ class OrderMachine:
         if same and order.update == self.update:
             self._changed = True  # 6.6.4.3: ignored; the state tells the manager that it is here
             return self._settle()
-        problem = self._objection_to_update(order) if same else self._objection_to_new(order)
+        problem = objection_to_update(order, self) if same else objection_to_new(order, self)
         if problem is not None:
             self._tell(problem)
             return self._settle()
@@ -258,12 +211,46 @@ class OrderMachine:
                 self._tell(Problem(ErrorType.ORDER, text, about))
         return self._settle()
 
+    def shut_down(self, text: str) -> list[Effect]:
+        """The end of this program, in order: the vehicle was halted, and its order is over."""
+        if self.executing:
+            if not self._ending:
+                self._close_order()
+            for record in self.records:
+                if record.of_order and not record.status.final:
+                    record.status, record.result = Status.FAILED, text
+            self._drive, self._halting = None, False
+            about = (("orderId", self.order_id), ("orderUpdateId", str(self.update)))
+            self._tell(Problem(ErrorType.ORDER, f"{text}; the order is over, send a new one", about))
+        for record in self.records:
+            if not record.of_order and not record.status.final and record.action.type not in OWN:
+                record.status, record.result, self._changed = Status.FAILED, text, True
+        return self._settle()
+
     def retry(self) -> list[Effect]:
         """The time of a `Retry` is over, or what stood in the way is."""
         if self._blocked:
             self._blocked = False
             self._changed |= self.problems.stand("drive", None)
         return self._settle()
+
+    def keep(self, problem: Problem | None) -> list[Effect]:
+        """Whether it can be put on disk: with a problem nothing new begins until it is taken back."""
+        self._unkept = problem is not None
+        return self.stand("disk", problem)
+
+    def refuse(self, order: Order, text: str) -> list[Effect]:
+        """Reject an order for a reason that is not the machine's."""
+        self._tell(order_problem(order, ErrorType.ORDER, text))
+        return self._settle()
+
+    def rehearsal(self) -> OrderMachine:
+        """A copy to try an order with; nothing of it is carried out."""
+        found = copy.copy(self)
+        found.nodes, found.edges, found._cancels = list(self.nodes), list(self.edges), list(self._cancels)
+        found.records = [copy.copy(record) for record in self.records]
+        found.problems, found._effects = copy.deepcopy(self.problems), []
+        return found
 
     def stand(self, key: str, problem: Problem | None) -> list[Effect]:
         """Tell a problem of the vehicle itself, or take it back."""
@@ -272,61 +259,6 @@ class OrderMachine:
 
     # -- orders ----------------------------------------------------------------------------------------------
 
-    def _objection_to_new(self, order: Order) -> Problem | None:
-        if self.executing:
-            text = f"order {self.order_id} is not finished; cancel it first, or update it"
-            return order_problem(order, ErrorType.ORDER, text)
-        if self.mode not in DRIVING_MODES:
-            text = f"the operating mode is {self.mode}; orders are taken in AUTOMATIC"
-            return order_problem(order, ErrorType.ORDER, text, ("operatingMode", self.mode))
-        running = {r.action.id for r in self.records if not r.status.final}
-        problem = inability(order, self.limits, running, update=False)
-        return problem or self._out_of_reach(order)
-
-    def _out_of_reach(self, order: Order) -> Problem | None:
-        first = order.nodes[0]
-        about = ("nodeId", first.id)
-        if first.position is None:
-            if self.last_node == first.id:
-                return None
-            last = self.last_node or "no node"
-            text = f"the vehicle is not known to stand on {first.id}; it was last on {last}"
-            return order_problem(order, ErrorType.NO_ROUTE, text, about)
-        if self.place is None:
-            text = "the vehicle does not know where it is; give it its position with initPosition"
-            return order_problem(order, ErrorType.NO_ROUTE, text, about)
-        if not within(self.place, first, self.limits, turned=False):
-            where = f"{self.place.x:.2f}, {self.place.y:.2f}"
-            text = f"the first node {first.id} is out of its deviation range: the vehicle is at {where}"
-            return order_problem(order, ErrorType.NO_ROUTE, text, about)
-        return None
-
-    def _objection_to_update(self, order: Order) -> Problem | None:
-        if order.update < self.update:
-            text = f"update {order.update} of order {order.id} comes late: {self.update} is here"
-            return order_problem(order, ErrorType.ORDER_UPDATE, text)
-        if self.closed:
-            text = f"order {order.id} was cancelled or cleared; send a new order"
-            return order_problem(order, ErrorType.ORDER_UPDATE, text)
-        first = order.nodes[0]
-        wanted = self.decision_point if self.executing else (self.last_node, self.last_sequence)
-        if (first.id, first.sequence) != wanted:
-            text = (
-                f"an update must begin at {wanted[0]} with sequenceId {wanted[1]}, this one at {first.id} "
-                f"with {first.sequence}"
-            )
-            return order_problem(order, ErrorType.ORDER_UPDATE, text, ("nodeId", first.id))
-        if self.mode not in DRIVING_MODES:
-            text = f"the operating mode is {self.mode}; orders are taken in AUTOMATIC"
-            return order_problem(order, ErrorType.ORDER, text, ("operatingMode", self.mode))
-        if len(self.nodes) + len(order.nodes) > MOST_AHEAD:
-            return order_problem(
-                order, ErrorType.ORDER, f"more than {MOST_AHEAD} nodes are ahead; send it later"
-            )
-        horizon = self._horizon()
-        taken = {r.action.id for r in self.records} - {r.action.id for r in horizon}
-        return inability(order, self.limits, taken, update=True)
-
     def _take(self, order: Order) -> None:
         self.records = [r for r in self.records if not r.of_order and not r.status.final]
         self.order_id, self.update, self.closed = order.id, order.update, False
@@ -334,13 +266,14 @@ class OrderMachine:
         self._on_edge = self._blocked = False
         self._failures = 0
         self.problems.stand("drive", None)
+        self._go_on()
         self._note(order.nodes, order.edges)
         first = order.nodes[0]
         if first.position is None or within(self.place, first, self.limits):
             self._traverse()
 
     def _extend(self, order: Order) -> None:
-        dropped = self._horizon()
+        dropped = self.horizon()
         self.records = _without(self.records, dropped)
         self.nodes = [node for node in self.nodes if node.released]
         self.edges = [edge for edge in self.edges if edge.released]
@@ -349,7 +282,8 @@ class OrderMachine:
         self.edges += order.edges
         self._note(order.nodes[1:], order.edges)
 
-    def _horizon(self) -> list[Record]:
+    def horizon(self) -> list[Record]:
+        """The actions of what is not released."""
         elements: list[Node | Edge] = [*self.nodes, *self.edges]
         ahead = {each.sequence for each in elements if not each.released}
         return [record for record in self.records if record.of_order and record.sequence in ahead]
@@ -428,10 +362,25 @@ class OrderMachine:
 
     def _resume(self, record: Record) -> None:
         self.paused, record.status = False, Status.FINISHED
+        self._go_on()
         self._settle_pause(give_up=True)
         self._failures = 0
         self._blocked = False
         self.problems.stand("drive", None)
+
+    def _hold(self) -> None:
+        """6.8.1, startPause: no movement, and the order is resumable; here, nothing of it begins, either."""
+        at_hand = any(node.released for node in self.nodes) or any(not r.status.final for r in self._here())
+        if at_hand and not self._ending:
+            self.held = True
+            text = "the vehicle's software was restarted while it carried out this order, which waits now"
+            about = (("orderId", self.order_id), ("orderUpdateId", str(self.update)))
+            hint = "stopPause goes on, cancelOrder gives it up"
+            self.problems.stand("held", Problem(ErrorType.HELD, text, about, Level.WARNING, hint))
+
+    def _go_on(self) -> None:
+        self.held = False
+        self.problems.stand("held", None)
 
     def _state_request(self, record: Record) -> None:
         record.status = Status.FINISHED
@@ -522,7 +471,7 @@ class OrderMachine:
                 self._halt()
                 return True
             return False
-        if not (self.nodes and self.nodes[0].released and self._may_drive()):
+        if self._unkept or not (self.nodes and self.nodes[0].released and self._may_drive()):
             return False
         if not self._on_edge:
             self._on_edge = True  # its actions begin before the vehicle does
@@ -540,7 +489,7 @@ class OrderMachine:
 
     def _arrives(self, drive: Drive) -> bool:
         node = drive.node
-        if self._fresh or not (self._passes(node) and self._reached(node)) or self._holds():
+        if self._fresh or not (self._passes(node) and self._reached(node)) or self._holds() or self._unkept:
             return False
         self._traverse()
         while self._begin_actions():
@@ -568,7 +517,7 @@ class OrderMachine:
 
     def _holds(self) -> bool:
         """Whether something that is no action keeps it from driving."""
-        return self.paused or self._blocked or self.mode not in DRIVING_MODES or (
+        return self.paused or self.held or self._blocked or self.mode not in DRIVING_MODES or (
             self.place is None and bool(self.nodes) and self.nodes[0].position is not None
         )  # fmt: skip
 
@@ -590,6 +539,8 @@ class OrderMachine:
         return [r for r in self.records if not r.of_order and r.action.type not in OWN]
 
     def _begin_actions(self) -> bool:
+        if self._unkept:
+            return False
         standing = self._drive is None
         here, instant = self._here(), self._instant()
         for group in (instant, here):
@@ -597,7 +548,7 @@ class OrderMachine:
             for record in beginning(group, others, standing=standing):
                 if self.paused and self._moves(record):
                     break
-                if record.of_order and self.mode not in DRIVING_MODES:
+                if record.of_order and (self.held or self.mode not in DRIVING_MODES):
                     break
                 record.status, self._changed = Status.RUNNING, True
                 self._effects.append(Begin(record.action, record.scope))
@@ -617,6 +568,7 @@ class OrderMachine:
         if any(r.of_order and not r.status.final for r in self.records):
             return False
         self.nodes, self.edges, self._ending, self._on_edge, self._blocked = [], [], False, False, False
+        self._go_on()
         self.problems.stand("drive", None)
         for record in self.records:
             if record.action.id in self._cancels:
@@ -658,7 +610,7 @@ class OrderMachine:
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any], limits: Limits) -> OrderMachine:
-        """After a restart. What ran has failed; the order goes on when mode and pose have been told.
+        """After an end that was not in order. What ran has failed; the order waits for the fleet manager.
 
         Raises:
             Invalid, KeyError, TypeError, ValueError: This is not what `to_json` gave.
@@ -681,6 +633,7 @@ class OrderMachine:
                 record.status = Status.FAILED
                 record.result = "the vehicle's software was restarted while it ran"
                 machine._action_failed(record, record.result)
+        machine._hold()
         machine._changed = False
         return machine
 

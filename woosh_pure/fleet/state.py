@@ -131,7 +131,7 @@ def state_message(
             machine.edges
         ],
         "driving": facts.moving,
-        "paused": machine.paused,
+        "paused": machine.paused or machine.held,
         "newBaseRequest": machine.wants_base,
         "actionStates": [record.to_state() for record in machine.records],
         "batteryState": _battery(facts),

@@ -71,4 +71,15 @@ class Store:
             file.flush()
             os.fsync(file.fileno())
         os.replace(beside, self.path)
+        _sync_folder(self.path.parent)
         self._last = text
+
+
+def _sync_folder(folder: Path) -> None:
+    """Have the new name on disk, too; Windows has no such call."""
+    if os.name == "posix":
+        opened = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(opened)
+        finally:
+            os.close(opened)

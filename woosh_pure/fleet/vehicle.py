@@ -2,9 +2,10 @@
 them the order machine.
 
 One thread owns the machine. It waits for what comes: a message, a pose, the end of a drive or of an action,
-the time of something. Whatever comes is told to the machine, and its effects are carried out in their
-order: state on disk, state to the broker, then the drive or the action. Callbacks of the broker and of the
-    chassis only leave a note.
+the time of something. Whatever comes is told to the machine, and its effects are carried out in their order:
+state on disk, state to the broker, then the drive or the action. An order is on disk before the machine takes
+it; while the disk takes nothing no order is taken and nothing begins. Callbacks of the broker and of the
+chassis only leave a note.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from woosh_pure.fleet.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.factsheet import Body, factsheet_message
 from woosh_pure.fleet.headers import Headers
 from woosh_pure.fleet.judging import Limits, Place
-from woosh_pure.fleet.messages import Invalid, parse, read_instant_actions, read_order
+from woosh_pure.fleet.messages import Invalid, Order, parse, read_instant_actions, read_order
 from woosh_pure.fleet.mqtt import Broker, Line
 from woosh_pure.fleet.order import Begin, Changed, Drive, Effect, End, Factsheet, Halt, OrderMachine, Retry
 from woosh_pure.fleet.state import Facts, Load, MapEntry, state_message, visualization_message
@@ -44,17 +45,19 @@ STATE_EVERY = 25.0
 """Seconds between two states at most; the standard asks for 30."""
 MOST_MESSAGES = 100
 """Messages of a fleet manager that wait; more are dropped, counted and logged."""
+_DISK_SECONDS = 2.0  # between two tries of a disk that is full, or cannot be written
 _FACTS_SECONDS = 3.0  # for the chassis to tell where it is, before the fleet manager may send orders
 _LEASE_SECONDS = 60.0
 _END_SECONDS = 10.0  # for the thread to end
 _STOP_SECONDS = 4.0
+_ACTIONS_SECONDS = 3.5  # for actions to end when the vehicle does; a program is killed after 3
 
 
 class Vehicle:
     """One chassis under a fleet manager. Use it in a `with` block, or call `open` and `close`.
 
-    Nothing moves until an order comes. Leaving the block halts the drive, says OFFLINE and keeps the order
-    on disk.
+    Nothing moves until an order comes. Leaving the block halts the drive, ends the order and tells it, then
+    says OFFLINE. An order that was cut off by another end (kill -9, a loss of power) is restored and waits.
 
     Args:
         chassis: An open chassis; closing it stays with the caller.
@@ -94,6 +97,7 @@ class Vehicle:
         self._watch = Watch(chassis, self.facts, self._on_moved, self._on_told, self._on_described)
         self._driver = Driver(chassis, self._on_drive_ended, lambda: self.facts.place, marks=config.marks)
         self._tasks: dict[str, Task] = {}
+        self._workers: set[threading.Thread] = set()
         self._wake = threading.Condition()
         self._calls: deque[Callable[[], list[Effect]]] = deque()
         self._messages: deque[tuple[str, bytes]] = deque()
@@ -103,6 +107,8 @@ class Vehicle:
         self._closing = False
         self._end_lease: Callable[[], object] = lambda: None
         self._lost = False
+        self._unkept = False  # the disk does not take the state
+        self._unbegun: list[Begin] = []  # actions that wait until it does
         self._moving = False
         self._was_blocked = ""
         self.dropped = 0
@@ -131,6 +137,7 @@ class Vehicle:
             self._due = {"state": now, "silent": now + SILENT_AFTER, "line": now + _FACTS_SECONDS}
             if self.config.visualization:
                 self._due["visualization"] = now
+            self._save()  # a disk that takes nothing is told before an order comes
             self._thread = threading.Thread(
                 target=self._run, name=f"woosh:vehicle-{self.config.serial}", daemon=True
             )
@@ -138,7 +145,7 @@ class Vehicle:
         return self
 
     def close(self) -> None:
-        """Halt, end the actions that run, say OFFLINE. Bounded, idempotent."""
+        """Halt, end the order and the actions that run, tell it, say OFFLINE. Bounded, idempotent."""
         with self._wake:
             if self._closing:
                 return
@@ -150,10 +157,22 @@ class Vehicle:
         thread = self._thread
         if thread is not None and thread is not threading.current_thread():
             thread.join(_END_SECONDS)
+            if not thread.is_alive():
+                self._end_in_order()
         self._end_lease()
         self._release_lease()
         self._watch.close()
         self._line.close()
+
+    def _end_in_order(self) -> None:
+        """The last word of the machine, when its thread is over. What it still asks for is being done."""
+        deadline = time.monotonic() + _ACTIONS_SECONDS
+        for worker in self._workers:
+            worker.join(max(0.0, deadline - time.monotonic()))
+        effects = self._machine.shut_down("the vehicle's software was ended in order")
+        if any(isinstance(effect, Changed) for effect in effects):
+            self._publish()
+        self._save()
 
     @property
     def connected(self) -> bool:
@@ -248,7 +267,6 @@ class Vehicle:
                 self._on_time(time.monotonic())
             except Exception:
                 _log.exception("! %s: a failure of our own; the vehicle goes on", self.config.prefix)
-        self._save()
 
     def _handle(
         self, flags: set[str], calls: list[Callable[[], list[Effect]]], messages: list[tuple[str, bytes]]
@@ -275,10 +293,23 @@ class Vehicle:
         try:
             data = parse(payload)
             if topic == "order":
-                return self._machine.receive(read_order(data))
+                return self._take(read_order(data))
             return self._machine.receive_instant(read_instant_actions(data))
         except Invalid as error:
             return self._machine.receive_malformed(data, error, topic)
+
+    def _take(self, order: Order) -> list[Effect]:
+        """What is acknowledged is there after a restart: the disk takes an order before the machine does."""
+        if self._store is not None:
+            rehearsal = self._machine.rehearsal()
+            rehearsal.receive(order)
+            try:
+                self._store.save(rehearsal.to_json())
+            except OSError as error:
+                self._tell_disk(error)
+                text = f"the order cannot be kept on disk ({error}), so it is not taken"
+                return self._machine.refuse(order, text)
+        return self._machine.receive(order)
 
     def _place(self) -> Place | None:
         return self.facts.place if self.facts.located and not self._lost else None
@@ -312,6 +343,9 @@ class Vehicle:
                 self._due[name] = now + self.config.visualization
                 header = self._header("visualization")
                 self._line.send("visualization", visualization_message(self.facts, header))
+            elif name == "disk":
+                del self._due[name]
+                self._save()
             elif name == "retry":
                 del self._due[name]
                 self._carry_out(self._machine.retry())
@@ -350,6 +384,7 @@ class Vehicle:
             elif isinstance(effect, Begin):
                 self._begin(effect)
             elif isinstance(effect, End):
+                self._forget_unbegun(effect.action_id)
                 task = self._tasks.get(effect.action_id)
                 if task is not None:
                     task.cancelled.set()
@@ -359,6 +394,9 @@ class Vehicle:
                 self._factsheet()
 
     def _begin(self, effect: Begin) -> None:
+        if self._unkept:
+            self._unbegun.append(effect)  # on disk it has not begun: after a restart it would begin again
+            return
         task = Task(effect.action, self.chassis, self._loads)
         self._tasks[effect.action.id] = task
         doing = self._doings[effect.action.type]
@@ -374,7 +412,9 @@ class Vehicle:
                     _log.exception("! the action %s has failed", effect.action.type)
             self._call(lambda: self._action_ended(effect.action.id, ok, text))
 
-        threading.Thread(target=work, name=f"woosh:action-{effect.action.type}", daemon=True).start()
+        worker = threading.Thread(target=work, name=f"woosh:action-{effect.action.type}", daemon=True)
+        self._workers = {each for each in self._workers if each.is_alive()} | {worker}
+        worker.start()
 
     def _action_ended(self, action_id: str, ok: bool, text: str) -> list[Effect]:
         self._tasks.pop(action_id, None)
@@ -384,11 +424,40 @@ class Vehicle:
         return [*self._machine.action_ended(action_id, ok, text), *self._machine.at(self._place())]
 
     def _save(self) -> None:
-        if self._store is not None:
-            try:
-                self._store.save(self._machine.to_json())
-            except OSError as error:
-                _log.error("! the state cannot be kept: %s", error)
+        if self._store is None:
+            return
+        try:
+            self._store.save(self._machine.to_json())
+        except OSError as error:
+            self._tell_disk(error)
+            return
+        if self._unkept:
+            self._unkept = False
+            _log.warning("! %s: the state is kept on disk again", self.config.prefix)
+            waiting, self._unbegun = self._unbegun, []
+            for effect in waiting:
+                self._begin(effect)
+            self._call(lambda: self._machine.keep(None))
+
+    def _tell_disk(self, error: OSError) -> None:
+        self._due["disk"] = time.monotonic() + _DISK_SECONDS
+        if self._unkept or self._store is None:
+            return
+        self._unkept = True
+        text = (
+            f"the state cannot be kept in {self._store.path}: {error}; no order is taken and no action "
+            "begins, because a restart would forget them"
+        )
+        _log.error("! %s: %s", self.config.prefix, text)
+        hint = "make room, or let it be written; it is tried again and again"
+        problem = Problem(ErrorType.STORAGE, text, (), Level.FATAL, hint)
+        self._call(lambda: self._machine.keep(problem))
+
+    def _forget_unbegun(self, action_id: str) -> None:
+        """An action that waited for the disk is ended before it began."""
+        for effect in [each for each in self._unbegun if each.action.id == action_id]:
+            self._unbegun.remove(effect)
+            self._call(lambda: self._machine.action_ended(action_id, False, "it was ended before it began"))
 
     # -- messages to the broker ------------------------------------------------------------------------------
 

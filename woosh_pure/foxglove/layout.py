@@ -40,14 +40,20 @@ def chassis_layout() -> dict[str, Any]:
                     "lineWidth": 0.05,
                     "gradient": ["#40c4ffff", "#40c4ffff"],
                 },
-                pose: {"visible": True, "type": "arrow", "color": "#7c4dffff", "axisScale": 0.6},
+                pose: {
+                    "visible": True,
+                    "type": "arrow",
+                    "color": "#7c4dffff",
+                    "arrowScale": [0.8, 0.12, 0.12],
+                },
                 find("obstacle_points").name: {"visible": False},
             }
         ),
         "Image!camera": {
             "cameraState": _camera(),
+            "scene": {"transforms": {"enablePreloading": True}},
             "imageMode": {"imageTopic": camera},
-            "foxglovePanelTitle": "Camera",
+            **_title("Camera"),
         },
         "Gauge!battery": {
             "path": f"{battery}.batteryPercentage",
@@ -55,7 +61,9 @@ def chassis_layout() -> dict[str, Any]:
             "maxValue": 100,
             "colorMap": "red-yellow-green",
             "colorMode": "colormap",
-            "foxglovePanelTitle": "Battery, %",
+            "gradient": ["#0000ff", "#ff00ff"],
+            "reverse": False,
+            **_title("Battery, %"),
         },
         "RawMessages!status": {
             "topicPath": status,
@@ -63,7 +71,7 @@ def chassis_layout() -> dict[str, Any]:
             "diffMethod": "custom",
             "diffTopicPath": "",
             "showFullMessageForDiff": False,
-            "foxglovePanelTitle": "State and task",
+            **_title("State and task"),
         },
         "Plot!velocity": _plot(
             "Velocity", (f"{velocity}.linear.x", "m/s"), (f"{velocity}.angular.z", "rad/s")
@@ -106,6 +114,11 @@ def chassis_layout() -> dict[str, Any]:
     }
 
 
+def _title(text: str) -> dict[str, str]:
+    """A panel's title, under the name that each of the two viewers gives it."""
+    return {"foxglovePanelTitle": text, "lichtblickPanelTitle": text}
+
+
 def _camera() -> dict[str, Any]:
     return {
         "distance": 16,
@@ -126,7 +139,7 @@ def _three_d(topics: dict[str, dict[str, Any]]) -> dict[str, Any]:
         "cameraState": _camera(),
         "followMode": "follow-none",
         "followTf": "map",
-        "scene": {"transforms": {"showLabel": False, "axisScale": 0.3}},
+        "scene": {"transforms": {"showLabel": False, "axisScale": 0.3, "enablePreloading": True}},
         "transforms": {},
         "topics": topics,
         "layers": {
@@ -146,7 +159,7 @@ def _three_d(topics: dict[str, dict[str, Any]]) -> dict[str, Any]:
             }
         },
         "imageMode": {},
-        "foxglovePanelTitle": "Chassis",
+        **_title("Chassis"),
     }
 
 
@@ -165,7 +178,7 @@ def _plot(title: str, *lines: tuple[str, str]) -> dict[str, Any]:
         "xAxisVal": "timestamp",
         "sidebarDimension": 240,
         "followingViewWidth": 60,
-        "foxglovePanelTitle": title,
+        **_title(title),
     }
 
 

@@ -1,4 +1,4 @@
-"""Goals of action servers: handles over those of rosproto, and the functions that send them."""
+"""Goals of action servers: handles on top of rosproto's, and the functions that send them."""
 
 from __future__ import annotations
 
@@ -67,17 +67,17 @@ class ActionHandle(GoalHandle[Any]):
     def send(
         self, message: Any, since: int | None = None, *, check: bool = True, replace: bool = False
     ) -> None:
-        """Send the goal. The handle is remembered before, so that `stop` in another thread sees it.
+        """Send the goal. The handle is registered first, so that `stop` in another thread finds it.
 
         Args:
             message: The goal message.
-            since: `Running.stops` when the verb began; None: now.
-            check: False sends it beside an open velocity block or another motion of ours, too.
-            replace: True ends another motion of ours.
+            since: `Running.stops` when the verb began; None takes its present value.
+            check: False sends it even beside an open velocity block or another motion of ours.
+            replace: True ends any other motion of ours.
 
         Raises:
-            FirmwareLimit: The chassis's definition has no way to say this; nothing was sent.
-            MotionRefused: `stop` was called meanwhile, or something else of ours moves the base.
+            FirmwareLimit: The chassis's definition cannot express this; nothing was sent.
+            MotionRefused: `stop` was called in the meantime, or another motion of ours is under way.
         """
         running = self._core.running
         since = running.stops if since is None else since
@@ -101,7 +101,7 @@ class ActionHandle(GoalHandle[Any]):
         if self._cancelled_by_us:
             raise MotionRefused(f"{self.description}: it was stopped before it was sent; nothing was sent")
         self._goal = client.send_goal(message, feedback=self._on_feedback, transition=self._on_transition)
-        if self._cancelled_by_us:  # meanwhile, by a thread that could not see this goal yet
+        if self._cancelled_by_us:  # in the meantime, by a thread that could not see this goal yet
             self._goal.cancel()
 
     @property
@@ -126,7 +126,7 @@ class ActionHandle(GoalHandle[Any]):
             self._finish(OutcomeKind.CANCELLED, "it was never sent")
 
     def _cancel_confirmed(self, timeout: float) -> bool:
-        # A cancel is a message: that it was sent does not mean that it arrived.
+        # A cancel is a message: having been sent does not mean that it arrived.
         deadline = Deadline(timeout)
         while self._goal is not None and not (self._goal.done and self._cannot_arrive()):
             if deadline.expired:
@@ -135,7 +135,7 @@ class ActionHandle(GoalHandle[Any]):
         return True
 
     def _cannot_arrive(self) -> bool:
-        """Whether a goal that was given up can no longer arrive: known when the chassis is heard again."""
+        """Whether a goal we gave up can no longer reach the chassis; known once it is heard again."""
         beat = self._core.feeds.get("velocity").known
         return self._given_up is None or (beat is not None and beat.received > self._given_up)
 
@@ -179,7 +179,7 @@ class NavigationProgress:
     """Where a navigation is.
 
     Attributes:
-        pose: In the frame the chassis says.
+        pose: In the frame that the chassis names.
         state: Its nav_state; the numbers are not documented.
     """
 
@@ -209,7 +209,7 @@ def start_navigation(
     check: bool,
     replace: bool,
 ) -> NavigationHandle:
-    """Send a goal to /move_base: the last pose is the target, the ones before it are the way."""
+    """Send a goal to /move_base: the last pose is the target, the poses before it are the path."""
     for pose in path:
         pose.require_sensible()
     since = core.running.stops
@@ -226,7 +226,7 @@ def start_navigation(
 def start_action(
     core: Core, row: Row, goal: Any, *, timeout: float | None, check: bool, replace: bool
 ) -> ActionHandle:
-    """Send a goal of any kind; one that moves the base is checked like those of the verbs for it."""
+    """Send a goal of any kind; one that moves the base is checked as the verbs for it are."""
     since = core.running.stops
     require_finite(goal, f"goal of {row.name}")
     steps = getattr(goal, "stepControl", ())
@@ -244,9 +244,9 @@ class StepProgress:
     """Where a step goal is.
 
     Attributes:
-        mode: Kind of the step being done.
-        percent: How much of it is done.
-        index: Which of the goal's steps it is, from 0; found from the order of the reports.
+        mode: Kind of the step under way.
+        percent: How much of that step is done.
+        index: Number of that step in the goal, from 0; derived from the order of the reports.
     """
 
     mode: StepMode
@@ -275,7 +275,7 @@ class StepHandle(ActionHandle):
 
     @property
     def percent(self) -> float:
-        """How much of the whole goal is done, each step counting the same; goes on over a pause."""
+        """How much of the whole goal is done, each step weighing the same; continues across a pause."""
         with self._condition:
             return 100.0 if self._outcome is not None and self._outcome.arrived else self._overall()
 
@@ -302,7 +302,7 @@ class StepHandle(ActionHandle):
         """Hold the move; `resume` sends what remains.
 
         Raises:
-            MotionRefused: It has ended, maybe while the pause was on its way; or the chassis did not confirm.
+            MotionRefused: It has ended, perhaps while the pause was sent; or the chassis did not confirm.
         """
         ended = f"{self.description}: it has ended and cannot be paused"
         if self.done:
@@ -325,9 +325,9 @@ class StepHandle(ActionHandle):
             ) from error
 
     def _refine(self, result: Any) -> None:
-        """Take over where it was paused, if the chassis says so: more exact than the last report.
+        """Use the chassis's own account of where it was paused, which is more exact than the last report.
 
-        These numbers are not documented, so only those that fit the step under way are used.
+        These numbers are not documented, so they are used only if they fit the step under way.
         """
         with self._condition:
             current = self._steps[self._index]
@@ -335,7 +335,7 @@ class StepHandle(ActionHandle):
                 self._percent = float(result.percent)
 
     def resume(self) -> None:
-        """Go on after `pause` with the steps that remain (interface: a combination must be sent again)."""
+        """Go on after `pause` by sending the remaining steps again, as the interface prescribes."""
         if not self._paused:
             raise MotionRefused(f"{self.description}: it is not paused")
         self._core.running.require_alone(self)
@@ -350,8 +350,8 @@ class StepHandle(ActionHandle):
         self._paused = False
 
     def _check(self) -> None:
-        # The pause has preempted the first goal, which does not end this move. But a
-        # chassis that falls silent meanwhile has nothing left to resume.
+        # The pause has preempted the first goal, which does not end this move. But
+        # with a chassis that has fallen silent there is nothing left to resume.
         if not self._paused:
             super()._check()
         elif self._outcome is None and (lost := self._core.feeds.lost("velocity")):

@@ -1,6 +1,6 @@
-"""What every running goal has in common: waiting, outcome, cancelling, progress.
+"""What all running goals have in common: waiting, outcome, cancelling, progress.
 
-A handle ends exactly once. A wait that times out cancels the goal and confirms that the robot stands still.
+A handle ends exactly once. A wait that times out cancels the goal and makes sure that the robot stands still.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _TIME_OUT_SECONDS, _CANCEL_SECONDS, _LET_GO_SECONDS = (
     15.0,
     10.0,
     6.0,
-)  # bounds of what Ctrl-C does not end
+)  # time limits for steps that Ctrl-C does not interrupt
 
 _BY_US = (OutcomeKind.CANCELLED, OutcomeKind.REPLACED)
 _REPLACEABLE = (*_BY_US, OutcomeKind.FAILED)
@@ -50,7 +50,7 @@ class Default:
 
 
 OWN_DEFAULT = Default()
-"""What `wait` is given where it is given no time."""
+"""The default of `wait`'s `timeout`."""
 
 
 class GoalHandle(OwnGoal, Generic[P]):
@@ -72,8 +72,8 @@ class GoalHandle(OwnGoal, Generic[P]):
         self._callbacks: list[Callable[[P], object]] = []
         self._calling: set[int] = set()
         self._cancelled_by_us = False
-        self._why = ""  # why this client cancelled it, in words
-        self._may_go_on = False  # ended here, but the robot has not confirmed that it has ended it
+        self._why = ""  # in words, why this client cancelled it
+        self._may_go_on = False  # ended for us, but the robot has not confirmed that it ended the goal
         self._sending: threading.Thread | None = None
 
     @property
@@ -82,7 +82,7 @@ class GoalHandle(OwnGoal, Generic[P]):
         return self.drives and not self._cancelled_by_us
 
     def __repr__(self) -> str:
-        outcome = self._outcome  # not `if outcome`: one that is no arrival is false
+        outcome = self._outcome  # not `if outcome`: an outcome other than arrival is falsy
         state = "running" if outcome is None else outcome.kind.value
         return f"<{type(self).__name__} {self.description}: {state}>"
 
@@ -93,9 +93,9 @@ class GoalHandle(OwnGoal, Generic[P]):
         raise NotImplementedError
 
     def _send_shielded(self, send: Callable[[], R]) -> R:
-        """Run `send` so that Ctrl-C interrupts the waiting for it, but never the sending.
+        """Run `send` so that Ctrl-C interrupts the wait for it, but never the sending itself.
 
-        Otherwise a goal could be under way that nobody knows of: sent, but without a handle to cancel it.
+        Otherwise a goal could be under way that nobody knows about: sent, but without a handle to cancel it.
         """
         result: list[R] = []
         error: list[BaseException] = []
@@ -115,12 +115,12 @@ class GoalHandle(OwnGoal, Generic[P]):
         return result[0]
 
     def _await_sent(self, timeout: float) -> None:
-        """A cancel must not overtake the goal: wait, with a bound, until it has been sent."""
+        """Wait, within a time limit, until the goal has been sent: a cancel must not overtake it."""
         sending = self._sending
         if sending is not None and sending is not threading.current_thread():
             try:
                 sending.join(timeout)
-            except RuntimeError:  # not started yet: it sees the mark of the cancel before it sends
+            except RuntimeError:  # not started yet: it sees the cancel mark before it sends
                 pass
 
     def _mark_cancelled(self, why: str) -> None:
@@ -129,10 +129,10 @@ class GoalHandle(OwnGoal, Generic[P]):
         self._cancelled_by_us = True
 
     def _letting_go(self, *, waited_for: bool = False) -> Job[None]:
-        """The keeper's job when nobody waits any more, or nobody has this handle: cancel it.
+        """The keeper's job for a goal that nobody waits for, or whose handle nobody has: cancel it.
 
         Args:
-            waited_for: Somebody has the handle: `leave_running` leaves it running.
+            waited_for: Somebody has the handle, so `leave_running` leaves the goal running.
         """
         return Job(lambda: self._let_go(waited_for), _LET_GO_SECONDS)
 
@@ -153,13 +153,11 @@ class GoalHandle(OwnGoal, Generic[P]):
         self._core.running.keeper.put(self._letting_go())
 
     def _cancel_confirmed(self, timeout: float) -> bool:
-        """Whether the chassis has confirmed a cancel whose end it did not report; the reply of a service
-        confirms it.
-        """
+        """Whether the chassis confirmed a cancel without reporting the end, as with a service's reply."""
         return True
 
     def _check(self) -> None:
-        """Check for an end that no event reports (a lost link)."""
+        """Check for an end that no event reports, such as a lost link."""
 
     def _finish(
         self,
@@ -208,7 +206,7 @@ class GoalHandle(OwnGoal, Generic[P]):
             logger.exception("%s: a progress callback failed", self.description)
 
     def _in_own_callback(self) -> bool:
-        """Whether this thread must return before more about this goal can be heard."""
+        """Whether more about this goal can be heard only after this thread has returned."""
         return threading.get_ident() in self._calling
 
     # -- for users -------------------------------------------------------------------------------------------
@@ -244,7 +242,7 @@ class GoalHandle(OwnGoal, Generic[P]):
             self._callbacks.append(callback)
 
     def progress(self) -> Iterator[P]:
-        """Reports as they come, a slow loop skips to the newest; ends with the goal."""
+        """Reports as they come; a slow loop skips to the newest. Ends with the goal."""
         last: P | None = None
         while True:
             newest = self.latest_progress
@@ -266,19 +264,19 @@ class GoalHandle(OwnGoal, Generic[P]):
     ) -> Outcome:
         """Wait for the end.
 
-        When `timeout` passes the goal is cancelled and the stop is confirmed before this returns. Whatever
-        else ends the wait cancels the goal, too (unless the Chassis has `leave_running`): Ctrl-C, also where
-        no `with` block is left by it (a notebook), and what `meanwhile` raises. The first Ctrl-C begins that,
-        and later ones do not end it.
+        When `timeout` passes, the goal is cancelled and the stop is confirmed before this returns. Anything
+        else that ends the wait cancels the goal, too, unless the Chassis has `leave_running`: an exception
+        raised by `meanwhile`, or Ctrl-C, even where it leaves no `with` block (in a notebook). The first
+        Ctrl-C starts the cancel, and further ones do not interrupt it.
 
         Args:
-            timeout: Seconds; None waits for ever; left out: `default_timeout`.
-            raises: False returns an outcome that is no arrival instead of raising it.
-            meanwhile: Called in this thread about ten times a second, to show how far it is. What it raises
-                ends the wait, and the goal.
+            timeout: Seconds; None waits for ever. The default is `default_timeout`.
+            raises: False returns an outcome other than arrival instead of raising it.
+            meanwhile: Called in this thread about ten times a second, to show the progress. An exception it
+                raises ends the wait and the goal.
 
         Raises:
-            GoalFailed: It ended in anything but an arrival; `error.outcome` says how.
+            GoalFailed: It did not arrive; `error.outcome` says how it ended.
             ValueError: `timeout` is negative or NaN.
             LocalProtocolError: Called in a callback that must return before the end can be heard.
         """
@@ -316,7 +314,7 @@ class GoalHandle(OwnGoal, Generic[P]):
             raise
 
     def _confirmed(self) -> Outcome:
-        """The outcome; unless the robot has arrived, it says whether the robot was seen to stand still."""
+        """The outcome; unless the robot arrived, it says whether the robot was seen to stand still."""
         outcome = self._outcome
         assert outcome is not None, "a goal that is waited for has ended"
         unknown = not outcome.arrived and outcome.stopped is None
@@ -350,15 +348,15 @@ class GoalHandle(OwnGoal, Generic[P]):
         with self._condition:
             if self._outcome is not None and self._outcome.kind is OutcomeKind.ARRIVED:
                 return  # it got there while we were cancelling
-            # The cancel ended it as "cancelled"; what the caller must know is that its time was up.
+            # The cancel ended it as "cancelled"; what the caller needs to know is that its time was up.
             self._outcome = None
         self._finish(OutcomeKind.TIMED_OUT, text, None, standing, may_go_on=not confirmed)
 
     def cancel(self, timeout: float = 5.0) -> Outcome:
-        """End it now and wait until the chassis confirms; in a callback of its own, only ask for it.
+        """End it now and wait until the chassis confirms. In a callback of this goal, only ask for the end.
 
         Returns:
-            The outcome: usually cancelled, but arrived when it got there first.
+            The outcome: usually cancelled, but arrived if the robot got there first.
 
         Raises:
             RosError: The cancellation could not be sent, or was not confirmed in time.

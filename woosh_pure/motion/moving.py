@@ -1,4 +1,4 @@
-"""Moving by goals: tasks to marks, navigation to poses, precise steps. Each verb returns a handle at once."""
+"""Motion by goals: tasks to marks, navigation to poses, precise steps. Each verb returns a handle at once."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["Moving"]
 
 
 class Moving:
-    """The part of `Chassis` that moves the robot under the chassis's own protection; see there."""
+    """The part of `Chassis` that moves the robot under the chassis's own protection."""
 
     _core: Core
 
@@ -35,14 +35,14 @@ class Moving:
 
         Args:
             mark: Its name, as on the chassis's own map; marks cannot be listed over this interface.
-            timeout: What the handle's `wait()` allows when it is not told otherwise, s; None for ever.
+            timeout: Default of the handle's `wait()`, s; None for ever.
             check: False sends it even when the known state speaks against moving.
             replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
 
         Raises:
             MotionRefused: Not ready, another motion of this Chassis is under way, or the chassis refused.
             StaleState: `/robot_status` has no publisher: the end could not be seen.
-            ValueError: No mark, or `timeout` is no time.
+            ValueError: The mark is empty, or `timeout` is not a time.
             ConnectionLost, RosTimeout, ServiceError: The chassis did not answer; what it may have begun was
                 cancelled again if possible.
         """
@@ -65,12 +65,12 @@ class Moving:
 
         Args:
             task_type: Pick, park, charge or carry.
-            mark: Target mark; may be left out when poses are given.
-            poses: The path, in the map, m and rad; a single pose lets the chassis plan. With a mark the path
-                must end there.
+            mark: Target mark; optional when poses are given.
+            poses: The path, in the map, m and rad; with a single pose the chassis plans the path itself. With
+                a mark the path must end there.
             direction: Load or unload, for carrying.
-            type_number: The project's own number.
-            custom: The project's own byte, -128 to 127.
+            type_number: A number of your own project.
+            custom: A byte of your own project, -128 to 127.
             timeout: Default of the handle's `wait()`, s; None for ever.
             check: False sends it even when the known state speaks against moving.
             replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
@@ -209,8 +209,8 @@ class Moving:
         """Drive along a path to its last pose (`/move_base`). Returns at once.
 
         Args:
-            path: Poses in the map, m and rad; a single one lets the chassis plan.
-            point_by_point: Stop at every point instead of passing by.
+            path: Poses in the map, m and rad; with a single one the chassis plans the path itself.
+            point_by_point: Stop at every point instead of passing through.
             timeout: Default of the handle's `wait()`, s; None for ever.
             check: False sends it even when the known state speaks against moving.
             replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
@@ -277,8 +277,7 @@ class Moving:
             angle: rad, or degrees with `degrees=True`; at most 62.8318 rad.
             degrees: Whether `angle` is in degrees.
             speed: rad/s (always); 0 takes the chassis's 0.1 rad/s.
-            several_turns: Must be said for more than one turn, because `rotate(90)` is usually meant in
-                degrees.
+            several_turns: Required for more than one turn, because `rotate(90)` is usually meant in degrees.
             avoid: False switches the obstacle avoidance of this move off.
             timeout: Default of the handle's `wait()`, s; None derives it from angle and speed.
             check: False sends it even when the known state speaks against moving.
@@ -308,8 +307,7 @@ class Moving:
         check: bool = True,
         replace: bool = False,
     ) -> StepHandle:
-        """Move sideways by `distance` (`/cmd_vel_control`); only an omnidirectional base does it. Returns at
-        once.
+        """Move sideways by `distance` (`/cmd_vel_control`); only omnidirectional bases can. Returns at once.
 
         Args:
             distance: m along y of base_link, left positive; at most 10 m.
@@ -339,8 +337,8 @@ class Moving:
         check: bool = True,
         replace: bool = False,
     ) -> StepHandle:
-        """Move in a direction without turning (`/cmd_vel_control`); only an omnidirectional base does it.
-        Returns at once.
+        """Move in a direction without turning (`/cmd_vel_control`); only omnidirectional bases can. Returns
+        at once.
 
         Args:
             distance: m, in base_link; at most 10 m.
@@ -376,8 +374,8 @@ class Moving:
         Args:
             steps: In order; m, rad, m/s, rad/s, in base_link (forward, left, counter-clockwise positive).
             avoid: False switches the obstacle avoidance off for all of them.
-            timeout: Default of the handle's `wait()`, s; None derives it from ways and speeds.
-            several_turns: Must be said for a step of more than one turn: such an angle is usually in degrees.
+            timeout: Default of the handle's `wait()`, s; None derives it from distances and speeds.
+            several_turns: Required for a step of more than one turn: such an angle is usually in degrees.
             check: False sends it even when the known state speaks against moving.
             replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
 

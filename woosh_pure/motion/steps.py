@@ -17,10 +17,10 @@ MAX_DISTANCE = 10.0
 MAX_ANGLE = 62.8318
 """Largest turn of one step, rad (vendor's page)."""
 MAX_SPEED = 3.0
-"""m/s; faster than such a base drives, so a larger number is in another unit (our own bound)."""
+"""m/s. No such base drives this fast, so a larger number must be in another unit (our own bound)."""
 MAX_TURN_RATE = 6.2832
 """rad/s; as `MAX_SPEED`."""
-_NOISE = 5.0  # percent that a step may seem to go back
+_NOISE = 5.0  # percent by which a step may seem to go back
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,20 +119,21 @@ def check_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
 def locate_step(
     steps: Sequence[Step], index: int, percent: float, mode: StepMode, reported: float
 ) -> tuple[int, float]:
-    """Which of the steps a report is about: it names the kind of step but not its number.
+    """Find the step that a report is about: it names the kind of step but not its number.
 
-    Steps are done in order. A report of the same kind is of the same step unless it begins anew; then, or
-    when the kind is another, it is of the next step of that kind (one can be over between two reports).
+    Steps are done in order. A report of the same kind is about the same step unless its percentage starts
+    again. In that case, or if the kind differs, it is about the next step of that kind (a step in between
+    may have been too short for a report).
 
     Args:
         steps: All steps of the goal.
         index: Where the last report was.
-        percent: What it said.
-        mode: Kind of step of the new report.
-        reported: Its percentage.
+        percent: The percentage it gave.
+        mode: Kind of step in the new report.
+        reported: Percentage in the new report.
 
     Returns:
-        Index and percentage now; as before when the report fits no step.
+        Index and percentage now; unchanged when the report fits no step.
     """
     if mode == steps[index].mode and reported >= percent - _NOISE:
         return index, reported

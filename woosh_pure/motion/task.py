@@ -1,4 +1,4 @@
-"""Tasks through /exec_task: one handle for each, its end taken from /robot_status."""
+"""Tasks through /exec_task: one handle for each, which takes the task's end from /robot_status."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ _TYPES = (TaskType.PICK, TaskType.PARK, TaskType.CHARGE, TaskType.CARRY)
 
 
 class TaskHandle(GoalHandle[RobotStatus]):
-    """A task under way; progress is every status that names it.
+    """A task under way; its progress is every status that names it.
 
     Attributes:
-        task_id: The id that was made for it.
+        task_id: The random id it was given.
     """
 
     def __init__(self, core: Core, tracker: TaskTracker, goal: str, timeout: float | None) -> None:
@@ -46,7 +46,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
 
     @property
     def task_id(self) -> int:
-        """The id that was made for it."""
+        """The random id it was given."""
         return self._tracker.task_id
 
     @property
@@ -71,7 +71,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
         """Go on after `pause`.
 
         Raises:
-            MotionRefused: The chassis refused, or something else of ours moves the base.
+            MotionRefused: The chassis refused, or another motion of ours is under way.
         """
         self._core.running.require_alone(self)
         self._command(TaskCommand.RESUME)
@@ -101,7 +101,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
         try:
             self._command(TaskCommand.CANCEL, timeout)
         except MotionRefused:
-            # "There is no such task": it has just ended, and the status that says so may still be on its way.
+            # "There is no such task": it has just ended, and the status for that may still be on its way.
             if not self._wait_until_done(1.0) and not self._status_shows_end():
                 raise
 
@@ -132,7 +132,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
             threading.Thread(target=self._end_on_robot, name="woosh:cancel", daemon=True).start()
 
     def _end_on_robot(self) -> None:
-        """Cancel what the robot could go on with after its fault; in a thread, since callbacks come here."""
+        """Cancel a task that the robot could continue after its fault; in a thread: callbacks call this."""
         try:
             self._core.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=_REPLY_SECONDS)
         except RosError as error:
@@ -145,7 +145,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
             self._finish(OutcomeKind.CONNECTION_LOST, lost)
 
     def _restarted(self) -> str:
-        """Whether another process tells the state now: it knows nothing of the task of the one before."""
+        """In words, that another process now reports the state, which knows nothing of this task; else ""."""
         feed = self._core.feeds.get("status")
         now = feed.sources
         if not now or not self._sources or now & self._sources:
@@ -154,7 +154,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
 
 
 class TaskOptions(TypedDict, total=False):
-    """What parking, charging and carrying take besides the mark; the meanings are those of `Chassis.task`."""
+    """The options of `park`, `charge` and `carry` besides the mark; for their meaning see `Chassis.task`."""
 
     poses: Sequence[Pose2D]
     type_number: int
@@ -166,7 +166,7 @@ class TaskOptions(TypedDict, total=False):
 
 @dataclass(frozen=True, slots=True)
 class TaskOrder:
-    """What a task is to do; the meanings are those of `Chassis.task`."""
+    """What a task is to do; for the meaning of the fields see `Chassis.task`."""
 
     task_type: TaskType
     mark: str
@@ -181,7 +181,7 @@ class TaskOrder:
         return self.mark or str(self.poses[-1])
 
     def check(self) -> None:
-        """Refuse what the interface does not have.
+        """Refuse what the interface cannot express.
 
         Raises:
             ValueError: A number is out of range, or nothing says where to.
@@ -203,7 +203,7 @@ class TaskOrder:
                 raise ValueError(f"{name}={value!r}: expected a whole number of {least} to {most}")
 
     def fields(self) -> dict[str, Any]:
-        """The fields of woosh_msgs/ExecTask that say it."""
+        """The fields of woosh_msgs/ExecTask for this task."""
         return {
             "task_type": int(self.task_type),
             "direction": int(self.direction),
@@ -217,7 +217,7 @@ class TaskOrder:
 def start_task(
     core: Core, order: TaskOrder, *, timeout: float | None, check: bool, replace: bool
 ) -> TaskHandle:
-    """Listen first, then call the service: whatever comes in whatever order is seen."""
+    """Listen first, then call the service, so that nothing is missed in whatever order it comes."""
     order.check()
     since = core.running.stops
     core.knowledge.require_ready("task", check)
@@ -259,7 +259,7 @@ def _send(core: Core, handle: TaskHandle, order: TaskOrder) -> None:
     try:
         reply = handle._send_shielded(execute)
     except (ConnectionLost, RosTimeout):
-        # It may have been taken all the same: undo it if the chassis can be reached, and say so.
+        # The chassis may have accepted it anyway: undo it if the chassis can be reached, and say so.
         handle._off()
         try:
             core.clients.exec_task(TaskCommand.CANCEL, handle.task_id, timeout=2.0)
@@ -269,7 +269,7 @@ def _send(core: Core, handle: TaskHandle, order: TaskOrder) -> None:
             OutcomeKind.CONNECTION_LOST, "no reply to the request; it was cancelled again if possible"
         )
         raise
-    except Exception:  # whatever it was: nothing was started, and nobody has to cancel it
+    except Exception:  # whatever it was, nothing was started, so nothing has to be cancelled
         handle._off()
         handle._finish(OutcomeKind.CANCELLED, "not sent")
         raise

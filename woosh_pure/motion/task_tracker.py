@@ -1,16 +1,14 @@
 """Whether *this* task has ended, from replies and status messages in any order. Pure: a table and its prose.
 
-What real programs get wrong, and why it cannot happen here:
+What programs get wrong in practice, and why it cannot happen here:
 
-* A stale 7 of the previous task is taken as arrival: only messages with our own (random) task id count.
-* The completion comes before the service reply and is lost: the tracker listens before the call is made,
-and a
-  final state is final whichever comes first.
-* 8, 9, negative states and faults are waited for for ever: all of them end the task, as failures; a task
-  that a fault has only held is cancelled, so that it does not go on unseen.
-* A chassis that was restarted knows nothing of the task: a status without any task ends ours, once it was
-  seen.
-* Another client's task takes the robot over: once ours was seen, a running task with another id ends ours.
+* A stale 7 of the previous task is taken for an arrival. Only messages with our own (random) task id count.
+* The completion comes before the service reply and is lost. The tracker listens before the call is made, and
+  a final state is final whichever comes first.
+* A program waits for ever because the state is 8, 9, negative or a fault. All of these end the task as
+  failed, and a task that a fault has only held is cancelled, so that it does not go on unnoticed.
+* A restarted chassis knows nothing of the task. Once ours was seen, a status without any task ends it.
+* Another client's task takes over the robot. Once ours was seen, a running task with another id ends it.
 """
 
 from __future__ import annotations
@@ -33,18 +31,18 @@ _UNDER_WAY = (TaskState.RUNNING, TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
 
 
 def new_task_id() -> int:
-    """A task id no other client and no earlier task has: 31 bits, so that every integer field holds it."""
+    """A task id that no other client and no earlier task has; 31 bits fit into every integer field."""
     return random.SystemRandom().randrange(1 << 20, 1 << 31)
 
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """How the task ended, by the chassis's word.
+    """How the task ended, in the chassis's words.
 
     Attributes:
-        kind, code, text: As of the `Outcome`.
-        under_way: True when the task itself has not ended on the chassis: it must be cancelled there, or it
-            may go on when the robot has recovered.
+        kind, code, text: As in `Outcome`.
+        under_way: True when the task has not ended on the chassis: unless it is cancelled there, it may go on
+            when the robot has recovered.
     """
 
     kind: OutcomeKind
@@ -57,9 +55,9 @@ class TaskTracker:
     """State of one task. Not thread-safe: the owner holds a lock.
 
     Attributes:
-        task_id: Ours.
-        accepted: What the service replied; None until then, and when the reply was lost.
-        seen: Whether a status named our task.
+        task_id: The id of our task.
+        accepted: What the service replied; None before the reply, and when it was lost.
+        seen: Whether a status has named our task.
         state: The task's last known state.
         ending: Set once, None until the task has ended.
     """
@@ -72,14 +70,14 @@ class TaskTracker:
         self.ending: Ending | None = None
 
     def reply(self, success: bool, message: str, code: int) -> None:
-        """The service has answered."""
+        """Take in the reply of the service."""
         self.accepted = success
         if not success:
-            # A refusal outranks what a status may have said before: nothing was started for us.
+            # A refusal outranks whatever a status said before: nothing was started for us.
             self.ending = Ending(OutcomeKind.REJECTED, code, message or "the chassis refused the task")
 
     def status(self, status: RobotStatus) -> None:
-        """A status has come."""
+        """Take in a status."""
         if self.ending is not None:
             return
         if status.task_id == self.task_id:

@@ -1,4 +1,4 @@
-"""Whether the chassis would move now, and what is known against it."""
+"""Whether the chassis would move now, and the known reasons why it would not."""
 
 from __future__ import annotations
 

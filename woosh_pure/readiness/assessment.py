@@ -1,13 +1,14 @@
 """Why the chassis would not move now, in words. Pure: a function of what is known.
 
-What is listened to: `/robot_status`, `/status_code`, `/battery`, `/IO_input` and the states of the action
-servers. Nothing is asked by doing something, because there is no question without an effect:
+Its sources are `/robot_status`, `/status_code`, `/battery`, `/IO_input` and the states of the action servers.
+The chassis is never probed, because every possible probe has side effects:
 
-- `/exec_task` answers with the state of the robot, but each of its commands runs, pauses, resumes or ends a
-  task; what the chassis does with a command or a task id that it does not know is not documented.
-- A goal of zero length on `/cmd_vel_control` or `/move_base` is no question either: an action server of this
-  kind ends the goal it has when another comes, so it would end the task of the robot itself or of another
-  client; it may leave the charger, and what comes back for an empty list of steps is not documented.
+- `/exec_task` replies with the state of the robot, but each of its commands runs, pauses, resumes or ends a
+  task, and what the chassis does with an unknown command or task id is not documented.
+- A goal of zero length on `/cmd_vel_control` or `/move_base` is no harmless question either. An action server
+  of this kind ends its current goal when a new one comes, so the probe would end a task of the robot itself
+  or of another client. It may make the robot leave the charger, and the reply to an empty list of steps is
+  not documented.
 """
 
 from __future__ import annotations
@@ -44,32 +45,32 @@ class Readiness:
     """Whether the chassis would move: yes, no, or not known.
 
     Attributes:
-        reasons: What speaks against it, and what is not known; empty when all that can be heard was heard and
-            nothing speaks against it.
+        reasons: What speaks against moving, and what is not known. Empty when every source has been heard and
+            none speaks against it.
     """
 
     reasons: tuple[Reason, ...] = ()
 
     @property
     def answer(self) -> Ready:
-        """Yes only when the chassis itself has told its state and nothing blocks."""
+        """Yes only when the chassis itself has reported its state and nothing blocks."""
         if self.blocked:
             return Ready.NO
         return Ready.UNKNOWN if any(reason.doubt for reason in self.reasons) else Ready.YES
 
     @property
     def ready(self) -> bool:
-        """True when the answer is yes; False when it is no, and when it is not known."""
+        """True when the answer is yes; False when it is no or not known."""
         return self.answer is Ready.YES
 
     @property
     def blocked(self) -> bool:
-        """True when something known blocks. "Not known" does not: there the chassis decides."""
+        """True when something known blocks motion. "Not known" does not block: the chassis then decides."""
         return any(reason.blocking for reason in self.reasons)
 
     @property
     def refuses(self) -> bool:
-        """True when a verb must not even ask the chassis; what it refused before, it may be asked again."""
+        """True when a verb must not even ask the chassis. After an earlier refusal it may ask again."""
         return any(reason.blocking and reason.key != ReasonKey.REFUSED for reason in self.reasons)
 
     def __bool__(self) -> bool:
@@ -98,19 +99,19 @@ def assess(
     link_lost: bool = False,
     has_moved: bool = False,
 ) -> Readiness:
-    """What is known against moving, and what is not known.
+    """Collect what is known to speak against moving, and what is not known.
 
     Args:
         status: The last /robot_status; None when none was heard (it is published on change only).
         faults: Active faults.
-        charging: What /battery says; None when not heard.
-        own_tasks: Ids of tasks that we have started ourselves.
+        charging: What /battery says; None when it was not heard.
+        own_tasks: Ids of the tasks that this client started.
         other_goals: Other clients with a running goal: (client, action).
         keys: Numbers of the chassis's keys that /IO_input shows as triggered.
-        refusals: What was refused or failed, and is not known to be over.
-        link_lost: The link of /robot_status has broken since it was heard.
-        has_moved: A motion of ours has arrived, so that nothing stopped the robot then; since then every
-            change was told.
+        refusals: Refusals and failures that are not known to be over.
+        link_lost: The link of /robot_status has broken since its last message.
+        has_moved: One of our motions has arrived, so nothing stopped the robot at that time, and every change
+            since then was reported.
     """
     reasons: list[Reason] = []
     if status is not None:
@@ -127,12 +128,12 @@ def assess(
     ]
     reasons += [Reason(ReasonKey.CHASSIS_KEY, KEY_TRIGGERED.format(number=key), False) for key in keys]
     told = {reason.key for reason in reasons if reason.blocking}
-    reasons += [reason for reason in refusals if not told]  # else said better by what the robot tells now
+    reasons += [reason for reason in refusals if not told]  # else the state says it better
     return Readiness(tuple(reasons))
 
 
 def status_shows_fitness(status: RobotStatus) -> bool:
-    """Whether the robot says by its state that nothing stops it: what stopped it before is over."""
+    """Whether the state shows that nothing stops the robot, so that whatever stopped it before is over."""
     automatic = status.robot_mode not in (RobotMode.MANUAL, RobotMode.MAINTENANCE)
     return automatic and status.robot_state in _FIT
 
@@ -167,7 +168,7 @@ def _from_status(status: RobotStatus, charging: bool | None, own_tasks: Collecti
                 ReasonKey.NOT_LOCALISED,
                 "the robot does not know where it is; give it its position",
                 False,
-                doubt=True,  # a state that says nothing of faults and buttons
+                doubt=True,  # a state that says nothing about faults and buttons
             )
         )
     if status.robot_state is RobotState.UNDEFINED:
@@ -188,7 +189,7 @@ def _from_status(status: RobotStatus, charging: bool | None, own_tasks: Collecti
 
 
 def _task_unknown(status: RobotStatus | None, own_tasks: Collection[int]) -> bool:
-    """Whether nothing else tells what task the robot carries out."""
+    """Whether nothing else tells which task the robot is carrying out."""
     return status is None and not own_tasks
 
 

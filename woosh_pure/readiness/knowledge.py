@@ -1,4 +1,4 @@
-"""What is known for and against moving: faults, refusals, goals of others. Safe from any thread."""
+"""What is known for and against moving: faults, refusals, other clients' goals. Safe from any thread."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ __all__ = ["Knowledge"]
 
 
 class Knowledge:
-    """What one `Chassis` has heard and been told, as a `Readiness`.
+    """Everything one `Chassis` has heard, as a `Readiness`.
 
     Args:
-        connection: Whose node listens to goals of other clients.
-        feeds: Where state and status codes come from.
-        running: Our own goals: they are no obstacle.
+        connection: Its node listens to the goals of other clients.
+        feeds: The source of states and status codes.
+        running: Our own goals, which are no obstacle.
 
     Attributes:
         other_goals: Goals of other clients, as far as heard.
-        refusals: What the chassis has refused, until it is shown to be over.
+        refusals: What the chassis has refused, until the cause is shown to be over.
     """
 
     def __init__(self, connection: Connection, feeds: Feeds, running: Running) -> None:
@@ -49,14 +49,14 @@ class Knowledge:
         self.refusals = Refusals()
 
     def watch_faults(self) -> None:
-        """Begin to keep the set of active faults; from the return on, no code is missed."""
+        """Start to keep the set of active faults; once this returns, no code is missed."""
         feed = self._feeds.get("status_code")
         with self._lock:
             watching, self._watching = self._watching, True
         if not watching:
             feed.on(self._on_status_code)
         else:
-            feed.connect()  # also when another thread began
+            feed.connect()  # even if another thread was first
 
     def _on_status_code(self, code: StatusCode) -> None:
         with self._fault_lock:
@@ -64,14 +64,14 @@ class Knowledge:
         self.refusals.receive(code)
 
     def active_faults(self) -> Faults:
-        """Faults active now, as far as heard since this Chassis listens, and whether that is all."""
+        """The active faults, as far as heard since this Chassis began to listen, and whether that is all."""
         self._listen("status", "status_code")
         status, outdated = self._status_known()
         with self._fault_lock:
             return Faults(self._faults.active, None if status is None or outdated else status.robot_state)
 
     def readiness(self) -> Readiness:
-        """What is known against moving; the first call waits until the links it needs stand."""
+        """What is known against moving; the first call waits until its links are connected."""
         if (begun := current()) is not None:
             begun.require_wanted("readiness")  # `wait_until_ready` asks again and again
         self._listen("battery", "status", "status_code", "inputs")
@@ -79,7 +79,7 @@ class Knowledge:
         return self.known_readiness()
 
     def known_readiness(self) -> Readiness:
-        """As `readiness`, from what was heard so far: never waits, so that a drive may ask it at any time."""
+        """As `readiness`, from what was heard so far. Never waits, so a drive may call it at any time."""
         battery = self._known("battery")
         charging = None if battery is None else battery.charging
         status, outdated = self._status_known()
@@ -99,7 +99,7 @@ class Knowledge:
         )
 
     def _status_known(self) -> tuple[RobotStatus | None, bool]:
-        """The last /robot_status, and whether what it says may be over; never waits."""
+        """The last /robot_status, and whether it may be out of date; never waits."""
         feed = self._feeds.used("status")
         reading = None if feed is None else feed.known
         if feed is None or reading is None:
@@ -112,9 +112,9 @@ class Knowledge:
         """Remember how a goal ended, for `readiness`.
 
         Args:
-            outcome: How.
-            drives: Whether it moves the base.
-            told: Whether /robot_status has told its end: then the state of the robot is known with it.
+            outcome: How it ended.
+            drives: Whether the goal moves the base.
+            told: Whether /robot_status reported the end, which also makes the robot's state known.
         """
         if not drives:
             return
@@ -144,7 +144,7 @@ class Knowledge:
         return None if reading is None else reading.value
 
     def require_ready(self, what: str, check: bool) -> None:
-        """Refuse when something known blocks every motion; where that is not known, the chassis decides.
+        """Refuse when something is known to block every motion; if that is not known, the chassis decides.
 
         Raises:
             MotionRefused: With the readiness.

@@ -1,6 +1,6 @@
 """Goals of other clients on the action servers that move the base, read from the servers' own status.
 
-A goal's id begins with the name of the node that sent it: so do the ids of roscpp, rospy and rosproto.
+A goal's id begins with the name of the node that sent it; roscpp, rospy and rosproto all form ids this way.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["ROBOT_ITSELF", "OtherGoals"]
 
 ROBOT_ITSELF = "/ros_interface"
-"""The node that carries out tasks, as a client of the action servers."""
+"""The chassis's own node that carries out tasks, which is a client of the action servers."""
 
 _ACTIONS = ("/move_base", "/cmd_vel_control")
 _UNDER_WAY = (0, 1, 6, 7)  # actionlib_msgs/GoalStatus: pending, active, preempting, recalling
@@ -27,7 +27,7 @@ _STALE = 3.0
 
 
 class OtherGoals:
-    """Who else has a goal under way. Subscribes when first asked; safe from any thread."""
+    """Keeps track of who else has a goal under way. Subscribes on first use; safe from any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -36,12 +36,12 @@ class OtherGoals:
         self._opened = False
 
     def listen(self, node: rosproto.Node) -> None:
-        """Subscribe to the status of the servers; the first time this waits for it, shortly."""
+        """Subscribe to the status of the servers; the first call waits briefly for the first status."""
         with self._lock:
             opened, self._opened = self._opened, True
         if opened:
             return
-        from rosproto.transport import Deadline  # errors are imported without sockets
+        from rosproto.transport import Deadline  # late: this module must be importable without sockets
 
         self._own_name = node.name
         status = message_type("actionlib_msgs/GoalStatusArray")
@@ -63,7 +63,7 @@ class OtherGoals:
             self._heard[action] = (time.monotonic(), active)
 
     def active(self) -> list[tuple[str, str]]:
-        """(client, action) of every goal under way that is not ours; `ROBOT_ITSELF` drives its tasks."""
+        """(client, action) of every goal under way that is not ours; `ROBOT_ITSELF` for the robot's tasks."""
         now = time.monotonic()
         with self._lock:
             heard = [(action, ids) for action, (at, ids) in self._heard.items() if now - at < _STALE]
@@ -72,6 +72,6 @@ class OtherGoals:
 
 
 def _client_of(goal_id: str) -> str:
-    """The node that made an id "<node>-<number>-<time>"; the id itself when it has another form."""
+    """The node in an id "<node>-<number>-<time>"; the id itself when it has another form."""
     name, _, rest = goal_id.partition("-")
     return name if rest else goal_id

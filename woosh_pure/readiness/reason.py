@@ -21,7 +21,7 @@ class Ready(Enum):
 
 
 class ReasonKey(str, Enum):
-    """What a `Reason` is about; equal to its text, so that `reason.key == "bumper"` may be written, too."""
+    """What a `Reason` is about; equal to its text, so that `reason.key == "bumper"` works, too."""
 
     EMERGENCY_STOP = "emergency_stop"
     BUMPER = "bumper"
@@ -35,23 +35,23 @@ class ReasonKey(str, Enum):
     BUSY = "busy"
     """A task of ours is under way."""
     OTHER_CLIENT = "other_client"
-    """Somebody else commands it."""
+    """Another client commands the robot."""
     CHASSIS_KEY = "chassis_key"
     """A key of the chassis is triggered; which one is not documented."""
     REFUSED = "refused"
-    """The chassis refused the last motion, or it failed, and nothing has shown since that this is over."""
+    """The last motion was refused or failed, and nothing has shown since that the cause is over."""
     UNKNOWN = "unknown"
-    """The chassis has not told its state."""
+    """The chassis has not reported its state."""
     LINK_LOST = "link_lost"
-    """Nobody tells its state any more: what was told last may be over."""
+    """Nobody reports its state any more: the last report may be out of date."""
     NO_CHASSIS = "no_chassis"
     """Nobody on this ROS master publishes the state of a chassis."""
     SILENT = "silent"
-    """The chassis is registered, and sends nothing."""
+    """The chassis is registered at the master but sends nothing."""
     UNREACHABLE = "unreachable"
-    """The chassis is registered, and its nodes cannot be reached."""
+    """The chassis is registered at the master, but its nodes cannot be reached."""
     CALL = "call"
-    """The call itself: its values, `stop()` meanwhile, another motion of this program."""
+    """The call itself: wrong values, a `stop()` in the meantime, or another motion of this program."""
 
     def __str__(self) -> str:
         """Its text, on every Python."""
@@ -60,13 +60,13 @@ class ReasonKey(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """One thing that speaks against moving, or that keeps the answer from being known.
+    """One thing that speaks against moving, or because of which the answer is not known.
 
     Attributes:
-        key: For programs.
-        text: For people.
+        key: What it is about, for programs.
+        text: The same in words, for people.
         blocking: True when it makes the answer "no".
-        doubt: True when it makes the answer "not known". With neither it is only worth knowing (a task is
+        doubt: True when it makes the answer "not known". With neither flag it is only information (a task is
             running, a warning).
     """
 

@@ -1,7 +1,8 @@
-"""What the chassis has refused, or what has stopped a motion of ours, until it is shown to be over. Pure.
+"""Refused and failed motions, remembered until their cause is shown to be over. Pure.
 
-A cause that lies before our time (a pressed emergency stop, a bumper hit) may never be told on a topic. Its
-only trace is that a motion was refused: it is remembered, and a program that asks again gets it as a reason.
+A cause from before we connected (a pressed emergency stop, a bumper that was hit) may never appear on a
+topic. Its only trace is that a motion is refused. So the refusal is remembered, and readiness lists it as a
+reason.
 """
 
 from __future__ import annotations
@@ -29,19 +30,19 @@ class _Refusal:
 
 
 class Refusals:
-    """Remembered refusals of one chassis, the newest only. Safe from any thread."""
+    """The newest refusal of one chassis. Safe from any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._last: _Refusal | None = None
 
     def note(self, text: str, at: float, state: RobotState | None = None) -> None:
-        """A motion was refused or has failed.
+        """Remember that a motion was refused or has failed.
 
         Args:
-            text: What, and the chassis's words for why.
-            at: When, monotonic.
-            state: The robot's state as told with it; None when it was not told.
+            text: Which motion, and the chassis's words for why.
+            at: When, by the monotonic clock.
+            state: The robot's state reported along with it; None when it was not.
         """
         severe = [code for code in _codes(text) if code.level is FaultLevel.SEVERE]
         blocking = bool(severe) or state in _STOPPED
@@ -56,13 +57,13 @@ class Refusals:
             self._last = None
 
     def end_before(self, moment: float) -> None:
-        """What was refused before this moment is over: the robot has told so then."""
+        """Forget a refusal from before this moment, at which the robot reported that it is over."""
         with self._lock:
             if self._last is not None and self._last.at < moment:
                 self._last = None
 
     def receive(self, code: StatusCode) -> None:
-        """A status code came; one that ends a fault ends the refusal for it."""
+        """Take in a status code; one that ends a fault also ends the refusal because of it."""
         if not code.known or code.level is not FaultLevel.NORMAL:
             return
         depth = 4 if code.submodule else 3

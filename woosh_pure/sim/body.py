@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from woosh_pure.geometry import Pose2D, Velocity, normalize_angle
 
-__all__ = ["Body", "BodyLimits"]
+__all__ = ["Body", "BodyLimits", "integrate"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,11 +55,14 @@ class Body:
 
     def approach(self, wanted: Velocity, dt: float, *, hard: bool = False) -> None:
         """Change the velocity towards `wanted` as far as the drives can in `dt` s."""
+        self.velocity = self.approached(self.velocity, wanted, dt, hard=hard)
+
+    def approached(self, v: Velocity, wanted: Velocity, dt: float, *, hard: bool = False) -> Velocity:
+        """What becomes of a velocity in `dt` s, with `wanted` commanded."""
         m = self.limits
         linear = (m.hard_acceleration if hard else m.acceleration) * dt
         angular = (m.hard_angular_acceleration if hard else m.angular_acceleration) * dt
-        v = self.velocity
-        self.velocity = Velocity(
+        return Velocity(
             _towards(v.vx, _clip(wanted.vx, m.linear), linear),
             _towards(v.vy, _clip(wanted.vy, m.linear), linear) if m.omnidirectional else 0.0,
             _towards(v.wz, _clip(wanted.wz, m.angular), angular),
@@ -67,15 +70,15 @@ class Body:
 
     def moved(self, dt: float) -> Pose2D:
         """Where `dt` s at the present velocity lead."""
-        return _integrate(self.pose, self.velocity, dt)
+        return integrate(self.pose, self.velocity, dt)
 
     def advance(self, dt: float) -> None:
         """Move for `dt` s and let the odometry follow."""
         v = self.velocity
         self.pose = self.moved(dt)
         self.distance += math.hypot(v.vx, v.vy) * dt
-        self.odometry = _integrate(self.odometry, self._felt(v, 0.1), dt)
-        self.wheel_odometry = _integrate(self.wheel_odometry, self._felt(v, 1.0), dt)
+        self.odometry = integrate(self.odometry, self._felt(v, 0.1), dt)
+        self.wheel_odometry = integrate(self.wheel_odometry, self._felt(v, 1.0), dt)
 
     def _felt(self, v: Velocity, share: float) -> Velocity:
         linear = 1.0 + (self._scale - 1.0) * share
@@ -91,7 +94,8 @@ class Body:
         self.velocity = Velocity()
 
 
-def _integrate(pose: Pose2D, v: Velocity, dt: float) -> Pose2D:
+def integrate(pose: Pose2D, v: Velocity, dt: float) -> Pose2D:
+    """Where `dt` s at a velocity lead."""
     # Mid-point rule: exact for straight lines and for turning in place, good enough for 20 ms of an arc.
     middle = pose.yaw + v.wz * dt / 2.0
     c, s = math.cos(middle), math.sin(middle)

@@ -25,7 +25,9 @@ from woosh_pure.enums import RobotMode
 from woosh_pure.firmware.revisions import CURRENT
 from woosh_pure.firmware.revisions import firmware as firmware_named
 from woosh_pure.geometry import Pose2D
-from woosh_pure.sim.fill import FILLERS, RATES, fill_plan, fill_status, fill_transforms
+from woosh_pure.maps.gridmap_message import grid_message
+from woosh_pure.sim.costmap import Costmap
+from woosh_pure.sim.fill import FILLERS, RATES, fill_plan, fill_status, fill_transforms, stamp
 from woosh_pure.sim.graph import Graph
 from woosh_pure.sim.motions import PathMotion
 from woosh_pure.sim.navigation_client import NavigationClient
@@ -39,6 +41,7 @@ from woosh_pure.values.rostypes import message_type
 if TYPE_CHECKING:
     from types import TracebackType
 
+    from woosh_pure.maps.gridmap import GridMap
     from woosh_pure.sim.tasks import StatusRecord
 
 __all__ = ["SimulatedChassis"]
@@ -52,6 +55,8 @@ _STEP = 0.02
 
 PLAN_EVERY = 1.0
 """Seconds between two plans while it drives, as move_base's planner_frequency makes it (assumed: 1 Hz)."""
+COSTMAP_EVERY = 1.0
+"""Seconds between two costmaps, while somebody listens (assumed)."""
 
 
 class SimulatedChassis:
@@ -122,6 +127,9 @@ class SimulatedChassis:
         self._plan: list[Pose2D] = []
         self._plan_due = 0.0
         self._tf_due = 0.0
+        self._costmap: Costmap | None = None
+        self._costmap_of: GridMap | None = None
+        self._costmap_due = 0.0
         self._repeats_code = repeat_status_code
         self._code_due = 0.0
 
@@ -259,6 +267,7 @@ class SimulatedChassis:
             if now >= self._tf_due:
                 self._tf_due = now + 0.1
                 self._publish_transforms()
+        self._publish_costmap(now)
 
     def _send(self, topic: str, filler: Any, *, always: bool = False) -> None:
         publisher = self.graph.first(topic)
@@ -296,6 +305,20 @@ class SimulatedChassis:
                 fill_plan([self.world.body.pose, *path], message, self.now)
                 _publish(publisher, message)
         self._plan = path
+
+    def _publish_costmap(self, now: float) -> None:
+        """Outside of the lock: a large map takes a moment."""
+        publisher = self.graph.costmap
+        if publisher is None or not publisher.connections or now < self._costmap_due:
+            return
+        self._costmap_due = now + COSTMAP_EVERY
+        with self.lock:
+            grid, things, radius = self.world.map_seen, [*self.world.around.seen], self.world.settings.radius
+        if self._costmap is None or self._costmap_of is not grid:
+            self._costmap, self._costmap_of = Costmap(grid, radius), grid
+        message = grid_message(self._costmap.with_things(things))
+        stamp(message, "map", self.now)
+        _publish(publisher, self.firmware.convert(message, publisher.message_class))
 
     def _publish_transforms(self) -> None:
         odometry = self.world.body.odometry

@@ -12,6 +12,7 @@ from rosproto.node import LocalNodes, NoRevisions
 from woosh_pure import interface
 from woosh_pure.firmware.revisions import Firmware
 from woosh_pure.interface.table import Row
+from woosh_pure.sim.costmap import TOPIC as COSTMAP
 from woosh_pure.sim.network import Network, RobotNode
 from woosh_pure.sim.revised import revised_action, revised_listener, revised_service
 
@@ -63,6 +64,7 @@ class Graph:
         publishers: (node, topic) to publisher.
         lights: Last LED message of each strip, by topic.
         heard: Last message on each written topic.
+        costmap: The navigation's, which is in no table (assumed).
     """
 
     def __init__(
@@ -88,6 +90,7 @@ class Graph:
         self.nodes: dict[str, rosproto.Node] = {}
         self.publishers: dict[tuple[str, str], rosproto.Publisher] = {}
         self.heard: dict[str, Any] = {}
+        self.costmap: rosproto.Publisher | None = None
         self._keep: list[Any] = []
         self._building: ExitStack | None = None
         self._robot = LocalNodes(told_as="TCPROS")  # as the real one's nodes are connected
@@ -137,6 +140,8 @@ class Graph:
             if self._full:
                 self._leave_loose_ends()
             self.client("/move_base")
+            grid = self._firmware.message_class("nav_msgs/OccupancyGrid")
+            self.costmap = self.node("/move_base").publisher(COSTMAP, grid, queue_size=1)
 
     def _leave_loose_ends(self) -> None:
         """What /ros_interface has ready for parts that this chassis does not have."""

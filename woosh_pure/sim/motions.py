@@ -7,7 +7,7 @@ Every motion ends in exactly one final state; who started it looks at `state` an
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import Enum
 from itertools import pairwise
 
@@ -78,8 +78,8 @@ class PathMotion(Motion):
     Attributes:
         path: Way points left, the last one is the goal.
         speed: Highest forward speed, m/s.
-        avoid: Whether the world may replan around an obstacle.
-        free: Whether to plan from here to the goal instead of keeping to the given points.
+        cramped_for: Seconds it has stood too near to something to go on as planned.
+        clear: Whether the straight way between two places is free: where it is not, no corner is cut.
     """
 
     POSITION_TOLERANCE = 0.01
@@ -93,6 +93,8 @@ class PathMotion(Motion):
         self.path = list(path[1:]) or list(path)
         self.speed = speed
         self.point_by_point = point_by_point
+        self.cramped_for = 0.0
+        self.clear: Callable[[Pose2D, Pose2D], bool] = lambda a, b: True
         self._turning = False
 
     def command(self, body: Body, dt: float) -> Velocity:
@@ -113,8 +115,11 @@ class PathMotion(Motion):
         return Velocity(vx, 0.0, max(-1.0, min(1.0, 2.5 * bearing)) if distance > 0.05 else 0.0)
 
     def _drop_passed(self, pose: Pose2D) -> None:
-        reach = 0.05 if self.point_by_point else 0.25
-        while len(self.path) > 1 and math.hypot(self.path[0].x - pose.x, self.path[0].y - pose.y) < reach:
+        while len(self.path) > 1:
+            away = math.hypot(self.path[0].x - pose.x, self.path[0].y - pose.y)
+            near = not self.point_by_point and away < 0.25
+            if not (away < 0.05 or (near and self.clear(pose, self.path[1]))):
+                break
             self.path.pop(0)
 
     def _room(self, distance: float) -> float:

@@ -24,13 +24,21 @@ _NEIGHBOURS = [(-1, 0, 1.0), (1, 0, 1.0), (0, -1, 1.0), (0, 1, 1.0)] + [
 
 
 class Planner:
-    """Plans for a round robot of `radius` m; works on cells of about 0.1 m."""
+    """Plans for a round robot of `radius` m that keeps `clearance` m from things; works on cells of about
+    0.1 m.
 
-    def __init__(self, grid: GridMap, radius: float) -> None:
+    A robot that stands closer than that may leave, but only over cells where it touches nothing: the way out
+    does not lead through a wall.
+    """
+
+    def __init__(self, grid: GridMap, radius: float, clearance: float = 0.0) -> None:
         self._factor = max(1, round(0.1 / grid.resolution))
         self._grid = grid
-        self._radius = radius
-        self._static = self._inflate(self._coarse(grid.cells > 50))
+        self._body = radius
+        self._radius = radius + clearance
+        occupied = self._coarse(grid.cells > 50)
+        self._static = self._inflate(occupied, self._radius)
+        self._touching = self._inflate(occupied, radius)
 
     def plan(
         self,
@@ -48,7 +56,7 @@ class Planner:
         end = self._nearest_free(blocked, last, tolerance)
         if end is None or not self._inside(first):
             return None
-        cells = self._search(blocked, first, end)
+        cells = self._search(blocked, self._with(obstacles, touching=True), first, end)
         if cells is None:
             return None
         points = [self._point(cell) for cell in self._shorten(blocked, cells)]
@@ -78,26 +86,29 @@ class Planner:
     def _size(self) -> float:
         return self._grid.resolution * self._factor
 
-    def _inflate(self, occupied: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def _inflate(self, occupied: NDArray[np.bool_], radius: float) -> NDArray[np.bool_]:
         """Cells from whose middle the robot would reach the edge (not only the middle) of an occupied one."""
-        reach = math.ceil(self._radius / self._size + 0.5)
+        reach = math.ceil(radius / self._size + 0.5)
         padded = np.pad(occupied, reach, constant_values=True)
         out = np.zeros_like(occupied)
         for dr in range(-reach, reach + 1):
             for dc in range(-reach, reach + 1):
-                if math.hypot(max(abs(dr) - 0.5, 0.0), max(abs(dc) - 0.5, 0.0)) * self._size < self._radius:
+                if math.hypot(max(abs(dr) - 0.5, 0.0), max(abs(dc) - 0.5, 0.0)) * self._size < radius:
                     rows, columns = occupied.shape
                     near = padded[reach + dr : reach + dr + rows, reach + dc : reach + dc + columns]
                     np.logical_or(out, near, out=out)
         return out
 
-    def _with(self, obstacles: Iterable[tuple[float, float, float]]) -> NDArray[np.bool_]:
-        blocked = self._static
+    def _with(
+        self, obstacles: Iterable[tuple[float, float, float]], *, touching: bool = False
+    ) -> NDArray[np.bool_]:
+        given = blocked = self._touching if touching else self._static
+        own = self._body if touching else self._radius
         for x, y, radius in obstacles:
-            blocked = blocked.copy() if blocked is self._static else blocked
+            blocked = blocked.copy() if blocked is given else blocked
             rows, columns = np.ogrid[: blocked.shape[0], : blocked.shape[1]]
             r, c = self._exact(x, y)
-            reach = (radius + self._radius) / self._size + 0.5  # it may pass at the edge of a cell, too
+            reach = (radius + own) / self._size + 0.5  # it may pass at the edge of a cell, too
             np.logical_or(
                 blocked, (rows + 0.5 - r) ** 2 + (columns + 0.5 - c) ** 2 <= reach * reach, out=blocked
             )
@@ -130,7 +141,9 @@ class Planner:
         best = near[away[near].argmin()]
         return int(rows[best]), int(columns[best])
 
-    def _search(self, blocked: NDArray[np.bool_], start: _Cell, goal: _Cell) -> list[_Cell] | None:
+    def _search(
+        self, blocked: NDArray[np.bool_], touching: NDArray[np.bool_], start: _Cell, goal: _Cell
+    ) -> list[_Cell] | None:
         # The start may lie in an inflated cell (the robot stands close to something): it may leave it.
         queue: list[tuple[float, float, _Cell]] = [(0.0, 0.0, start)]
         came: dict[_Cell, _Cell] = {}
@@ -143,7 +156,7 @@ class Planner:
                 continue
             for dr, dc, length in _NEIGHBOURS:
                 near = (cell[0] + dr, cell[1] + dc)
-                if not self._inside(near) or (blocked[near] and not blocked[cell]):
+                if not self._inside(near) or touching[near] or (blocked[near] and not blocked[cell]):
                     continue
                 there = so_far + length * (5.0 if blocked[near] else 1.0)
                 if there < cost.get(near, math.inf):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -40,10 +41,17 @@ class Surroundings:
         self.seen = [thing for thing in self.seen if thing in self.things or not in_sight(thing)]
         self.seen += [thing for thing in self.things if in_sight(thing) and thing not in self.seen]
 
-    def touches(self, x: float, y: float) -> bool:
-        """Whether the robot, standing there, would touch something; outside of the map is a wall."""
-        radius = self._radius
-        if any(math.hypot(ox - x, oy - y) < r + radius for ox, oy, r in self.things):
+    def touches(self, x: float, y: float, *, more: float = 0.0, known: bool = False) -> bool:
+        """Whether the robot, standing there, would touch something; outside of the map is a wall.
+
+        Args:
+            x, y: m in the map.
+            more: By how much it is taken to be larger, m.
+            known: Look at walls and what the costmaps know, not at all that is there.
+        """
+        radius = self._radius + more
+        things = self.seen if known else self.things
+        if any(math.hypot(ox - x, oy - y) < r + radius for ox, oy, r in things):
             return True
         grid = self._walls
         row, column = grid.cell_of(x, y)
@@ -63,7 +71,19 @@ class Surroundings:
                 return True
         return False
 
+    def is_clear(self, a: Pose2D, b: Pose2D, *, more: float = 0.0, step: float = 0.025) -> bool:
+        """Whether the robot, larger by `more` m, touches nothing that it knows on the straight way from one
+        place to another, looked at every `step` m.
+        """
+        dx, dy = b.x - a.x, b.y - a.y
+        parts = max(1, math.ceil(math.hypot(dx, dy) / step))
+        return not any(
+            self.touches(a.x + dx * k / parts, a.y + dy * k / parts, more=more, known=True)
+            for k in range(parts + 1)
+        )
 
+
+@lru_cache(maxsize=64)
 def _disc(reach: int, radius: float) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
     offsets = np.arange(-reach, reach + 1)
     result: np.ndarray[tuple[int, ...], np.dtype[np.bool_]] = (

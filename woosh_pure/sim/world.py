@@ -9,6 +9,8 @@ import math
 import random
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
 
 from woosh_pure.enums import NavigationMode, RobotMode, RobotState, TaskState, TaskType, WorkMode
 from woosh_pure.geometry import Pose2D, Velocity, normalize_angle
@@ -16,6 +18,7 @@ from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.motion.steps import Step
 from woosh_pure.sim.battery import SimulatedBattery
 from woosh_pure.sim.body import Body
+from woosh_pure.sim.braking import leaves_room_to_stop
 from woosh_pure.sim.motions import Motion, MotionState, PathMotion, StepMotion
 from woosh_pure.sim.planner import Planner
 from woosh_pure.sim.settings import Settings
@@ -25,6 +28,7 @@ from woosh_pure.sim.tasks import StatusRecord, TaskMachine
 
 __all__ = ["NavigationSettings", "World"]
 
+_CLEARANCE = 0.05  # m that planned paths keep from everything
 _LOCATED, _LOST = 130103000000, 130103000012
 _INITIALISED, _NOT_INITIALISED = 140200000000, 140201000022
 _STEP_BLOCKED, _STEP_BLOCK_TIMEOUT = 130701000021, 130701000032
@@ -58,7 +62,7 @@ class World:
         self.site = site or built_in_site()
         self.random = random.Random(self.settings.seed)
         self.time = 0.0
-        self.planner = Planner(self.site.grid, self.settings.radius + 0.05)
+        self.planner = Planner(self.site.grid, self.settings.radius, _CLEARANCE)
         start = self.settings.start or self._free_place(self.site.start)
         self.body = Body(start, self.settings.limits, self.random, self.settings.drift)
         self.battery = SimulatedBattery(self.settings.battery_percent, self.settings.battery_rate)
@@ -82,6 +86,7 @@ class World:
         self._command = Velocity()
         self._command_smooth = True
         self._command_time = -math.inf
+        self._holding = True  # the last motion brakes; False when a velocity was commanded since
         self._reports: list[int] = []
         self.last_code = _INITIALISED if self.located else _NOT_INITIALISED
 
@@ -173,14 +178,16 @@ class World:
         self._command = velocity
         self._command_smooth = smooth
         self._command_time = self.time
+        self._holding = self._holding and velocity.is_standing(0.0, 0.0)
 
     def navigate(
         self, owner: str, target: Sequence[Pose2D], *, keep_path: bool = False, point_by_point: bool = False
     ) -> Motion:
         """Drive to the last pose of `target`, over the others when `keep_path`; the motion tells how it
         ends."""
-        path = [self.body.pose, *target] if keep_path else self.plan(self.body.pose, target[-1])
+        path = [self.body.pose, *target] if keep_path else self._way_to(target[-1])
         motion = PathMotion(owner, path or [target[-1]], self._speed(), point_by_point=point_by_point)
+        motion.clear = partial(self.around.is_clear, more=0.03)
         refused = self._cannot_move()
         if refused or path is None:
             motion.end(MotionState.FAILED, refused or 130101000021)
@@ -236,6 +243,23 @@ class World:
         """A path on the map, around the obstacles the costmaps know."""
         return self.planner.plan(start, goal, self.around.seen, tolerance)
 
+    def _way_to(self, goal: Pose2D, *, cramped: bool = False) -> list[Pose2D] | None:
+        """A path from here. Where the robot stands too near to something for the cells of the planner, or was
+        found to be cramped, it first drives off from it, straight."""
+        here = self.body.pose
+        path = self.plan(here, goal)
+        free = self.planner.is_free(here.x, here.y, self.around.seen)
+        clear = partial(self.around.is_clear, step=0.005)
+        if path is None or (not cramped and (free or all(clear(a, b) for a, b in pairwise(path[:4])))):
+            return path
+        for k in range(16 * 5):
+            turn, away = (k % 16) * math.pi / 8.0, 0.1 * (1 + k // 16)
+            place = Pose2D(here.x + away * math.cos(turn), here.y + away * math.sin(turn))
+            if self.planner.is_free(place.x, place.y, self.around.seen) and clear(here, place):
+                rest = self.plan(place, goal)
+                return path if rest is None else [here, *rest]
+        return path
+
     def clear_costmaps(self) -> None:
         """Forget obstacles; those in sight come back with the next step."""
         self.around.seen = []
@@ -243,7 +267,7 @@ class World:
     def set_map(self, grid: GridMap, pose: Pose2D) -> None:
         """Another map for localisation and planning, and where the robot is in it. The real walls stay."""
         self.map_seen = grid
-        self.planner = Planner(grid, self.settings.radius + 0.05)
+        self.planner = Planner(grid, self.settings.radius, _CLEARANCE)
         self.initial_pose(pose)
 
     def initial_pose(self, pose: Pose2D) -> bool:
@@ -361,13 +385,31 @@ class World:
         commanded = self._commanded()
         # A fresh velocity overrides a motion: that is what "bypasses state limits" means.
         fresh = self.time - self._command_time < 0.5 and not commanded.is_standing(0.0, 0.0)
-        if self.motion is None or fresh:
+        if fresh or (self.motion is None and not self._holding):
             return commanded, not self._command_smooth
-        if self.motion.state is not MotionState.RUNNING:
-            return Velocity(), False
+        if self.motion is None or self.motion.state is not MotionState.RUNNING:
+            return Velocity(), not (self._command_smooth and self._leaves_room(Velocity(), dt))
         if self._blocked(self.motion, dt):
             return Velocity(), True
-        return self.motion.command(self.body, dt), False
+        return self._guarded(self.motion, dt)
+
+    def _guarded(self, motion: Motion, dt: float) -> tuple[Velocity, bool]:
+        """What a motion wants; where it could not stop after it, the brakes instead."""
+        wanted = motion.command(self.body, dt)
+        if isinstance(motion, StepMotion) and not motion.avoid:
+            return wanted, False
+        if self._leaves_room(wanted, dt):
+            if wanted.vx and isinstance(motion, PathMotion):
+                motion.cramped_for = 0.0
+            return wanted, False
+        if not self.body.velocity.is_standing(0.01, math.inf):
+            return Velocity(), True
+        if isinstance(motion, PathMotion) and abs(wanted.wz) < 0.1:  # turned as it should, and no room ahead
+            self._find_another_way(motion, dt)
+        return Velocity(0.0, 0.0, wanted.wz), False
+
+    def _leaves_room(self, wanted: Velocity, dt: float) -> bool:
+        return leaves_room_to_stop(self.body, wanted, dt, self.around.touches)
 
     def _commanded(self) -> Velocity:
         silent = self.time - self._command_time > self.settings.silence_seconds
@@ -405,7 +447,7 @@ class World:
 
     def _hold(self) -> None:
         self._command = Velocity()
-        self._command_smooth = True
+        self._command_smooth = self._holding = True
 
     def _cannot_move(self, *, needs_location: bool = True) -> int:
         if self.emergency_stop:
@@ -447,12 +489,23 @@ class World:
             motion.blocked_for >= patience.get(self.navigation.mode, 0.0)
             and int(motion.blocked_for / dt) % 25 == 0
         ):
-            path = self.plan(pose, motion.goal)
+            path = self._way_to(motion.goal)
             if path is not None:
                 motion.path = path[1:]
                 motion.blocked_for = 0.0
                 return False
         return self._wait_for_room(motion, dt, _NAV_BLOCKED, _NAV_FAILED)
+
+    def _find_another_way(self, motion: PathMotion, dt: float) -> None:
+        """It stands too near to something to go on: plan from here, now and every half second."""
+        if motion.cramped_for == 0.0:
+            self.report(_NAV_BLOCKED)
+        if round(motion.cramped_for / dt) % 25 == 0:
+            path = self._way_to(motion.goal, cramped=True)
+            motion.path = motion.path if path is None else path[1:]
+        motion.cramped_for += dt
+        if motion.cramped_for > self.settings.obstacle_patience:
+            motion.end(MotionState.FAILED, _NAV_FAILED)
 
     def _wait_for_room(self, motion: Motion, dt: float, blocked: int, failed: int) -> bool:
         if motion.blocked_for == 0.0:

@@ -32,12 +32,12 @@ def to_arrow(
     start_time: Stamp | None = None,
     end_time: Stamp | None = None,
 ) -> Any:
-    """A topic's messages as a pyarrow.RecordBatchReader, which reads the bag while it is read.
+    """A topic's messages as a pyarrow.RecordBatchReader, which reads the bag as batches are read.
 
     Args:
-        bag: The bag; it must stay open as long as batches are wanted.
-        topic: A topic of it.
-        connections: That topic's.
+        bag: The bag; keep it open as long as batches are read.
+        topic: One of its topics.
+        connections: The topic's connections.
         fields: See `schema_of`.
         start_time: Not earlier than this.
         end_time: Not later than this.
@@ -112,7 +112,7 @@ def _batch(
 
 
 def _misfit(cls: type[Message], parts: list[bytes], topic: str) -> Exception:
-    """What the codec says of the message that has another form than its definition."""
+    """The codec's error about the message that does not fit its definition."""
     from rosproto.codec import decode
     from rosproto.errors import CodecError
 

@@ -1,8 +1,9 @@
-"""Serialized messages to Arrow arrays, all messages of a batch at once, field by field.
+"""Serialized messages to Arrow arrays, field by field, for all messages of a batch at once.
 
-Every message has a place where its next field begins; a field is read at all these places together, and moves
-each on by its own size. Fields that nobody wants only move them. Where bytes and definition disagree,
-`Misfit` says so, and the codec, asked for the same messages one by one, says what it is.
+For each message there is the place where its next field begins. A field is read at all these places together,
+and each place then moves on by that field's size; fields that nobody wants are only skipped. Where bytes and
+definition disagree, `Misfit` is raised, and the codec, decoding the same messages one by one, then finds out
+what is wrong.
 """
 
 from __future__ import annotations
@@ -27,18 +28,18 @@ if TYPE_CHECKING:
 __all__ = ["Columns", "Misfit"]
 
 _NS = 1_000_000_000
-_BY_SLICES = 64  # bytes for each message from which they are copied one by one
+_BY_SLICES = 64  # bytes per message from which a slice for each message is the quicker copy
 
 
 class Misfit(Exception):
-    """Some message does not have the form of its definition."""
+    """Some message does not fit its definition."""
 
 
 class Columns:
     """Arrays of the messages that lie in a blob.
 
     Args:
-        blob: Serialized messages, one behind the other.
+        blob: Serialized messages, one after the other.
         start: Where each begins, (N,) int64.
         end: Where each ends, (N,) int64.
     """
@@ -47,7 +48,7 @@ class Columns:
         self._pa = pyarrow()
         self._blob = blob
         self._start, self._end = start, end
-        # Elements of (nearly) no bytes cost the sender nothing: their memory is counted.
+        # Elements of (nearly) no bytes cost the sender nothing, so the memory for them is counted.
         self._light = LIGHT_SPARE + LIGHT_PER_BYTE * len(blob)
 
     def take(self, layout: Layout, want: Want) -> dict[str, Any]:
@@ -58,7 +59,7 @@ class Columns:
         """
         found: dict[str, Any] = {}
         at = self._wanted(layout, self._start, self._end, want, "", found)
-        # What stands behind the last wanted field was not looked at, unless that is the last.
+        # None: fields after the last wanted one were not looked at, so the end is unknown.
         if at is not None and (at != self._end).any():
             raise Misfit
         return found
@@ -66,7 +67,7 @@ class Columns:
     def _wanted(
         self, layout: Layout, at: Places, end: Places, want: Want, prefix: str, found: dict[str, Any]
     ) -> Places | None:
-        """Fill `found`; the places behind the message, None when its last fields were not looked at."""
+        """Fill `found`; returns where the messages end, None when their last fields were not looked at."""
         left = len(want) - ("" in want)
         for field in layout.fields:
             if not left:
@@ -95,7 +96,7 @@ class Columns:
     def _field(
         self, field: FieldLayout, at: Places, end: Places, *, take: bool, single: bool = True
     ) -> tuple[Any, Places]:
-        """A field's array, None unless it is to be taken, and the places behind it."""
+        """A field's array (None unless it is wanted), and the places after it."""
         if field.is_array:
             return self._array(field, at, end, take)
         if field.layout is not None:
@@ -149,7 +150,7 @@ class Columns:
     def _elements(
         self, field: FieldLayout, at: Places, end: Places, counts: Places, take: bool
     ) -> tuple[Any, Places]:
-        """Elements of arrays of messages or texts, one behind the other."""
+        """The elements of arrays of messages or strings, one after the other."""
         import numpy as np
 
         size = field.layout.fixed_size if field.layout is not None else None
@@ -163,7 +164,7 @@ class Columns:
         else:
             places = np.empty(first[-1] if take else 0, np.int64)
             after = at.copy()
-            # Each message's next element, in all of those that have one.
+            # The next element of every message that still has one.
             for number in range(int(counts.max(initial=0))):
                 which = np.flatnonzero(counts > number)
                 if take:
@@ -188,7 +189,7 @@ class Columns:
         return _windows(self._blob, 4)[at].view("<u4").astype(np.int64) if len(at) else at
 
     def _bytes(self, at: Places, end: Places, take: bool) -> tuple[tuple[bytes, Places], Places]:
-        """Texts: their bytes, their lengths, and the places behind them."""
+        """Strings: their bytes, their lengths, and the places after them."""
         sizes = self._lengths(at, end)
         at = at + 4
         if (sizes > end - at).any():
@@ -199,7 +200,7 @@ class Columns:
         return _windows(self._blob, field.size)[at].tobytes() if len(at) else b""
 
     def _ranges(self, at: Places, sizes: Places) -> bytes:
-        """So many bytes from each place, joined."""
+        """That many bytes from each place, joined."""
         import numpy as np
 
         total = int(sizes.sum())
@@ -236,7 +237,7 @@ class Columns:
         array = pa.Array.from_buffers(pa.string(), len(sizes), buffers)
         try:
             array.validate(full=True)
-        except pa.ArrowInvalid:  # not UTF-8: Arrow's strings are nothing else
+        except pa.ArrowInvalid:  # not UTF-8, and Arrow's strings are always UTF-8
             ends = offsets.tolist()
             array = pa.array(
                 [plain[a:b].decode("utf-8", "replace") for a, b in pairwise(ends)],
@@ -245,7 +246,7 @@ class Columns:
         return array.dictionary_encode() if coded else array
 
     def _listed(self, field: FieldLayout, values: Any, counts: Places) -> Any:
-        """Values as the lists that they belong to."""
+        """The values, grouped into the lists they belong to."""
         import numpy as np
 
         pa = self._pa
@@ -269,7 +270,7 @@ def _moved(at: Places, size: int, end: Places) -> Places:
 
 
 def _offsets(sizes: Places) -> Places:
-    """Where each begins in all of them together, and the end."""
+    """Where each of them begins when they are joined, and the end."""
     import numpy as np
 
     found = np.zeros(len(sizes) + 1, np.int64)
@@ -278,7 +279,7 @@ def _offsets(sizes: Places) -> Places:
 
 
 def _windows(blob: bytes, size: int) -> Any:
-    """That many bytes from every place of it."""
+    """A window of that many bytes at every position of the blob."""
     import numpy as np
 
     return np.ndarray((max(len(blob) - size + 1, 0),), f"V{size}", blob, 0, (1,))

@@ -2,8 +2,8 @@
 
 Nested messages are structs, arrays are lists (fixed-size lists where the definition fixes the length),
 `uint8[]` and `char[]` are binary, times are UTC timestamps and durations are durations, both in nanoseconds,
-and a single string is dictionary-encoded: a frame's name is stored once. Text that is not UTF-8 has U+FFFD
-for its odd bytes. A message without fields is a column of nulls.
+and a single string is dictionary-encoded, so that a frame's name is stored once. Bytes that are not UTF-8
+become U+FFFD. A message without fields becomes a column of nulls.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def schema_of(cls: type[Message], connection: Connection, fields: Iterable[str] 
 
 
 def time_name(names: Iterable[str]) -> str:
-    """The receive time's column; a message that has a field of that name keeps it."""
+    """The name of the receive time's column; a message's own field of that name takes precedence."""
     return "_receive_time" if "receive_time" in names else "receive_time"
 
 
@@ -80,7 +80,7 @@ def wanted_fields(layout: Layout, paths: Iterable[str] | None, topic: str) -> Wa
     """Which fields to take, as a tree.
 
     Raises:
-        BagError: There is no such field; names those that are.
+        BagError: There is no such field; names those that exist.
     """
     if paths is None:
         return {field.name: True for field in layout.fields}
@@ -113,7 +113,7 @@ def _find(layout: Layout, path: str) -> tuple[Layout, FieldLayout]:
 
 
 def is_binary(field: FieldLayout) -> bool:
-    """Whether an array of it is bytes."""
+    """Whether an array of this type is binary data."""
     return field.is_array and field.code == "B"
 
 
@@ -122,7 +122,7 @@ def arrow_type(field: FieldLayout, *, single: bool) -> Any:
 
     Args:
         field: The field.
-        single: No array is around it: its string is dictionary-encoded.
+        single: True outside of arrays, where strings are dictionary-encoded.
     """
     pa = pyarrow()
     if is_binary(field):
@@ -174,7 +174,7 @@ _NUMBERS: dict[str, Any] = {
 
 
 def _comments(text: str) -> dict[str, str]:
-    """What a definition says of its fields: the comment behind one, or else those on the lines above it."""
+    """A definition's comments by field: the one on the field's line, or else those on the lines above it."""
     found: dict[str, str] = {}
     above: list[str] = []
     for line in text.splitlines():

@@ -1,4 +1,4 @@
-"""MCAP files with the faces of `BagReader` and `BagWriter`; needs the package mcap (the extra `mcap`)."""
+"""MCAP files with the interface of `BagReader` and `BagWriter`; needs the package mcap (the extra `mcap`)."""
 
 from rosproto.bag.mcap.reader import MCAP_MAGIC, McapReader
 from rosproto.bag.mcap.writer import McapWriter

@@ -16,15 +16,15 @@ from rosproto.errors import BagError
 
 __all__ = ["LOOSE", "McapChunk", "messages_of", "read_mcap_chunk"]
 
-LOOSE = 1024  # messages outside of chunks that are read together
+LOOSE = 1024  # how many messages outside of chunks are read together
 
 
 @dataclass(slots=True)
 class McapChunk:
-    """A chunk's messages, one behind the other.
+    """A chunk's messages, one after the other.
 
     Attributes:
-        info: Where it came from.
+        info: The chunk they came from.
         blob: Their data.
         base, end: Of the blob: 0 and its length.
         messages: Channel, time (ns) and bytes of each.
@@ -98,7 +98,7 @@ def messages_of(
     """A chunk record's messages; its schemas and channels go to `others`.
 
     Raises:
-        BagError: It is damaged, or asks for more than it may.
+        BagError: It is damaged, or would take more memory than `BagLimits` allow.
     """
     size = chunk.uncompressed_size
     if max(size, len(chunk.data)) > source.limits.chunk_bytes:
@@ -126,7 +126,7 @@ def messages_of(
 
 
 def _unpacked(compression: str, data: bytes, size: int) -> bytes:
-    """Never more than the record says."""
+    """The decompressed bytes, never more than the record declares."""
     if compression == "lz4":
         return decompress("lz4", data, size)
     if compression == "zstd":

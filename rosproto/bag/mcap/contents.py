@@ -1,4 +1,4 @@
-"""What is in an MCAP file: by its summary, or, where that is missing, by following its records."""
+"""What an MCAP file holds, from its summary or, where that is missing, by following its records."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ __all__ = ["Contents", "read_contents"]
 
 @dataclass(slots=True)
 class Contents:
-    """Of one file.
+    """The contents of one file.
 
     Attributes:
         connections: By the channel's number.
         chunks: In file order; `pos` is where the chunk's record begins.
         damage: What was wrong, in words.
-        finished: The file has its summary.
+        finished: True when the file has a summary.
         loose: Positions at which messages outside of chunks begin.
     """
 
@@ -40,7 +40,7 @@ def read_contents(source: BagFile) -> Contents:
     """The contents, whatever state the file is in.
 
     Raises:
-        BagError: It does not even begin as an MCAP file, or the package mcap is missing.
+        BagError: It does not begin like an MCAP file, or the package mcap is missing.
     """
     wrong = misfits()
     try:
@@ -61,7 +61,7 @@ def read_contents(source: BagFile) -> Contents:
 
 
 def _by_summary(source: BagFile) -> Contents | None:
-    """None when there is none that tells where every message is."""
+    """The contents by the summary; None unless it tells where every message is."""
     reader = library("reader").SeekingReader(SafeStream(source), record_size_limit=_limit(source))
     summary = reader.get_summary()
     if summary is None or summary.statistics is None:
@@ -81,14 +81,14 @@ def _by_summary(source: BagFile) -> Contents | None:
         )
     total = sum(sum(chunk.counts.values()) for chunk in found.chunks)
     if total != summary.statistics.message_count:
-        return None  # messages outside of chunks, or an index that lies
+        return None  # messages outside of chunks, or a wrong index
     if any(not chunk.counts.keys() <= found.connections.keys() for chunk in found.chunks):
         return None
     return found
 
 
 def _index_count(source: BagFile, offset: int) -> int:
-    """Messages that the index record there has."""
+    """How many messages the index record at this offset lists."""
     records = library("stream_reader").StreamReader(
         SafeStream(source, offset), skip_magic=True, record_size_limit=_limit(source)
     )
@@ -177,7 +177,7 @@ class _Scan:
 
 
 def connection_of(channel: Any, schema: Any) -> Connection:
-    """A channel as a connection of a bag; its metadata are the connection header."""
+    """A channel as a bag's connection; its metadata are the connection header."""
     header = dict(channel.metadata)
     is_ros1 = channel.message_encoding == "ros1" and schema is not None and schema.encoding == "ros1msg"
     kind = schema.name if schema is not None else ""

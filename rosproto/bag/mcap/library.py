@@ -12,7 +12,7 @@ __all__ = ["library", "misfits"]
 
 
 def library(module: str) -> Any:
-    """A module of it: "writer", "reader", "stream_reader".
+    """One of the library's modules: "writer", "reader", "stream_reader".
 
     Raises:
         BagError: It is not installed; names the extra.
@@ -24,6 +24,6 @@ def library(module: str) -> Any:
 
 
 def misfits() -> tuple[type[Exception], ...]:
-    """What it raises for a file that is no sound MCAP."""
+    """The errors it raises for a file that is not sound MCAP."""
     error: type[Exception] = library("exceptions").McapError
     return error, ValueError, KeyError, OverflowError, EOFError, struct.error, RuntimeError

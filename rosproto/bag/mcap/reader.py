@@ -1,4 +1,4 @@
-"""Reading MCAP as a bag is read."""
+"""Read MCAP files with the interface of `BagReader`."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ MCAP_MAGIC = b"\x89MCAP0\r\n"
 
 
 class McapReader(BagReader):
-    """An MCAP file with messages of ROS 1 (profile `ros1`), read as a `BagReader` reads a bag.
+    """An MCAP file with messages of ROS 1 (profile `ros1`), with the interface of `BagReader`.
 
     Channels are connections; a channel's metadata are its connection header. A file whose recorder died has
-    no summary: it is scanned, `damage` says so, and everything that is whole can be read.
+    no summary: it is scanned, `damage` says so, and every complete message can be read.
 
     Args:
         file: Path, or a seekable binary file.
@@ -91,10 +91,10 @@ class McapReader(BagReader):
             chunk = next(reader.records)
             return chunk.compression or "none", len(chunk.data), chunk.uncompressed_size
         except unusable:
-            return "none", 0, 0  # damage is told where messages are read
+            return "none", 0, 0  # damage is reported where messages are read
 
     def _alone(self, order: list[ChunkInfo]) -> list[bool]:
-        return [False] * len(order)  # few messages are as quick as many here
+        return [False] * len(order)  # here there is no quicker way for few messages
 
     def _few_messages(self, info: ChunkInfo, wanted: set[int]) -> list[Found] | None:
         return None
@@ -104,7 +104,7 @@ class McapReader(BagReader):
     ) -> ChunkData | None:
         self._source.check_open()
         try:
-            # All that is asked of a chunk here is what both have.
+            # Both kinds of chunk have everything that is used of a chunk here.
             return cast("ChunkData", read_mcap_chunk(self._source, info, info.pos in self._loose))
         except BagError as problem:
             self._skipped(info, problem)

@@ -1,4 +1,4 @@
-"""What the library reads from: a file that never gives, nor takes memory for, more than there is."""
+"""The stream the library reads from: it never returns, nor allocates, more bytes than the file has."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class SafeStream:
 
     Args:
         source: The file.
-        begin: Where its first byte is.
+        begin: Position of its first byte.
     """
 
     def __init__(self, source: BagFile, begin: int = 0) -> None:

@@ -1,4 +1,4 @@
-"""Writing MCAP as a bag is written."""
+"""Write MCAP files with the interface of `BagWriter`."""
 
 from __future__ import annotations
 
@@ -24,11 +24,12 @@ _OWN = ("type", "message_definition")  # what the schema says
 
 
 class McapWriter:
-    """An MCAP file (profile `ros1`), opened for writing, with the verbs of `BagWriter`.
+    """An MCAP file (profile `ros1`), opened for writing, with the methods of `BagWriter`.
 
-    Messages go in as they are, receive times as log times; a connection is a channel, its header the
-    channel's metadata, its definition the schema. Any thread may write. The file on disk is always a row of
-    whole chunks: a process that dies loses the chunk it was filling, and `McapReader` reads the rest.
+    Messages are stored unchanged, with their receive times as log times. A connection becomes a channel, its
+    header the channel's metadata, its definition the schema. Any thread may write. The file on disk is always
+    a sequence of whole chunks: a process that dies loses only the chunk it was filling, and `McapReader`
+    reads the rest.
 
     Args:
         file: Path (an existing file is replaced), or a binary file opened for writing.
@@ -143,7 +144,7 @@ class McapWriter:
         self.write(connection.topic, raw, t)
 
     def flush(self) -> None:
-        """Write the chunk being filled, however small, so that a reader of the file finds it.
+        """Write the chunk being filled, however small, so that readers of the file can see it.
 
         Raises:
             BagError: The file cannot be written.
@@ -159,7 +160,7 @@ class McapWriter:
         """Write the last chunk and the summary, and close the file.
 
         Raises:
-            BagError: The file cannot be written; it is closed all the same.
+            BagError: The file cannot be written; it is closed anyway.
         """
         with self._lock:
             if self._closed:
@@ -172,7 +173,7 @@ class McapWriter:
                 if self._owned:
                     try:
                         self._file.close()
-                    except OSError:  # what is still in its buffer; the failure was told already
+                    except OSError:  # flushing its buffer; the failure was reported already
                         if self._failed is None:
                             raise
 
@@ -203,7 +204,7 @@ class McapWriter:
             )
             if header is None:
                 self._raw_channels[topic, id(given)] = number
-                self._kept.append(given)  # or its id could come back on another object
+                self._kept.append(given)  # otherwise another object could get the same id
             return number
         if header is not None:
             check_header(header)
@@ -215,7 +216,7 @@ class McapWriter:
         """The channel of a connection, a new one when there is none yet.
 
         Raises:
-            BagError: Its header is no UTF-8, which is all that MCAP stores.
+            BagError: Its header is not UTF-8, and MCAP stores nothing else.
         """
         key = identity(connection)
         if key in self._channels:

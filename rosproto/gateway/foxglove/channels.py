@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import importlib
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rosproto.errors import RosError
@@ -81,7 +81,7 @@ class Channels:
         self._turn = threading.Lock()
         self._shown: dict[str, Shown] = {}
         self._by_id: dict[int, Shown] = {}
-        self._taps: dict[int, Closes] = {}
+        self._taps: dict[int, tuple[int, Closes]] = {}
         self._closed = False
 
     @property
@@ -127,15 +127,24 @@ class Channels:
         self._by_id.pop(one.id, None)
         one.close()
 
-    def follow(self, wanted: set[int], follower: Callable[[Shown], Receiver]) -> list[tuple[str, str]]:
-        """Follow these channels at the robot, and no others; asks the master. What could not be, and why."""
+    def follow(
+        self, wanted: Mapping[int, int], follower: Callable[[Shown], Receiver]
+    ) -> list[tuple[str, str]]:
+        """Follow these channels at the robot, and no others; asks the master. What could not be, and why.
+
+        Args:
+            wanted: Channel -> which subscription of it: a new one gets what is latched, although it was
+                followed before. (A viewer whose panels change leaves a topic and takes it again at once.)
+            follower: Takes the messages of a channel.
+        """
         problems: list[tuple[str, str]] = []
         with self._turn:
             with self._lock:
-                present = wanted & set(self._by_id) if not self._closed else set()
-                over = [self._taps.pop(id) for id in tuple(self._taps) if id not in present]
-                new = [self._by_id[id] for id in sorted(present - set(self._taps))]
-            for tap in over:
+                present = {id: wanted[id] for id in wanted if id in self._by_id and not self._closed}
+                over = [id for id, (subscription, _) in self._taps.items() if present.get(id) != subscription]
+                leaving = [self._taps.pop(id)[1] for id in over]
+                new = [self._by_id[id] for id in sorted(set(present) - set(self._taps))]
+            for tap in leaving:
                 tap.close()
             for channel in new:
                 if len(self._taps) >= self._house.limits.subscriptions_per_client:
@@ -147,7 +156,7 @@ class Channels:
                     problems.append((channel.topic, str(problem)))
                     continue
                 with self._lock:
-                    self._taps[channel.id] = tap
+                    self._taps[channel.id] = present[channel.id], tap
         return problems
 
     def close(self) -> None:
@@ -157,7 +166,7 @@ class Channels:
             self.clear()
         with self._turn:
             with self._lock:
-                over = list(self._taps.values())
+                over = [tap for _, tap in self._taps.values()]
                 self._taps.clear()
             for tap in over:
                 tap.close()

@@ -1,11 +1,10 @@
 """The door: who connects is judged here, and then led to a server of the SDK that is there for him alone.
 
 The SDK's server asks nobody who he is. It therefore listens where nobody is told of it, and this listens in
-its
-place: it reads the request that opens the WebSocket (`head`), answers "no" itself, or makes a session with
-its own SDK server and passes bytes on in both directions, unread. As all bytes of a client go through here,
-here is known when he does not read: his session then keeps the newest message of each topic instead of
-handing more to the SDK.
+its place: it reads the request that opens the WebSocket (`head`), answers "no" itself, or makes a session
+with its own SDK server, tells that who it is (`Guest.introduction`), and passes bytes on in both directions,
+unread. As all bytes of a client go through here, here is known when he does not read: his session then keeps
+the newest message of each topic instead of handing more to the SDK.
 
 One asyncio loop in one thread for all clients; making and ending sessions, which may wait for a robot, is
 done by a few other threads.
@@ -43,9 +42,18 @@ class Guest(Protocol):
 
     Attributes:
         port: Where its SDK server listens.
+        introduction: Bytes that are sent there before those of the client, as only the door can.
     """
 
     port: int
+    introduction: bytes
+
+    def admit(self, port: int) -> None:
+        """The door is connected with its SDK server, from this port; called in a thread that may wait.
+
+        Raises:
+            Exception: The client cannot be served.
+        """
 
     def arrived(self) -> None:
         """It is connected with its SDK server; called in a thread that may wait."""
@@ -298,8 +306,12 @@ class Visitor(asyncio.Protocol):
             self.inside = inside
             inside.write(head.forwarded(request, guest.port))
             answer, rest = await inside.answer
+            first = head.accepted(answer, offered) + rest
+            inside.write(guest.introduction)
+            await door.loop.run_in_executor(door.pool, guest.admit, inside.port)
             assert self.transport is not None
-            self.transport.write(head.accepted(answer, offered) + rest)
+            self.transport.write(first)
+            inside.reading(True)
         except head.BadRequest as problem:
             self._opening = None
             self._refuse(problem)
@@ -398,6 +410,7 @@ class _Inside(asyncio.Protocol):
         self._buffer += data
         place = self._buffer.find(head.END)
         if place >= 0:
+            self.reading(False)  # what comes after it waits until the visitor has its answer
             self.answer.set_result((bytes(self._buffer[: place + 4]), bytes(self._buffer[place + 4 :])))
             self._buffer.clear()
 
@@ -408,6 +421,12 @@ class _Inside(asyncio.Protocol):
         if self._visitor.transport is not None:
             self._visitor.transport.close()  # what waits for the client (a close frame) still goes out
             self._visitor.door.loop.call_later(self._visitor.door.limits.close_seconds, self._visitor.hang_up)
+
+    @property
+    def port(self) -> int:
+        """Ours of this connection."""
+        assert self._transport is not None
+        return int(self._transport.get_extra_info("sockname")[1])
 
     def write(self, data: bytes) -> None:
         if self._transport is not None:

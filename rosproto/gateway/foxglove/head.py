@@ -24,6 +24,7 @@ __all__ = [
     "accepted",
     "answer",
     "forwarded",
+    "frame",
     "judged",
     "parsed",
 ]
@@ -153,6 +154,14 @@ def forwarded(request: Request, port: int) -> bytes:
         f"Sec-WebSocket-Version: {request.headers.get('sec-websocket-version', '13')}\r\n"
         f"Sec-WebSocket-Protocol: {PROTOCOL}\r\n\r\n"
     ).encode("latin-1")
+
+
+def frame(text: str) -> bytes:
+    """A text as one frame of a client (RFC 6455, 5.2), short; masked with zeros, as nobody is between."""
+    data = text.encode("utf-8")
+    if len(data) < 126:
+        return bytes((0x81, 0x80 | len(data), 0, 0, 0, 0)) + data
+    return bytes((0x81, 0x80 | 126)) + len(data).to_bytes(2, "big") + bytes(4) + data
 
 
 def accepted(head: bytes, offered: str) -> bytes:

@@ -103,8 +103,8 @@ class House:
                 raise RuntimeError("the server is closing")
             first = not self._sessions
             self._sessions.add(session)
-        view = self._watch.fresh(FIRST_LOOK) if first else self._watch.view
-        session.show(view)
+        if first:
+            self._watch.fresh(FIRST_LOOK)
         self.pool.submit(self._ask_services)
         self._follow_clock()
         return session
@@ -189,8 +189,7 @@ class House:
             if another:
                 session.begin_anew()
             session.status("the robot's master is back" + (", another run of it" if another else ""), "Info")
-            if another:
-                session.show(self.view)
+            # What the new run has is shown next (`_changed`); the old view's topics would come and go.
 
     def _submit(self, function: Callable[[], object]) -> None:
         try:

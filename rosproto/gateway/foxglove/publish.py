@@ -1,9 +1,15 @@
-"""What clients publish: judged, decoded with the definition they name, and published by the node."""
+"""What clients publish: judged, decoded with the definition they name, and published by the node.
+
+As `ros1` (the bytes of ROS) or as `json`: an object by field, times as {"sec", "nsec"}, which is how viewers
+write what a person typed or steered, also for types that no publisher has told them.
+"""
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Hashable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import Message, decode, define, message_class
@@ -11,18 +17,47 @@ from rosproto.errors import CodecError, DefinitionError, LocalProtocolError
 from rosproto.gateway.access import Access
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.publications import Publication, Publications
+from rosproto.gateway.rosbridge.actions import definition_name
+from rosproto.gateway.rosbridge.values import from_values
 from rosproto.gateway.write_guard import is_velocity
 
 if TYPE_CHECKING:
     from rosproto.node import Node
 
-__all__ = ["ClientTopics", "Refused"]
+__all__ = ["ENCODINGS", "Advert", "ClientTopics", "NotOpen", "Refused"]
 
-ENCODING = "ros1"
+ENCODINGS = ("json", "ros1")
+"""What a client may publish in; the first is what viewers take, as it needs no definition of theirs."""
+
+MOST_BRACKETS = 1_000_000  # arrays and objects in one message: each costs memory, however short
+MOST_DIGITS = 400  # of a whole number
 
 
 class Refused(Exception):
     """What a client asked is not done; the text is a sentence for it."""
+
+
+class NotOpen(Refused):
+    """A topic that no pattern opens; said when something is published: viewers advertise unasked."""
+
+
+class Advert:
+    """What one client publishes as one of its channels. Close it.
+
+    Args:
+        publication: Of the node.
+        encoding: One of `ENCODINGS`.
+    """
+
+    __slots__ = ("encoding", "publication")
+
+    def __init__(self, publication: Publication, encoding: str) -> None:
+        self.publication = publication
+        self.encoding = encoding
+
+    def close(self) -> None:
+        """Publish it no more."""
+        self.publication.close()
 
 
 class ClientTopics:
@@ -41,7 +76,7 @@ class ClientTopics:
         self._limits = limits
         self._publications = publications
 
-    def advertise(self, client: Hashable, channel: Any) -> Publication:
+    def advertise(self, client: Hashable, channel: Any) -> Advert:
         """Open what a client wants to publish. Asks the master.
 
         Args:
@@ -49,7 +84,8 @@ class ClientTopics:
             channel: The SDK's `ClientChannel`.
 
         Raises:
-            Refused: It may not be published, or not like this.
+            NotOpen: It may not be published.
+            Refused: It may not be published like this.
             RosError: The master does not take it.
         """
         if max(len(channel.topic), len(channel.schema_name)) > self._limits.text_length:
@@ -58,21 +94,25 @@ class ClientTopics:
             topic = self._node.resolve_name(channel.topic)
         except ValueError as problem:
             raise Refused(str(problem)) from None
-        refusal = self._access.may_write("topic", topic, channel.schema_name)
+        name = definition_name(channel.schema_name)
+        refusal = self._access.may_write("topic", topic, name)
         if refusal is not None:
-            raise Refused(refusal.text)
-        if channel.encoding != ENCODING:
+            raise NotOpen(refusal.text)
+        if channel.encoding not in ENCODINGS:
             raise Refused(
-                f"publishing on {topic} is refused: it comes as {channel.encoding[:40]}, not {ENCODING}"
+                f"publishing on {topic} is refused: it comes as {channel.encoding[:40]!r}; "
+                f"expected {' or '.join(ENCODINGS)}"
             )
         try:
-            return self._publications.open(client, topic, self._kind(topic, channel))
+            publication = self._publications.open(client, topic, self._kind(topic, name, channel))
         except LocalProtocolError as problem:
             raise Refused(str(problem)) from None
+        return Advert(publication, channel.encoding)
 
-    def _kind(self, topic: str, channel: Any) -> type[Message]:
+    def _kind(self, topic: str, name: str, channel: Any) -> type[Message]:
         """Our class of that name when the client means the same, else one made from its text."""
-        name, text = channel.schema_name, (channel.schema or b"").decode("utf-8", "replace")
+        told_as = channel.schema_encoding or "ros1msg"
+        text = (channel.schema or b"").decode("utf-8", "replace") if told_as == "ros1msg" else ""
         known: type[Message] | None = None
         try:
             known = message_class(name, self._node.revisions.library_for(name))
@@ -94,23 +134,61 @@ class ClientTopics:
             ) from None
         return known if known is not None and known._md5sum == told._md5sum else told
 
-    def publish(self, publication: Publication, data: bytes) -> None:
+    def publish(self, advert: Advert, data: bytes) -> None:
         """One message.
 
         Raises:
             Refused: It is no such message, or a velocity that is no number.
             RosError: It could not be published.
         """
+        publication = advert.publication
         topic = publication.topic
         if len(data) > self._limits.message_bytes:
             raise Refused(f"a message for {topic} has {len(data)} bytes, which is too large")
         try:
-            message = decode(publication.message_class, data)
-        except CodecError as problem:
+            if advert.encoding == "json":
+                message = from_values(
+                    publication.message_class, _json(data), now=self._node.clock.now(), seconds="sec"
+                )
+            else:
+                message = decode(publication.message_class, data)
+        except (CodecError, _NoJson) as problem:
             raise Refused(f"a message for {topic} is not published: {problem}") from None
         if is_velocity(publication.type_name) and not finite(message):
             raise Refused(f"a velocity for {topic} is not published: it has numbers that are not finite")
         publication.publish(message)
+
+
+class _NoJson(ValueError):
+    """Bytes that are no JSON that is taken here."""
+
+
+def _whole(digits: str) -> int:
+    if len(digits) > MOST_DIGITS:
+        raise ValueError(f"a number of {len(digits)} digits")
+    return int(digits)
+
+
+_read = partial(json.loads, parse_int=_whole)
+
+
+def _json(data: bytes) -> Any:
+    """What a client's JSON says; how deep it may go is said by the definition it is read with.
+
+    Raises:
+        _NoJson: It is none, or too much of it.
+    """
+    brackets = data.count(b"[") + data.count(b"{")
+    if brackets > MOST_BRACKETS:
+        raise _NoJson(f"it has {brackets} brackets; at most {MOST_BRACKETS} are taken")
+    try:
+        return _read(data.decode("utf-8"))
+    except RecursionError:
+        raise _NoJson("it is JSON with too many arrays and objects inside one another") from None
+    except UnicodeDecodeError as problem:
+        raise _NoJson(f"it is no JSON: byte {problem.start} is not UTF-8") from None
+    except ValueError as problem:
+        raise _NoJson(f"it is no JSON: {problem}") from None
 
 
 def finite(message: Any) -> bool:

@@ -125,9 +125,15 @@ class CallCount:
 
 
 def sdk_service(
-    name: str, kind: Any, node: Node, access: Access, limits: GatewayLimits, calls: CallCount
+    name: str,
+    kind: Any,
+    node: Node,
+    access: Access,
+    limits: GatewayLimits,
+    calls: CallCount,
+    ours: Callable[[int], bool],
 ) -> Any:
-    """A service as the SDK offers it to one client."""
+    """A service as the SDK offers it to one client; `ours` knows it by the SDK's number."""
     fg = sdk()
 
     def text(of: Any, suffix: str) -> Any:
@@ -136,6 +142,8 @@ def sdk_service(
 
     def handle(request: Any) -> bytes:
         """In a thread of the SDK; what it raises is the client's answer."""
+        if not ours(request.client_id):
+            raise Refused("this port is not yours")
         refusal = access.may_write("service", name, kind._type)
         if refusal is not None:
             raise Refused(refusal.text)

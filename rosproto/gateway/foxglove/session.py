@@ -1,8 +1,10 @@
 """One client: an SDK server of his own, and what he sees, follows and publishes through it.
 
 A server for each client costs a fraction of a millisecond and a port of this computer, and gives what one for
-all cannot: what is refused is told to him who asked; each client has his own queue, bounded in bytes; and
-nobody who finds the port gets much of it, as with a second client it is closed.
+all cannot: what is refused is told to him who asked; and each client has his own queue, bounded in bytes.
+
+Who finds the port before the door has connected, or on a system where it stays open (`seal`), is not taken
+for the viewer: the door shows a secret first, and who asks for anything without it ends the session.
 
 Threads: the SDK calls the listener in its own, which must not wait: what asks the master goes to `Jobs`.
 Messages come in the node's threads (`_Follower.offer`). The door tells from its thread whether the client
@@ -11,25 +13,29 @@ reads.
 
 from __future__ import annotations
 
+import hmac
+import json
+import secrets
 import threading
 import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosError
+from rosproto.gateway.foxglove import head
 from rosproto.gateway.foxglove.channels import Channels, Shown
 from rosproto.gateway.foxglove.graph import GraphView, connection_graph
 from rosproto.gateway.foxglove.jobs import Jobs
 from rosproto.gateway.foxglove.parameters import FollowedParameters, shown
-from rosproto.gateway.foxglove.publish import Refused
+from rosproto.gateway.foxglove.publish import ENCODINGS, Advert, NotOpen, Refused
 from rosproto.gateway.foxglove.sdk import sdk
+from rosproto.gateway.foxglove.seal import sealed
 from rosproto.gateway.foxglove.services import CallCount, sdk_service
 from rosproto.gateway.outbox import Outbox
 from rosproto.logs import get_logger
 
 if TYPE_CHECKING:
     from rosproto.gateway.foxglove.house import House
-    from rosproto.gateway.publications import Publication
     from rosproto.gateway.sample import Sample, TopicDescription
 
 __all__ = ["Session"]
@@ -40,6 +46,7 @@ BACKLOG = 1024  # messages in the SDK's queue; the door sees to it that few are 
 BATCH = 1 << 20  # bytes handed to the SDK at once, of what has waited
 PAUSE = 0.01  # seconds between two such batches
 TOLD_AGAIN = 5.0  # seconds in which the same refusal is told once
+INTRODUCED = 0xFFFFFFFF  # number of the channel that the door advertises, and takes back at once
 
 
 class Session:
@@ -52,6 +59,8 @@ class Session:
 
     Attributes:
         port: Of its SDK server.
+        introduction: What the door sends there first.
+        alone: Whether nobody else reaches that port any more.
         sent, sent_bytes: Messages handed on.
     """
 
@@ -63,14 +72,28 @@ class Session:
         self._hang_up = hang_up
         self._closed = False
         self._client: int | None = None
+        self._secret = secrets.token_hex(32)
+        self.introduction = head.frame(
+            json.dumps(
+                {
+                    "op": "advertise",
+                    "channels": [
+                        {"id": INTRODUCED, "topic": self._secret, "encoding": "json", "schemaName": ""}
+                    ],
+                }
+            )
+        ) + head.frame(json.dumps({"op": "unadvertise", "channelIds": [INTRODUCED]}))
+        self.alone = self._admitted = False
         self._lock = threading.Lock()
         self._sending = threading.Lock()
         self._clogged = False
         self._outbox: Outbox[tuple[Shown, bytes, int]] = Outbox(house.limits)
         self._flushing = False
         self._reading, self._writing = Jobs(house.pool), Jobs(house.pool)
-        self._wanted: set[int] = set()
-        self._adverts: dict[int, Publication] = {}
+        self._wanted: dict[int, int] = {}
+        self._subscriptions = 0
+        self._adverts: dict[int, Advert] = {}
+        self._not_open: dict[int, str] = {}
         self._services: dict[str, Any] = {}
         self._calls = CallCount(house.limits.calls_per_client)
         self._graph_wanted = False
@@ -81,7 +104,7 @@ class Session:
             host="127.0.0.1",
             port=0,
             capabilities=house.capabilities(),
-            supported_encodings=["ros1"],
+            supported_encodings=list(ENCODINGS),
             server_listener=_listener(self),
             asset_handler=house.assets.fetch if house.assets else None,
             context=self._context,
@@ -97,8 +120,8 @@ class Session:
     # -- what is to be seen ---------------------------------------------------------------------------------
 
     def show(self, view: GraphView) -> None:
-        """Offer the topics and services of a view; takes its time."""
-        if self._closed:
+        """Offer the topics and services of a view, to nobody but the client; takes its time."""
+        if self._closed or not self._admitted:
             return
         self.channels.show(view)
         self.show_services(view)
@@ -108,7 +131,7 @@ class Session:
 
     def show_services(self, view: GraphView) -> None:
         """Offer those whose type is known, and no others."""
-        if self._closed:
+        if self._closed or not self._admitted:
             return
         present = self.house.services.present(view)
         with self._lock:
@@ -121,14 +144,16 @@ class Session:
             house = self.house
             self.server.add_services(
                 [
-                    sdk_service(name, kind, house.node, house.access, house.limits, self._calls)
+                    sdk_service(
+                        name, kind, house.node, house.access, house.limits, self._calls, self._is_ours
+                    )
                     for name, kind in new.items()
                 ]
             )
 
     def renew(self, topic: str) -> None:
         """A topic has another definition than was told: offer it anew."""
-        if not self._closed:
+        if self._admitted and not self._closed:
             self.channels.renew(topic)
             self._reading.add(self._follow)
 
@@ -156,6 +181,12 @@ class Session:
                 self._told.clear()
             self.server.remove_status([id])
 
+    def admit(self, port: int) -> None:
+        """The door is connected, from this port: nobody else is let in; then it gets something to see."""
+        self.alone = sealed(self.port, port)
+        self._admitted = True
+        self.show(self.house.view)
+
     def arrived(self) -> None:
         """The client is connected: what it missed before."""
         self.house.welcome(self)
@@ -172,20 +203,19 @@ class Session:
         if not self._is_ours(client):
             return
         with self._lock:
-            self._wanted.add(channel)
+            self._subscriptions += 1
+            self._wanted[channel] = self._subscriptions
         self._reading.add(self._follow)
 
     def unsubscribed(self, client: int, channel: int) -> None:
         """The SDK: he wants it no more, or it is gone."""
         with self._lock:
-            self._wanted.discard(channel)
+            self._wanted.pop(channel, None)
         self._reading.add(self._follow)
 
     def _is_ours(self, client: int) -> bool:
-        """The first client of this port is the one from the door; there is to be no other."""
+        """The client of this port that knew the secret is the one from the door; there is to be no other."""
         with self._lock:
-            if self._client is None:
-                self._client = client
             if self._client == client:
                 return True
         _log.warning("! foxglove: somebody else has reached the port of %s: both are cut off", self.peer)
@@ -196,7 +226,7 @@ class Session:
     def _follow(self) -> None:
         """Follow what is wanted, leave what is not; one at a time."""
         with self._lock:
-            wanted = set(self._wanted) if not self._closed else set()
+            wanted = dict(self._wanted) if not self._closed else {}
         for topic, problem in self.channels.follow(wanted, self._follower):
             self.status(f"{topic} is not followed: {problem}")
 
@@ -214,6 +244,8 @@ class Session:
                 self._log(channel, data, stamp)
 
     def _log(self, channel: Shown, data: bytes, stamp: int) -> None:
+        if channel.closed or self._closed:
+            return
         channel.channel.log(data, log_time=stamp)
         self.sent += 1
         self.sent_bytes += len(data)
@@ -248,17 +280,23 @@ class Session:
 
     def advertised(self, client: int, channel: Any) -> None:
         """The SDK: the client publishes a topic."""
-        if self._is_ours(client):
+        if hmac.compare_digest(str(channel.topic).encode(), self._secret.encode()):
+            with self._lock:
+                self._client = client if self._client is None else self._client
+        elif self._is_ours(client):
             self._writing.add(lambda: self._advertise(channel))
 
     def _advertise(self, channel: Any) -> None:
         if self._closed:
             return
         try:
-            if len(self._adverts) >= self.house.limits.advertised_per_client:
-                raise Refused(f"{len(self._adverts)} topics are published: no more for this client")
+            if len(self._adverts) + len(self._not_open) >= self.house.limits.advertised_per_client:
+                most = self.house.limits.advertised_per_client
+                raise Refused(f"{most} topics are published: no more for this client")
             self._leave_advert(channel.id)
             self._adverts[channel.id] = self.house.client_topics.advertise(self, channel)
+        except NotOpen as problem:
+            self._not_open[channel.id] = str(problem)
         except (Refused, RosError) as problem:
             self.house.refusals += 1
             self.status(str(problem))
@@ -270,8 +308,14 @@ class Session:
 
     def _publish(self, channel: int, data: bytes) -> None:
         advert = self._adverts.get(channel)
-        if advert is None or self._closed:
-            return  # refused, and told so, when it was advertised
+        if self._closed:
+            return
+        if advert is None:
+            refusal = self._not_open.get(channel)  # else told so when it was advertised
+            if refusal is not None:
+                self.house.refusals += 1
+                self.status(refusal)
+            return
         try:
             self.house.client_topics.publish(advert, data)
             self.published += 1
@@ -280,9 +324,11 @@ class Session:
 
     def unadvertised(self, client: int, channel: int) -> None:
         """The SDK: the client publishes it no more, or is gone."""
-        self._writing.add(lambda: self._leave_advert(channel))
+        if client == self._client:
+            self._writing.add(lambda: self._leave_advert(channel))
 
     def _leave_advert(self, channel: int) -> None:
+        self._not_open.pop(channel, None)
         advert = self._adverts.pop(channel, None)
         if advert is not None:
             advert.close()

@@ -11,7 +11,7 @@ import json
 import struct
 from base64 import b64decode
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 from weakref import WeakKeyDictionary
 
 from rosproto.codec import decode, encode
@@ -55,19 +55,22 @@ def to_values(message: Any) -> dict[str, Any]:
     return values
 
 
-def from_values(cls: type[Message], value: Any, *, now: Time | None = None) -> Any:
+def from_values(
+    cls: type[Message], value: Any, *, now: Time | None = None, seconds: Literal["secs", "sec"] = "secs"
+) -> Any:
     """A new message with the values of a client; fields that are not named keep their defaults.
 
     Args:
         cls: Its class.
         value: What JSON had: an object by field.
         now: What "now" means for a time, and the stamp of each Header that is named, unless it has its own.
+        seconds: How the parts of a time are called: "secs" and "nsecs", or as viewers do, "sec" and "nsec".
 
     Raises:
         CodecError: A field does not exist, or a value does not fit; names the field.
     """
     message = cls()
-    reader = _Reader(cls, now)
+    reader = _Reader(cls, now, seconds)
     reader.message(reader.binding.layout, message, value, "")
     return message
 
@@ -92,11 +95,12 @@ def from_arguments(cls: type[Message], args: Any, *, now: Time | None = None) ->
 class _Reader:
     """Reads one message."""
 
-    def __init__(self, cls: type[Message], now: Time | None) -> None:
+    def __init__(self, cls: type[Message], now: Time | None, seconds: str) -> None:
         assert cls._binding is not None, f"{cls} is no type of messages"
         self.binding = cls._binding
         self.top = cls._type
         self.now = now
+        self.parts = (seconds, f"n{seconds}")
         self.fields: dict[str, dict[str, FieldLayout]] = {}
 
     def wrong(self, expected: str, value: Any, path: str) -> CodecError:
@@ -177,15 +181,14 @@ class _Reader:
                     "'now' means nothing here: there is no clock", type_name=self.top, field_path=path
                 )
             return flavour.time.from_wire(self.now.secs, self.now.nsecs)
-        if type(value) is not dict or not value.keys() <= {"secs", "nsecs"}:
-            raise self.wrong(
-                'an object {"secs", "nsecs"}' + ', or "now"' * (field.base == "time"), value, path
-            )
+        if type(value) is not dict or not value.keys() <= set(self.parts):
+            names = ", ".join(f'"{name}"' for name in self.parts)
+            raise self.wrong(f"an object {{{names}}}" + ', or "now"' * (field.base == "time"), value, path)
         if not value and present is not None:
             return present
         least, greatest = RANGES_BY_CODE[field.code[0]]
         parts = []
-        for name in ("secs", "nsecs"):
+        for name in self.parts:
             part = value.get(name, 0)
             if type(part) is not int or not least <= part <= greatest:
                 raise self.wrong(f"a whole number from {least} to {greatest}", part, f"{path}.{name}")

@@ -10,18 +10,19 @@ measured); leaving it to Nagle's algorithm costs 40 ms now and then. So: TCP_NOD
 
 from __future__ import annotations
 
+import errno
 import socket
 from collections.abc import Sequence
 from time import perf_counter, sleep
 
-from rosproto.node.outgoing.backlog import LOOK, Backlog
+from rosproto.node.outgoing.backlog import LOOK, MOST_AGE, Backlog
 from rosproto.node.outgoing.frames import LargeFrame
 from rosproto.node.outgoing.link_monitor import LinkMonitor
 from rosproto.node.outgoing.link_state import OutgoingEvent
 from rosproto.node.outgoing.queued_link import OnClosed, QueuedLink
 from rosproto.node.outgoing.socket_writes import send_some
 from rosproto.transport.send_queue import send_queue
-from rosproto.transport.tcp import set_linger
+from rosproto.transport.tcp import expect_acknowledgement, set_linger
 
 __all__ = ["SubscriberLink"]
 
@@ -30,6 +31,9 @@ BATCH_SECONDS = 200e-6
 RETRY_SECONDS = 500e-6  # publish() tries a blocked link this often itself: the monitor may not get to run
 MOST_NAME = 1024  # characters of a peer's name
 MOST_NOISE = 64 << 10  # bytes that a subscriber may send after its header
+
+# What a system says that has given up sending: Windows the second, too (WSAECONNABORTED).
+_GAVE_UP = (errno.ETIMEDOUT, errno.ECONNABORTED, getattr(errno, "WSAETIMEDOUT", errno.ETIMEDOUT))
 
 
 class SubscriberLink(QueuedLink):
@@ -59,6 +63,7 @@ class SubscriberLink(QueuedLink):
         "_batch",
         "_batch_bytes",
         "_batch_due",
+        "_ends",
         "_large",
         "_noise",
         "_promised",
@@ -102,6 +107,8 @@ class SubscriberLink(QueuedLink):
         self._void = False  # cut, and local: the other end is told
         self._seen = -len(greeting)  # `_bytes` when nothing was
         self.cut: tuple[tuple[str, int], tuple[str, int]] | None = None
+        # Where the system itself gives up what is not acknowledged, it knows neither address afterwards.
+        self._ends = _ends(sock) if expect_acknowledgement(sock, round(MOST_AGE)) else None
         if greeting:
             # As a message of which a part is sent: it is never dropped, and all others wait behind it.
             self._outbox.begin([memoryview(greeting)])
@@ -340,12 +347,9 @@ class SubscriberLink(QueuedLink):
 
     def _cut(self, why: str) -> None:
         """Throw away what is on its way, here and in the system; the subscriber may connect again."""
-        try:
-            self._void = self.sock.family == getattr(socket, "AF_UNIX", None)
-            if not self._void:
-                self.cut = self.sock.getsockname(), self.sock.getpeername()
-        except OSError:
-            pass  # it has ended by itself
+        self._void = self.sock.family == getattr(socket, "AF_UNIX", None)
+        if not self._void:
+            self.cut = _ends(self.sock)
         set_linger(self.sock, False)
         self._end(OSError(why), deliver=False)
 
@@ -356,6 +360,8 @@ class SubscriberLink(QueuedLink):
         return len(self._outbox) + len(self._batch)
 
     def _before_end(self, error: OSError | None, deliver: bool) -> None:
+        if error is not None and error.errno in _GAVE_UP and self._ends is not None:
+            self.cut = self._ends
         if error is None:
             if self._batch and deliver and not self._sending:
                 self._send_batch()
@@ -374,3 +380,11 @@ class SubscriberLink(QueuedLink):
 
     def _farewell(self, error: OSError | None) -> str:
         return f"is gone: {error}" if error is not None else "is gone, it closed the connection"
+
+
+def _ends(sock: socket.socket) -> tuple[tuple[str, int], tuple[str, int]] | None:
+    """Our address and the other one; None when the connection has ended."""
+    try:
+        return sock.getsockname(), sock.getpeername()
+    except OSError:
+        return None

@@ -206,7 +206,8 @@ def test_a_robot_that_does_not_know_where_it_is_takes_no_order(hall: Hall) -> No
 
 
 def test_a_process_that_is_killed_loses_nothing(tmp_path: Path) -> None:
-    """kill -9 on the way: the broker says CONNECTIONBROKEN, the next process finishes the order, no action runs twice."""
+    """kill -9 on the way: the broker says CONNECTIONBROKEN, the next process has the order, waits for stopPause and
+    finishes it; no action runs twice. SIGTERM on the way ends the order, and the process after it moves nothing."""
     counted = tmp_path / "beeps"
     script = tmp_path / "beep.py"
     script.write_text(f"open({str(counted)!r}, 'a').write('x')\n")
@@ -234,8 +235,28 @@ def test_a_process_that_is_killed_loses_nothing(tmp_path: Path) -> None:
         with vehicle_of(config, tmp_path):
             found = master.until(lambda s: s["orderId"] == "one", after=began)
             assert statuses(found)["b1"] == "FINISHED"
-            master.until(lambda s: s["lastNodeId"] == "n3" and not s["nodeStates"], 40.0)
+            assert (found["paused"], "orderHeld" in errors(found)) == (True, True)
+            master.until(
+                lambda s: s["operatingMode"] == "AUTOMATIC" and located(s) and not s["driving"], after=began
+            )
+            master.instant("go", "stopPause")
+            found = master.until(lambda s: s["lastNodeId"] == "n3" and not s["nodeStates"], 40.0)
+            assert (found["paused"], errors(found)) == (False, [])
+            master.send("order", order_over("two", "n3 n2 n1"))
+            master.until(lambda s: s["orderId"] == "two" and s["driving"])
+            began = time.monotonic()
         master.until(lambda c: c["connectionState"] == "OFFLINE", topic="connection")
+        ended = master.all()[-1]
+        assert (ended["orderId"], ended["nodeStates"], errors(ended)) == ("two", [], ["orderError"])
+        began = time.monotonic()
+        with vehicle_of(config, tmp_path):
+            master.until(lambda s: s["operatingMode"] == "AUTOMATIC" and located(s), after=began)
+            master.instant("now", "stateRequest")
+            found = master.until(lambda s: statuses(s).get("now") == "FINISHED", after=began)
+            assert (found["orderId"], found["nodeStates"], found["paused"]) == ("two", [], False)
+            assert not any(
+                s["driving"] for at, topic, s, _ in master.heard if topic == "state" and at > began
+            )
     assert counted.read_text() == "x"
 
 

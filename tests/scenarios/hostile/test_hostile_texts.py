@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -108,19 +109,25 @@ def test_no_command_lets_a_peer_write_to_the_terminal(
     prog: str, path: str, peer: HostilePeer, tmp_path: Path
 ) -> None:
     """Standard output, standard error and the log on it, plainly, with JSON and with all that is logged."""
-    hostile_bag(tmp_path / "evil.bag")
-    words = words_for(prog, path, peer, tmp_path)
     parser = dict(places(prog))[path]
     forms = [[]] + ([["--json"]] if "--json" in parser._option_string_actions else [])
     for option in ("--csv", "--details", "--pretty", "--yaml"):
         if option in parser._option_string_actions:
             forms.append([option])
     if "--bag" in parser._option_string_actions and prog == "rosproto":
-        bag = ["--bag", str(tmp_path / "evil.bag")]
-        forms += [[*form, *bag] for form in forms]
-    for more in forms:
-        loud = ["--verbose"] * 2 if "--verbose" in parser._option_string_actions else []
-        out, err = outcome(prog, [*words, *more, *loud], tmp_path)
+        forms += [[*form, "--bag", "evil.bag"] for form in forms]
+    loud = ["--verbose"] * 2 if "--verbose" in parser._option_string_actions else []
+
+    def form(number: int) -> tuple[str, str]:
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        hostile_bag(folder / "evil.bag")
+        return outcome(prog, [*words_for(prog, path, peer, folder), *forms[number], *loud], folder)
+
+    # All at once, since most of them wait; but not those that listen, on the same port.
+    with ThreadPoolExecutor(1 if "--port" in parser._option_string_actions else len(forms)) as pool:
+        outcomes = list(pool.map(form, range(len(forms))))
+    for more, (out, err) in zip(forms, outcomes, strict=True):
         assert not wrongs_of(out), (more, out)
         assert not wrongs_of(err), (more, err)
         assert "Traceback" not in err, err

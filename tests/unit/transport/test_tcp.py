@@ -93,6 +93,33 @@ def test_windows_keep_alive_is_set_through_ioctl(monkeypatch: pytest.MonkeyPatch
     assert calls == [(0x98000004, (1, 10_000, 2_000))]  # ten probes, always: 30 s in all
 
 
+@pytest.mark.parametrize(
+    ("platform", "options"),
+    [("win32", [(socket.IPPROTO_TCP, 5, 4)]), ("darwin", [(socket.IPPROTO_TCP, 0x80, 4)]), ("linux", [])],
+)
+def test_what_nobody_acknowledges_is_given_up_by_the_system_where_it_tells_no_more(
+    monkeypatch: pytest.MonkeyPatch, platform: str, options: list[tuple[int, int, int]]
+) -> None:
+    """TCP_MAXRT and TCP_RXT_CONNDROPTIME, in seconds; Linux tells what is on its way, and nothing is set."""
+    calls: list[tuple[int, int, int]] = []
+
+    class Other:
+        def setsockopt(self, level: int, option: int, value: int) -> None:
+            calls.append((level, option, value))
+
+    monkeypatch.setattr(sys, "platform", platform)
+    assert tcp.expect_acknowledgement(Other(), 4) is bool(options)  # type: ignore[arg-type]
+    assert calls == options
+
+
+def test_a_system_that_cannot_give_up_says_so(
+    monkeypatch: pytest.MonkeyPatch, pair: tuple[socket.socket, socket.socket]
+) -> None:
+    """A socket pair has no option of TCP."""
+    monkeypatch.setattr(sys, "platform", "darwin")
+    assert not tcp.expect_acknowledgement(pair[0], 4)
+
+
 def test_windows_listens_with_exclusive_address_use(monkeypatch: pytest.MonkeyPatch) -> None:
     calls = []
 

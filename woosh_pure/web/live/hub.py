@@ -109,10 +109,10 @@ class Hub:
         if not self._looking[what]:
             self.newest.pop(f"camera {what}", None)
 
-    def put(self, kind: str, content: str | bytes) -> None:
-        """Something new of a kind; the same again is nothing new."""
+    def put(self, kind: str, content: str | bytes, *, again: bool = False) -> None:
+        """Something new of a kind; the same is nothing new, but of what tells its age by coming `again`."""
         before = self.newest.get(kind)
-        if before is not None and before[1] == content:
+        if not again and before is not None and before[1] == content:
             return
         self._version += 1
         self.newest[kind] = (self._version, content)
@@ -183,7 +183,7 @@ class Hub:
             if reading is not None and self._is_new(source, reading.received):
                 jpeg = await self._try(partial(jpeg_of, reading.value))
                 if jpeg is not None and self._looking[source]:
-                    self.put(f"camera {source}", camera_frame(source, jpeg))
+                    self.put(f"camera {source}", camera_frame(source, jpeg), again=True)
                     self.wake()
             await asyncio.sleep(CAMERA_EVERY if self._looking[source] else 0.2)
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import socket
+import ssl
 import struct
 import threading
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,63 +22,15 @@ from rosproto.gateway.foxglove import Foxglove, LocalTopic
 from rosproto.master import Master
 from rosproto.node import Node
 from rosproto.time import Time
+from tests.support.foxglove_ground import Ground, until
 from tests.support.viewer import Viewer
+from tests.unit.gateway.test_websocket_server import certificate
 
 pytest.importorskip("foxglove", reason="foxglove-sdk is not installed")
 pytest.importorskip("websockets", reason="websockets is not installed")
 
 DRIVE = Twist(linear=Vector3(x=0.2))
 ZERO = bytes(48)
-
-
-class Ground:
-    """A master, a robot's node and the node of a server."""
-
-    def __init__(self) -> None:
-        self.master = Master()
-        self.robot = Node("/robot", master_uri=self.master.uri, rosout=False, intraprocess=False)
-        self.node = Node("/gateway", master_uri=self.master.uri, rosout=False, intraprocess=False)
-        self.servers: list[Foxglove] = []
-        self.viewers: list[Viewer] = []
-
-    def serve(self, **options: Any) -> Foxglove:
-        self.servers.append(Foxglove(self.node, port=0, **options))
-        return self.servers[-1]
-
-    def view(self, server: Foxglove, **options: Any) -> Viewer:
-        self.viewers.append(Viewer(server.url, **options))
-        return self.viewers[-1]
-
-    def subscribers(self, topic: str) -> list[str]:
-        return self.robot.master.get_system_state().subscribers.get(topic, [])
-
-    def publishers(self, topic: str) -> list[str]:
-        return self.robot.master.get_system_state().publishers.get(topic, [])
-
-    def close(self) -> None:
-        for viewer in self.viewers:
-            viewer.close()
-        for server in self.servers:
-            server.close()
-        self.node.close()
-        self.robot.close()
-        self.master.close()
-
-
-@pytest.fixture
-def ground() -> Iterator[Ground]:
-    made = Ground()
-    try:
-        yield made
-    finally:
-        made.close()
-
-
-def until(condition: Callable[[], object], what: str, seconds: float = 10.0) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, what
-        threading.Event().wait(0.01)
 
 
 def test_a_topic_is_followed_while_somebody_looks(ground: Ground) -> None:
@@ -121,6 +73,23 @@ def test_a_latched_message_comes_to_everybody(ground: Ground) -> None:
     for viewer in (ground.view(server), ground.view(server)):
         viewer.subscribe("/map_name")
         assert viewer.message("/map_name") == encode(String(data="hall"))
+
+
+def test_a_latched_message_comes_again_to_who_subscribes_again(ground: Ground) -> None:
+    """A viewer whose layout changes leaves a topic and takes it again at once: its new panel has seen nothing yet."""
+    ground.robot.publisher("/map_name", String, latch=True).publish(data="hall")
+    own = LocalTopic("/own", String, lambda wanted: None)
+    own.publish(String(data="drawn"))
+    server = ground.serve(topics=[own])
+    viewer = ground.view(server)
+    for topic, data in (("/map_name", "hall"), ("/own", "drawn")):
+        viewer.subscribe(topic)
+        assert viewer.message(topic) == encode(String(data=data))
+        for _ in range(3):
+            viewer.unsubscribe(topic)
+            viewer.subscribe(topic)
+            assert viewer.message(topic) == encode(String(data=data))
+    assert server.clients[0].subscriptions == ("/map_name", "/own")
 
 
 def test_topics_come_and_go(ground: Ground) -> None:
@@ -215,15 +184,17 @@ def test_nothing_is_written_at_first(ground: Ground) -> None:
     ground.robot.params["/speed"] = 1
     server = ground.serve()
     viewer = ground.view(server)
+    # Viewers advertise some topics unasked, and need not be told; who publishes is.
     channel = viewer.advertise("/cmd_vel", "geometry_msgs/Twist")
-    assert "--allow-write topic:/cmd_vel" in viewer.status("/cmd_vel", "refused")
-    viewer.publish(channel, encode(DRIVE))
     viewer.call("/set", encode(SetBool.Request(data=True)))
     failure = viewer.document("serviceCallFailure", callId=1)
     assert "--allow-write service:/set" in failure["message"]
     viewer.send("setParameters", parameters=[{"name": "/speed", "value": 9}], id="set")
     assert viewer.document("parameterValues", id="set")["parameters"] == [{"name": "/speed", "value": 1}]
     assert "--allow-write param:/speed" in viewer.status("/speed")
+    assert not [one for one in viewer.came if "/cmd_vel" in str(one)]
+    viewer.publish(channel, encode(DRIVE))
+    assert "--allow-write topic:/cmd_vel" in viewer.status("/cmd_vel", "refused")
     assert ground.publishers("/cmd_vel") == []
     assert called == []
     assert ground.robot.params["/speed"] == 1
@@ -262,7 +233,7 @@ def test_what_is_opened_is_written(ground: Ground) -> None:
 def test_read_only_wins_over_patterns(ground: Ground) -> None:
     """Whatever `write` says."""
     viewer = ground.view(ground.serve(access=Access(write=["*"], read_only=True)))
-    viewer.advertise("/say", "std_msgs/String")
+    viewer.publish(viewer.advertise("/say", "std_msgs/String"), encode(String(data="hello")))
     assert "read only" in viewer.status("/say")
     assert ground.publishers("/say") == []
 
@@ -343,6 +314,26 @@ def test_others_than_this_computer_need_a_token(ground: Ground) -> None:
         Foxglove(ground.node, port=server.port)
 
 
+def test_tls(ground: Ground, tmp_path: Path) -> None:
+    """wss, with the certificate given; who speaks plainly there gets nothing, nor who trusts another one."""
+    pytest.importorskip("cryptography")
+    cert, key = certificate(tmp_path)
+    context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
+    context.load_cert_chain(cert, key)
+    ground.robot.publisher("/chatter", String, latch=True).publish(data="x" * 100_000)
+    server = ground.serve(tls=context, token="secret")
+    assert server.url.startswith("wss://127.0.0.1:")
+    url = server.url.replace("127.0.0.1", "localhost") + "?token=secret"
+    with Viewer(url, ssl=ssl.create_default_context(cafile=cert)) as viewer:
+        viewer.subscribe("/chatter")
+        assert viewer.message("/chatter") == encode(String(data="x" * 100_000))
+    with pytest.raises(ssl.SSLCertVerificationError):
+        Viewer(url, ssl=ssl.create_default_context())
+    with socket.create_connection(("127.0.0.1", server.port), timeout=5) as sock:
+        sock.sendall(b"GET / HTTP/1.1\r\n\r\n")
+        assert not _received(sock).startswith(b"HTTP")
+
+
 def test_half_a_request_ends(ground: Ground) -> None:
     """Somebody who connects and says nothing, garbage, or too much, costs a place for seconds."""
     server = ground.serve(limits=GatewayLimits(handshake_seconds=0.3))
@@ -362,22 +353,6 @@ def _received(sock: socket.socket) -> bytes:
         return sock.recv(4096)
     except ConnectionResetError:
         return b""
-
-
-def test_who_finds_the_port_behind_the_door_ends_it(ground: Ground) -> None:
-    """A second client of a session's own SDK server: the session is closed, and nothing is written."""
-    ground.robot.publisher("/chatter", String)
-    server = ground.serve(token="secret", access=Access(write=["*"]))
-    viewer = Viewer(server.url + "?token=secret")
-    viewer.subscribe("/chatter")
-    until(lambda: server.stats().topics, "not followed")
-    inner = next(iter(server._house.sessions)).port
-    thief = Viewer(f"ws://127.0.0.1:{inner}")
-    thief.advertise("/cmd_vel", "geometry_msgs/Twist")
-    until(lambda: server.stats().clients == 0, "the session goes on")
-    assert ground.publishers("/cmd_vel") == []
-    thief.close()
-    viewer.close()
 
 
 # -- what it costs -------------------------------------------------------------------------------------------
@@ -409,7 +384,7 @@ def test_a_client_that_reads_nothing_at_all_is_cut_off(ground: Ground) -> None:
     """After the time of silence; the topic is left."""
     publisher = ground.robot.publisher("/cloud", String, queue_size=1)
     server = ground.serve(limits=GatewayLimits(silence_seconds=0.5, linger_seconds=0.1))
-    viewer = ground.view(server)
+    viewer = ground.view(server, close_timeout=0.1)
     viewer.subscribe("/cloud")
     publisher.wait_for_connection(5)
     until(lambda: any(client.subscriptions for client in server.clients), "not followed")

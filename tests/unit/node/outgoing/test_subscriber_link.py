@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import socket
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -220,3 +221,40 @@ def test_a_signal_handler_may_close_the_link_that_its_thread_is_sending_on(
     assert received(theirs, 11) == b"interrupted"
     assert theirs.recv(1) == b""
     link.send(b"nobody")
+
+
+@pytest.mark.parametrize(
+    ("number", "cut"), [(errno.ETIMEDOUT, True), (errno.ECONNABORTED, True), (errno.ECONNRESET, False)]
+)
+def test_who_was_given_up_by_the_system_is_brought_back(
+    monitor: Monitor, monkeypatch: pytest.MonkeyPatch, number: int, cut: bool
+) -> None:
+    """As after a reset of ours; one that reset the connection itself is not asked back."""
+    asked: list[int] = []
+
+    def expect(sock: socket.socket, seconds: int) -> bool:
+        asked.append(seconds)
+        return True
+
+    monkeypatch.setattr(subscriber_link, "expect_acknowledgement", expect)
+    fake: Any = monitor
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        ours = socket.create_connection(server.getsockname())
+        theirs = server.accept()[0]
+    ends = ours.getsockname(), ours.getpeername()
+    ended: list[object] = []
+    link = SubscriberLink(
+        ours,
+        {"callerid": "/s"},
+        address="there:1",
+        topic="/t",
+        queue_size=10,
+        monitor=fake,
+        on_closed=lambda link, error: ended.append(error),
+    )
+    with theirs:
+        link._end(OSError(number, "given up"))
+    assert asked == [4]
+    assert link.cut == (ends if cut else None)
+    assert len(ended) == 1
+    ours.close()

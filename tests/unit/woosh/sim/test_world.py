@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 from dataclasses import replace
 
 import numpy as np
@@ -398,3 +399,65 @@ def test_the_robot_passes_the_pillars_of_its_own_hall(start, end):
             break
     assert motion.state is MotionState.DONE
     assert not world.bumper
+
+
+def some_free_place(world: World, chance: random.Random) -> Pose2D:
+    while True:
+        place = Pose2D(chance.uniform(-1.1, 9.1), chance.uniform(-3.1, 3.1), chance.uniform(-3.0, 3.0))
+        if world.planner.is_free(place.x, place.y):
+            return place
+
+
+@pytest.mark.parametrize("seed", [0, 7, 8])
+@pytest.mark.parametrize("dt", [0.02, 0.05])
+def test_goals_replaced_cancelled_and_paused_at_speed_never_end_at_the_bumper(seed, dt):
+    """It turned towards the new goal while it still rolled, off its way, and into a pillar; or, too near to one
+    already, planned its way out through it."""
+    chance = random.Random(seed)
+    world = World(settings=Settings(seed=seed))
+    arrived, due = 0, 0.0
+    motion = world.navigate("move_base", [some_free_place(world, chance)])
+    while world.time < 60.0:
+        if world.time >= due:
+            due = world.time + chance.uniform(0.3, 6.0)
+            arrived += motion.state is MotionState.DONE
+            if chance.random() < 0.2 and world.motion is not None:
+                world.end_motion(world.motion, MotionState.CANCELLED)
+            elif chance.random() < 0.2 and world.motion is not None:
+                world.motion.pause()
+            else:
+                motion = world.navigate("move_base", [some_free_place(world, chance)])
+        world.step(dt)
+        assert not world.bumper, (world.time, world.body.pose)
+    motion = world.navigate("move_base", [some_free_place(world, chance)])
+    run_until(world, lambda: motion.state.is_final)
+    assert motion.state is MotionState.DONE, "it brakes, and goes on"
+
+
+def test_the_way_out_of_a_tight_place_does_not_lead_through_the_wall():
+    """A wall was left as any near place was: five times as dear, and so cheaper than the way around it."""
+    cells = np.zeros((120, 200), np.int8)
+    cells[[0, -1], :] = cells[:, [0, -1]] = 100
+    cells[0:100, 101:103] = 100
+    grid = GridMap(cells, 0.05, Pose2D(0.0, 0.0))
+    world = World(Site(grid, {}, Pose2D(2.0, 2.0)))
+    world.body.place(Pose2D(4.72, 1.0, 0.0))
+    assert not world.around.touches(4.72, 1.0)
+    path = world.plan(world.body.pose, Pose2D(6.5, 1.0))
+    assert path is not None
+    assert max(pose.y for pose in path) > 4.5
+    motion = world.navigate("move_base", [Pose2D(6.5, 1.0)])
+    run_until(world, lambda: motion.state.is_final)
+    assert motion.state is MotionState.DONE
+    assert not world.bumper
+
+
+def test_a_velocity_still_bypasses_the_protection():
+    """What drives by velocities has no braking distance kept for it: at the bumper it ends."""
+    world = World()
+    motion = world.navigate("move_base", [Pose2D(2.5, 0.0)])
+    run(world, 1.0)
+    world.end_motion(motion, MotionState.CANCELLED)
+    world.command_velocity(Velocity(0.8), smooth=True)
+    run(world, 8.0)
+    assert world.bumper

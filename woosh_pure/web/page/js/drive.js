@@ -11,6 +11,13 @@ import { fromStick } from "./steering.js";
 import { toast } from "./toast.js";
 import { warning } from "./warning.js";
 
+// The server's reasons that this page has words of its own for; of others its sentence is shown.
+const REASONS = {
+  silent: "silent", late: "late", "slow link": "slow", "no lease": "unleased", stopped: "stopped", busy: "busy",
+};
+const OWN = new Set([...Object.values(REASONS), "gap", "hidden", "blur", "lost", "taken"]);
+const whyText = (why) => (OWN.has(why) ? t(`drive.${why}`) : why);
+
 export class Drive {
   constructor({ store, link, lease, leaseBox }) {
     Object.assign(this, { store, link, lease, leaseBox });
@@ -73,7 +80,7 @@ export class Drive {
   leave() {
     document.addEventListener("visibilitychange", () => document.hidden && this.end("hidden"));
     addEventListener("pagehide", () => this.end("hidden"));
-    addEventListener("freeze", () => this.end("hidden"));
+    document.addEventListener("freeze", () => this.end("hidden"));
     addEventListener("blur", () => {
       this.end("blur");
       this.letGo(); // no key-up will come
@@ -117,8 +124,9 @@ export class Drive {
 
   told(message) {
     if (message.state === "driving" || message.state === "opening") return;
-    this.heart.ended(message.text || message.reason || "");
-    if (message.state === "refused") toast(message.text || message.reason, "bad");
+    const why = REASONS[message.reason] ?? (message.text || message.reason || "");
+    this.heart.ended(why);
+    if (message.state === "refused") toast(whyText(why), "bad");
   }
 
   // First the warning, then control, then the switch.
@@ -166,10 +174,9 @@ export class Drive {
 
   show() {
     const { state, command } = this.heart;
-    const why = (key) => (["gap", "hidden", "blur", "lost", "taken", "stopped", "unleased"].includes(key) ? t(`drive.${key}`) : key);
     let text = t("drive.idle");
     if (state === "held") text = t("drive.driving", { vx: number(command.vx, 2), wz: number((command.wz * 180) / Math.PI, 0) });
-    else if (this.note) text = t("drive.over", { why: why(this.note) });
+    else if (this.note) text = t("drive.over", { why: whyText(this.note) });
     say(this.status, text);
     this.status.classList.toggle("driving", state === "held");
     this.status.classList.toggle("bad", state !== "held" && this.note !== "");

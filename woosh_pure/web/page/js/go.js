@@ -1,9 +1,26 @@
 // Where should it go? Marks, a place on the map, amounts, charging, and telling it where it is.
 
 import { ask, dismiss } from "./confirm.js";
-import { button, byId, el, fill, icon, say, show } from "./dom.js";
+import { button, byId, el, fill, icon, say } from "./dom.js";
+import { hint } from "./hints.js";
 import { degrees, number, onLanguage, t, word } from "./i18n.js";
 import { attempt, toast } from "./toast.js";
+
+const KNOWN = "woosh-has-driven";
+
+function remembered() {
+  try {
+    return localStorage.getItem(KNOWN) !== null;
+  } catch {
+    return false; // a browser that keeps nothing
+  }
+}
+
+function remember() {
+  try {
+    localStorage.setItem(KNOWN, "1");
+  } catch { /* the hint comes again next time */ }
+}
 
 const radians = (value) => (value * Math.PI) / 180;
 
@@ -12,6 +29,7 @@ export class Go {
     Object.assign(this, { store, rest, map, lease });
     this.root = byId("tab-go");
     this.distances = new Map();
+    this.known = remembered(); // whoever has sent it somewhere needs no hint how
     map.onmark = (mark) => this.askMark(mark);
     store.on("marks", () => this.render());
     store.on("pose", () => this.updateDistances());
@@ -24,6 +42,7 @@ export class Go {
     fill(
       this.root,
       el("h2", {}, t("go.title")),
+      marks.length && !this.known ? el("p", { class: "quiet" }, t("go.first")) : null,
       marks.length ? el("ul", { class: "marks" }, ...marks.map((mark) => this.row(mark))) : this.byName(),
       el("div", { class: "actions" },
         button(t("go.place"), () => this.choosePlace(), { name: "place", id: "choose-place" }),
@@ -35,7 +54,7 @@ export class Go {
   }
 
   row(mark) {
-    const away = el("span", { class: "quiet" });
+    const away = el("span", { class: "quiet away" });
     this.distances.set(mark, away);
     const kind = mark.kind && mark.kind !== "mark" ? ` · ${word("mark", mark.kind)}` : "";
     return el("li", {},
@@ -140,7 +159,7 @@ export class Go {
   }
 
   // Press and drag on the map, or type the numbers: both change the same place.
-  placing(hint, question) {
+  placing(how, question) {
     dismiss();
     const pose = this.store.get("pose");
     const start = pose ? { ...pose } : { x: 0, y: 0, theta: 0 };
@@ -165,23 +184,26 @@ export class Go {
     this.map.follow(false);
     this.map.setPlacing(told, start);
     told(start);
-    say(byId("hint"), t(hint));
-    show(byId("hint"));
+    hint("place", t(how));
   }
 
   // Gives the place that was chosen.
   endPlacing() {
     const { place } = this.map;
     this.map.setPlacing(null);
-    show(byId("hint"), false);
+    hint("place");
     return place && { x: place.x, y: place.y, theta: place.theta };
   }
 
   async send(body) {
-    await attempt(async () => {
+    const begun = await attempt(async () => {
       await this.lease.need();
       return this.rest.json("POST", "goals", body, { timeout: 20 });
     });
+    if (begun === null || this.known) return;
+    this.known = true;
+    remember();
+    this.render();
   }
 
   async sendPose(place) {

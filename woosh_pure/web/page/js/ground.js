@@ -102,7 +102,7 @@ export class Ground {
         const cost = cells[row * width + column];
         if (cost === 0 || cost > 100) continue;
         const at = 4 * ((height - 1 - row) * width + column);
-        image.data.set([r, g, b, 40 + Math.round(1.3 * cost)], at);
+        image.data.set([r, g, b, 24 + Math.round(1.1 * cost)], at);
       }
     }
     context.putImageData(image, 0, 0);

@@ -20,9 +20,9 @@ export class Health {
     this.table = el("section", { class: "card" });
     this.plots = el("section", { class: "card", id: "plots" });
     fill(byId("tab-health"), this.ready, this.faults, this.table, this.plots);
-    store.on("readiness", () => this.renderReady());
+    store.on("readiness lost", () => this.renderReady());
     store.on("faults", () => this.renderFaults());
-    store.on("tab", () => this.tick());
+    store.on("tab lost", () => this.tick());
     onLanguage(() => this.renderAll());
     setInterval(() => this.tick(), 500);
   }
@@ -38,7 +38,8 @@ export class Health {
   }
 
   renderReady() {
-    const readiness = this.store.get("readiness");
+    const gone = this.store.get("lost") !== null; // what it said before says nothing about now
+    const readiness = gone ? null : this.store.get("readiness");
     const answer = { yes: "yes", no: "no" }[readiness?.answer] ?? "unknown";
     const kind = { yes: "ok", no: "bad", unknown: "warn" }[answer];
     const reasons = (readiness?.reasons ?? []).map((reason) => {
@@ -87,12 +88,13 @@ export class Health {
   tick() {
     if (!this.cells || this.store.get("tab") !== "health") return;
     const now = seconds();
+    const gone = this.store.get("lost") !== null;
     for (const [row, { value, age }] of this.cells) {
       const feed = FEED[row] ?? row;
       const old = this.ages.of(feed, now);
       say(value, this.value(row));
       say(age, row === "map" ? "" : ageText(old));
-      value.classList.toggle("old", row !== "map" && isOld(feed, old));
+      value.classList.toggle("old", gone || (row !== "map" && isOld(feed, old)));
     }
   }
 }
@@ -106,7 +108,7 @@ function battery(value) {
   return parts.join(", ");
 }
 
-const task = (value) => (value ? [value.type, value.state, value.destination].filter(Boolean).join(", ") : "–");
+const task = (value) => (value ? [value.destination, word("goal", value.state)].filter(Boolean).join(" · ") : "–");
 
 function mapText(map) {
   if (!map) return t("unknown");

@@ -14,6 +14,7 @@ export class Link {
     this.began = 0;
     this.frames = 0; // handled on this socket
     this.everOpen = false;
+    this.timer = null;
     setInterval(() => this.look(), 1000);
   }
 
@@ -66,9 +67,17 @@ export class Link {
   again(code) {
     this.socket = null;
     this.handlers.state("closed", code);
+    clearTimeout(this.timer);
     const wait = AGAIN[Math.min(this.attempts, AGAIN.length - 1)];
     this.attempts += 1;
-    setTimeout(() => this.connect(), wait * 1000);
+    this.timer = setTimeout(() => this.connect(), wait * 1000);
+  }
+
+  // Whatever was in the way is gone: try now.
+  hurry() {
+    if (this.socket !== null) return;
+    clearTimeout(this.timer);
+    this.connect();
   }
 
   // A cut cable closes nothing, and an attempt may hang.

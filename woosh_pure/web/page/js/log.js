@@ -1,6 +1,7 @@
 // What was done, by whom, how it ended; and recordings: begin, see it grow, download.
 
 import { button, byId, el, fill, icon } from "./dom.js";
+import { Download, LARGEST } from "./download.js";
 import { bytes, clock, current, number, onLanguage, t, word } from "./i18n.js";
 import { whatText } from "./what.js";
 import { attempt } from "./toast.js";
@@ -13,12 +14,17 @@ export class Log {
     this.rest = rest;
     this.recordBox = el("section", { class: "card", id: "recordings" });
     this.list = el("section", { class: "card", id: "journal" });
-    fill(byId("tab-log"), this.recordBox, this.list);
+    this.downloads = new Map(); // id of a recording, or name of a file -> Download
+    this.mapBox = el("section", { class: "card", id: "mapfiles" });
+    fill(byId("tab-log"), this.recordBox, this.list, this.mapBox);
+    store.on("anew", () => this.downloads.clear());
     store.on("journal", () => this.renderJournal());
     store.on("recordings", () => this.renderRecordings());
     onLanguage(() => {
+      this.downloads.forEach((one) => one.relabel());
       this.renderJournal();
       this.renderRecordings();
+      this.renderMap();
     });
   }
 
@@ -57,12 +63,26 @@ export class Log {
         : running ? null : el("p", { class: "quiet" }, t("rec.none")));
   }
 
-  // The browser's own download shows how far it is, and needs no memory of this page.
+  // A large one is left to the browser's own download: it needs no memory of this page.
   row(one) {
     const path = `recordings/${encodeURIComponent(one.id)}/bag`;
-    return el("li", { class: "entry" }, el("div", { class: "grow" },
-      el("p", {}, el("strong", {}, one.name ?? one.id)), el("p", { class: "quiet" }, t("rec.done", { size: bytes(one.bytes) }))),
-    el("a", { class: "button", href: this.rest.base + path, download: one.name ?? true }, t("rec.download")));
+    const name = one.name ?? `${one.id}.bag`;
+    const large = one.bytes > LARGEST;
+    return el("li", { class: "saved" },
+      el("div", { class: "grow" }, el("p", {}, el("strong", {}, name)), el("p", { class: "quiet" }, t("rec.done", { size: bytes(one.bytes) }))),
+      large ? el("a", { class: "button", href: this.rest.base + path, download: name }, t("rec.download"))
+        : this.download(one.id, { path, name }).root);
+  }
+
+  download(key, options) {
+    if (!this.downloads.has(key)) this.downloads.set(key, new Download({ rest: this.rest, ...options }));
+    return this.downloads.get(key);
+  }
+
+  renderMap() {
+    fill(this.mapBox, el("h2", {}, t("files.title")), el("p", { class: "quiet" }, t("files.hint")), el("div", { class: "row" },
+      ...["png", "yaml"].map((kind) =>
+        this.download(`map.${kind}`, { path: `map.${kind}`, name: `map.${kind}`, label: `files.${kind}`, id: `save-${kind}` }).root)));
   }
 }
 

@@ -21,22 +21,14 @@ import { Store } from "./store.js";
 import { Tabs } from "./tabs.js";
 import { Task } from "./task.js";
 import { toast } from "./toast.js";
-import { askToken } from "./warning.js";
+import { Token } from "./token.js";
 
 const base = new URL("api/v1/", location.href.split(/[?#]/)[0]).href;
 const store = new Store();
 const ages = new Ages();
-const rest = new Rest(base, { onToken: () => token() });
-let asking = false;
+const rest = new Rest(base, { onToken: () => token.ask() });
+const token = new Token(rest, () => link.hurry());
 let before = false; // was connected before
-
-// Ask for the token until it is right; the link then comes by itself.
-async function token() {
-  if (asking) return;
-  asking = true;
-  for (let right = false; !right; ) right = await rest.login(await askToken()).catch(() => false);
-  asking = false;
-}
 
 // The session of before keeps name and lease through a break.
 const address = () => `${base.replace(/^http/, "ws")}live${rest.session ? `?session=${encodeURIComponent(rest.session)}` : ""}`;
@@ -53,11 +45,16 @@ const link = new Link(address, {
 
 // A browser does not always tell why a WebSocket was refused; a call does, and asks for the token at 401.
 function closed(code) {
-  if (code === 4401) token();
-  else if (!asking) rest.call("GET", "status", null, { timeout: 3 }).catch(() => {});
+  if (code === 4401) token.ask();
+  else if (!token.open) rest.call("GET", "status", null, { timeout: 3 }).catch(() => {});
 }
 
-store.on("hello", (hello) => (rest.session = hello.session));
+// Another session than before: the server was started again, or has forgotten this page.
+store.on("hello", (hello) => {
+  const anew = rest.session !== null && rest.session !== hello.session;
+  rest.session = hello.session;
+  if (anew) store.set("anew", true);
+});
 const leaseBox = el("section", { class: "card lease", "aria-live": "polite" });
 const lease = new Lease({ store, link, boxes: [leaseBox] });
 const tabs = new Tabs(store);
@@ -83,6 +80,6 @@ use(choose([kept, ...navigator.languages].filter(Boolean)));
 const given = new URLSearchParams(location.hash.slice(1)).get("token");
 if (given) {
   history.replaceState(null, "", location.pathname + location.search);
-  await rest.login(given).catch(() => false);
+  await rest.login(given);
 }
 link.connect();

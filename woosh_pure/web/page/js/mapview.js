@@ -1,9 +1,11 @@
 // The map: one canvas, drawn when something changed and at most once a frame.
 
-import { byId, say, show } from "./dom.js";
+import { CostmapSwitch } from "./costmap.js";
+import { byId, el, fill, say } from "./dom.js";
 import { isOld, lost } from "./freshness.js";
 import { Gestures, headingOf, nearest } from "./gestures.js";
 import { Ground } from "./ground.js";
+import { hint } from "./hints.js";
 import { degrees, number, onLanguage, t } from "./i18n.js";
 import * as layers from "./layers.js";
 import { seconds } from "./link.js";
@@ -87,12 +89,7 @@ export class MapView {
     byId("zoom-out").onclick = () => zoom(1 / 1.4);
     byId("follow").onclick = () => this.follow(!this.following);
     byId("fit").onclick = () => this.fit();
-    byId("costmap").onclick = () => {
-      this.ground.costShown = !this.ground.costShown;
-      byId("costmap").setAttribute("aria-pressed", String(this.ground.costShown));
-      this.store.set("wantcostmap", this.ground.costShown);
-      this.change();
-    };
+    this.costmap = new CostmapSwitch({ store: this.store, ground: this.ground, changed: () => this.change() });
   }
 
   key(event) {
@@ -156,16 +153,13 @@ export class MapView {
       this.fitted = true;
       this.fit();
     }
-    show(byId("hint"), !this.ground.meta || this.placing !== null);
-    if (!this.ground.meta && this.placing === null) say(byId("hint"), t("map.none"));
+    hint("none", this.ground.meta ? null : t("map.none"));
     this.change();
   }
 
   progress(part) {
     const loading = part !== null && part < 1;
-    if (this.placing !== null) return;
-    show(byId("hint"), loading);
-    if (loading) say(byId("hint"), t("map.loading", { n: Math.round(part * 100) }));
+    hint("load", loading ? t("map.loading") : null, part);
   }
 
   tap(at) {
@@ -241,7 +235,8 @@ export class MapView {
     say(byId("pose-text"), pose ? t("map.pose", values) : t("map.nopose"));
     const bar = scaleBar(this.view.scale);
     const element = byId("scale");
-    element.style.width = `${Math.round(bar.pixels)}px`;
-    say(element, `${number(bar.metres, bar.metres < 1 ? 1 : 0)} m`);
+    if (!element.children.length) fill(element, el("span"), el("i"));
+    element.lastChild.style.width = `${Math.round(bar.pixels)}px`;
+    say(element.firstChild, `${number(bar.metres, bar.metres < 1 ? 1 : 0)} m`);
   }
 }

@@ -20,7 +20,11 @@ const JOURNAL = 200;
 const list = (value) => (Array.isArray(value) ? value : []);
 
 const KINDS = {
-  hello: (store, message) => store.set("hello", message),
+  // What was done is told anew after each hello: numbers of a server that was started again begin at one.
+  hello(store, message) {
+    store.set("journal", []);
+    store.set("hello", message);
+  },
   plan: (store, message) => store.set("plan", list(message.points)),
   footprint: (store, message) => store.set("footprint", list(message.points)),
   marks: (store, message) => store.set("marks", shapes.marks(message.marks)),

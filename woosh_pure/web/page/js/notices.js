@@ -11,7 +11,7 @@ export class Notices {
   constructor({ store, lease }) {
     this.store = store;
     this.lease = lease;
-    store.on("readiness lease", () => this.render());
+    store.on("readiness lease lost", () => this.render());
     onLanguage(() => {
       this.shape = null;
       this.render();
@@ -19,7 +19,7 @@ export class Notices {
   }
 
   render() {
-    const readiness = this.store.get("readiness");
+    const readiness = this.store.get("lost") === null ? this.store.get("readiness") : null;
     const lease = this.store.get("lease");
     const blocking = (readiness?.answer === "no" && readiness.reasons?.filter((reason) => reason.blocking)) || [];
     const reasons = blocking.filter((reason) => reason.key !== "busy"); // its own task is shown as a task

@@ -1,5 +1,6 @@
 // Calls of the API. Every wait has an end; an error is the server's own sentence.
 
+import { collect } from "./body.js";
 import { current, t } from "./i18n.js";
 
 export class Refused extends Error {
@@ -21,14 +22,14 @@ export class Rest {
     this.session = null;
   }
 
-  // The token becomes a cookie that no script can read; false when it is wrong.
+  // The token becomes a cookie that no script can read. Null when it was taken, else the key of why not.
   async login(token) {
     try {
       await this.call("POST", "login", { token });
-      return true;
+      return null;
     } catch (error) {
-      if (error.status === 401 || error.status === 429) return false;
-      throw error;
+      if (error.status === 429) return "token.many";
+      return error.status ? "token.wrong" : "token.offline";
     }
   }
 
@@ -65,20 +66,14 @@ export class Rest {
     return text ? JSON.parse(text) : null;
   }
 
-  // A picture or file, told how far it is: told(fraction) where the length is known.
-  async blob(path, told = () => {}) {
+  // A picture or file, told how far it is: told(part, size, total). `signal` breaks it off.
+  async blob(path, told = () => {}, signal = null) {
     const answer = await this.call("GET", path, null, { timeout: 30 });
-    const total = Number(answer.headers.get("content-length"));
-    if (!answer.body || !total) return answer.blob();
-    const parts = [];
-    let size = 0;
-    const reader = answer.body.getReader();
-    for (;;) {
-      const { done, value } = await reader.read();
-      if (done) return new Blob(parts, { type: answer.headers.get("content-type") ?? "" });
-      parts.push(value);
-      size += value.length;
-      told(Math.min(1, size / total));
+    const stalled = () => new Refused(t("error.stalled"));
+    try {
+      return await collect(answer, told, { stalled, signal });
+    } catch (error) {
+      throw error instanceof Refused ? error : stalled(); // the connection broke, or somebody broke it off
     }
   }
 }

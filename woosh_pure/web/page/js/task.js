@@ -6,6 +6,8 @@ import { ICONS } from "./log.js";
 import { attempt } from "./toast.js";
 import { markOf, whatText } from "./what.js";
 
+const KEPT = 20; // seconds for which an end that needs nobody is shown
+
 export class Task {
   constructor({ store, rest }) {
     this.store = store;
@@ -16,6 +18,7 @@ export class Task {
     this.far = 0; // m to the mark when it was seen first
     this.shape = ""; // what is built; progress only moves the bar
     store.on("goal journal", () => this.render());
+    store.on("anew", () => (this.seen = this.closed = null)); // its goals have other numbers
     store.on("pose", () => this.bar && this.progress());
     onLanguage(() => {
       this.shape = "";
@@ -31,9 +34,22 @@ export class Task {
     if (hidden) return;
     const what = this.what(goal);
     const shape = JSON.stringify([goal.id, goal.state, goal.pauses, what]);
+    if (shape !== this.shape) this.later(goal);
     if (shape !== this.shape) this.build(goal, what);
     this.shape = shape;
     this.progress();
+  }
+
+  // What ended well needs nobody: it goes by itself. What ended badly stays until it is closed.
+  later(goal) {
+    clearTimeout(this.timer);
+    if (goal.running || goal.kind === "bad") return;
+    this.timer = setTimeout(() => this.close(goal.id), KEPT * 1000);
+  }
+
+  close(id) {
+    this.closed = id;
+    this.render();
   }
 
   // As it was asked for; the library's own words for a goal that somebody else has begun.
@@ -74,10 +90,7 @@ export class Task {
         ? button(t("task.resume"), call("POST", `goals/${id}/resume`), { kind: "primary", id: "resume" })
         : goal.pauses ? button(t("task.pause"), call("POST", `goals/${id}/pause`), { id: "pause" }) : null,
       button(t("task.cancel"), call("DELETE", `goals/${id}`), { id: "cancel" })) : null;
-    const close = running ? null : button("×", () => {
-      this.closed = goal.id;
-      this.render();
-    }, { kind: "close", "aria-label": t("task.close") });
+    const close = running ? null : button("×", () => this.close(goal.id), { kind: "close", "aria-label": t("task.close") });
     this.box.className = `card task ${kind}`;
     fill(
       this.box,

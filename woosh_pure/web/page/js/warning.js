@@ -1,6 +1,6 @@
-// The vendor's warning before driving, and the question for the token.
+// The vendor's warning before driving.
 
-import { button, byId, el, fill } from "./dom.js";
+import { button, el } from "./dom.js";
 import { t } from "./i18n.js";
 
 // The warning as a part of the panel, not as a dialog above everything: STOP stays in reach while it is read.
@@ -18,23 +18,4 @@ export function warning(told) {
   el("p", { class: "strong" }, t("drive.warning.1")), el("p", {}, t("drive.warning.2")), el("p", {}, t("drive.warning.3")),
   el("label", { class: "check" }, check, el("span", {}, t("drive.warning.check"))),
   el("div", { class: "row" }, yes, button(t("go.cancel"), () => told(false), { kind: "plain" })));
-}
-
-// The token that was typed; the dialog stays until there is one.
-export function askToken() {
-  const dialog = byId("token");
-  return new Promise((done) => {
-    const input = el("input", { type: "password", autocomplete: "current-password", required: true, id: "token-input" });
-    fill(dialog, el("form", {
-      method: "dialog", onsubmit: (event) => {
-        event.preventDefault();
-        dialog.close(input.value);
-      },
-    }, el("h2", { id: "token-title" }, t("token.title")), el("p", {}, t("token.text")),
-    el("label", {}, el("span", {}, t("token.label")), input),
-    el("div", { class: "row" }, el("button", { class: "primary" }, t("token.use")))));
-    dialog.oncancel = (event) => event.preventDefault();
-    dialog.addEventListener("close", () => done(dialog.returnValue), { once: true });
-    dialog.showModal();
-  });
 }

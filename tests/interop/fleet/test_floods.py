@@ -1,0 +1,116 @@
+"""More than a vehicle can read, or a broker does: memory stays bounded, and all goes on afterwards."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.support.fleet_master import Master, errors, order_over, statuses
+from tests.support.light_chassis import LightChassis, moving
+from tests.support.mosquitto import Mosquitto, mosquitto
+from woosh_pure.fleet import Broker, Store, Vehicle, VehicleConfig
+from woosh_pure.fleet.messages import MOST_BYTES
+from woosh_pure.fleet.vehicle import MOST_MESSAGES
+
+pytestmark = [pytest.mark.interop, pytest.mark.slow]
+pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
+CONFIG = VehicleConfig(manufacturer="Woosh", serial="A-17", map_id="hall")
+FLOOD = int(os.environ.get("WOOSH_FLOOD", "10000"))
+"""Messages of nonsense; more by hand."""
+
+
+@pytest.fixture
+def hall(tmp_path: Path) -> Iterator[tuple[Mosquitto, Master, Vehicle]]:
+    chassis = LightChassis(speed=5.0)
+    with (
+        mosquitto(tmp_path) as broker,
+        Master(broker.port) as master,
+        moving([chassis]),
+        Vehicle(chassis, CONFIG, Broker(broker.url), Store(tmp_path, "Woosh", "A-17")) as ours,  # type: ignore[arg-type]
+    ):
+        master.until(lambda s: s["operatingMode"] == "AUTOMATIC" and s["agvPosition"]["positionInitialized"])
+        yield broker, master, ours
+
+
+def memory() -> float:
+    """MB of this process."""
+    text = Path("/proc/self/status").read_text()
+    return int(text.partition("VmRSS:")[2].split()[0]) / 1024
+
+
+def obeys(master: Master, name: str) -> None:
+    """An order is driven, there and back."""
+    master.send("order", order_over(name, "n1 n2 n1"))
+    master.until(lambda s: s["orderId"] == name and s["lastNodeSequenceId"] == 4 and not s["nodeStates"])
+
+
+def test_a_flood_of_nonsense_is_survived(hall: Any) -> None:
+    """What waits is bounded, the errors of a state are, too, and the next order is driven."""
+    broker, master, ours = hall
+    pieces = [b"", b"[]", b"{", b"\xff" * 300, b'{"headerId": 1, "orderId": "x"}', b'{"a":' * 2000]
+    before, most = memory(), 0
+    with Master(broker.port, "uagv/v2/Woosh/somebody") as vandal:
+        vandal.prefix = master.prefix
+        for number in range(FLOOD):
+            vandal.send(("order", "instantActions")[number % 2], pieces[number % len(pieces)])
+            most = max(most, len(ours._messages))
+        deadline = time.monotonic() + 30.0
+        while vandal.client.want_write():
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+    assert most <= MOST_MESSAGES
+    master.instant("now", "stateRequest")
+    found = master.until(lambda s: statuses(s).get("now") == "FINISHED" or resent(master), 30.0)
+    assert 0 < errors(found).count("validationError") <= 20
+    obeys(master, "after")
+    assert memory() - before < 100.0
+
+
+def resent(master: Master) -> bool:
+    """A request that came while too many waited was dropped: once more."""
+    master.instant("now", "stateRequest")
+    return False
+
+
+def test_a_message_that_is_too_long_ends_the_line_and_nothing_else(
+    hall: Any, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Before all of it is in memory; it is told in a sentence, and the vehicle comes back."""
+    _, master, ours = hall
+    read: list[int] = []
+    drop = ours._line._drop
+
+    def dropped() -> None:
+        if ours._line._client is not None:
+            read.append(len(ours._line._client._in_packet["packet"]))
+        drop()
+
+    monkeypatch.setattr(ours._line, "_drop", dropped)
+    master.send("order", b"x" * (40 * MOST_BYTES))
+    master.until(lambda c: c["connectionState"] == "CONNECTIONBROKEN", topic="connection")
+    master.until(lambda c: c["connectionState"] == "ONLINE", topic="connection")
+    assert "longer than" in caplog.text
+    assert read
+    assert max(read) < 20 * MOST_BYTES
+    obeys(master, "after")
+
+
+def test_a_retained_storm_is_not_obeyed(hall: Any) -> None:
+    """Retained on both topics, with every return of the broker anew."""
+    broker, master, ours = hall
+    for n in range(2):
+        broker.kill()
+        broker.start()
+        with Master(broker.port, "uagv/v2/Woosh/somebody") as other:
+            other.prefix = master.prefix
+            for topic in ("order", "instantActions"):
+                other.send(topic, order_over(f"old{n}", "n1 n2"), retain=True)
+            assert ours.wait_connected(5.0)
+            master.until(lambda c: c["connectionState"] == "ONLINE", topic="connection")
+    with master._changed:
+        assert {s["orderId"] for s in master.all()} <= {"", *(f"old{n}" for n in range(2))}

@@ -1,0 +1,85 @@
+"""A broker that is none: it takes connections, may answer the first packet, and reads only when it is told to."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from types import TracebackType
+
+__all__ = ["StuckBroker"]
+
+CONNACK = b"\x20\x02\x00"
+
+
+class StuckBroker:
+    """Use it in a `with` block.
+
+    Args:
+        answer: The code of its CONNACK, 0 to take the client; None never answers.
+
+    Attributes:
+        accepted: How many connections it has had.
+        reading: Set while it reads; what it reads is thrown away.
+    """
+
+    def __init__(self, answer: int | None = 0) -> None:
+        self.answer = answer
+        self.accepted = 0
+        self.reading = threading.Event()
+        self.came = threading.Condition()
+        self._closing = threading.Event()
+        self._clients: list[socket.socket] = []
+        self._server = socket.create_server(("127.0.0.1", 0))
+        self.url = f"mqtt://127.0.0.1:{self._server.getsockname()[1]}"
+        self._threads = [threading.Thread(target=self._accept, daemon=True)]
+
+    def __enter__(self) -> StuckBroker:
+        self._threads[0].start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._closing.set()
+        self.reading.set()
+        self._server.shutdown(socket.SHUT_RDWR)
+        self._server.close()
+        self.hang_up()
+        for thread in self._threads:
+            thread.join(5.0)
+
+    def hang_up(self) -> None:
+        """End all connections."""
+        for client in self._clients:
+            try:
+                client.shutdown(socket.SHUT_RDWR)
+            except OSError:
+                pass  # it has left
+            client.close()
+        self._clients.clear()
+
+    def _accept(self) -> None:
+        while not self._closing.is_set():
+            try:
+                client, _ = self._server.accept()
+            except OSError:
+                return
+            self._clients.append(client)
+            thread = threading.Thread(target=self._talk, args=(client,), daemon=True)
+            self._threads.append(thread)
+            with self.came:
+                self.accepted += 1
+                self.came.notify_all()
+            thread.start()
+
+    def _talk(self, client: socket.socket) -> None:
+        try:
+            client.recv(4096)
+            if self.answer is not None:
+                client.sendall(CONNACK + bytes([self.answer]))
+            while not self._closing.is_set():
+                self.reading.wait()
+                if not client.recv(65536):
+                    return
+        except OSError:
+            return  # hung up

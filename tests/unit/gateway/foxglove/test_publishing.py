@@ -1,0 +1,108 @@
+"""What viewers publish as JSON, as their Publish, Teleop and 3-D panels do."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+
+from msgdefs.geometry_msgs.msg import PoseStamped, Twist, Vector3
+from msgdefs.sensor_msgs.msg import CompressedImage
+from msgdefs.std_msgs.msg import String
+from rosproto.codec import encode
+from rosproto.gateway import Access, GatewayLimits
+from rosproto.time import Time
+from tests.support.foxglove_ground import Ground
+
+pytest.importorskip("foxglove", reason="foxglove-sdk is not installed")
+pytest.importorskip("websockets", reason="websockets is not installed")
+
+
+def as_json(value: Any) -> bytes:
+    return json.dumps(value).encode()
+
+
+def test_json_beside_the_bytes_of_ros(ground: Ground) -> None:
+    """Both are offered, JSON first; times as viewers write them; a type named as ROS 2 does; ROS bytes as before."""
+    poses = ground.robot.subscriber("/goal", PoseStamped)
+    pictures = ground.robot.subscriber("/picture", CompressedImage)
+    texts = ground.robot.subscriber("/say", String)
+    viewer = ground.view(ground.serve(access=Access(write=["*"])))
+    assert viewer.info["supportedEncodings"] == ["json", "ros1"]
+    goal = viewer.advertise("/goal", "geometry_msgs/msg/PoseStamped", encoding="json")
+    picture = viewer.advertise("/picture", "sensor_msgs/CompressedImage", encoding="json")
+    say = viewer.advertise("/say", "std_msgs/String", encoding="ros1")
+    for heard in (poses, pictures, texts):
+        heard.wait_for_connection(5)
+    header = {"seq": 0, "stamp": {"sec": 12, "nsec": 34}, "frame_id": "map"}
+    pose = {"position": {"x": 1, "y": 2.5, "z": 0}, "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}
+    viewer.publish(goal, as_json({"header": header, "pose": pose}))
+    came = poses.next(5)
+    assert (came.header.stamp, came.header.frame_id) == (Time(12, 34), "map")
+    assert (came.pose.position.x, came.pose.position.y, came.pose.orientation.w) == (1.0, 2.5, 1.0)
+    viewer.publish(picture, as_json({"format": "png", "data": [1, 2, 255]}))
+    assert bytes(pictures.next(5).data) == b"\x01\x02\xff"
+    viewer.publish(say, encode(String(data="as before")))
+    assert texts.next(5).data == "as before"
+
+
+def test_a_schema_of_json_is_no_definition(ground: Ground) -> None:
+    """The type is known here by its name; a JSON schema beside it is left unread."""
+    heard = ground.robot.subscriber("/say", String)
+    viewer = ground.view(ground.serve(access=Access(write=["*"])))
+    channel = {
+        "id": 7, "topic": "/say", "encoding": "json", "schemaName": "std_msgs/String",
+        "schemaEncoding": "jsonschema", "schema": '{"type": "object"}',
+    }  # fmt: skip
+    viewer.send("advertise", channels=[channel])
+    heard.wait_for_connection(5)
+    viewer.publish(7, as_json({"data": "grüß dich"}))
+    assert heard.next(5).data == "grüß dich"
+
+
+WRONG = (
+    (b"{", "no JSON"),
+    (b"\xff", "not UTF-8"),
+    (b"[" * 100_000, "inside one another"),
+    (b"[" * 1_000_001, "brackets"),
+    (b'{"linear": {"x": ' + b"9" * 5000 + b"}}", "digits"),
+    (as_json({"linear": {"x": "fast"}}), "linear.x"),
+    (as_json({"speed": 1}), "has no field 'speed'"),
+    (b'{"linear": {"x": NaN}}', "not finite"),
+    (b'{"linear": {"x": 1e999}}', "not finite"),
+    (b'{"data": "' + b"x" * 2_000_000 + b'"}', "too large"),
+)
+
+
+def test_json_that_fits_nothing(ground: Ground) -> None:
+    """Is answered with a sentence each; nothing of it is published, and the next message is."""
+    heard = ground.robot.subscriber("/cmd_vel", Twist)
+    server = ground.serve(access=Access(write=["*"]), limits=GatewayLimits(message_bytes=1_500_000))
+    viewer = ground.view(server)
+    channel = viewer.advertise("/cmd_vel", "geometry_msgs/Twist", encoding="json")
+    heard.wait_for_connection(5)
+    for data, words in WRONG:
+        viewer.publish(channel, data)
+        if words != "not finite":
+            assert "/cmd_vel" in viewer.status(words)
+    viewer.status("not finite")  # the same sentence is told once in a while
+    viewer.publish(channel, as_json({"linear": {"x": 0.25}}))
+    assert heard.next(5) == Twist(linear=Vector3(x=0.25))
+
+
+def test_other_encodings_are_refused(ground: Ground) -> None:
+    """With what is taken."""
+    viewer = ground.view(ground.serve(access=Access(write=["*"])))
+    viewer.advertise("/say", "std_msgs/String", encoding="cdr")
+    assert "json or ros1" in viewer.status("/say", "'cdr'")
+    assert ground.publishers("/say") == []
+
+
+def test_json_needs_a_pattern_like_everything(ground: Ground) -> None:
+    """The type that is judged is the type that would be published, however it is written."""
+    viewer = ground.view(ground.serve())
+    channel = viewer.advertise("/cmd_vel", "geometry_msgs/msg/Twist", encoding="json")
+    viewer.publish(channel, as_json({}))
+    assert "--allow-write topic:/cmd_vel" in viewer.status("/cmd_vel", "refused")
+    assert ground.publishers("/cmd_vel") == []

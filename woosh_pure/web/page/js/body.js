@@ -1,0 +1,48 @@
+// The body of an answer, told how far it is. A body that stands still ends in an error: it would wait for ever.
+
+const PIECE = 8e6; // bytes after which what has come is handed to the browser, which may put it on its disk
+
+// told(part 0..1, size, total); total is 0 where the length is not known. stalled() gives the error to throw.
+export async function collect(answer, told, { seconds = 20, stalled, signal = null } = {}) {
+  const type = answer.headers.get("content-type") ?? "";
+  const total = Number(answer.headers.get("content-length")) || 0;
+  const reader = answer.body.getReader();
+  const pieces = [];
+  let parts = [];
+  let [size, kept] = [0, 0];
+  const end = () => reader.cancel().catch(() => {});
+  signal?.addEventListener("abort", end);
+  try {
+    for (;;) {
+      const { done, value } = await within(reader.read(), seconds, stalled);
+      if (signal?.aborted) throw new Error("aborted");
+      if (done) break;
+      parts.push(value);
+      size += value.length;
+      if (size - kept > PIECE) {
+        pieces.push(new Blob(parts));
+        [parts, kept] = [[], size];
+      }
+      told(total ? Math.min(1, size / total) : 0, size, total);
+    }
+  } catch (error) {
+    end();
+    throw error;
+  } finally {
+    signal?.removeEventListener("abort", end);
+  }
+  if (total && size < total) throw stalled();
+  return new Blob([...pieces, ...parts], { type });
+}
+
+async function within(work, seconds, late) {
+  let timer = null;
+  const limit = new Promise((_, fail) => {
+    timer = setTimeout(() => fail(late()), seconds * 1000);
+  });
+  try {
+    return await Promise.race([work, limit]);
+  } finally {
+    clearTimeout(timer);
+  }
+}
