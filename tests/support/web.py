@@ -97,7 +97,11 @@ class Hand:
         from websockets.sync.client import connect
 
         self._context = connect(
-            f"ws://127.0.0.1:{port}{path}", open_timeout=10, close_timeout=1, max_queue=None, **options
+            f"{'wss' if 'ssl' in options else 'ws'}://127.0.0.1:{port}{path}",
+            open_timeout=10,
+            close_timeout=1,
+            max_queue=None,
+            **options,
         )
         self.socket = self._context.__enter__()
         self.heard: list[dict[str, Any]] = []
