@@ -11,7 +11,6 @@ if __name__ == "__main__":
     with Hand(int(sys.argv[1])) as page:
         page.of("hello")
         page.ready()
-        page.hold(0.2)
-        page.of("drive", state="driving")
+        page.drive()
         print("driving", flush=True)
         threading.Event().wait(60.0)
