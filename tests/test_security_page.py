@@ -48,8 +48,16 @@ HOLDS = {
         "unit/gateway/foxglove/test_assets.py::test_what_is_no_file_of_a_robot",
         "unit/gateway/foxglove/test_assets.py::test_what_is_not_there_or_leads_out_or_is_too_large",
     ],
-    "ends that session and writes": [
-        "unit/gateway/foxglove/test_server.py::test_who_finds_the_port_behind_the_door_ends_it",
+    "gets nothing done and ends the session": [
+        "unit/gateway/foxglove/test_seal.py::test_where_the_port_stays_open_the_first_is_not_taken_for_the_viewer",
+    ],
+    "before anything is offered, and one who was there before": [
+        "unit/gateway/foxglove/test_seal.py::test_the_port_is_closed_when_the_viewer_is_there",
+        "unit/gateway/foxglove/test_seal.py::test_who_was_there_before_ends_it",
+    ],
+    "a page from a file says": [
+        "unit/gateway/foxglove/test_server.py::test_strangers_stay_outside",
+        "unit/cli/test_foxglove_command.py::test_the_page_on_the_internet_may_look_and_not_write",
     ],
     "no chunk gives more than it declares, and a length beyond the file takes no memory": [
         "unit/bag/test_bag_mcap.py::test_a_chunk_that_unpacks_to_more_than_it_says",

@@ -37,8 +37,10 @@ __all__ = [
     "read_chunk",
     "read_head",
     "read_index_times",
+    "read_small_chunk",
 ]
 
+_AT_ONCE = 4 << 20
 _HEAD_BYTES = 512  # more than any record header that is not a connection's
 _MOST_HEADER_BYTES = 1 << 20
 
@@ -54,13 +56,18 @@ class RecordHead(NamedTuple):
     data_size: int
 
 
-def read_head(source: BagFile, pos: int) -> RecordHead:
+def read_head(source: BagFile, pos: int, begin: bytes = b"") -> RecordHead:
     """The head of the record at `pos`.
+
+    Args:
+        source: The file.
+        pos: Where it begins.
+        begin: The bytes from there on, as far as they have been read already.
 
     Raises:
         BagError: There is no whole record head.
     """
-    head = source.read_at(pos, _HEAD_BYTES)
+    head = begin or source.read_at(pos, _HEAD_BYTES)
     if len(head) < 4:
         raise source.error("the file ends inside a record", pos)
     (size,) = _U32.unpack_from(head)
@@ -167,7 +174,33 @@ def read_chunk(source: BagFile, info: ChunkInfo, span: int, *, with_index: bool 
     Raises:
         BagError: It is damaged.
     """
-    head = _chunk_head(source, info.pos)
+    whole = _whole(source, info, span) if with_index else b""
+    head = _chunk_head(source, info.pos, whole)
+    return _read_behind(source, info, span, with_index, whole, head)
+
+
+def read_small_chunk(source: BagFile, info: ChunkInfo, span: int, most: int) -> ChunkData | None:
+    """`read_chunk`, or None for one of more than `most` bytes, stored or uncompressed.
+
+    Raises:
+        BagError: It is damaged.
+    """
+    whole = _whole(source, info, span)
+    head = _chunk_head(source, info.pos, whole)
+    if max(ChunkHeader.from_fields(head.fields).size, head.data_size) > most:
+        return None
+    return _read_behind(source, info, span, True, whole, head)
+
+
+def _whole(source: BagFile, info: ChunkInfo, span: int) -> bytes:
+    """The chunk and its index in one read, unless that could be a lot; then nothing."""
+    return source.read_at(info.pos, span) if span <= _AT_ONCE else b""
+
+
+def _read_behind(
+    source: BagFile, info: ChunkInfo, span: int, with_index: bool, whole: bytes, head: RecordHead
+) -> ChunkData:
+    """A chunk whose head, and perhaps all of it, has been read."""
     chunk = ChunkHeader.from_fields(head.fields)
     most = source.limits.chunk_bytes
     if max(chunk.size, head.data_size) > most:
@@ -177,18 +210,22 @@ def read_chunk(source: BagFile, info: ChunkInfo, span: int, *, with_index: bool 
     in_file = source.size - head.data_pos
     if head.data_size or not info.partial:  # a recorder that died leaves 0 here, and its data behind it
         in_file = min(in_file, head.data_size)
-    tail = max(0, span - (head.data_pos - info.pos) - head.data_size) if with_index else 0
+    base = head.data_pos - info.pos
+    tail = max(0, span - base - head.data_size) if with_index else 0
     # An index is never larger than what it indexes.
     tail = min(tail, 64 + (INDEX_ENTRY_BYTES + 1) * chunk.size)
-    raw = source.read_at(head.data_pos, in_file + tail)
+    raw = whole
+    if len(whole) < base + in_file + tail:
+        raw, base = source.read_at(head.data_pos, in_file + tail), 0
+    end = min(base + in_file, len(raw))
     indexed = with_index and info.indexed and not info.partial
     if chunk.compression == "none":
-        complete = len(raw) >= head.data_size == chunk.size and not info.partial
+        complete = len(raw) - base >= head.data_size == chunk.size and not info.partial
         if not complete and not info.partial:
             raise source.error("an uncompressed chunk is shorter than its header says", info.pos)
-        index = (raw, in_file) if indexed else None
-        return ChunkData(info, raw, 0, min(in_file, len(raw)), complete, tail=index)
-    packed = memoryview(raw)[:in_file]
+        index = (raw, end) if indexed else None
+        return ChunkData(info, raw, base, end, complete, tail=index)
+    packed = memoryview(raw)[base:end]
     declared = chunk.size
     if info.partial and not declared:
         # A recorder that died left no size: allow what a chunk of this length can expand to.
@@ -201,12 +238,12 @@ def read_chunk(source: BagFile, info: ChunkInfo, span: int, *, with_index: bool 
             plain, complete = decompress(chunk.compression, packed, chunk.size), True
     except BagError as problem:
         raise source.error(str(problem), info.pos) from None
-    index = (raw[in_file:], 0) if indexed else None
+    index = (raw[end : end + tail], 0) if indexed else None
     return ChunkData(info, plain, 0, len(plain), complete, True, source.records, index)
 
 
-def _chunk_head(source: BagFile, pos: int) -> RecordHead:
-    head = read_head(source, pos)
+def _chunk_head(source: BagFile, pos: int, begin: bytes = b"") -> RecordHead:
+    head = read_head(source, pos, begin)
     if head.op != OP_CHUNK:
         raise source.error(f"expected a chunk record, found op {head.op}", pos)
     return head

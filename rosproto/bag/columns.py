@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +21,11 @@ __all__ = ["to_numpy"]
 
 
 def to_numpy(
-    bag: BagReader, topic: str, connections: Iterable[Connection], fields: Iterable[str]
+    bag: BagReader,
+    topic: str,
+    connections: Iterable[Connection],
+    fields: Iterable[str],
+    step: Callable[[int], None] = lambda _: None,
 ) -> dict[str, NDArray[Any]]:
     """Read fields of all messages of a topic into arrays.
 
@@ -30,6 +34,7 @@ def to_numpy(
         topic: A topic of it.
         connections: That topic's.
         fields: Paths such as "pose.pose.position.x".
+        step: Called with the number of messages that are done since the last time.
 
     Returns:
         "receive_time" (seconds since 1970, (N,) float64), and one array for each field: (N,) in the field's
@@ -47,8 +52,8 @@ def to_numpy(
     for connection in connections:
         for path in paths:
             _check_path(bag.message_class(connection)(), path, topic)
-    columns = _cut_out(bag, topic, paths) if len(connections) == 1 else None
-    times, values = columns or _decoded(bag, topic, paths)
+    columns = _cut_out(bag, topic, paths, step) if len(connections) == 1 else None
+    times, values = columns or _decoded(bag, topic, paths, step)
     # A field name never begins with `_`, so this one is free when the message has a `receive_time`.
     name = "_receive_time" if "receive_time" in paths else "receive_time"
     arrays: dict[str, NDArray[Any]] = {name: np.array(times, np.float64)}
@@ -56,7 +61,7 @@ def to_numpy(
 
 
 def _cut_out(
-    bag: BagReader, topic: str, paths: list[str]
+    bag: BagReader, topic: str, paths: list[str], step: Callable[[int], None] = lambda _: None
 ) -> tuple[NDArray[np.float64], list[NDArray[Any]]] | None:
     """Times and columns, decoding only the first message; None when the messages are not all alike."""
     import numpy as np
@@ -71,17 +76,21 @@ def _cut_out(
     pieces: list[list[NDArray[Any]]] = []
     for batch in bag.batches(topic):
         rows = batch.rows
-        if batch.chunk is None:  # chunks that overlap in time
-            return None
-        found = places.take(batch.chunk.blob, rows.start, rows.end, paths)
+        found = None  # of chunks that overlap in time
+        if batch.chunk is not None:
+            found = places.take(batch.chunk.blob, rows.start, rows.end, paths)
         if found is None:
+            step(-sum(map(len, times)))
             return None
         times.append(rows.secs + rows.nsecs / 1e9)
         pieces.append(found)
+        step(len(rows.conn))
     return np.concatenate(times), [np.concatenate(column) for column in zip(*pieces, strict=True)]
 
 
-def _decoded(bag: BagReader, topic: str, paths: list[str]) -> tuple[list[float], list[NDArray[Any]]]:
+def _decoded(
+    bag: BagReader, topic: str, paths: list[str], step: Callable[[int], None]
+) -> tuple[list[float], list[NDArray[Any]]]:
     """The same by decoding every message, for messages of any layout."""
     getters = [attrgetter(path) for path in paths]
     columns: list[list[Any]] = [[] for _ in paths]
@@ -92,6 +101,7 @@ def _decoded(bag: BagReader, topic: str, paths: list[str]) -> tuple[list[float],
         times.append(stamp.to_sec())
         for column, get in zip(columns, getters, strict=True):
             column.append(get(message))
+        step(1)
     types = [None if example is None else dtype_of(example, path) for path in paths]
     return times, [_as_array(column, kind) for column, kind in zip(columns, types, strict=True)]
 

@@ -105,14 +105,15 @@ def _bz2_prefix(data: bytes | memoryview, size: int) -> tuple[bytes, bool]:
 
 def _lz4_prefix(data: bytes | memoryview, size: int) -> tuple[bytes, bool]:
     frame = _lz4()
-    whole = frame.LZ4FrameDecompressor()
     try:
         # The buffer is allocated in one piece, so a wild size in the header is capped by the most that LZ4
         # can expand to (255 to 1). With room for one block more than needed, LZ4 decompresses straight into
         # it; without that room it goes through a buffer of its own first.
         room = min(size, 256 * len(data)) + _lz4_block_bytes(data)
-        plain = whole.decompress(data, room)
-        if whole.eof and len(plain) == size:
+        # Not LZ4FrameDecompressor, which copies what is no bytes object.
+        context = frame.create_decompression_context()
+        plain, _, whole = frame.decompress_chunk(context, data, max_length=room)
+        if whole and len(plain) == size:
             return plain, True
         return plain[:size], False
     except (RuntimeError, EOFError, ValueError):

@@ -6,13 +6,10 @@ dataframe, and Dask schedules them.
 
 from __future__ import annotations
 
-import importlib
-import os
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
-from rosproto.bag.pieces import PIECE_BYTES, Partition, partitions
-from rosproto.errors import BagError
+from rosproto.bag.pieces import PIECE_BYTES, Damaged, Files, Partition, cluster_module, partitions
 
 if TYPE_CHECKING:
     from rosproto.bag.limits import BagLimits
@@ -21,31 +18,25 @@ __all__ = ["read_bags"]
 
 
 def read_bags(
-    files: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
+    files: Files,
     topic: str,
     *,
     fields: Iterable[str] | None = None,
     size: int = PIECE_BYTES,
-    damaged: Literal["raise", "skip"] = "raise",
+    damaged: Damaged = "raise",
     limits: BagLimits | None = None,
 ) -> Any:
     """A topic of recordings as a dask.dataframe.DataFrame, with every message exactly once.
 
     Args:
-        files: See `rosproto.bag.partitions`; workers must reach them under the same names.
-        topic: The topic.
-        fields: See `BagReader.to_arrow`.
-        size: A piece is full when its chunks take this many bytes of the file.
-        damaged: See `rosproto.bag.partitions`.
-        limits: How much each file may ask for.
+        files: As this and `size`, `fields`, `damaged` and `limits` are for `rosproto.bag.partitions`; workers
+            must reach them under the same names.
+        topic: Which one; a table has one.
 
     Raises:
         BagError: See `rosproto.bag.partitions`; or Dask is missing.
     """
-    try:
-        dataframe: Any = importlib.import_module("dask.dataframe")
-    except ImportError as problem:
-        raise BagError("this needs Dask's dataframes: pip install 'dask[dataframe]'") from problem
+    dataframe = cluster_module("dask.dataframe", "dask[dataframe]")
     pieces = partitions(files, topic, size=size, fields=fields, damaged=damaged, limits=limits)
     empty = pieces[0].schema().empty_table()
     return dataframe.from_map(_frame, pieces, meta=_pandas(empty))

@@ -24,6 +24,7 @@ FEW = 256  # messages
 LARGE = 4096  # average bytes per message from which messages are read one by one
 MOST_BYTES = 64 << 20  # the largest chunk that is read this way
 _WINDOW = 16 << 10
+_NARROW = 256
 _U32 = Struct("<I")
 # The head of a message record in the two usual field orders: conn, op, time (roscpp, and our own writer) and
 # op, conn, time (rospy). Each struct reads constant bytes, the connection, constant bytes, secs, nsecs and
@@ -106,38 +107,57 @@ def few_messages(
     if not LARGE * sum(info.counts.values()) <= size <= min(MOST_BYTES, source.size - position):
         return None
     found: list[Found] = []
-    seen: list[tuple[int, int, int]] = []
-    at, records, begin, window = 0, 0, 0, b""
+    seen = dict.fromkeys(info.counts, 0)
     read, make = source.read_at, tuple.__new__
+    layout, first, second = _ORDERS[0]
+    unpack = layout.unpack_from
+    at, records, begin, window, end = 0, 0, 0, b"", 0
+    last, in_order, ahead = (0, 0), True, _WINDOW
     while at < size:
-        head = _head(window, at - begin, len(window)) if at < begin + len(window) else None
-        if head is None:
-            window, begin = read(position + at, min(_WINDOW, size - at)), at
-            head = _head(window, 0, len(window))
+        if at + MESSAGE_HEAD > end:
+            window, begin = read(position + at, min(ahead, size - at)), at
+            end = begin + len(window)
         records += 1
-        if head is None or records > 2 * FEW:
+        if records > 2 * FEW:
             return None
-        conn, secs, nsecs, length = head
-        if conn < 0:
-            at += length
-            continue
+        head = unpack(window, at - begin) if at + MESSAGE_HEAD <= end else (b"",) * 6
+        if head[0] == first and head[2] == second:
+            _, conn, _, secs, nsecs, length = head
+        else:
+            other = _head(window, at - begin, end - begin)
+            if other is None and begin < at:  # the window may end too early for this record
+                window, begin = read(position + at, min(_WINDOW, size - at)), at
+                end = begin + len(window)
+                other = _head(window, 0, len(window))
+            if other is None:
+                return None
+            conn, secs, nsecs, length = other
+            if conn < 0:
+                at += length
+                continue
         start = at + MESSAGE_HEAD
-        if start + length > size:
+        after = start + length
+        if after > size or conn not in seen:
             return None
-        seen.append((conn, secs, nsecs))
+        seen[conn] += 1
+        time = secs, nsecs
+        if time < last or nsecs >= NS:
+            in_order = False
+        last = time
         if conn in wanted:
-            first = start - begin
-            if first + length <= len(window):
-                data = window[first : first + length]
+            if after <= end:
+                data = window[start - begin : after - begin]
             else:
                 data = read(position + start, length)
                 if len(data) != length:
                     return None
             found.append(make(Found, (conn, secs, nsecs, at, data)))
-        at = start + length
-    if at != size or not _agree(seen, info.counts):
+        at = after
+        # Behind a large message there is probably another one, and more than its head would be read twice.
+        ahead = _WINDOW if length < _WINDOW else _NARROW
+    if at != size or seen != info.counts:
         return None
-    return found if _in_order(found) else sorted(found, key=lambda m: (m.secs * NS + m.nsecs, m.offset))
+    return found if in_order else sorted(found, key=lambda m: (m.secs * NS + m.nsecs, m.offset))
 
 
 def _head(blob: bytes, at: int, end: int) -> tuple[int, int, int, int] | None:

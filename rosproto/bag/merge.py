@@ -40,13 +40,13 @@ class Batch:
         rows: Where they are.
         chunk: The chunk of all of them; None when they come from several.
         pieces: For each row the number of its chunk, (N,) int64; None with one chunk.
-        blob_of: Gives a chunk's info and bytes by that number.
+        chunk_of: Gives a chunk by that number.
     """
 
     rows: Rows
     chunk: ChunkData | None
     pieces: NDArray[np.int64] | None = None
-    blob_of: Callable[[int], tuple[ChunkInfo, bytes]] | None = None
+    chunk_of: Callable[[int], ChunkData] | None = None
 
 
 @dataclass(slots=True)
@@ -125,7 +125,7 @@ def _release(waiting: list[_Piece], limit: int | None, cache: _Cache) -> tuple[B
         np.concatenate(end)[order],
     )
     pieces = np.concatenate([np.full(len(piece.time), piece.number, np.int64) for piece in out])[order]
-    return Batch(rows, None, pieces, cache.blob), left
+    return Batch(rows, None, pieces, cache.get), left
 
 
 def _slice(piece: _Piece, start: int, stop: int) -> _Piece:
@@ -165,9 +165,6 @@ class _Cache:
             raise BagError("the bag changed while it was read", offset=self._order[number].pos)
         self.put(number, data)
         return data
-
-    def blob(self, number: int) -> tuple[ChunkInfo, bytes]:
-        return self._order[number], self.get(number).blob
 
     def keep_only(self, numbers: set[int]) -> None:
         for number in [n for n in self._held if n not in numbers]:

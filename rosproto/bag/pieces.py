@@ -8,6 +8,7 @@ piece.
 from __future__ import annotations
 
 import glob
+import importlib
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
@@ -22,9 +23,10 @@ from rosproto.bag.records import ChunkInfo, Connection
 from rosproto.bag.remote import is_remote, open_remote, remote_files
 from rosproto.errors import BagError
 
-__all__ = ["Partition", "partitions"]
+__all__ = ["PIECE_BYTES", "Damaged", "Files", "Partition", "cluster_module", "partitions"]
 
 Damaged = Literal["raise", "skip"]
+Files = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
 PIECE_BYTES = 64 << 20
 
 
@@ -81,7 +83,7 @@ class Partition:
 
 
 def partitions(
-    files: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
+    files: Files,
     topics: str | Iterable[str] | None = None,
     *,
     size: int = PIECE_BYTES,
@@ -122,6 +124,18 @@ def partitions(
         missing = ", ".join(sorted(wanted - seen))
         raise BagError(f"no messages on {missing}; there are {', '.join(sorted(seen)) or 'none at all'}")
     return found
+
+
+def cluster_module(name: str, package: str) -> Any:
+    """A module of what schedules pieces.
+
+    Raises:
+        BagError: It is missing; names what to install.
+    """
+    try:
+        return importlib.import_module(name)
+    except ImportError as problem:
+        raise BagError(f"this needs {name}: pip install '{package}'") from problem
 
 
 def _pieces(
@@ -172,7 +186,7 @@ def _ends(bag: BagReader) -> dict[int, int]:
 # -- files -------------------------------------------------------------------------------------------------
 
 
-def _paths(files: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> list[str]:
+def _paths(files: Files) -> list[str]:
     several = [files] if isinstance(files, (str, os.PathLike)) else list(files)
     found: list[str] = []
     for each in several:

@@ -7,12 +7,10 @@ them and repeats those whose worker died.
 from __future__ import annotations
 
 import importlib
-import os
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
-from rosproto.bag.pieces import PIECE_BYTES, Partition, partitions
-from rosproto.errors import BagError
+from rosproto.bag.pieces import PIECE_BYTES, Damaged, Files, Partition, cluster_module, partitions
 
 if TYPE_CHECKING:
     from rosproto.bag.limits import BagLimits
@@ -21,33 +19,27 @@ __all__ = ["read_bags"]
 
 
 def read_bags(
-    files: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
+    files: Files,
     topic: str,
     *,
     fields: Iterable[str] | None = None,
     size: int = PIECE_BYTES,
-    damaged: Literal["raise", "skip"] = "raise",
+    damaged: Damaged = "raise",
     limits: BagLimits | None = None,
     **options: Any,
 ) -> Any:
     """A topic of recordings as a ray.data.Dataset of Arrow blocks, with every message exactly once.
 
     Args:
-        files: See `rosproto.bag.partitions`; workers must reach them under the same names.
-        topic: The topic.
-        fields: See `BagReader.to_arrow`.
-        size: A piece is full when its chunks take this many bytes of the file.
-        damaged: See `rosproto.bag.partitions`.
-        limits: How much each file may ask for.
+        files: As this and `size`, `fields`, `damaged` and `limits` are for `rosproto.bag.partitions`; workers
+            must reach them under the same names.
+        topic: Which one; a table has one.
         **options: Of `ray.data.read_datasource`, such as `concurrency` and `ray_remote_args`.
 
     Raises:
         BagError: See `rosproto.bag.partitions`; or Ray is missing.
     """
-    try:
-        data: Any = importlib.import_module("ray.data")
-    except ImportError as problem:
-        raise BagError("this needs Ray Data: pip install 'ray[data]'") from problem
+    data = cluster_module("ray.data", "ray[data]")
     pieces = partitions(files, topic, size=size, fields=fields, damaged=damaged, limits=limits)
     options.setdefault("override_num_blocks", len(pieces))
     return data.read_datasource(_source(pieces), **options)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from rosproto.bag.bag_file import BagFile
-from rosproto.bag.chunk import ChunkData, chunk_header, read_chunk
+from rosproto.bag.chunk import ChunkData, read_chunk, read_small_chunk
 from rosproto.bag.compression import keep_freed_memory
 from rosproto.bag.helpers import Helpers, Task, helper_count
 from rosproto.bag.records import ChunkInfo
@@ -69,5 +69,4 @@ class ReadAhead:
 
     def _read_small(self, info: ChunkInfo) -> ChunkData | None:
         """In any thread: the chunk, or None for a large one."""
-        head, stored = chunk_header(self._source, info)
-        return self._read(info) if max(head.size, stored) <= MOST_AHEAD_BYTES else None
+        return read_small_chunk(self._source, info, self._spans[info.pos], MOST_AHEAD_BYTES)

@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, BinaryIO, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 
 from rosproto.bag.bag_file import BagFile
-from rosproto.bag.chunk import ChunkData, chunk_header, plain_data, read_chunk, read_index_times
-from rosproto.bag.few import Found, few_alone, few_messages, few_places
+from rosproto.bag.chunk import ChunkData, chunk_header, read_index_times
+from rosproto.bag.decoding import Takers, decoded_messages
 from rosproto.bag.index import open_index
 from rosproto.bag.limits import BagLimits
-from rosproto.bag.merge import Batch, merge
-from rosproto.bag.read_ahead import Following, ReadAhead
+from rosproto.bag.merge import Batch
+from rosproto.bag.raw_message import RawMessage, raw_messages
+from rosproto.bag.read_ahead import ReadAhead
 from rosproto.bag.records import NS, ChunkInfo, Connection, total_counts
-from rosproto.bag.rows import MESSAGE_HEAD, Rows
+from rosproto.bag.rows import Rows
+from rosproto.bag.runs import RunReader, runs_of
 from rosproto.bag.stamps import Stamp, to_ns
-from rosproto.errors import BagError
 from rosproto.time import Time
 
 if TYPE_CHECKING:
@@ -28,26 +29,6 @@ if TYPE_CHECKING:
     from rosproto.codec import Message
 
 __all__ = ["BagReader", "Compression", "RawMessage", "TopicInfo"]
-
-Give = Callable[[bytes, int, int], Any]
-
-
-class RawMessage(NamedTuple):
-    """A message as it lies in the bag; the first four are what rosbag gives with raw=True.
-
-    Attributes:
-        type: "package/Type".
-        data: Serialized message; a read-only memoryview of the chunk with raw="view".
-        md5sum: Of its definition.
-        position: (byte position of the chunk in the file, of the message in the uncompressed chunk).
-        connection: Its connection, with the definition; `BagWriter.write` stores it as it is.
-    """
-
-    type: str
-    data: bytes
-    md5sum: str
-    position: tuple[int, int]
-    connection: Connection
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +55,7 @@ class Compression:
     plain_bytes: int
 
 
-class BagReader:
+class BagReader(RunReader):
     """A bag, opened for reading.
 
     Opening reads the table of contents only. A bag without a usable one (never closed, cut off, damaged) is
@@ -123,7 +104,6 @@ class BagReader:
     def _take_contents(
         self, connections: dict[int, Connection], chunks: list[ChunkInfo], damage: list[str]
     ) -> None:
-        self._functions: dict[int, Give] = {}
         self.path = self._source.path
         self.size = self._source.size
         self.damage = damage
@@ -132,6 +112,7 @@ class BagReader:
         self._counts = counts
         self.connections = MappingProxyType({i: c for i, c in sorted(connections.items()) if counts.get(i)})
         self._known = {i: (c.topic, c.type, c.md5sum, c) for i, c in self.connections.items()}
+        self._takers = Takers(self.connections)
         self.topics = MappingProxyType(self._make_topics())
         self.message_count = sum(counts.values())
 
@@ -216,62 +197,9 @@ class BagReader:
         self, wanted: set[int], low: int | None, high: int | None, raw: bool | str
     ) -> Iterator[tuple[str, Any, Time]]:
         view = raw == "view"
-        ahead = ReadAhead(self._source, self._spans)
-        order = self._chunks_of(wanted, low, high)
-        alone = self._alone(order)
-        number = 0
-        while number < len(order):
-            first, info = number, order[number]
-            if not alone[first]:
-                while number < len(order) and not alone[number]:
-                    number += 1
-                for batch in self._merge(order[first:number], ahead, wanted, low, high):
-                    yield from self._of_batch(batch, raw, view)
-                continue
-            number += 1
-            # Only for a chunk that lies wholly in the span: its messages are not filtered by time below.
-            whole = (low is None or info.start >= low) and (high is None or info.end <= high)
-            if whole and raw and not view and (found := self._few_messages(info, wanted)) is not None:
-                yield from self._raw_found(info, found)
-                continue
-            data = self._load(info, ahead, lambda count, at=number: order[at : at + count])  # type: ignore[misc]
-            if data is None:
-                continue
-            places = few_places(data.blob, data.base, data.end, info.counts) if whole else None
-            if places is None:
-                for batch in merge([info], lambda *_, held=data: held, self._selector(wanted, low, high)):
-                    yield from self._of_batch(batch, raw, view)
-                continue
-            if not info.counts.keys() <= wanted:
-                places = [place for place in places if place.conn in wanted]
-            if raw:
-                base = data.base + MESSAGE_HEAD
-                yield from self._raw_places(info, memoryview(data.blob) if view else data.blob, base, places)
-            else:
-                yield from self._decoded(data.blob, [place.conn for place in places], places)
-            del data, places  # the next chunk is read into the same memory, still in the cache
-
-    def _alone(self, order: list[ChunkInfo]) -> list[bool]:
-        return few_alone(order)
-
-    def _few_messages(self, info: ChunkInfo, wanted: set[int]) -> list[Found] | None:
-        """A chunk's messages read one by one; None where that is slower, or the chunk is damaged."""
-        self._source.check_open()
-        if self._source.far:
-            return None
-        try:
-            position, size = plain_data(self._source, info)
-            return few_messages(self._source, info, position, size, wanted) if size else None
-        except BagError:
-            return None  # the general way reports what is wrong
-
-    def _of_batch(self, batch: Batch, raw: bool | str, view: bool) -> Iterator[tuple[str, Any, Time]]:
-        if raw:
-            return self._raw_messages(batch, view)
-        if batch.chunk is not None:
-            columns = [column.tolist() for column in batch.rows]
-            return self._decoded(batch.chunk.blob, columns[0], zip(*columns, strict=True))
-        return self._merged_messages(batch)
+        for run in self.runs(wanted, low, high, apart=bool(raw) and not view):
+            yield from raw_messages(run, self._known, view) if raw else decoded_messages(run, self._takers)
+            del run  # the next chunk is read into the same memory, still in the cache
 
     def message_at(self, topic: str, time: Stamp, *, raw: bool = False) -> tuple[str, Any, Time] | None:
         """The latest message on a topic received at or before a time; None when there is none.
@@ -294,8 +222,11 @@ class BagReader:
                     best = int(times[last]), data, rows.take(_one(last))
         if best is None:
             return None
-        batch = Batch(best[2], best[1])
-        return next(self._of_batch(batch, raw, False))
+        run = next(runs_of(Batch(best[2], best[1])))
+        found: Iterator[tuple[str, Any, Time]] = (
+            raw_messages(run, self._known, False) if raw else decoded_messages(run, self._takers)
+        )
+        return next(found)
 
     def times(self, topic: str) -> NDArray[np.int64]:
         """Receive times of a topic's messages, ns, sorted, (N,) int64; reads index records, not messages."""
@@ -383,7 +314,8 @@ class BagReader:
         """
         from rosproto.bag.arrow import to_arrow
 
-        return to_arrow(self, topic, self._topic(topic).connections, fields, start_time, end_time)
+        self._topic(topic)
+        return to_arrow(self, topic, fields, start_time, end_time)
 
     def batches(self, topic: str) -> Iterator[Batch]:
         """Where the messages of a topic lie, chunk by chunk: for callers that need bytes, not objects.
@@ -422,153 +354,9 @@ class BagReader:
             chosen &= {c.id for c in connections}
         return chosen
 
-    def _chunks_of(self, wanted: Collection[int], low: int | None, high: int | None) -> list[ChunkInfo]:
-        """Chunks that have wanted messages, by start time."""
-        chunks = [
-            c
-            for c in self.chunks
-            if (low is None or c.end >= low)
-            and (high is None or c.start <= high)
-            and not c.counts.keys().isdisjoint(wanted)
-        ]
-        return sorted(chunks, key=lambda c: (c.start, c.pos))
-
     def _batches(self, wanted: Collection[int], low: int | None, high: int | None) -> Iterator[Batch]:
         ahead = ReadAhead(self._source, self._spans)
         return self._merge(self._chunks_of(wanted, low, high), ahead, wanted, low, high)
-
-    def _merge(
-        self,
-        chunks: list[ChunkInfo],
-        ahead: ReadAhead,
-        wanted: Collection[int],
-        low: int | None,
-        high: int | None,
-    ) -> Iterator[Batch]:
-        return merge(
-            chunks,
-            lambda info, following: self._load(info, ahead, following),
-            self._selector(wanted, low, high),
-        )
-
-    def _selector(
-        self, wanted: Collection[int], low: int | None, high: int | None
-    ) -> Callable[[ChunkData], Rows | None]:
-        return lambda data: self._select(data, wanted, low, high)
-
-    def _load(
-        self, info: ChunkInfo, ahead: ReadAhead | None = None, following: Following | None = None
-    ) -> ChunkData | None:
-        self._source.check_open()
-        try:
-            if ahead is not None:
-                return ahead.take(info, following)
-            return read_chunk(self._source, info, self._spans[info.pos])
-        except BagError as problem:
-            self._skipped(info, problem)
-            return None
-
-    def _select(
-        self, data: ChunkData, wanted: Collection[int], low: int | None, high: int | None
-    ) -> Rows | None:
-        try:
-            rows = data.rows(wanted)
-        except BagError as problem:
-            self._skipped(data.info, problem)
-            return None
-        if (low is None or data.info.start >= low) and (high is None or data.info.end <= high):
-            return rows
-        time = rows.time
-        mask = (time >= (-1 if low is None else low)) & (time <= (1 << 62 if high is None else high))
-        return rows.take(mask)
-
-    def _skipped(self, info: ChunkInfo, problem: BagError) -> None:
-        if not self._skip:
-            raise BagError(
-                f"the chunk at byte {info.pos} cannot be read: {problem}; BagReader(..., skip_damaged=True) "
-                "goes on without it, rosproto.bag.recover saves what can be saved",
-                path=self.path,
-                offset=info.pos,
-            ) from problem
-        note = f"the chunk at byte {info.pos} is damaged and left out: {problem}"
-        if note not in self.damage:
-            self.damage.append(note)
-
-    def _decoded(
-        self, blob: bytes, conns: list[int], places: Iterable[tuple[int, int, int, int, int]]
-    ) -> Iterator[tuple[str, Any, Time]]:
-        """The hot loop: decoded messages of one chunk."""
-        takers = self._takers(conns)
-        time_class, new = Time, object.__new__
-        for conn, secs, nsecs, start, end in places:
-            stamp = new(time_class)
-            stamp.secs = secs
-            stamp.nsecs = nsecs
-            topic, decode = takers[conn]
-            yield topic, decode(blob, start, end), stamp
-
-    def _merged_messages(self, batch: Batch) -> Iterator[tuple[str, Any, Time]]:
-        assert batch.pieces is not None
-        assert batch.blob_of is not None
-        columns = [column.tolist() for column in (batch.pieces, *batch.rows)]
-        takers = self._takers(columns[1])
-        held, blob = -1, b""
-        for piece, conn, secs, nsecs, start, end in zip(*columns, strict=True):
-            if piece != held:
-                held, blob = piece, batch.blob_of(piece)[1]
-            topic, decode = takers[conn]
-            yield topic, decode(blob, start, end), Time.from_wire(secs, nsecs)
-
-    def _raw_messages(self, batch: Batch, view: bool) -> Iterator[tuple[str, RawMessage, Time]]:
-        columns = [column.tolist() for column in batch.rows]
-        if batch.chunk is not None:
-            blob = memoryview(batch.chunk.blob) if view else batch.chunk.blob
-            base = batch.chunk.base + MESSAGE_HEAD
-            yield from self._raw_places(batch.chunk.info, blob, base, zip(*columns, strict=True))
-            return
-        assert batch.pieces is not None
-        assert batch.blob_of is not None
-        for piece, place in zip(batch.pieces.tolist(), zip(*columns, strict=True), strict=True):
-            info, plain = batch.blob_of(piece)
-            yield from self._raw_places(info, memoryview(plain) if view else plain, MESSAGE_HEAD, (place,))
-
-    def _raw_places(
-        self,
-        info: ChunkInfo,
-        blob: bytes | memoryview,
-        base: int,
-        places: Iterable[tuple[int, int, int, int, int]],
-    ) -> Iterator[tuple[str, RawMessage, Time]]:
-        """Serialized messages of one chunk."""
-        time_class, new, make = Time, object.__new__, tuple.__new__
-        facts, pos = self._known, info.pos
-        for conn, secs, nsecs, start, end in places:
-            stamp = new(time_class)
-            stamp.secs = secs
-            stamp.nsecs = nsecs
-            topic, kind, md5sum, connection = facts[conn]
-            place = (pos, start - base)
-            yield topic, make(RawMessage, (kind, blob[start:end], md5sum, place, connection)), stamp
-
-    def _raw_found(self, info: ChunkInfo, found: list[Found]) -> Iterator[tuple[str, RawMessage, Time]]:
-        facts, pos = self._known, info.pos
-        found.reverse()
-        while found:  # so that messages already handed out are not kept in memory
-            conn, secs, nsecs, offset, data = found.pop()
-            topic, kind, md5sum, connection = facts[conn]
-            raw = RawMessage(kind, data, md5sum, (pos, offset), connection)
-            yield topic, raw, Time.from_wire(secs, nsecs)
-
-    def _takers(self, conns: list[int]) -> dict[int, tuple[str, Give]]:
-        """Topic and decoding function for each of these connections."""
-        from rosproto.bag.types import decode_function
-
-        takers: dict[int, tuple[str, Give]] = {}
-        for conn in set(conns):
-            if conn not in self._functions:
-                self._functions[conn] = decode_function(self.message_class(self.connections[conn]))
-            takers[conn] = self.connections[conn].topic, self._functions[conn]
-        return takers
 
 
 def _as_time(nanoseconds: int) -> Time:

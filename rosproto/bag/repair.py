@@ -153,6 +153,7 @@ def recover(
     *,
     compression: Literal["none", "bz2", "lz4"] = "none",
     progress: Callable[[int], None] | None = None,
+    found: Callable[[int], None] | None = None,
 ) -> Report:
     """Write every message that can still be read into a new bag.
 
@@ -161,6 +162,7 @@ def recover(
         output: The new bag; must not exist.
         compression: Of the new bag.
         progress: Called with the number of messages now and then.
+        found: Called once, with how many the index has, or a scan has found; not all may be readable.
 
     Raises:
         BagError: `path` is no bag, or `output` exists or cannot be written.
@@ -168,6 +170,8 @@ def recover(
     if os.path.exists(output):
         raise BagError("exists already; choose another name", path=os.fspath(output))
     with BagReader(path, skip_damaged=True) as bag, BagWriter(output, compression) as writer:
+        if found is not None:
+            found(bag.message_count)
         for topic, message, time in bag.read_messages(raw=True):
             writer.write(topic, message, time)
             if progress is not None and writer.message_count % 10000 == 0:

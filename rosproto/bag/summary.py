@@ -8,7 +8,7 @@ Source: rosbag/bag.py, Bag.__str__ and Bag._get_yaml_info.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -22,8 +22,11 @@ __all__ = ["Facts", "facts", "human_bytes", "text", "yaml", "yaml_value"]
 Facts = dict[str, Any]
 
 
-def facts(bag: BagReader, *, freq: bool = False) -> Facts:
-    """What both forms show; `freq` adds the median rate of each topic, for which index records are read."""
+def facts(bag: BagReader, *, freq: bool = False, step: Callable[[], None] = lambda: None) -> Facts:
+    """What both forms show; `freq` adds the median rate of each topic, for which index records are read.
+
+    `step` is called after each topic whose index records were read.
+    """
     found: Facts = {"path": bag.path or "", "version": bag.version, "size": bag.size, "indexed": bag.indexed}
     if bag.start_time is not None and bag.end_time is not None:
         start, end = bag.start_time.to_sec(), bag.end_time.to_sec()
@@ -37,7 +40,11 @@ def facts(bag: BagReader, *, freq: bool = False) -> Facts:
     for connection in bag.connections.values():
         types.setdefault(printable(connection.type), printable(connection.md5sum))
     found["types"] = [{"type": kind, "md5": types[kind]} for kind in sorted(types)]
-    found["topics"] = [_topic_facts(bag, topic, freq) for topic in bag.topics]
+    found["topics"] = []
+    for topic in bag.topics:
+        found["topics"].append(_topic_facts(bag, topic, freq))
+        if freq:
+            step()
     return found
 
 

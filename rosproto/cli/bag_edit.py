@@ -174,7 +174,10 @@ def merge(arguments: argparse.Namespace) -> int:
 def add_convert_arguments(parser: argparse.ArgumentParser) -> None:
     """From what to what; the second name's ending tells the form."""
     parser.add_argument("bag", metavar="IN")
-    parser.add_argument("output", metavar="OUT", help="NAME.mcap or NAME.bag")
+    parser.add_argument("output", metavar="OUT", help="NAME.mcap or NAME.bag; with --ros2 a directory")
+    parser.add_argument(
+        "--ros2", action="store_true", help="make a bag of ROS 2 (SQLite), by the package rosbags"
+    )
     add_quiet(parser)
     add_compression(parser)
 
@@ -183,6 +186,8 @@ def convert(arguments: argparse.Namespace) -> int:
     """The same messages, times, topics and connection headers in the other form."""
     from rosproto.bag import open_bag
 
+    if arguments.ros2:
+        return _convert_ros2(arguments)
     if not arguments.output.lower().endswith((".mcap", ".bag")):
         raise CommandError(f"{arguments.output}: the name must end in .mcap or .bag, which tells the form")
     _check_new(arguments.output, arguments.bag)
@@ -196,6 +201,24 @@ def convert(arguments: argparse.Namespace) -> int:
         if os.path.exists(arguments.output):  # half of it would pass for the whole
             os.remove(arguments.output)
         raise
+    if not arguments.quiet:
+        print(f"{arguments.output}: {counted(count, 'message')}")
+    return 0
+
+
+def _convert_ros2(arguments: argparse.Namespace) -> int:
+    """A directory as `ros2 bag` has it."""
+    from rosproto.bag import open_bag
+    from rosproto.bag.ros2 import write_ros2
+
+    if arguments.compression != "none":
+        raise CommandError("--ros2 writes without compression: leave -j and --lz4 out")
+    _check_new(arguments.output, arguments.bag)
+    with (
+        open_bag(arguments.bag) as bag,
+        Progress(arguments.output, bag.message_count, quiet=arguments.quiet) as progress,
+    ):
+        count = write_ros2(bag, arguments.output, progress.step)
     if not arguments.quiet:
         print(f"{arguments.output}: {counted(count, 'message')}")
     return 0

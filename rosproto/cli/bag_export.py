@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, TextIO
 from .bag_edit import add_span_arguments, span, wanted_topics
 from .bag_progress import Progress
 from .connection import CommandError
-from .counts import counted
 from .export_names import file_names
 from .export_parquet import write_parquet
 from .field_path import parse_field_path
@@ -135,12 +134,14 @@ class _CsvFile:
 
 def _npz(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> list[str]:
     """A file for each topic, an array for each field; strings and arrays of changing length as objects."""
+    from rosproto.bag.columns import to_numpy
+
     names = file_names(bag.topics)
     directory, paths = _directory(arguments), []
-    with Progress("writing NPZ", quiet=arguments.quiet) as progress:
-        for number, topic in enumerate(topics):
-            progress.tell(f"writing NPZ: {topic} ({number} of {counted(len(topics), 'topic')} done)")
-            columns = bag.to_numpy(topic, arguments.fields or _leaves(bag.message_class(topic)))
+    with Progress("writing NPZ", _total(bag, topics), quiet=arguments.quiet) as progress:
+        for topic in topics:
+            fields = arguments.fields or _leaves(bag.message_class(topic))
+            columns = to_numpy(bag, topic, bag.topics[topic].connections, fields, progress.step)
             keep = _span_mask(bag, arguments, next(iter(columns.values())))
             columns = {name: column[keep] for name, column in columns.items()}
             path = os.path.join(directory, names[topic] + ".npz")

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from rosproto.text import printable
 
+from .bag_progress import Progress
 from .connection import CommandError, print_json
 from .sparkline import sparkline
 
@@ -46,13 +48,16 @@ def info(arguments: argparse.Namespace) -> int:
         if number and not arguments.json:
             print("---")
         with open_bag(path) as bag:
-            found = facts(bag, freq=arguments.freq)
+            drawn = not (arguments.yaml or arguments.plain) or arguments.json
+            with Progress(f"reading {path}", len(bag.topics) * (arguments.freq + drawn)) as progress:
+                found = facts(bag, freq=arguments.freq, step=progress.step)
+                counts = _counts(bag, progress.step) if drawn else {}
             if arguments.json:
-                print_json(found | {"curves": _counts(bag)})
+                print_json(found | {"curves": counts})
             elif arguments.yaml:
                 print(_yaml(found, arguments.key))
             else:
-                print(text(found, {} if arguments.plain else _curves(bag)))
+                print(text(found, _curves(counts)))
             for problem in bag.damage:
                 print(printable(f"rosproto bag info: {path}: {problem}"), file=sys.stderr)
     return 0
@@ -72,7 +77,7 @@ def _yaml(found: Facts, key: str | None) -> str:
 # -- curves ------------------------------------------------------------------------------------------------
 
 
-def _counts(bag: BagReader) -> dict[str, list[int]]:
+def _counts(bag: BagReader, step: Callable[[], None]) -> dict[str, list[int]]:
     """Messages of each topic in each of `CURVE` equal parts of the bag's time; reads no messages.
 
     The chunks' own counts do where chunks are much shorter than a part, as in every large bag; otherwise the
@@ -86,7 +91,11 @@ def _counts(bag: BagReader) -> dict[str, list[int]]:
     import numpy as np
 
     edges = np.linspace(start, end, CURVE + 1)
-    return {topic: np.histogram(bag.times(topic), edges)[0].tolist() for topic in bag.topics}
+    found: dict[str, list[int]] = {}
+    for topic in bag.topics:
+        found[topic] = np.histogram(bag.times(topic), edges)[0].tolist()
+        step()
+    return found
 
 
 def _counts_by_chunk(bag: BagReader, start: int, end: int) -> dict[str, list[int]]:
@@ -100,9 +109,9 @@ def _counts_by_chunk(bag: BagReader, start: int, end: int) -> dict[str, list[int
     return found
 
 
-def _curves(bag: BagReader) -> dict[str, str]:
+def _curves(found: dict[str, list[int]]) -> dict[str, str]:
     plain = not (sys.stdout.encoding or "").lower().startswith("utf")
-    return {printable(topic): _curve(counts, plain) for topic, counts in _counts(bag).items()}
+    return {printable(topic): _curve(counts, plain) for topic, counts in found.items()}
 
 
 def _curve(counts: list[int], plain: bool) -> str:

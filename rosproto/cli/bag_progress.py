@@ -48,8 +48,13 @@ class Progress:
     def step(self, count: int = 1) -> None:
         """So many more are done; cheap enough to be called for each message."""
         self._count += count
-        if not self._count & 63 and self._on:
+        # Small steps come by the thousand: the clock is not asked each time.
+        if self._on and (count > 1 or not self._count & 63 or (self._total or 1024) < 1024):
             self._look()
+
+    def expect(self, total: int) -> None:
+        """How many steps there are, where that turns out only now."""
+        self._total = total
 
     def tell(self, text: str) -> None:
         """Show this, if it has taken long enough already."""

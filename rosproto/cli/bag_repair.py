@@ -76,7 +76,8 @@ def fix(arguments: argparse.Namespace) -> int:
             arguments.bag,
             arguments.output,
             compression=arguments.compression,
-            progress=lambda count: progress.tell(f"saving {arguments.bag}: {counted(count, 'message')}"),
+            progress=lambda _: progress.step(10_000),
+            found=progress.expect,
         )
     for line in report.damage:
         print(printable(f"{arguments.bag}: {line}"))

@@ -14,8 +14,8 @@ __all__ = ["interrupt_on_signals"]
 def interrupt_on_signals() -> Iterator[None]:
     """Within the block these signals raise KeyboardInterrupt; outside the main thread nothing is changed.
 
-    A SIGHUP that is ignored stays ignored: a recording under nohup outlives its terminal. An ignored SIGINT does
-    not: a shell ignores it in whatever a script starts with `&`, and who sends it there means it.
+    A SIGHUP that is ignored stays ignored: a recording under nohup outlives its terminal. An ignored SIGINT
+    does not: a shell ignores it in whatever a script starts with `&`, and who sends it there means it.
     """
     before = {}
     for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK"):

@@ -20,18 +20,34 @@ __all__ = ["write_parquet"]
 
 GROUP_BYTES = 32 << 20
 """Of a row group, in memory: readers take one at a time."""
+MOST_BYTES = 64 << 20
+"""Of all unfinished row groups together; from there on the largest is written as it is."""
 
 
 def write_parquet(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> list[str]:
-    """A file for each topic; what stands there already is replaced once the new one is whole."""
+    """A file for each topic; what stands there already is replaced once the new ones are whole."""
     parquet = need("pyarrow.parquet", "pyarrow", "arrow")
+    from rosproto.bag.arrow import TopicBatches, batches_of
+
     paths = _paths(bag, topics, arguments)
     total = sum(bag.topics[topic].message_count for topic in topics)
-    start, end = span(bag, arguments)
-    with Progress("writing Parquet", total, quiet=arguments.quiet) as progress:
-        for topic in topics:
-            batches = bag.to_arrow(topic, arguments.fields, start_time=start, end_time=end)
-            _write(parquet, paths[topic], batches, progress)
+    tables = [TopicBatches(bag, topic, arguments.fields) for topic in topics]
+    files = [_File(parquet, paths[topic], table.schema) for topic, table in zip(topics, tables, strict=True)]
+    try:
+        with Progress("writing Parquet", total, quiet=arguments.quiet) as progress:
+            for number, batch in batches_of(bag, tables, *span(bag, arguments)):
+                progress.step(batch.num_rows)
+                files[number].take(batch)
+                if sum(file.size for file in files) >= MOST_BYTES:
+                    max(files, key=lambda file: file.size).write()
+            for file in files:
+                file.finish()
+        for file in files:
+            os.replace(file.part, file.path)
+    except BaseException:
+        for file in files:
+            file.drop()
+        raise
     return list(paths.values())
 
 
@@ -50,28 +66,66 @@ def _paths(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> 
     return {topic: os.path.join(directory, names[topic] + ".parquet") for topic in topics}
 
 
-def _write(parquet: Any, path: str, batches: Any, progress: Progress) -> None:
-    """One file, under another name until it is whole."""
-    part = path + ".part"
-    try:
-        with parquet.ParquetWriter(part, batches.schema, compression="zstd") as writer:
-            group: list[Any] = []
-            size = 0
-            for batch in batches:
-                group.append(batch)
-                size += batch.nbytes
-                progress.step(batch.num_rows)
-                if size >= GROUP_BYTES:
-                    writer.write_table(_table(group))
-                    group, size = [], 0
-            if group:
-                writer.write_table(_table(group))
-        os.replace(part, path)
-    except BaseException:
-        if os.path.exists(part):
-            os.unlink(part)
-        raise
+class _File:
+    """One topic's file, under another name until all are whole.
+
+    Attributes:
+        path: Its name in the end.
+        part: Its name until then.
+        size: Bytes that wait for their row group to be full.
+    """
+
+    def __init__(self, parquet: Any, path: str, schema: Any) -> None:
+        self._parquet = parquet
+        self._schema = schema
+        self._writer: Any = None
+        self._group: list[Any] = []
+        self.path = path
+        self.part = path + ".part"
+        self.size = 0
+
+    def take(self, batch: Any) -> None:
+        """A record batch; writes what makes a row group."""
+        self._group.append(batch)
+        self.size += batch.nbytes
+        if self.size >= GROUP_BYTES:
+            self.write()
+
+    def write(self) -> None:
+        """What waits, as a row group."""
+        if self._writer is None:
+            # Numbers seldom repeat: a dictionary of them is tried, and given up, at the cost of a hash each.
+            self._writer = self._parquet.ParquetWriter(
+                self.part, self._schema, compression="zstd", use_dictionary=_texts(self._schema)
+            )
+        if self._group:
+            table = need("pyarrow", "pyarrow", "arrow").Table.from_batches(self._group)
+            self._group, self.size = [], 0
+            self._writer.write_table(table)
+
+    def finish(self) -> None:
+        self.write()
+        self._writer.close()
+
+    def drop(self) -> None:
+        """Leave nothing of it."""
+        if self._writer is not None:
+            try:
+                self._writer.close()
+            except OSError:
+                pass  # why it failed is told already
+        if os.path.exists(self.part):
+            os.unlink(self.part)
 
 
-def _table(group: list[Any]) -> Any:
-    return need("pyarrow", "pyarrow", "arrow").Table.from_batches(group)
+def _texts(schema: Any) -> list[str]:
+    """The columns of texts, as Parquet names them."""
+    return [path for field in schema for path in _texts_in(field, "")]
+
+
+def _texts_in(field: Any, prefix: str) -> list[str]:
+    kind, path = str(field.type), prefix + field.name
+    if kind.startswith("struct"):
+        inner = [field.type.field(number) for number in range(field.type.num_fields)]
+        return [name for each in inner for name in _texts_in(each, path + ".")]
+    return [path] if kind.startswith("dictionary") else []

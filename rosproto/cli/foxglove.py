@@ -22,8 +22,13 @@ if TYPE_CHECKING:
 
 __all__ = ["add_arguments", "add_server_options", "announced", "run", "serve", "server_options"]
 
-VIEWERS = ("https://app.foxglove.dev", "file://")
-"""Foxglove's own page, and what desktop programs say: they may connect, as this command is run for them."""
+WEB, DESKTOP = "https://app.foxglove.dev", "file://"
+"""Foxglove's own page, and what desktop programs say: they may connect, as this command is run for them.
+
+A browser says "null" for a page from a file, so such a page does not get in as a desktop program. Any link
+can lead to the page on the internet with the address of this server in it: it may look, and where something
+is open for writing it has to know the token or be named (`--origin`).
+"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -53,10 +58,11 @@ def server_options(arguments: argparse.Namespace, *, write: Sequence[str] = ()) 
         write: Patterns besides those of --allow-write.
     """
     options = gateway_options(arguments, write=write)
+    web = options["token"] is not None or not options["access"].writes_anything
     listed = filter(None, os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep))
     return {
         **options,
-        "origins": (*VIEWERS, *options["origins"]),
+        "origins": (DESKTOP, *((WEB,) if web else ()), *options["origins"]),
         "assets": [*arguments.assets, *listed],
     }
 
@@ -89,11 +95,15 @@ def announced(server: Foxglove, options: dict[str, Any]) -> list[str]:
     """What is said when it serves: the address, what is open, where to look."""
     token = options["token"]
     url = server.url + (f"/?token={quote(token, safe='')}" if token is not None else "")
-    page = f"https://app.foxglove.dev/?ds=foxglove-websocket&ds.url={quote(url, safe='')}"
+    page = f"{WEB}/?ds=foxglove-websocket&ds.url={quote(url, safe='')}"
+    if WEB in options["origins"] or "*" in options["origins"]:
+        web = f"open:  {page}"
+    else:
+        web = f"Foxglove's page may not connect where writing is open: add --token T, or --origin {WEB}"
     return [
         f"Serving Foxglove at {url} ({opened(options['access'])})",
-        f"open:  {page}",
-        "or in Foxglove or Lichtblick: Open connection, Foxglove WebSocket, and that address",
+        web,
+        "In Foxglove or Lichtblick: Open connection, Foxglove WebSocket, and that address",
     ]
 
 

@@ -1,10 +1,10 @@
-"""Other programs' ways into a ROS graph: a rosbridge server and a Foxglove server over a node.
+"""Gateways to a ROS graph for other programs: a rosbridge server and a Foxglove server on top of a node.
 
     with rosproto.gateway.Rosbridge(node, port=9090) as bridge:
         print(bridge.url)
 
-Both share what the robot sends (`Taps`), who may do what (`Access`) and what a client may cost
-(`GatewayLimits`). Nothing is written to the graph unless `Access(write=...)` opens it.
+Both share the robot's topics between clients (`Taps`), the access rules (`Access`) and the limits for a
+client (`GatewayLimits`). Nothing is written to the graph unless `Access(write=...)` permits it.
 """
 
 from __future__ import annotations

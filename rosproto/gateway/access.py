@@ -1,8 +1,8 @@
-"""Who may do what through a gateway: verdicts over names, and over connections.
+"""Who may do what through a gateway: decisions about names and about connections.
 
-Reading is open, unless `allow` or `deny` says otherwise. Writing is closed, unless a pattern of `write` opens
-it: whatever can move a robot is written (a velocity, a goal, a pose, a call), and which of all the topics do
-so nobody can tell from their names alone. The few services that only answer are known by their type.
+Reading is open unless `allow` or `deny` says otherwise. Writing is closed unless a pattern of `write` opens
+it: everything that moves a robot is a write (a velocity, a goal, a pose, a call), and names alone do not tell
+which topics move it. The few services that only answer are recognised by their type.
 """
 
 from __future__ import annotations
@@ -45,19 +45,19 @@ _WRITING: dict[Kind, str] = {
     "node": "changing",
 }
 _ONLY_ANSWER = frozenset({"roscpp/GetLoggers", "tf2_msgs/FrameGraph", "nav_msgs/GetMap"})
-"""Services that tell and change nothing, by type: the md5sum of the call holds them to it."""
+"""Types of services that only answer and change nothing; the md5sum of the call makes sure of the type."""
 
 _SHOWN = 200  # characters of a client's name in a sentence
 
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """Why something is not done, for the client and the log.
+    """Why a request is refused, for the client and the log.
 
     Attributes:
-        kind: What it was about.
-        name: Its name.
-        text: One sentence: what was refused, why, which option opens it.
+        kind: The kind of name it is about.
+        name: The name.
+        text: One sentence: what was refused, why, and which option opens it.
     """
 
     kind: str
@@ -71,19 +71,19 @@ class Refusal:
 class Access:
     """What clients of a gateway may see and change; asked for each name.
 
-    A pattern is a name with `*`, `?` and `[...]` as the shell has them, and `*` matches slashes, too. It
-    counts for everything of that name, or with `topic:`, `service:`, `action:`, `param:` or `node:` in front
-    for that kind. An action is named without its topics; whoever may send goals to `/move_base` may do it by
-    publishing on `/move_base/goal` and `/move_base/cancel`.
+    A pattern is a name with `*`, `?` and `[...]` as in a shell, except that `*` also matches slashes. It
+    applies to everything of that name, or, with the prefix `topic:`, `service:`, `action:`, `param:` or
+    `node:`, to that kind only. An action is named without its topics; a client that may send goals to
+    `/move_base` may also do so by publishing on `/move_base/goal` and `/move_base/cancel`.
 
     Args:
-        allow: What is seen at all.
-        deny: What is not, though `allow` has it; wins over everything.
-        write: What may be published on, called, provided, set, or given goals. Nothing at first.
-        read_only: Refuse all of that whatever `write` says.
+        allow: The names that are visible at all.
+        deny: Names that are hidden even if `allow` has them; this wins over everything.
+        write: Names that may be published on, called, provided, set, or sent goals. None by default.
+        read_only: Refuse all writes, whatever `write` says.
 
     Raises:
-        ValueError: A pattern is empty or of no such kind.
+        ValueError: A pattern is empty or has an unknown kind.
     """
 
     def __init__(
@@ -114,7 +114,7 @@ class Access:
         return bool(self.write) and not self.read_only
 
     def may_read(self, kind: Kind, name: str) -> Refusal | None:
-        """None, or why this is not shown."""
+        """None if this is visible, or why it is not."""
         if self._denied.match(kind, name):
             return Refusal(kind, name, f"{kind} {_short(name)} is not open here: a --deny pattern covers it")
         if not self._allowed.match(kind, name):
@@ -124,12 +124,12 @@ class Access:
         return None
 
     def may_write(self, kind: Kind, name: str, type: str = "") -> Refusal | None:
-        """None, or why this may not be changed.
+        """None if this may be written, or why it may not.
 
         Args:
-            kind: What is written: for a goal or its end "action".
-            name: Resolved name; of an action without `/goal`.
-            type: Of the topic or service, as its provider states it; "" when nobody knows.
+            kind: The kind of name; "action" for a goal or its cancel.
+            name: Resolved name; that of an action without `/goal`.
+            type: Type of the topic or service, as its provider states it; "" when nobody knows.
         """
         refused = self._hidden(kind, name)
         if refused is not None:
@@ -154,7 +154,7 @@ class Access:
         )
 
     def _hidden(self, kind: Kind, name: str) -> Refusal | None:
-        """As `may_read`, for a goal by either of its two ways."""
+        """As `may_read`, for a goal in either of its two forms."""
         refused = self.may_read(kind, name)
         if refused is None and kind == "topic" and (action := _action_of(name)) is not None:
             refused = self.may_read("action", action)
@@ -170,13 +170,13 @@ def _given(patterns: Iterable[str]) -> tuple[str, ...]:
 
 
 def _action_of(topic: str) -> str | None:
-    """The action whose goals or cancels go over this topic, if one's do."""
+    """The action whose goals or cancels this topic carries; None if it is no such topic."""
     action, slash, last = topic.rpartition("/")
     return action if slash and action and last in ("goal", "cancel") else None
 
 
 class _Patterns:
-    """Patterns as one expression for each kind."""
+    """Patterns, compiled into one regular expression for each kind."""
 
     def __init__(self, patterns: Sequence[str]) -> None:
         by_kind: dict[str, list[str]] = {kind: [] for kind in _WRITING}
@@ -215,14 +215,14 @@ def _short(name: str) -> str:
 
 
 def token_fits(given: str | None, expected: str | None) -> bool:
-    """Whether a client knows the token; compared in constant time. True where none is asked for."""
+    """Whether a client knows the token; compared in constant time. True when no token is required."""
     if expected is None:
         return True
     return hmac.compare_digest((given or "").encode("utf-8", "replace"), expected.encode("utf-8"))
 
 
 def is_loopback_host(host: str) -> bool:
-    """Whether a host, as written in an address, is this computer alone: 127.0.0.0/8, ::1, localhost."""
+    """Whether a host, as written in an address, is the loopback: 127.0.0.0/8, ::1 or localhost."""
     host = host.strip("[]").lower()
     if host == "localhost":
         return True
@@ -233,7 +233,7 @@ def is_loopback_host(host: str) -> bool:
 
 
 def require_token_off_loopback(host: str, token: str | None) -> None:
-    """A gateway that others than this computer reach has to ask who they are.
+    """Make sure that a gateway which other computers can reach requires a token.
 
     Raises:
         ValueError: It would not.
@@ -250,13 +250,13 @@ def require_token_off_loopback(host: str, token: str | None) -> None:
 def foreign_origin(origin: str | None, origins: Sequence[str]) -> str | None:
     """Why a page of this origin may not connect; None when it may.
 
-    A browser sends the origin of the page with every WebSocket, and lets any page open one to any address: so
-    a page on the internet would reach a robot through the browser of whoever looks at it. Without an origin
-    it is no browser. Pages of this computer's own servers (`http://localhost:8080`) may.
+    A browser sends the page's origin with every WebSocket and lets any page open one to any address, so a
+    page on the internet could reach a robot through the browser of whoever looks at it. A client without an
+    origin is not a browser. Pages of this computer's own servers (`http://localhost:8080`) may connect.
 
     Args:
         origin: The header; None when there is none.
-        origins: Origins that may, as a browser writes them; "*" for all.
+        origins: Allowed origins, as a browser writes them; "*" for all.
     """
     if origin is None or origin in origins or "*" in origins:
         return None
@@ -275,13 +275,13 @@ def foreign_origin(origin: str | None, origins: Sequence[str]) -> str | None:
 
 
 def foreign_host(host: str | None, bound: str) -> str | None:
-    """Why a request for this host is not for us, where we listen on loopback; None when it may be.
+    """Why a request for this host is not meant for a server on the loopback; None when it may be.
 
-    Somebody's name that leads to 127.0.0.1 makes a page of his the same origin as a server here.
+    An attacker's name that resolves to 127.0.0.1 would give his page the same origin as a server here.
 
     Args:
         host: The Host header.
-        bound: The address that is listened on.
+        bound: The address that the server listens on.
     """
     if not is_loopback_host(bound) or host is None:
         return None

@@ -1,4 +1,4 @@
-"""How much a client of a gateway may ask. Compared before memory is taken, and before a robot is troubled."""
+"""How much a client of a gateway may ask for; checked before memory is allocated or the robot is asked."""
 
 from __future__ import annotations
 
@@ -8,29 +8,29 @@ __all__ = ["GatewayLimits"]
 
 
 class GatewayLimits(NamedTuple):
-    """Bounds for one gateway; the defaults fit a robot and some dozen people who watch it.
+    """Bounds for one gateway; the defaults fit a robot and a few dozen people who watch it.
 
     Attributes:
-        connections: Clients at a time.
-        pending_handshakes: Connections that have not finished the WebSocket handshake, beside those.
-        handshake_seconds: Time for it, TLS included.
-        silence_seconds: A client is asked for a sign of life this often, and given up when it sends none for
-            as long again.
-        close_seconds: Time that a connection may take to be closed.
-        message_bytes: One message of a client, fragments put together.
-        nesting: Arrays and objects inside one another in it.
+        connections: Simultaneous clients.
+        pending_handshakes: Further connections that have not finished the WebSocket handshake.
+        handshake_seconds: Time for the handshake, TLS included.
+        silence_seconds: A client is asked for a sign of life this often, and disconnected when it sends none
+            for as long again.
+        close_seconds: Time that closing a connection may take.
+        message_bytes: One message of a client, after joining its fragments.
+        nesting: Depth of nested arrays and objects in a message.
         text_length: Characters of a name, type or id.
-        subscriptions_per_client: Topics that one client subscribes.
-        advertised_per_client: Topics, and again services, that one client advertises.
+        subscriptions_per_client: Topics that one client subscribes to.
+        advertised_per_client: Topics that one client advertises, and as many services.
         calls_per_client: Service calls of one client that have not been answered.
         goals_per_client: Action goals of one client that have not ended.
-        call_seconds: Longest time for a service call; also where a client asks for more.
+        call_seconds: Longest time for a service call, even if the client asks for more.
         outbox_bytes: What waits for one client; beyond it the oldest messages of topics are dropped. The
             newest message of a topic is kept whatever its size.
         outbox_messages: Messages of one topic that wait for one client, at most.
-        topic_bytes: Of the messages of one topic that wait for one client; the newest is kept in any case.
-        answer_bytes: Answers (never dropped) that wait for one client; beyond it the connection ends.
-        linger_seconds: A topic stays subscribed for so long after its last client has left.
+        topic_bytes: Messages of one topic that wait for one client; the newest is always kept.
+        answer_bytes: Answers (never dropped) that wait for one client; beyond it the connection is closed.
+        linger_seconds: How long a topic stays subscribed after its last client has left.
     """
 
     connections: int = 64

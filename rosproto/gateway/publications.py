@@ -1,7 +1,7 @@
 """What clients publish: one handle for each client and topic, with a publisher of the node behind it.
 
-A handle that is closed leaves its publisher for some time: zeros may have to follow (`write_guard`), and a
-page that is loaded anew advertises again at once.
+When a handle is closed, its publisher stays for a while: zeros may have to follow (`write_guard`), and a page
+that is reloaded advertises again at once.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ LATE_VELOCITIES = 1  # that wait for a slow robot: an old one is of no use
 
 
 class _Early:
-    """What is published in the first second, for subscribers that connect within it."""
+    """Messages published in the first second, kept for subscribers that connect within it."""
 
     def __init__(self) -> None:
         self._until = time.monotonic() + EARLY_SECONDS
@@ -42,7 +42,7 @@ class _Early:
         self.publisher: Publisher | None = None
 
     def publish(self, message: Any) -> bool:
-        """Publish it here, and remember for whom; False when the second is over, or there is too much."""
+        """Publish it, and remember who has it; False when the second is over, or too much is kept."""
         publisher = self.publisher
         if publisher is None or time.monotonic() > self._until:
             self._sent.clear()
@@ -57,7 +57,7 @@ class _Early:
         return True
 
     def connected(self, caller_id: str) -> None:
-        """A subscriber came, in a thread of the library."""
+        """Called in a thread of the library when a subscriber has connected."""
         publisher = self.publisher
         if publisher is None or time.monotonic() > self._until:
             return
@@ -68,10 +68,10 @@ class _Early:
 
 
 class Publication:
-    """A topic that one client publishes; made by `Publications.open`. Close it.
+    """A topic that one client publishes; made by `Publications.open`. Close it at the end.
 
     Attributes:
-        client: Whose it is.
+        client: The client.
         topic: Resolved name.
         type_name: "package/Type".
         message_class: Class of its messages.
@@ -111,17 +111,17 @@ class Publication:
         return self._publisher.connections
 
     def close(self) -> None:
-        """Publish no more; zero follows where it drove. Twice is fine."""
+        """Stop publishing; if it drove, zero follows. May be called again."""
         if not self.closed:
             self.closed = True
             self._owner.closed(self, self._publisher)
 
 
 class Publications:
-    """Opens what clients publish.
+    """Opens publications for clients.
 
     Args:
-        node: Publishes it.
+        node: The node that publishes.
         guard: Watches velocities.
         linger: Seconds that a publisher stays after its handle was closed.
     """
@@ -148,7 +148,7 @@ class Publications:
 
         Raises:
             DefinitionError: No such type is known.
-            LocalProtocolError: The topic is published here with another type, or this is closed.
+            LocalProtocolError: This node publishes the topic with another type, or this is closed.
             MasterError, ConnectionLost, RosTimeout: It could not be registered.
         """
         if self._closed:
@@ -174,7 +174,7 @@ class Publications:
         raise LocalProtocolError(f"{topic}: the gateway is closed")
 
     def closed(self, publication: Publication, publisher: Publisher) -> None:
-        """A handle was closed."""
+        """Take note of a closed handle."""
         self.guard.gone(publication.client, publication.topic)
         with self._lock:
             if self._closed or publisher not in self._open:
@@ -195,7 +195,7 @@ class Publications:
             _log.debug("! %s: not taken off the master: %s", publisher.topic, error)
 
     def close(self) -> None:
-        """End all of them, zeros first (half a second when somebody drives). Twice is fine."""
+        """Close all of them, after zeros (half a second when somebody drives). May be called again."""
         self.guard.close()
         with self._lock:
             self._closed = True

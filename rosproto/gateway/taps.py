@@ -1,8 +1,8 @@
 """Topics shared by the clients of a gateway: subscribed once at the robot, while somebody wants them.
 
-A topic is subscribed with the first receiver, and left some time after the last one has gone. Its messages
-come as the bytes that were received; a `Sample` decodes them with the first use, for all. Receivers are
-called in the thread that received the message and must not block: they put it into an outbox.
+A topic is subscribed for the first receiver, and unsubscribed some time after the last one has gone. Messages
+arrive as bytes; a `Sample` decodes them on first use, once for all receivers. Receivers are called in the
+thread that received the message and must not block: they put it into an outbox.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ __all__ = ["Receiver", "Sample", "Tap", "Taps", "TopicDescription"]
 _log = get_logger("rosproto.gateway")
 
 MOST_LATCHED = 100  # publishers of one topic whose last message is kept
-MOST_DESCRIPTIONS = 100  # that publishers of one topic have told
-MOST_WAITING = 100  # messages of one topic that wait for receivers which are slow together
+MOST_DESCRIPTIONS = 100  # of the publishers of one topic
+MOST_WAITING = 100  # messages of one topic that wait while its receivers are slow
 
 
 class Receiver(Protocol):
-    """Who wants the messages of a topic."""
+    """A receiver of the messages of a topic."""
 
     def offer(self, sample: Sample) -> None:
         """Take a message; called in a thread of the library, also before `Taps.open` has returned.
 
-        Must not block. What it raises is logged.
+        Must not block. Exceptions it raises are logged.
         """
 
 
 class Tap:
-    """A receiver at a topic; made by `Taps.open`. Close it.
+    """A receiver's connection to a topic; made by `Taps.open`. Close it at the end.
 
     Attributes:
         topic: Resolved name.
@@ -55,7 +55,7 @@ class Tap:
 
     @property
     def description(self) -> TopicDescription | None:
-        """What the last publisher that sent something said of the topic; None before."""
+        """The topic's description by the publisher of the last message; None before the first one."""
         return self._source.latest
 
     @property
@@ -65,7 +65,7 @@ class Tap:
         return 0 if subscriber is None else subscriber.connections
 
     def close(self) -> None:
-        """No further message is offered, but for one that is on its way. Twice is fine."""
+        """Stop receiving; one message that is on its way may still come. May be called again."""
         self._source.remove(self)
 
     def __repr__(self) -> str:
@@ -73,11 +73,11 @@ class Tap:
 
 
 class Taps:
-    """The topics that clients of one gateway, or of several on the same node, want now.
+    """The topics that the clients of one gateway, or of several on the same node, want at the moment.
 
     Args:
-        node: Subscribes them.
-        limits: `linger_seconds` counts here.
+        node: The node that subscribes.
+        limits: Only `linger_seconds` is used.
     """
 
     def __init__(self, node: Node, limits: GatewayLimits | None = None) -> None:
@@ -89,14 +89,14 @@ class Taps:
 
     @property
     def topics(self) -> tuple[str, ...]:
-        """Topics subscribed now, also those that linger."""
+        """Topics subscribed now, including those that linger."""
         with self._lock:
             return tuple(self._sources)
 
     def open(self, topic: str, receiver: Receiver) -> Tap:
-        """Have every message of a topic offered to a receiver, first the last one of each latched publisher.
+        """Offer every message of a topic to a receiver, beginning with each latched publisher's last one.
 
-        Asks the master, so it may take seconds when that is away.
+        Asks the master, so it may take seconds while the master is away.
 
         Args:
             topic: Its name.
@@ -104,8 +104,8 @@ class Taps:
 
         Raises:
             LocalProtocolError: The node, or this, is closed.
-            MasterError, ConnectionLost, RosTimeout: It could not be registered.
-            ValueError: It is no name.
+            MasterError, ConnectionLost, RosTimeout: The subscription could not be registered.
+            ValueError: It is not a valid name.
         """
         name = self._node.resolve_name(topic)
         while True:
@@ -118,10 +118,10 @@ class Taps:
             tap = source.add(receiver)
             if tap is not None:
                 return tap
-            # It was being left in that moment: another one is made.
+            # It was just being unsubscribed: make another one.
 
     def forget(self, source: _Source) -> None:
-        """It has been left."""
+        """Forget a source that has been unsubscribed."""
         with self._lock:
             if self._sources.get(source.topic) is source:
                 del self._sources[source.topic]
@@ -132,7 +132,7 @@ class Taps:
         return 0.0 if self._closed else self._limits.linger_seconds
 
     def close(self) -> None:
-        """Leave every topic now. Twice is fine."""
+        """Unsubscribe all topics now. May be called again."""
         with self._lock:
             self._closed = True
             sources = list(self._sources.values())
@@ -166,7 +166,7 @@ class _Source:
     # -- receivers ------------------------------------------------------------------------------------------
 
     def add(self, receiver: Receiver) -> Tap | None:
-        """One more; None when this is over."""
+        """Add a receiver; None when this source has ended."""
         tap = Tap(self, receiver)
         with self._state:
             if self._ended:
@@ -212,11 +212,11 @@ class _Source:
             self._timer = None
 
     def _leave(self) -> None:
-        """Nobody has come back."""
+        """Unsubscribe after the linger time, in which no receiver came."""
         self.end(only_if_unused=True)
 
     def end(self, *, only_if_unused: bool = False) -> None:
-        """Leave the topic."""
+        """Unsubscribe."""
         with self._state:
             if self._ended or (only_if_unused and self._receivers):
                 return
@@ -234,7 +234,7 @@ class _Source:
     # -- messages -------------------------------------------------------------------------------------------
 
     def _received(self, message: Any) -> None:
-        """In the thread of the publisher's connection."""
+        """Called in the thread of the publisher's connection."""
         description = self._described(message._connection_header or {})
         if description is None:
             return
@@ -252,7 +252,7 @@ class _Source:
     def _offer(self, tap: Tap, sample: Sample) -> None:
         try:
             tap.receiver.offer(sample)
-        except Exception:  # one receiver's mistake is not the others'
+        except Exception:  # one receiver's error must not affect the others
             _log.exception("! %s: a receiver of the gateway raised", self.topic)
 
     def _remember(self, publisher: str, sample: Sample) -> None:
@@ -262,7 +262,7 @@ class _Source:
         self._latched[publisher] = sample
 
     def _still_latched(self) -> list[Sample]:
-        """Of publishers that have gone nothing is latched any more."""
+        """The latched messages, without those of publishers that have gone."""
         if self.subscriber is None or not self._latched:
             return []
         present = set(self.subscriber.publishers)
@@ -270,7 +270,7 @@ class _Source:
         return list(self._latched.values())
 
     def _described(self, header: dict[str, str]) -> TopicDescription | None:
-        """The publisher's own description; the same object while it says the same."""
+        """The publisher's own description; the same object as long as it is equal."""
         kept = self._header
         if kept is not None and kept[0] is header:
             return kept[1]
@@ -303,7 +303,7 @@ class _Source:
 
 
 def _bundled(kind: str, md5sum: str) -> str:
-    """For publishers that send no definition: ours, if it is the same."""
+    """Our definition if it is the same one, for publishers that send none."""
     try:
         ours = message_class(kind)
         return ours._full_text if ours._md5sum == md5sum else ""

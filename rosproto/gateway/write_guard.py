@@ -1,10 +1,9 @@
-"""Zero follows a velocity whose client is gone or silent.
+"""Publishes zero after a velocity whose client has gone or fallen silent.
 
-Most robots go on driving at the last velocity they were given. So for every topic of velocities that a client
-of a gateway publishes: when the last one it sent was not zero, and it leaves, or sends nothing for half a
-second, zero is published there, several times, unless another client drives on that topic. This is a help
-against pages that are closed and networks that end; it is no emergency stop, and no help when this process is
-killed.
+Most robots keep driving at the last velocity they were given. So this watches every velocity topic that a
+client of a gateway publishes: when its last velocity was not zero and it leaves, or sends nothing for half a
+second, zero is published there several times, unless another client drives on that topic. This helps against
+closed pages and lost networks. It is not an emergency stop, and does not help when this process is killed.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ VELOCITY_TYPES = frozenset(
         "ackermann_msgs/AckermannDriveStamped",
     }
 )
-"""What is taken for a velocity: messages that stand still when every number in them is zero."""
+"""Types that count as velocities: messages that mean "stand still" when every number in them is zero."""
 
 SILENCE = 0.5  # seconds
 ZEROS = 5
@@ -38,12 +37,12 @@ OVER = 0.5  # seconds from the first zero to the last
 
 
 def is_velocity(type_name: str) -> bool:
-    """Whether messages of this type make something move for as long as no other comes."""
+    """Whether a message of this type keeps something moving until another one comes."""
     return type_name in VELOCITY_TYPES
 
 
 class Publishes(Protocol):
-    """A publisher, as far as this goes."""
+    """What is needed of a publisher here."""
 
     @property
     def topic(self) -> str: ...
@@ -69,7 +68,7 @@ def moves(message: Any) -> bool:
 
 @dataclass(slots=True)
 class _Topic:
-    """One topic of velocities.
+    """One velocity topic.
 
     Attributes:
         drivers: Clients whose last velocity was not zero, and when it came.
@@ -83,12 +82,12 @@ class _Topic:
 
 
 class DriveTable:
-    """Who drives where, and which zeros are due. Pure: the time is given.
+    """Who drives where, and which zeros are due. Pure: callers pass the time.
 
     Args:
         silence: Seconds after which a driver counts as gone.
         zeros: How many zeros follow.
-        over: Seconds from the first to the last.
+        over: Seconds from the first zero to the last.
     """
 
     def __init__(self, *, silence: float = SILENCE, zeros: int = ZEROS, over: float = OVER) -> None:
@@ -103,7 +102,7 @@ class DriveTable:
         return tuple(self._topics)
 
     def note(self, client: Hashable, topic: str, now: float, *, moving: bool) -> None:
-        """A client has published a velocity."""
+        """Take note of a velocity that a client has published."""
         state = self._topics.get(topic)
         if moving:
             if state is None:
@@ -114,13 +113,13 @@ class DriveTable:
             del self._topics[topic]  # it has stopped by itself
 
     def gone(self, client: Hashable, now: float, topic: str | None = None) -> None:
-        """A client has left, or with `topic` that one only."""
+        """Take note that a client has left, or only stopped publishing on `topic`."""
         for name, state in self._topics.items():
             if topic in (None, name) and state.drivers.pop(client, None) is not None:
                 self._stop_if_nobody_drives(state, now)
 
     def all_gone(self, now: float) -> None:
-        """Nobody drives any more."""
+        """Treat all drivers as gone."""
         for state in self._topics.values():
             if state.drivers:
                 state.drivers.clear()
@@ -148,20 +147,20 @@ class DriveTable:
         return found
 
     def next_look(self) -> float | None:
-        """When `due` has something to say at the earliest; None while nobody drives."""
+        """The earliest time at which `due` may return a topic; None while nobody drives."""
         times = [last + self._silence for state in self._topics.values() for last in state.drivers.values()]
         times += [state.next_zero for state in self._topics.values() if state.zeros_left]
         return min(times, default=None)
 
 
 class WriteGuard:
-    """Publishes for clients, and zero after them. One for each gateway.
+    """Publishes for clients, and zeros after them. One for each gateway.
 
-    A thread of its own runs while somebody drives, and no longer.
+    Its thread runs only while somebody drives.
 
     Args:
-        stamp: Gives the time for zeros that have a header; None leaves it at 0.
-        table: Who drives where; of other times for tests.
+        stamp: Returns the time for zeros that have a header; None leaves it at 0.
+        table: Who drives where; tests pass one with other times.
     """
 
     def __init__(self, stamp: Callable[[], Any] | None = None, table: DriveTable | None = None) -> None:
@@ -173,7 +172,7 @@ class WriteGuard:
         self._thread: threading.Thread | None = None
         self._closed = False
         self.zeros = 0
-        """How many were sent in clients' stead."""
+        """How many zeros were sent for clients."""
 
     @property
     def driven(self) -> tuple[str, ...]:
@@ -185,12 +184,12 @@ class WriteGuard:
         """Publish a client's message; a velocity is watched from now on.
 
         Args:
-            client: Whose it is.
-            publisher: Publishes it. It has to stay open for a second after the client has gone.
+            client: The client.
+            publisher: The publisher; it must stay open for a second after the client has gone.
             message: A message, or its encoded bytes.
 
         Raises:
-            CodecError: The bytes are none of that type.
+            CodecError: The bytes are not a message of that type.
             LocalProtocolError: The publisher is closed.
         """
         if not is_velocity(publisher.type_name):
@@ -199,7 +198,7 @@ class WriteGuard:
         if not isinstance(message, Message):
             message = decode(publisher.message_class, bytes(message))
         moving = moves(message)
-        with self._changed:  # what is published and what is noted have one order
+        with self._changed:  # publishing and taking note happen in the same order
             topic = publisher.topic
             if moving and self._closed:
                 return  # nobody would stop it
@@ -214,7 +213,7 @@ class WriteGuard:
                 self._thread.start()
 
     def gone(self, client: Hashable, topic: str | None = None) -> None:
-        """A client has left, or does not publish on one topic any more: zero, now, where it drove."""
+        """A client has left, or stopped publishing on one topic: send zero now where it drove."""
         with self._changed:
             now = time.monotonic()
             self._table.gone(client, now, topic)
@@ -222,7 +221,7 @@ class WriteGuard:
             self._changed.notify_all()
 
     def close(self) -> None:
-        """Zero wherever somebody drives, all of them now (half a second), and no velocity any more."""
+        """Send all zeros now, wherever somebody drives (half a second), and accept no more velocities."""
         with self._changed:
             self._closed = True
             self._table.all_gone(time.monotonic())
@@ -243,13 +242,13 @@ class WriteGuard:
             self._frames.clear()
 
     def _send(self, now: float) -> None:
-        """With the lock held."""
+        """Called with the lock held."""
         for topic in self._table.due(now):
             publisher = self._publishers[topic]
             try:
                 publisher.publish(self._zero(topic, publisher))
                 self.zeros += 1
-            except Exception as error:  # the node is closed: there is no way left to say it
+            except Exception as error:  # the node is closed, so zero cannot be sent any more
                 _log.warning("! %s: zero could not be published after its client: %s", topic, error)
 
     def _zero(self, topic: str, publisher: Publishes) -> Any:

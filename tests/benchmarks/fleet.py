@@ -45,7 +45,7 @@ TICKS = os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else 100
 ROOT = Path(__file__).resolve().parent.parent.parent
 PEERS = Path(__file__).resolve().parent / "peers"
 LEGS = 3  # metres and edges of an order, there or back
-SETTLE = 3.0
+SETTLE = 8.0  # s to see what the stand-ins cost
 
 
 def run(arguments: list[str]) -> None:
@@ -71,8 +71,8 @@ def run(arguments: list[str]) -> None:
             "cost: for one vehicle, processor in thousandths of a core, memory in MB; delays in ms, median and worst"
         )
         print(
-            "| vehicles | standing | driving | memory | threads | files | messages/s driving | bytes of a state "
-            "| order to motion | arrival to manager |\n" + "|---" * 10 + "|"
+            "| vehicles | standing | driving | the broker, driving | memory | threads | files | messages/s driving "
+            "| bytes of a state | order to motion | arrival to manager |\n" + "|---" * 11 + "|"
         )
         for size in numbers(args.real):
             cost(f"{size} with a whole chassis", args, size, ours(ROOT, size, real=True))
@@ -319,7 +319,8 @@ def hall(
 
 
 def cost(row: str, args: Any, size: int, command: list[str]) -> None:
-    with hall(args, command, size) as (_, manager, vehicles, idle, memory):
+    with hall(args, command, size) as (broker, manager, vehicles, idle, memory):
+        assert broker.process is not None
         manager.real = "real" in command
         manager.version = "2.0.0" if command[-1].endswith(".js") else "2.1.0"
         stood = rate(vehicles, args.seconds)
@@ -331,7 +332,9 @@ def cost(row: str, args: Any, size: int, command: list[str]) -> None:
         time.sleep(2.0)
         manager.counts.clear()
         manager.bytes.clear()
+        carried = processor_of(broker.process.pid)
         drove = rate(vehicles, args.seconds)
+        carried = (processor_of(broker.process.pid) - carried) / args.seconds
         counts, sizes = Counter(manager.counts), Counter(manager.bytes)
         manager.driving = False
         vehicles.tell("log")
@@ -341,7 +344,7 @@ def cost(row: str, args: Any, size: int, command: list[str]) -> None:
         motion = [1000 * (moved[key] - at) for key, at in manager.sent.items() if key in moved]
         knowing = [1000 * (at - arrived[key]) for key, at in manager.known.items() if key in arrived]
         print(
-            f"| {row} | {1000 * (stood - idle) / size:.2f} | {1000 * (drove - idle) / size:.2f} | {(mb - memory) / size:.2f} "
+            f"| {row} | {1000 * (stood - idle) / size:.2f} | {1000 * (drove - idle) / size:.2f} | {1000 * carried / size:.2f} | {(mb - memory) / size:.2f} "
             f"| {threads} | {files} | {sum(counts.values()) / args.seconds / size:.2f} "
             f"| {sizes['state'] / max(1, counts['state']):.0f} | {delays(motion)} | {delays(knowing)} |",
             flush=True,

@@ -14,7 +14,7 @@ from tests.support.fleet import LIMITS, PureVehicle, action, order_json
 from woosh_pure.fleet.messages import read_order
 from woosh_pure.fleet.order import Begin, Drive, End, OrderMachine
 
-TYPES = ("beep", "weld", "dock")
+TYPES = ("beep", "weld", "dock", "park")
 BLOCKING = ("NONE", "SOFT", "HARD")
 
 
@@ -118,6 +118,15 @@ class World:
         if self.random.random() < 0.8:
             self.vehicle.instant(action(self.name(), kind, blocking))
 
+    def maps(self) -> None:
+        """enableMap of the map that orders are for is refused beside an order, of another one it is done."""
+        machine, name = self.vehicle.machine, self.name()
+        wanted, executing = self.random.choice(("hall", "up")), machine.executing
+        self.vehicle.instant(action(name, "enableMap", mapId=wanted, mapVersion="2"))
+        if executing and wanted == "hall":
+            assert self.vehicle.status(name) == "FAILED"
+            assert name not in self.vehicle.ever
+
     def drive(self) -> None:
         vehicle = self.vehicle
         if vehicle.drive is None:
@@ -166,8 +175,8 @@ class World:
     def step(self) -> None:
         vehicle = self.vehicle
         kind = self.random.choices(
-            ("drive", "act", "new", "update", "again", "cancel", "pause", "resume", "beep", "lost", "mode", "die", "retry", "end"),
-            (30, 20, 10, 12, 5, 4, 3, 6, 4, 2, 1, 2, 6, 1),
+            ("drive", "act", "new", "update", "again", "cancel", "pause", "resume", "beep", "lost", "mode", "die", "retry", "end", "maps"),
+            (30, 20, 10, 12, 5, 4, 3, 6, 4, 2, 1, 2, 6, 1, 2),
         )[0]  # fmt: skip
         if kind == "drive":
             self.drive()
@@ -198,6 +207,8 @@ class World:
             vehicle.take(vehicle.machine.set_mode(self.random.choice(("MANUAL", "AUTOMATIC"))))
         elif kind == "die":
             self.die()
+        elif kind == "maps":
+            self.maps()
         elif kind == "end":
             self.end()
         elif kind == "retry":

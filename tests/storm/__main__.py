@@ -20,7 +20,9 @@ def main() -> int:
     parser.add_argument("--only", default="", help="programs with this in their name")
     parser.add_argument("--seconds", type=float, default=1e9, help="begin no trial later than this")
     parser.add_argument("--all", action="store_true", help="each verb, wait and command once")
-    parser.add_argument("--part", type=int, nargs=2, metavar=("N", "OF"), default=(0, 1), help=argparse.SUPPRESS)
+    parser.add_argument(
+        "--part", type=int, nargs=2, metavar=("N", "OF"), default=(0, 1), help=argparse.SUPPRESS
+    )
     arguments = parser.parse_args()
     seed = random.randrange(2**32) if arguments.seed is None else arguments.seed
     if arguments.jobs > 1:

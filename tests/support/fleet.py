@@ -9,6 +9,7 @@ from woosh_pure.fleet.actions import Ability, Parameter, Scope
 from woosh_pure.fleet.judging import Limits, Place
 from woosh_pure.fleet.messages import read_instant_actions, read_order
 from woosh_pure.fleet.order import Begin, Changed, Drive, Effect, End, Halt, OrderMachine, Retry
+from woosh_pure.fleet.standard import PARAMETERS, SCOPES
 
 __all__ = ["LIMITS", "PureVehicle", "action", "instant", "order_json"]
 
@@ -20,6 +21,8 @@ LIMITS = Limits(
             Ability("beep", EVERYWHERE, (Parameter("times", "INTEGER", optional=True),)),
             Ability("weld", EVERYWHERE, interruptible=False),
             Ability("dock", EVERYWHERE, moves=True),
+            Ability("park", EVERYWHERE, still=True),
+            Ability("enableMap", SCOPES["enableMap"], PARAMETERS["enableMap"], still=True),
             Ability("initPosition", (Scope.INSTANT,), any_parameters=True),
         )
     },

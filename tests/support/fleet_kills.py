@@ -6,7 +6,7 @@
 A trial sends an order of three nodes with an action on each, the last node as horizon; releases it by an update at
 a moment by chance; kills; starts again after a while by chance; and looks at what the manager hears then. What was
 acknowledged (an order, an update, the end of an action: a state told it) must be there; what was not is sent once
-more, as a manager does. In the end the order must be done, no node skipped, no action begun twice.
+more, as a manager does, and an order that our process holds after its restart is told to go on. In the end the order must be done, no node skipped, no action begun twice.
 """
 
 from __future__ import annotations
@@ -238,6 +238,10 @@ class Hall:
             done = state["lastNodeId"] == way[2] and not state["nodeStates"] and not running(state)
             if not done and state["orderUpdateId"] == 0:
                 self.master.send("order", more)
+            if not done and "orderHeld" in errors(
+                state
+            ):  # after a restart of ours somebody must say that it goes on
+                self.master.instant(f"go-{name}-{time.monotonic()}", "stopPause")
             with self.master._changed:
                 if not done:
                     self.master._changed.wait(1.0)

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-__all__ = ["Master", "errors", "order_over", "statuses"]
+__all__ = ["Master", "came_back", "errors", "order_over", "statuses"]
 
 PLACES = {"n1": (0.0, 0.0), "n2": (1.0, -0.5), "n3": (3.0, 1.0)}
 
@@ -107,6 +107,12 @@ class Master:
                 left = deadline - time.monotonic()
                 assert left > 0.0, f"not within {seconds} s; the last: {found[-1:]}"
                 self._changed.wait(left)
+
+
+def came_back(master: Master) -> bool:
+    """Whether the broker has told the loss of the vehicle's line, and the vehicle its return."""
+    told = [message["connectionState"] for message in master.all("connection")]
+    return told[-2:] == ["CONNECTIONBROKEN", "ONLINE"]
 
 
 def errors(state: dict[str, Any]) -> list[str]:

@@ -52,6 +52,7 @@ class Robot:
         """As it was in the beginning: it stands at its start, knows where it is, and nobody commands it."""
         if self.chassis.lease.holder is not None:
             self.chassis.lease.release(self.chassis.lease.holder)
+        self.sim.release_emergency_stop()
         self.chassis.stop(everything=True, timeout=5.0)
         with self.sim.lock:
             world = self.sim.world

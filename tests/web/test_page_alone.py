@@ -44,13 +44,15 @@ def until(condition: Callable[[], Any], page: Page, seconds: float = 5.0) -> Any
     return found
 
 
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize(
+    ("size", "scheme"),
+    [pytest.param(PHONE, "light", id="phone-light"), pytest.param(DESKTOP, "dark", id="desktop-dark")],
+)
 @pytest.mark.parametrize(("language", "title"), LANGUAGES)
-@pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_every_page_fits_and_can_be_touched(
     browser: Browser, served: tuple[Fake, str], size: Any, language: str, title: str, scheme: str
 ) -> None:
-    """In both languages, light and dark: nothing runs out of the screen, and each control is 44 px at least."""
+    """In both languages (light or dark changes no place): nothing runs out of the screen, and each control is 44 px at least."""
     with person(browser, served[1], size, language=language, scheme=scheme) as page:
         assert page.inner_text("#tab-go h2") == title
         for tab in ("go", "drive", "camera", "health", "log"):
@@ -261,6 +263,23 @@ def hold(page: Page) -> None:
     page.mouse.move(box["x"] + 110, box["y"] + 40)
 
 
+def held(page: Page, fake: Fake) -> None:
+    """Press until five beats have come: on a busy computer a page stands still for a moment, and that ends it."""
+    for _ in range(10):
+        fake.heard.clear()
+        hold(page)
+        until(lambda: len(kinds(fake, "beat")) > 4 or kinds(fake, "release"), page, 10.0)
+        if not kinds(fake, "release"):
+            return
+        page.mouse.up()
+    pytest.fail("this computer is too busy to hold anything for half a second")
+
+
+def kinds(fake: Fake, *names: str) -> list[dict[str, Any]]:
+    """What was heard of these kinds."""
+    return [one for one in fake.heard if one["t"] in names]
+
+
 WAYS: dict[str, Callable[[Page], Any]] = {
     "let go": lambda page: page.mouse.up(),
     "hidden": hide,
@@ -284,8 +303,7 @@ def test_every_way_of_not_being_there_lets_go(browser: Browser, served: tuple[Fa
     with person(browser, url) as page:
         allow(page)
         assert not [message for message in fake.heard if message["t"] in ("press", "beat")]
-        hold(page)
-        until(lambda: [one for one in fake.heard if one["t"] == "beat"][4:], page)
+        held(page, fake)
         WAYS[way](page)
         until(lambda: [one for one in fake.heard if one["t"] == "release"], page, 2.0)
         page.wait_for_timeout(500)
@@ -294,8 +312,8 @@ def test_every_way_of_not_being_there_lets_go(browser: Browser, served: tuple[Fa
             page.wait_for_timeout(300)
         drive = [one for one in fake.heard if one["t"] in ("press", "beat", "release")]
         page.mouse.up()
-    kinds = [one["t"] for one in drive]
-    assert re.fullmatch("press(,beat)+,release", ",".join(kinds)), kinds
+    said = ",".join(one["t"] for one in drive)
+    assert re.fullmatch("press(,beat)+,release", said)
     numbers = [one["seq"] for one in drive if "seq" in one]
     assert numbers == sorted(set(numbers))
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from rosproto.cli import count, counted, folder_exists, natural, port, positive, seconds
+from rosproto.cli import count, counted, folder_exists, natural, port, positive, seconds, to_float
 from rosproto.cli import finite as number
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ __all__ = [
     "add_pose",
     "add_timeout",
     "add_wait",
+    "corners",
     "count",
     "each_chassis",
     "enum_words",
@@ -84,6 +85,19 @@ def pose(values: Sequence[float]) -> Pose2D:
 
     x, y, degrees = values
     return Pose2D(x, y, normalize_angle(math.radians(degrees)))
+
+
+def corners(text: str) -> list[tuple[float, float]]:
+    """Corners of an outline, "X,Y X,Y ...", in m."""
+    return [_corner(each) for each in text.split()]
+
+
+def _corner(text: str) -> tuple[float, float]:
+    try:
+        x, y = (to_float(part.strip()) for part in text.split(","))
+    except ValueError:
+        raise ValueError(f"corner {text!r}: expected X,Y in metres, e.g. 0.4,0.3") from None
+    return x, y
 
 
 def add_pose(parser: ArgumentParser) -> None:

@@ -77,12 +77,14 @@ class Parameter:
         kind: BOOL, NUMBER, INTEGER, FLOAT, STRING, OBJECT or ARRAY.
         optional: Whether it may be left out.
         description: Free text, for the factsheet.
+        choices: The values that it may have; empty takes every one.
     """
 
     key: str
     kind: str = "STRING"
     optional: bool = False
     description: str = ""
+    choices: tuple[str, ...] = ()
 
 
 _TYPES: dict[str, tuple[type, ...]] = {
@@ -101,6 +103,7 @@ class Ability:
         parameters: Those that are known; another one is rejected, because it could not be obeyed.
         blocking: Blocking types it may be given.
         moves: It moves the robot itself: it is HARD whatever was said, and not begun while paused.
+        still: It moves nothing, and wants the robot to stand: HARD whatever was said.
         interruptible: Whether a cancel ends it; else the cancel waits for its end.
         description: Free text, for the factsheet.
         any_parameters: Take also parameters that are not listed.
@@ -111,6 +114,7 @@ class Ability:
     parameters: tuple[Parameter, ...] = ()
     blocking: tuple[str, ...] = ("NONE", "SOFT", "HARD")
     moves: bool = False
+    still: bool = False
     interruptible: bool = True
     description: str = ""
     any_parameters: bool = False
@@ -272,6 +276,9 @@ def objection(action: Action, scope: Scope, ability: Ability | None) -> tuple[st
         wrong = isinstance(value, bool) and parameter.kind != "BOOL"
         if wrong or not isinstance(value, _TYPES[parameter.kind]):
             return f"actionParameters.{key}", f"{action.type}: {key} must be of type {parameter.kind}"
+        if parameter.choices and value not in parameter.choices:
+            listed = ", ".join(parameter.choices)
+            return f"actionParameters.{key}", f"{action.type}: {key} {str(value)[:80]!r}; expected {listed}"
     missing = [p.key for p in ability.parameters if not p.optional and p.key not in action.parameters]
     if missing:
         return f"actionParameters.{missing[0]}", f"{action.type} needs the parameter {missing[0]}"
@@ -280,4 +287,4 @@ def objection(action: Action, scope: Scope, ability: Ability | None) -> tuple[st
 
 def effective(action: Action, ability: Ability | None) -> str:
     """The blocking type that holds."""
-    return "HARD" if ability is not None and ability.moves else action.blocking
+    return "HARD" if ability is not None and (ability.moves or ability.still) else action.blocking

@@ -2,20 +2,43 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 from woosh_pure.fleet.mqtt import Broker
+from woosh_pure.geometry import Footprint
 
 __all__ = ["VERSIONS", "FleetConfig", "VehicleConfig", "load_config", "secrets"]
 
 VERSIONS = ("2.0.0", "2.1.0")
 _ALLOWED = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_.:-")
 _SECRETS = ("WOOSH_MQTT_USER", "WOOSH_MQTT_PASSWORD")
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _is_targets(value: object) -> bool:
+    return isinstance(value, Mapping) and all(
+        isinstance(name, str) and name and isinstance(target, str) for name, target in value.items()
+    )
+
+
+_KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "str": (lambda v: isinstance(v, str), "a text in quotes"),
+    "str | None": (lambda v: v is None or isinstance(v, str), "a text in quotes"),
+    "bool": (lambda v: isinstance(v, bool), "true or false"),
+    "float": (_is_number, "a number"),
+    "Mapping[str, str]": (_is_targets, 'a table of texts, such as { beep = "module:function" }'),
+    "Sequence[Sequence[float]]": (lambda v: isinstance(v, (list, tuple)), "a list of corners [x, y]"),
+}
+"""By the type of a field: what fits, and what is expected, in the words of TOML."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,10 +53,16 @@ class VehicleConfig:
         map_id, map_version: The map that the chassis drives in, as the fleet manager calls it.
         interface: First level of the topics.
         marks: Whether a node without a position is a mark of the chassis, by its description or its id.
+        map_actions: Let the fleet manager download, enable and delete maps (2.1).
+        zone_set: zoneSetId of the zones that are drawn in the chassis's map; "" where there are none.
         charger: Mark of the charger, for startCharging; "" where there is none.
+        undock: m that stopCharging drives straight off the charger, backwards where negative; 0 offers none.
+        triggers: What waitForTrigger waits for: triggerType -> "python.module:function" or "!program ...",
+            which ends when the trigger came; "" waits for `Vehicle.trigger(type)`.
         tolerance, turn_tolerance: m and rad within which a node counts as reached that allows no deviation.
         visualization: Seconds between two visualization messages; 0 sends none.
         actions: Actions of your own: type -> "python.module:function", or "!program argument ...".
+        footprint: Corners (x, y) in m in base_link, where the chassis does not tell them.
         series, height, load, acceleration: For the factsheet: m, kg, m/s²; 0 where it is not known.
     """
 
@@ -46,26 +75,41 @@ class VehicleConfig:
     map_version: str = "1"
     interface: str = "uagv"
     marks: bool = False
+    map_actions: bool = False
+    zone_set: str = ""
     charger: str = ""
+    undock: float = 0.0
     tolerance: float = 0.2
     turn_tolerance: float = 0.2
     visualization: float = 0.0
     actions: Mapping[str, str] = field(default_factory=dict)
+    triggers: Mapping[str, str] = field(default_factory=dict)
+    footprint: Sequence[Sequence[float]] = ()
     series: str = "Woosh chassis"
     height: float = 0.0
     load: float = 0.0
     acceleration: float = 0.0
 
     def __post_init__(self) -> None:
+        for each in fields(self):
+            fits, expected = _KINDS[str(each.type)]
+            if not fits(getattr(self, each.name)):
+                raise ValueError(f"{each.name} {getattr(self, each.name)!r}: expected {expected}")
         for name in ("manufacturer", "serial", "interface"):
             value = getattr(self, name)
-            if not value or not isinstance(value, str) or not set(value) <= _ALLOWED:
+            if not value or not set(value) <= _ALLOWED:
                 raise ValueError(f"{name} {value!r}: it is part of a topic; use A-Z a-z 0-9 _ . : - only")
         if self.version not in VERSIONS:
             raise ValueError(f"version {self.version!r}: expected {' or '.join(VERSIONS)}")
         for name in ("tolerance", "turn_tolerance"):
             if not 0.0 < getattr(self, name) <= 2.0:
                 raise ValueError(f"{name} {getattr(self, name)}: expected more than 0 and at most 2")
+        if not (-2.0 <= self.undock <= 2.0):
+            raise ValueError(f"undock {self.undock} m: expected -2 to 2")
+        if self.map_actions and self.version.startswith("2.0"):
+            raise ValueError("map_actions: maps are a part of the protocol since version 2.1.0")
+        if self.footprint:
+            Footprint.from_points(self.footprint)
         if not (self.visualization == 0.0 or 0.05 <= self.visualization <= 60.0):
             raise ValueError(f"visualization {self.visualization} s: expected 0, or 0.05 to 60")
 
@@ -110,6 +154,8 @@ def secrets(path: Path | None = None) -> tuple[str | None, str | None]:
     if path is None:
         user, password = (os.environ.get(name) or None for name in _SECRETS)
         return user, password
+    if path.is_dir():
+        raise ValueError(f"{path} is a folder; expected a file of two lines, user and password")
     if os.name == "posix" and path.stat().st_mode & 0o077:
         raise ValueError(f"{path}: others may read it; run chmod 600 {path}")
     lines = path.read_text("utf-8").splitlines()
@@ -137,8 +183,10 @@ def load_config(path: Path) -> FleetConfig:
             ) from error
     try:
         data = tomllib.loads(path.read_text("utf-8"))
+    except UnicodeDecodeError:
+        raise ValueError(f"{path} is no text in UTF-8; a fleet.toml is") from None
     except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
+        raise ValueError(f"{path} is no TOML: {error}") from None
     try:
         return _fleet(data, path.parent)
     except (TypeError, ValueError) as error:
@@ -151,21 +199,31 @@ def _fleet(data: dict[str, Any], folder: Path) -> FleetConfig:
         raise ValueError(
             f"{', '.join(sorted(unknown))} is not known; expected [broker], [[vehicle]] and folder"
         )
-    given = dict(data.get("broker") or {})
+    given, vehicles = data.get("broker", {}), data.get("vehicle", [])
+    if not isinstance(given, dict):
+        raise ValueError("broker: expected a table, [broker], with url")
+    if not (isinstance(vehicles, list) and all(isinstance(raw, dict) for raw in vehicles)):
+        raise ValueError("vehicle: expected tables, one [[vehicle]] for each")
+    texts = {**given, "folder": data.get("folder", "")}
+    for name, value in texts.items():
+        if not isinstance(value, str):
+            raise ValueError(f"{name} {value!r}: expected a text in quotes")
+    given = dict(given)
     file = given.pop("secrets_file", None)
     user, password = secrets(folder / file if file else None)
     _require_known(given, ("url", "ca_file", "cert_file", "key_file"), "[broker]")
     if "url" not in given:
         raise ValueError("[broker] has no url")
     known = [each.name for each in fields(VehicleConfig)]
-    vehicles = []
-    for raw in data.get("vehicle", ()):
+    for raw in vehicles:
         _require_known(raw, known, "[[vehicle]]")
-        vehicles.append(VehicleConfig(**raw))
+        missing = [name for name in ("manufacturer", "serial") if name not in raw]
+        if missing:
+            raise ValueError(f"a [[vehicle]] has no {' and no '.join(missing)}")
     kept = data.get("folder")
     return FleetConfig(
         broker=Broker(user=user, password=password, **given),
-        vehicles=tuple(vehicles),
+        vehicles=tuple(VehicleConfig(**raw) for raw in vehicles),
         folder=None if kept is None else folder / kept,
     )
 

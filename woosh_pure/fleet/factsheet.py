@@ -67,6 +67,8 @@ def _optional_parameters(limits: Limits) -> list[dict[str, Any]]:
     if limits.directions:
         given["order.edges.orientation"] = "tangential, 0 or pi: forwards or backwards"
         given["order.edges.orientationType"] = "TANGENTIAL"
+    if limits.zone_set:
+        given["order.zoneSetId"] = limits.zone_set
     found = [{"parameter": key, "support": "SUPPORTED", "description": text} for key, text in given.items()]
     position = "SUPPORTED" if limits.marks else "REQUIRED"
     why = "a node without one is a mark of the chassis" if limits.marks else "where to drive to"

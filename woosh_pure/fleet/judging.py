@@ -68,6 +68,7 @@ class Limits:
         tolerance: m within which a node counts as reached that allows no deviation.
         turn_tolerance: The same in rad.
         marks: Whether a node without a position is a mark of the chassis.
+        zone_set: Id of the zone set that the chassis's map holds; "" where there is none.
         speed: Whether maxSpeed of an edge is obeyed.
         directions: Whether the direction of travel of an edge is obeyed (orientation 0 or pi, tangential).
     """
@@ -77,6 +78,7 @@ class Limits:
     tolerance: float = 0.2
     turn_tolerance: float = 0.2
     marks: bool = False
+    zone_set: str = ""
     speed: bool = True
     directions: bool = True
 
@@ -207,13 +209,10 @@ def inability(order: Order, limits: Limits, taken: Collection[str], *, update: b
         update: Whether this is an update.
     """
     first = 1 if update else 0
-    if order.zone_set:
-        return order_problem(
-            order,
-            ErrorType.ORDER,
-            "this vehicle knows no zones; leave zoneSetId out",
-            ("zoneSetId", order.zone_set),
-        )
+    if order.zone_set and order.zone_set != limits.zone_set:
+        known = f"uses {limits.zone_set}" if limits.zone_set else "knows no zones; leave zoneSetId out"
+        about = (("zoneSetId", order.zone_set), ("field", "zoneSetId"))
+        return order_problem(order, ErrorType.ORDER, f"this vehicle {known}", *about)
     for n, node in enumerate(order.nodes[first:], first):
         found = _of_node(node, f"nodes[{n}]", limits)
         if found:

@@ -68,6 +68,22 @@ def paho() -> Any:
     return client
 
 
+@functools.cache
+def _client_class() -> Any:
+    class Client(paho().Client):  # type: ignore[misc]
+        """paho's, which has no limit of its own and takes packets of up to 256 MB."""
+
+        @property
+        def incoming(self) -> int:
+            """Bytes of the packet that is being read."""
+            try:
+                return int(self._in_packet["remaining_length"])
+            except (AttributeError, KeyError):
+                return 0  # a later paho that does it otherwise: then without a limit
+
+    return Client
+
+
 @dataclass(frozen=True, slots=True, repr=False)
 class Broker:
     """Where the broker is and how it lets us in.
@@ -86,11 +102,15 @@ class Broker:
     key_file: str | None = None
 
     def __post_init__(self) -> None:
-        parts = urlsplit(self.url)
-        if parts.scheme not in ("mqtt", "mqtts") or not parts.hostname:
-            raise ValueError(
-                f"broker {_without_secrets(self.url)}: expected mqtt://HOST:PORT or mqtts://HOST:PORT"
-            )
+        expected = f"broker {_without_secrets(self.url)}: expected mqtt://HOST:PORT or mqtts://HOST:PORT"
+        try:
+            parts = urlsplit(self.url)
+            port = parts.port
+        except ValueError as error:
+            raise ValueError(f"{expected} ({error})") from None
+        beside = parts.path.strip("/") or parts.query or parts.fragment
+        if parts.scheme not in ("mqtt", "mqtts") or not parts.hostname or beside or port == 0:
+            raise ValueError(expected)
         if parts.username or parts.password:
             raise ValueError(
                 "the broker's address must not hold a user or password: others on this computer see it; "
@@ -158,6 +178,7 @@ class Line:
 
     Raises:
         ImportError: paho-mqtt is not installed; the text names the extra.
+        ValueError: What is in the files is no certificate, or the key of another.
         OSError: A certificate cannot be read.
     """
 
@@ -171,7 +192,13 @@ class Line:
     ) -> None:
         self._module = paho()
         if broker.tls:
-            _tls_of(broker)  # what is wrong with the files is said now, and not in a thread later
+            try:
+                _tls_of(broker)  # what is wrong with the files is said now, and not in a thread later
+            except ssl.SSLError as error:
+                files = ", ".join(
+                    name for name in (broker.ca_file, broker.cert_file, broker.key_file) if name
+                )
+                raise ValueError(f"the certificates in {files} cannot be used: {error}") from error
         self.broker, self.prefix = broker, prefix
         self._connection, self._received, self._changed = connection, received, changed
         self._told = ""  # the last thing that went wrong: said once
@@ -183,6 +210,7 @@ class Line:
         self._loop: Loop | None = None
         self._client: Any = None
         self._lock = threading.Lock()
+        self._io = threading.RLock()  # held by who reads or writes: TLS allows one at a time
         self._waiting: deque[tuple[Any, int]] = deque()  # what paho has not written yet, and its bytes
         self._waiting_bytes = 0
         self._behind = False
@@ -219,9 +247,20 @@ class Line:
                     self._waiting_bytes += len(payload)
         if first:
             self._tell(f"the broker {self.broker.url} does not read: what is sent is dropped until it does")
-        if not loop.inside:
+        if not (loop.inside or self._written(client)):
             loop.call(functools.partial(self._flush, client))
         return bool(sent)
+
+    def _written(self, client: Any) -> bool:
+        """Write it in the caller's thread, where that is possible at once: the loop's may have to wait."""
+        if self._behind or not self._io.acquire(blocking=False):
+            return False
+        try:
+            client.loop_write()
+            self._wrote = time.monotonic()
+            return not client.want_write() and client.socket() is not None
+        finally:
+            self._io.release()
 
     def close(self, timeout: float = 2.0) -> None:
         """Say OFFLINE, wait for the broker to have it, leave. Bounded."""
@@ -261,7 +300,7 @@ class Line:
     def connect(self) -> Any:
         """In a thread of its own: a client whose connection is open, and who has asked to be let in."""
         broker = self.broker
-        client = self._module.Client(
+        client = _client_class()(
             self._module.CallbackAPIVersion.VERSION2, client_id=self._name(),
             protocol=self._module.MQTTv311, reconnect_on_failure=False,
         )  # fmt: skip
@@ -312,19 +351,21 @@ class Line:
         client = self._client
         if client is None:
             return
-        if events & selectors.EVENT_READ:
-            self._read(client)
-        if client is self._client:
-            self._flush(client)
+        with self._io:
+            if events & selectors.EVENT_READ:
+                self._read(client)
+            if client is self._client:
+                self._flush(client)
 
     def on_time(self) -> None:
         """Have paho ping, or give up a broker that did not answer the last one."""
         client = self._client
         if client is not None:
-            client.loop_misc()
-            self._heard = self._wrote = time.monotonic()
-            if client is self._client:
-                self._flush(client)
+            with self._io:
+                client.loop_misc()
+                self._heard = self._wrote = time.monotonic()
+                if client is self._client:
+                    self._flush(client)
 
     def broken(self) -> None:
         """Something of ours has failed: begin anew."""
@@ -342,8 +383,7 @@ class Line:
                 break
             client.loop_read()
         self._heard = time.monotonic()
-        # paho has no limit of its own. What it has read of a packet is looked at before the rest has come.
-        size = getattr(client, "_in_packet", {}).get("remaining_length", 0)
+        size = client.incoming  # looked at before the rest has come
         if size > _MOST_PACKET and client is self._client:
             self._drop()
             self._lost(
@@ -355,7 +395,8 @@ class Line:
         if client is not self._client or self._loop is None:
             return
         if client.want_write():
-            client.loop_write()
+            with self._io:
+                client.loop_write()
             self._wrote = time.monotonic()
         sock = client.socket()
         if client is not self._client or sock is None:
@@ -417,8 +458,14 @@ class Line:
         self._changed(True)
 
     def _on_disconnect(self, client: Any, data: Any, flags: Any, reason: Any, properties: Any) -> None:
+        if self._loop is None or self._loop.inside:
+            self._ended(client, str(reason))
+        else:
+            self._loop.call(lambda: self._ended(client, str(reason)))
+
+    def _ended(self, client: Any, reason: str) -> None:
         if client is self._client:
-            self._lost(str(reason))
+            self._lost(reason)
 
     def _lost(self, reason: str, *, ours: str = "") -> None:
         """The connection has ended, for the broker's reason or ours; another try is asked for."""

@@ -336,7 +336,8 @@ class OrderMachine:
         """6.9: an instant action must not contradict the order, nor move in a mode that is somebody
         else's."""
         action, ability = record.action, self.limits.abilities[record.action.type]
-        if not (ability.moves or action.type == "initPosition"):
+        of_map = action.type == "enableMap" and action.parameters.get("mapId") in self.limits.maps
+        if not (ability.moves or action.type == "initPosition" or of_map):
             return None
         about = (("topic", "instantActions"), ("actionId", action.id), ("actionType", action.type))
         if self.executing:

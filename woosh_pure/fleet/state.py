@@ -55,6 +55,7 @@ class Facts:
         emergency_stop, bumper: As the chassis tells them.
         faults: Sentences of the faults that it tells, each with whether it is severe.
         loads: None where nothing tells them.
+        zone_set: Of the chassis's map; "" where there is none.
         information: (type, text) pairs for people.
     """
 
@@ -70,6 +71,7 @@ class Facts:
     loads: tuple[Load, ...] | None = None
     maps: tuple[MapEntry, ...] = ()
     map_id: str = ""
+    zone_set: str = ""
     information: tuple[tuple[str, str], ...] = field(default_factory=tuple)
 
     @property
@@ -148,6 +150,8 @@ def state_message(
     for key, value in (("agvPosition", _position(facts)), ("velocity", _velocity(facts))):
         if value is not None:
             message[key] = value
+    if facts.zone_set:
+        message["zoneSetId"] = facts.zone_set
     if facts.loads is not None:
         message["loads"] = [load.to_json() for load in facts.loads]
     if later and facts.maps:

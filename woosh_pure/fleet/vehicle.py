@@ -14,24 +14,28 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.version import __version__
-from woosh_pure.fleet.abilities import Task, abilities_of
+from woosh_pure.fleet.abilities import Task, Triggers, abilities_of
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.driver import Driver
+from woosh_pure.fleet.effects import Begin, Changed, Drive, Effect, End, Factsheet, Halt, Retry
 from woosh_pure.fleet.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.factsheet import Body, factsheet_message
 from woosh_pure.fleet.headers import Headers
 from woosh_pure.fleet.judging import Limits, Place
+from woosh_pure.fleet.maps import MapShelf
 from woosh_pure.fleet.messages import Invalid, Order, parse, read_instant_actions, read_order
 from woosh_pure.fleet.mqtt import Broker, Line
-from woosh_pure.fleet.order import Begin, Changed, Drive, Effect, End, Factsheet, Halt, OrderMachine, Retry
+from woosh_pure.fleet.order import OrderMachine
+from woosh_pure.fleet.report import Journal
 from woosh_pure.fleet.state import Facts, Load, MapEntry, state_message, visualization_message
 from woosh_pure.fleet.store import Store
-from woosh_pure.fleet.watching import SILENT_AFTER, Watch
+from woosh_pure.fleet.watching import SILENT_AFTER, Watch, outline_of
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -75,14 +79,24 @@ class Vehicle:
     ) -> None:
         self.chassis, self.config = chassis, config
         self._store = store
-        found = abilities_of(config)
+        self._journal, self._shelf = _kept_beside(store, config)
+        self._triggers = Triggers()
+        self._kept: dict[str, Any] = {}  # the machine, as it was saved last
+        self._outline = tuple((float(x), float(y)) for x, y in config.footprint)
+        found = abilities_of(
+            config,
+            shelf=self._shelf,
+            report=None if store is None else self._report,
+            triggers=self._triggers,
+        )
         self._doings = {name: doing for name, (_, doing) in found.items()}
         self.limits = Limits(
             abilities={name: ability for name, (ability, _) in found.items()},
-            maps=(config.map_id,),
+            maps=(config.map_id,) if self._shelf is None else (self._shelf.active,),
             tolerance=config.tolerance,
             turn_tolerance=config.turn_tolerance,
             marks=config.marks,
+            zone_set=config.zone_set,
         )
         self._headers = Headers(config.version, config.manufacturer, config.serial)
         self._header_lock = threading.Lock()
@@ -90,6 +104,7 @@ class Vehicle:
         self.facts = Facts(
             map_id=config.map_id,
             maps=(MapEntry(config.map_id, config.map_version),),
+            zone_set=config.zone_set,
             loads=() if config.marks else None,
         )
         self._machine = OrderMachine(self.limits)
@@ -130,7 +145,11 @@ class Vehicle:
         """Restore what was kept, listen to the chassis, connect with the broker; returns at once."""
         if self._thread is None:
             self._restore()
+            if self._shelf is not None:
+                self._shelf.confirm(self.chassis)
+                self._use_maps()
             self._watch.open()
+            threading.Thread(target=self._learn_outline, name="woosh:outline", daemon=True).start()
             self._flags.add("told")
             self._end_lease = self.chassis.lease.on(lambda state: self._note("lease"))
             now = time.monotonic()
@@ -178,6 +197,17 @@ class Vehicle:
     def connected(self) -> bool:
         """Whether the line to the broker stands."""
         return self._line.connected.is_set()
+
+    def trigger(self, name: str) -> int:
+        """Somebody has pressed the button: every waitForTrigger of this type that waits now is over.
+
+        Args:
+            name: `triggerType`, one of the configuration's `triggers`. No units, no frame.
+
+        Returns:
+            How many have waited.
+        """
+        return self._triggers.pull(name)
 
     def wait_connected(self, timeout: float = 10.0) -> bool:
         """Wait for the broker; whether it is there."""
@@ -289,6 +319,8 @@ class Vehicle:
 
     def _receive(self, topic: str, payload: bytes) -> list[Effect]:
         data: Mapping[str, Any] = {}
+        if self._journal is not None:
+            self._journal.note(f"< {topic} {payload[:300]!r}")
         _log.debug("< %s %s, %d bytes", self.config.prefix, topic, len(payload))
         try:
             data = parse(payload)
@@ -408,7 +440,7 @@ class Vehicle:
                 ok = True
             except Exception as error:
                 text = str(error) or type(error).__name__
-                if not isinstance(error, (RosError, ValueError)):
+                if not isinstance(error, (RosError, ValueError, OSError)):
                     _log.exception("! the action %s has failed", effect.action.type)
             self._call(lambda: self._action_ended(effect.action.id, ok, text))
 
@@ -420,14 +452,33 @@ class Vehicle:
         self._tasks.pop(action_id, None)
         if self.facts.loads is not None:
             self.facts.loads = tuple(self._loads)
+        self._use_maps()
         self._watch.refresh(self._local_owner())  # a pose that was given is known now
         return [*self._machine.action_ended(action_id, ok, text), *self._machine.at(self._place())]
+
+    def _use_maps(self) -> None:
+        if self._shelf is not None:
+            self.facts.maps, self.facts.map_id = self._shelf.entries, self._shelf.active
+            self.limits = replace(self.limits, maps=(self._shelf.active,))
+            self._machine.limits = replace(self._machine.limits, maps=self.limits.maps)
+
+    def _report(self, reason: str) -> str:
+        """logReport: its name is the result, and stands in the state's information."""
+        assert self._journal is not None
+        facts = {
+            "vehicle": self.config.prefix, "version": __version__, "chassis": self.chassis.master_uri,
+            "readiness": self.chassis.readiness().sentence(), "facts": repr(self.facts), "order": self._kept,
+        }  # fmt: skip
+        name = self._journal.write(reason, facts)
+        self.facts.information = (("logReport", name),)
+        return name
 
     def _save(self) -> None:
         if self._store is None:
             return
+        self._kept = self._machine.to_json()
         try:
-            self._store.save(self._machine.to_json())
+            self._store.save(self._kept)
         except OSError as error:
             self._tell_disk(error)
             return
@@ -473,6 +524,11 @@ class Vehicle:
         if self.connected:
             message = state_message(self._machine, self.facts, self._header("state"), self.config.version)
             self._line.send("state", message)
+            if self._journal is not None:
+                told = [f"{each.action.id} {each.status.value}" for each in self._machine.records[-5:]]
+                kinds = [problem.kind for problem in self._machine.problems]
+                node = self._machine.last_node
+                self._journal.note(f"> state {message['headerId']}: at {node}, {told}, {kinds}")
 
     def _factsheet(self) -> None:
         message = factsheet_message(
@@ -494,7 +550,15 @@ class Vehicle:
             height=config.height,
             load=config.load,
             acceleration=config.acceleration,
+            outline=self._outline,
         )
+
+    def _learn_outline(self) -> None:
+        """What the navigation takes for the robot's outline goes before what the configuration says."""
+        found = outline_of(self.chassis)
+        if found:
+            self._outline = found
+            self._note("described")
 
     # -- one driver at a time --------------------------------------------------------------------------------
 
@@ -531,3 +595,14 @@ class Vehicle:
         self._due.pop("lease", None)
         if self.chassis.lease.holder == self._owner:
             self.chassis.lease.release(self._owner)
+
+
+def _kept_beside(store: Store | None, config: VehicleConfig) -> tuple[Journal | None, MapShelf | None]:
+    """Reports and maps are kept where the order is; without such a place there are none."""
+    if store is None:
+        return None, None
+    journal = Journal(store.path.parent / "logs", store.path.stem)
+    if not config.map_actions:
+        return journal, None
+    own = MapEntry(config.map_id, config.map_version)
+    return journal, MapShelf(store.path.parent / "maps" / store.path.stem, own)

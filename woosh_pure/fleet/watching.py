@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -10,6 +11,7 @@ from rosproto.errors import RosError
 from woosh_pure.enums import RobotMode
 from woosh_pure.fleet.judging import Place
 from woosh_pure.fleet.state import Facts, operating_mode
+from woosh_pure.geometry import Footprint
 from woosh_pure.readiness.reason import ReasonKey
 
 if TYPE_CHECKING:
@@ -17,10 +19,41 @@ if TYPE_CHECKING:
     from woosh_pure.geometry import Pose2D, Velocity
     from woosh_pure.values import Parameters
 
-__all__ = ["SILENT_AFTER", "Watch"]
+__all__ = ["SILENT_AFTER", "Watch", "outline_of"]
 
 SILENT_AFTER = 1.5
 """Seconds without pose and velocity after which the robot is lost; both come several times a second."""
+
+
+_OUTLINES = ("/move_base/global_costmap", "/move_base/local_costmap")
+
+
+def outline_of(chassis: Chassis) -> tuple[tuple[float, float], ...]:
+    """The outline that the navigation of a chassis has as its parameter, in m in base_link.
+
+    By costmap_2d's own names: `footprint`, a list of corners or its text, or `robot_radius`; empty where
+    there is none.
+    """
+    for space in _OUTLINES:
+        try:
+            corners = _parameter(chassis, f"{space}/footprint")
+            if isinstance(corners, str):
+                corners = json.loads(corners.replace("(", "[").replace(")", "]"))
+            if corners:
+                return Footprint.from_points(corners).points
+            radius = _parameter(chassis, f"{space}/robot_radius")
+            if radius:
+                return Footprint.circle(float(radius)).points
+        except (RosError, ValueError, TypeError):
+            continue
+    return ()
+
+
+def _parameter(chassis: Chassis, name: str) -> Any:
+    try:
+        return chassis.node.params[name]
+    except KeyError:
+        return None
 
 
 class Watch:

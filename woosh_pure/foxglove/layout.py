@@ -30,7 +30,9 @@ def chassis_layout() -> dict[str, Any]:
                 OVERLAY: {"visible": True},
                 scan: {
                     "visible": True,
-                    "pointSize": 4,
+                    "pointSize": 6,
+                    # Without a field the viewer chooses all of this itself, by the intensity.
+                    "colorField": "intensity",
                     "colorMode": "flat",
                     "flatColor": "#ff5252ff",
                 },

@@ -88,10 +88,13 @@ class GridMap:
         return bool(self.cells[row, column] > 50)
 
     @classmethod
-    def load(cls, yaml_path: str | Path, *, limit_cells: int = 100_000_000) -> GridMap:
+    def load(
+        cls, yaml_path: str | Path, *, limit_cells: int = 100_000_000, beside: bool = False
+    ) -> GridMap:
         """Read map_server's YAML and the image it names: PGM, PPM or PNG, in any of its three modes.
 
         The image's path is relative to the YAML. Mode raw gives the image's numbers as they are.
+        With `beside`, for files of others, only its name counts: it lies beside the YAML, or is not read.
 
         Raises:
             ValueError: Not a map file; the message says which file and what is wrong.
@@ -99,7 +102,7 @@ class GridMap:
         """
         from woosh_pure.maps.mapfiles import read_map
 
-        cells, resolution, origin = read_map(Path(yaml_path), limit_cells)
+        cells, resolution, origin = read_map(Path(yaml_path), limit_cells, beside=beside)
         try:
             return GridMap(cells, resolution, origin)
         except ValueError as error:

@@ -26,10 +26,15 @@ _CHANNELS = {b"P2": 1, b"P5": 1, b"P3": 3, b"P6": 3}
 _PLAIN = (b"P2", b"P3")
 
 
-def read_map(yaml_path: Path, limit_cells: int) -> tuple[NDArray[np.int8], float, Pose2D]:
+def read_map(
+    yaml_path: Path, limit_cells: int, *, beside: bool = False
+) -> tuple[NDArray[np.int8], float, Pose2D]:
     """Cells, resolution and origin; see `GridMap.load`."""
     fields = _read_yaml(yaml_path)
-    pixels = _read_image(yaml_path.parent / fields["image"], limit_cells)
+    image = fields["image"]
+    if beside:
+        image = image.replace("\\", "/").rpartition("/")[2]
+    pixels = _read_image(yaml_path.parent / image, limit_cells)
     cells = _cells_of(
         pixels,
         mode=_mode(fields, yaml_path),

@@ -8,12 +8,11 @@ what is wrong.
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
+from rosproto.bag.arrow.arrays import listed, numbers, offsets_of, texts
 from rosproto.bag.arrow.library import pyarrow
-from rosproto.bag.arrow.schema import arrow_type, is_binary, struct_type
-from rosproto.codec.layout import DTYPES
+from rosproto.bag.arrow.schema import is_binary, struct_type
 from rosproto.codec.reference import LIGHT_PER_BYTE, LIGHT_SPARE
 
 if TYPE_CHECKING:
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Columns", "Misfit"]
 
-_NS = 1_000_000_000
 _BY_SLICES = 64  # bytes per message from which a slice for each message is the quicker copy
 
 
@@ -103,9 +101,9 @@ class Columns:
             return self._message(field.layout, at, end, take, single)
         if field.kind == "string":
             text, after = self._bytes(at, end, take)
-            return (self._texts(*text, coded=single) if take else None), after
+            return (texts(*text, coded=single) if take else None), after
         after = _moved(at, field.size, end)
-        return (self._numbers(field, self._gather(at, field)) if take else None), after
+        return (numbers(field, self._gather(at, field)) if take else None), after
 
     def _message(
         self, layout: Layout, at: Places, end: Places, take: bool, single: bool
@@ -141,11 +139,11 @@ class Columns:
             values = None
             if take:
                 plain = self._ranges(at, counts * field.size)
-                values = plain if is_binary(field) else self._numbers(field, plain)
+                values = plain if is_binary(field) else numbers(field, plain)
             after = at + counts * field.size
         else:
             values, after = self._elements(field, at, end, counts, take)
-        return (self._listed(field, values, counts) if take else None), after
+        return (listed(field, values, counts) if take else None), after
 
     def _elements(
         self, field: FieldLayout, at: Places, end: Places, counts: Places, take: bool
@@ -154,7 +152,7 @@ class Columns:
         import numpy as np
 
         size = field.layout.fixed_size if field.layout is not None else None
-        first = _offsets(counts)
+        first = offsets_of(counts)
         if size is not None:
             after = at + counts * size
             if not take:
@@ -178,7 +176,7 @@ class Columns:
         if field.layout is not None:
             return self._message(field.layout, at, end, take, False)
         text, after = self._bytes(at, end, take)
-        return (self._texts(*text, coded=False) if take else None), after
+        return (texts(*text, coded=False) if take else None), after
 
     # -- bytes -------------------------------------------------------------------------------------------
 
@@ -209,57 +207,9 @@ class Columns:
         if total > _BY_SLICES * len(at):
             blob = memoryview(self._blob)
             return b"".join([blob[a : a + size] for a, size in zip(at.tolist(), sizes.tolist(), strict=True)])
-        first = _offsets(sizes)
+        first = offsets_of(sizes)
         index = np.arange(total) + np.repeat(at - first[:-1], sizes)
         return np.frombuffer(self._blob, np.uint8)[index].tobytes()
-
-    # -- arrays ------------------------------------------------------------------------------------------
-
-    def _numbers(self, field: FieldLayout, plain: bytes) -> Any:
-        import numpy as np
-
-        pa = self._pa
-        if field.kind == "time":
-            parts = np.frombuffer(plain, "<u4" if field.base == "time" else "<i4").reshape(-1, 2)
-            whole = parts[:, 0].astype(np.int64) * _NS + parts[:, 1]
-            kind = pa.timestamp("ns", "UTC") if field.base == "time" else pa.duration("ns")
-            return pa.array(whole).view(kind)
-        if field.code == "?":
-            return pa.array(np.frombuffer(plain, np.uint8) != 0)
-        return pa.array(np.frombuffer(plain, DTYPES[field.base]))
-
-    def _texts(self, plain: bytes, sizes: Places, *, coded: bool) -> Any:
-        import numpy as np
-
-        pa = self._pa
-        offsets = _offsets(sizes).astype(np.int32)
-        buffers = [None, pa.py_buffer(offsets), pa.py_buffer(plain)]
-        array = pa.Array.from_buffers(pa.string(), len(sizes), buffers)
-        try:
-            array.validate(full=True)
-        except pa.ArrowInvalid:  # not UTF-8, and Arrow's strings are always UTF-8
-            ends = offsets.tolist()
-            array = pa.array(
-                [plain[a:b].decode("utf-8", "replace") for a, b in pairwise(ends)],
-                pa.string(),
-            )
-        return array.dictionary_encode() if coded else array
-
-    def _listed(self, field: FieldLayout, values: Any, counts: Places) -> Any:
-        """The values, grouped into the lists they belong to."""
-        import numpy as np
-
-        pa = self._pa
-        kind = arrow_type(field, single=False)
-        offsets = _offsets(counts).astype(np.int32)
-        if is_binary(field):
-            buffers = [None, pa.py_buffer(offsets), pa.py_buffer(values)]
-            if field.length:
-                buffers = [None, buffers[2]]
-            return pa.Array.from_buffers(kind, len(counts), buffers)
-        if field.length:
-            return pa.FixedSizeListArray.from_arrays(values, type=kind)
-        return pa.ListArray.from_arrays(pa.array(offsets), values, type=kind)
 
 
 def _moved(at: Places, size: int, end: Places) -> Places:
@@ -267,15 +217,6 @@ def _moved(at: Places, size: int, end: Places) -> Places:
     if (after > end).any():
         raise Misfit
     return after
-
-
-def _offsets(sizes: Places) -> Places:
-    """Where each of them begins when they are joined, and the end."""
-    import numpy as np
-
-    found = np.zeros(len(sizes) + 1, np.int64)
-    np.cumsum(sizes, out=found[1:])
-    return found
 
 
 def _windows(blob: bytes, size: int) -> Any:

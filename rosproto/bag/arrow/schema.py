@@ -8,11 +8,11 @@ become U+FFFD. A message without fields becomes a column of nulls.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from rosproto.bag.arrow.library import pyarrow
+from rosproto.bag.arrow.units import comments_of, units_of
 from rosproto.errors import BagError
 
 if TYPE_CHECKING:
@@ -20,13 +20,19 @@ if TYPE_CHECKING:
     from rosproto.codec import Message
     from rosproto.codec.layout import FieldLayout, Layout
 
-__all__ = ["Want", "arrow_type", "is_binary", "layout_of", "schema_of", "time_name", "wanted_fields"]
+__all__ = [
+    "Want",
+    "arrow_type",
+    "is_binary",
+    "layout_of",
+    "number_type",
+    "schema_of",
+    "time_name",
+    "wanted_fields",
+]
 
 Want = Mapping[str, Any]
 """Wanted fields by name: True, or what is wanted inside."""
-
-_FIELD = re.compile(r"^\s*[A-Za-z][\w/]*(?:\[\d*\])?\s+([A-Za-z]\w*)\s*(?:#(.*))?$")
-_COMMENT = re.compile(r"^\s*#(.*)$")
 
 
 def schema_of(cls: type[Message], connection: Connection, fields: Iterable[str] | None = None) -> Any:
@@ -39,7 +45,7 @@ def schema_of(cls: type[Message], connection: Connection, fields: Iterable[str] 
 
     Returns:
         A pyarrow.Schema: the receive time, then the fields. Its metadata have `topic`, `type`, `md5sum` and
-        `definition`; a field's have its `comment` in the definition.
+        `definition`; a field's have its `comment` in the definition, and the `unit` that is told there.
 
     Raises:
         BagError: No such field, or pyarrow is missing.
@@ -52,8 +58,7 @@ def schema_of(cls: type[Message], connection: Connection, fields: Iterable[str] 
     columns = [pa.field(time_name(names), pa.timestamp("ns", "UTC"), nullable=False)]
     for path in names:
         owner, field = _find(layout, path)
-        comment = _comments(owner.spec.text).get(field.name)
-        metadata = {"comment": comment} if comment else None
+        metadata = _metadata(owner).get(field.name)
         columns.append(pa.field(path, arrow_type(field, single=True), metadata=metadata))
     definition = connection.definition or cls._full_text
     facts = {
@@ -134,7 +139,7 @@ def arrow_type(field: FieldLayout, *, single: bool) -> Any:
     elif field.kind == "time":
         one = pa.timestamp("ns", "UTC") if field.base == "time" else pa.duration("ns")
     else:
-        one = _NUMBERS[field.code](pa)
+        one = number_type(field)
     if not field.is_array:
         return one
     return pa.list_(one, field.length) if field.length else pa.list_(one)
@@ -145,17 +150,28 @@ def struct_type(layout: Layout, *, single: bool) -> Any:
     pa = pyarrow()
     if not layout.fields:
         return pa.null()
-    comments = _comments(layout.spec.text)
+    facts = _metadata(layout)
     return pa.struct(
         [
-            pa.field(
-                field.name,
-                arrow_type(field, single=single),
-                metadata={"comment": comments[field.name]} if field.name in comments else None,
-            )
+            pa.field(field.name, arrow_type(field, single=single), metadata=facts.get(field.name))
             for field in layout.fields
         ]
     )
+
+
+def _metadata(layout: Layout) -> dict[str, dict[str, str]]:
+    """By field, what its definition says: its comment, and its unit."""
+    found: dict[str, dict[str, str]] = {}
+    for name, comment in comments_of(layout.spec.text).items():
+        found.setdefault(name, {})["comment"] = comment
+    for name, unit in units_of(layout.spec.name, layout.spec.text).items():
+        found.setdefault(name, {})["unit"] = unit
+    return found
+
+
+def number_type(field: FieldLayout) -> Any:
+    """The type of a number, or of a number in an array."""
+    return _NUMBERS[field.code](pyarrow())
 
 
 _NUMBERS: dict[str, Any] = {
@@ -171,22 +187,3 @@ _NUMBERS: dict[str, Any] = {
     "f": lambda pa: pa.float32(),
     "d": lambda pa: pa.float64(),
 }
-
-
-def _comments(text: str) -> dict[str, str]:
-    """A definition's comments by field: the one on the field's line, or else those on the lines above it."""
-    found: dict[str, str] = {}
-    above: list[str] = []
-    for line in text.splitlines():
-        comment = _COMMENT.match(line)
-        field = _FIELD.match(line)
-        if comment:
-            above.append(comment.group(1).strip())
-        elif field:
-            said = (field.group(2) or "").strip() or " ".join(filter(None, above))
-            if said:
-                found[field.group(1)] = said
-            above = []
-        else:
-            above = []
-    return found

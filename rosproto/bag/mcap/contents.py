@@ -25,7 +25,7 @@ class Contents:
         connections: By the channel's number.
         chunks: In file order; `pos` is where the chunk's record begins.
         damage: What was wrong, in words.
-        finished: True when the file has a summary.
+        finished: True when the file was closed properly; then it nearly always has a summary.
         loose: Positions at which messages outside of chunks begin.
     """
 
@@ -43,17 +43,20 @@ def read_contents(source: BagFile) -> Contents:
         BagError: It does not begin like an MCAP file, or the package mcap is missing.
     """
     wrong = misfits()
+    why = ""
     try:
-        found = _by_summary(source)
+        if (found := _by_summary(source)) is not None:
+            return found
     except wrong as problem:
-        found, why = None, str(problem) or type(problem).__name__
+        why = str(problem) or type(problem).__name__
     except BagError as problem:
-        found, why = None, problem.reason
-    else:
-        why = "it has no summary"
-    if found is not None:
+        why = problem.reason
+    scan = _Scan(source)
+    found = scan.run()
+    if scan.whole and not why:  # a writer may leave the summary out
+        found.finished = True
         return found
-    found = _Scan(source).run()
+    why = why or "it has none, or it does not tell of all messages"
     found.damage.insert(
         0, f"the file was not finished, or its summary cannot be used ({why}); it was scanned"
     )
@@ -109,6 +112,14 @@ class _Scan:
         self._source = source
         self._found = Contents()
         self._schemas: dict[int, Any] = {}
+        self._stated: int | None = None
+        self._footer = False
+
+    @property
+    def whole(self) -> bool:
+        """The file is finished, and has as many messages as it says, if it does."""
+        count = sum(sum(chunk.counts.values()) for chunk in self._found.chunks)
+        return self._footer and not self._found.damage and self._stated in (None, count)
 
     def run(self) -> Contents:
         source, found = self._source, self._found
@@ -137,6 +148,10 @@ class _Scan:
             self._learn(record)
         elif kind == "Message":
             self._loose(record, at)
+        elif kind == "Statistics":
+            self._stated = record.message_count
+        elif kind == "Footer":
+            self._footer = True
         elif kind == "Chunk":
             try:
                 messages = messages_of(self._source, record, at, self._others)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Collection
 from typing import TYPE_CHECKING, BinaryIO, cast
 
 from rosproto.bag.bag_file import BagFile
@@ -96,7 +97,7 @@ class McapReader(BagReader):
     def _alone(self, order: list[ChunkInfo]) -> list[bool]:
         return [False] * len(order)  # here there is no quicker way for few messages
 
-    def _few_messages(self, info: ChunkInfo, wanted: set[int]) -> list[Found] | None:
+    def _few_messages(self, info: ChunkInfo, wanted: Collection[int]) -> list[Found] | None:
         return None
 
     def _load(

@@ -14,10 +14,9 @@ from pathlib import Path
 
 from rosproto.records import NamedTuple
 
-__all__ = ["Intruded", "sealed", "strangers"]
+__all__ = ["Intruded", "sealed"]
 
-_TABLE = Path("/proc/self/net/tcp")
-_FILES = Path("/proc/self/fd")
+_PROC: Path | None = Path("/proc/self") if sys.platform == "linux" else None
 _LISTENING, _READS = "0A", ("01", "08")  # established; closed by the other side, which may still read
 
 
@@ -44,13 +43,13 @@ def sealed(port: int, client: int) -> bool:
     Raises:
         Intruded: Another client was there before.
     """
-    if sys.platform != "linux":
+    if _PROC is None:
         return False
     try:
-        listener = next((row for row in _rows(port) if row.state == _LISTENING), None)
-        if listener is None or not _end_listening(listener.inode):
+        listener = next((row for row in _rows(_PROC, port) if row.state == _LISTENING), None)
+        if listener is None or not _end_listening(_PROC, listener.inode):
             return False
-        others = strangers(port, client)
+        others = _strangers(_PROC, port, client)
     except OSError:  # no /proc here
         return False
     if others:
@@ -58,28 +57,28 @@ def sealed(port: int, client: int) -> bool:
     return True
 
 
-def strangers(port: int, client: int) -> list[int]:
+def _strangers(proc: Path, port: int, client: int) -> list[int]:
     """Ports of those who are connected to a port of this computer, but one."""
-    return [row.remote_port for row in _rows(port) if row.state in _READS and row.remote_port != client]
+    return [row.remote_port for row in _rows(proc, port) if row.state in _READS and row.remote_port != client]
 
 
-def _rows(port: int) -> list[_Row]:
+def _rows(proc: Path, port: int) -> list[_Row]:
     """Sockets of 127.0.0.1 with that port."""
     ours = f"{int.from_bytes(socket.inet_aton('127.0.0.1'), sys.byteorder):08X}:{port:04X}"
     found = []
-    for line in _TABLE.read_text("ascii").splitlines()[1:]:
+    for line in (proc / "net" / "tcp").read_text("ascii").splitlines()[1:]:
         words = line.split()
         if len(words) > 9 and words[1] == ours:
             found.append(_Row(ours, int(words[2].partition(":")[2], 16), words[3], words[9]))
     return found
 
 
-def _end_listening(inode: str) -> bool:
+def _end_listening(proc: Path, inode: str) -> bool:
     """Whether this process has that socket; if so, it listens no more."""
     wanted = f"socket:[{inode}]"
-    for entry in os.listdir(_FILES):
+    for entry in os.listdir(proc / "fd"):
         try:
-            if os.readlink(_FILES / entry) != wanted:
+            if os.readlink(proc / "fd" / entry) != wanted:
                 continue
             with socket.socket(fileno=os.dup(int(entry))) as listener:
                 listener.shutdown(socket.SHUT_RDWR)  # of the socket, not of this number for it

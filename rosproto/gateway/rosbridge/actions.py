@@ -1,7 +1,7 @@
-"""The newer rosbridge's action operations in the terms of ROS 1's actionlib: names of types, states of goals.
+"""Maps newer rosbridge's action operations to ROS 1's actionlib: names of types and states of goals.
 
-The operations come from rosbridge for ROS 2, whose clients (roslib, roslibpy, ros-mcp) name an action's type
-as `package/action/Name` or `package/Name` and read states by action_msgs/GoalStatus.
+The operations come from rosbridge for ROS 2. Its clients (roslib, roslibpy, ros-mcp) write an action's type
+as `package/action/Name` or `package/Name`, and expect the states of action_msgs/GoalStatus.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ __all__ = ["ActionStatus", "action_status", "action_type", "definition_name"]
 
 
 class ActionStatus(IntEnum):
-    """The states of action_msgs/GoalStatus, which `action_result` speaks."""
+    """The states of action_msgs/GoalStatus, as used in `action_result`."""
 
     UNKNOWN = 0
     ACCEPTED = 1
@@ -40,7 +40,7 @@ _OF_GOAL = {
 
 
 def action_status(status: int) -> ActionStatus:
-    """The state that a client is told for one of actionlib's; UNKNOWN for a number that is none."""
+    """The state reported to a client for one of actionlib's; UNKNOWN for any other number."""
     try:
         return _OF_GOAL[GoalStatus(status)]
     except ValueError:
@@ -48,10 +48,10 @@ def action_status(status: int) -> ActionStatus:
 
 
 def definition_name(name: str) -> str:
-    """The name of a message or service type as ROS 1 has it, also for ROS 2's `std_msgs/msg/String`.
+    """The name of a message or service type in ROS 1's form, also from ROS 2's `std_msgs/msg/String`.
 
-    Superfluous slashes go, as in rosbridge. What is no such name comes back as it is, for whoever looks it up
-    to say so.
+    Extra slashes are removed, as in rosbridge. Anything else is returned unchanged, and looking it up then
+    reports the error.
     """
     parts = [part for part in name.split("/") if part]
     if len(parts) == 3 and parts[1] in ("msg", "srv", "action"):
@@ -60,9 +60,9 @@ def definition_name(name: str) -> str:
 
 
 def action_type(name: str) -> str:
-    """The action message type for what a client calls the type: `pkg/Name`, `pkg/NameAction` or ROS 2's.
+    """The action message type for a client's name of it: `pkg/Name`, `pkg/NameAction` or ROS 2's form.
 
-    Also the name of its goal (`MoveBaseGoal`, `MoveBaseActionGoal`), which old pages ask for.
+    Also accepts the name of its goal (`MoveBaseGoal`, `MoveBaseActionGoal`), which old pages use.
     """
     base = definition_name(name)
     for ending in ("ActionGoal", "Goal", "Action"):

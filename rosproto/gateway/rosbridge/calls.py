@@ -23,7 +23,7 @@ __all__ = ["Calls"]
 
 
 class Calls:
-    """Calls that one client has made and that have not been answered."""
+    """The unanswered service calls of one client."""
 
     def __init__(self, shared: Shared, session: RosbridgeSession) -> None:
         self._shared = shared
@@ -33,7 +33,7 @@ class Calls:
         self._closed = False
 
     def call(self, asked: CallService) -> None:
-        """Begin a call; its answer comes later, also when it fails."""
+        """Start a call; its answer comes later, even if it fails."""
         cancellation = Cancellation()
         with self._lock:
             full = len(self._open) >= self._shared.limits.calls_per_client
@@ -48,7 +48,7 @@ class Calls:
         self._shared.pool.spawn(partial(self._run, asked, cancellation))
 
     def _run(self, asked: CallService, cancellation: Cancellation) -> None:
-        """In a thread of its own; must not raise."""
+        """Runs in a thread of its own; must not raise."""
         try:
             with self._shared.waiting():
                 values = self._values(asked, cancellation)
@@ -86,7 +86,7 @@ class Calls:
         self._session.answer(self._session.protocol.service_failure, asked, text)
 
     def close(self) -> None:
-        """The client has gone: nobody waits for the answers."""
+        """Cancel the calls when the client has gone and nobody waits for the answers."""
         with self._lock:
             self._closed = True
             waiting = list(self._open)

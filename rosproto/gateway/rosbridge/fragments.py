@@ -1,7 +1,7 @@
-"""Messages in several fragments: cut for a client that asks for it, put together from one that sends them.
+"""Messages in several fragments: cut for clients that ask for them, joined for clients that send them.
 
 Each fragment is a message `{"op": "fragment", "id", "data", "num", "total"}`; `data` is a piece of the JSON
-text (ROSBRIDGE_PROTOCOL.md, 3.1.1). What a client leaves incomplete is bounded and forgotten with time.
+text (ROSBRIDGE_PROTOCOL.md, 3.1.1). Incomplete messages of a client are bounded, and forgotten after a while.
 """
 
 from __future__ import annotations
@@ -12,26 +12,26 @@ from typing import Any
 __all__ = ["FragmentError", "Reassembly", "cut"]
 
 MOST_SENT = 4096
-"""Fragments of one message that we send: a client that asks for pieces of one character gets longer ones."""
+"""The most fragments we send for one message: a client that asks for tiny pieces gets longer ones."""
 MOST_RECEIVED = 1 << 16
 INCOMPLETE = 16
-"""Messages of one client that may be incomplete at a time."""
+"""How many messages of one client may be incomplete at a time."""
 SECONDS = 600.0
-"""An incomplete message is forgotten when no fragment of it came for so long, as in rosbridge."""
-_OVERHEAD = 100  # bytes that a fragment costs besides its text
+"""Seconds without a fragment after which an incomplete message is forgotten, as in rosbridge."""
+_OVERHEAD = 100  # bytes that a fragment takes besides its text
 
 
 class FragmentError(Exception):
-    """A fragment does not fit; the text is a sentence for the client."""
+    """A fragment is invalid; the text is a sentence for the client."""
 
 
 def cut(text: str, size: int | None, id: str | int) -> tuple[str, ...]:
-    """The messages that carry a text: itself, or fragments with `size` characters of it each.
+    """The messages that carry a text: the text itself, or fragments with `size` characters of it each.
 
     Args:
         text: A JSON text.
-        size: Longest text that goes whole; None: any does.
-        id: What the fragments are told by; roslib passes over a 0.
+        size: The longest text that is sent whole; None for no limit.
+        id: The id of the fragments; roslib ignores a 0.
     """
     if size is None or len(text) <= size:
         return (text,)
@@ -57,7 +57,7 @@ class Reassembly:
     """The fragments of one client.
 
     Attributes:
-        held: Bytes of memory that incomplete messages take, roughly.
+        held: Approximate bytes of memory that incomplete messages take.
     """
 
     def __init__(self, most_bytes: int) -> None:
@@ -69,14 +69,14 @@ class Reassembly:
         return len(self._waiting)
 
     def add(self, message: dict[str, Any], now: float) -> str | None:
-        """Take one fragment; the whole text when it was the last one that was missing.
+        """Take one fragment; returns the whole text if it was the last one missing.
 
         Args:
             message: The fragment's fields, unchecked.
             now: Monotonic seconds.
 
         Raises:
-            FragmentError: It is none, or too much is incomplete; the message it belongs to is forgotten.
+            FragmentError: It is invalid, or too much is incomplete; its message is forgotten.
         """
         self._forget_old(now)
         id, num, total, data = (message.get(key) for key in ("id", "num", "total", "data"))

@@ -1,7 +1,7 @@
-"""Action goals of one client: sent by ROS 1's actionlib, followed to their end, and told of by their id.
+"""Action goals of one client: sent with ROS 1's actionlib, followed to their end, and reported by their id.
 
-A goal goes on when its client leaves, as it does when a program of rospy ends: whoever wants it to end
-cancels it. Everything else that this client opened for it is closed.
+A goal continues when its client leaves, as it does when a rospy program ends; to end it, cancel it.
+Everything else that was opened for this client is closed.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["Goals"]
 
 SERVER_SECONDS = 5.0
-ACTIONS = 16  # that one client may use at a time; each is five topics
+ACTIONS = 16  # that one client may use at a time; each has five topics
 
 
 class Goals:
@@ -42,7 +42,7 @@ class Goals:
         self._closed = False
 
     def send(self, asked: SendActionGoal) -> None:
-        """Begin a goal; its result comes later, also when it cannot be sent."""
+        """Start a goal; its result comes later, even if it cannot be sent."""
         try:
             name = self._shared.node.resolve_name(asked.action)
             if not is_tf_name(name):
@@ -64,7 +64,7 @@ class Goals:
             self._goals[name, asked.id] = None
 
     def _run(self, name: str, asked: SendActionGoal) -> None:
-        """In a thread of its own, to the end of the goal; must not raise."""
+        """Runs in a thread of its own until the goal ends; must not raise."""
         key = name, asked.id
         try:
             with self._shared.waiting():
@@ -124,10 +124,10 @@ class Goals:
         self._session.answer(self._session.protocol.action_feedback, asked, to_json(feedback))
 
     def cancel(self, asked: CancelActionGoal) -> None:
-        """Ask the action server to give a goal up; its result tells the rest.
+        """Ask the action server to cancel a goal; the goal's result says how it ended.
 
         Raises:
-            Refused, RosError: It may not, or there is no such goal.
+            Refused, RosError: The client may not, or there is no such goal.
         """
         name = self._shared.node.resolve_name(asked.action)
         if not is_tf_name(name):
@@ -145,7 +145,7 @@ class Goals:
         self._session.answer(self._session.protocol.action_failure, asked, text)
 
     def close(self) -> None:
-        """The client has gone; its goals go on, but those that only send it transforms."""
+        """The client has gone: its goals continue, except those that only send it transforms."""
         with self._lock:
             self._closed = True
             clients = list(self._clients.values())

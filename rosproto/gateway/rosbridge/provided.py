@@ -1,4 +1,4 @@
-"""Services that one client provides: calls of ROS programs go to it, and its answers back to them."""
+"""Services that one client provides: calls of ROS programs go to the client, its answers go back to them."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ __all__ = ["ProvidedServices"]
 
 
 class _Call:
-    """A call of a ROS program that the client has not answered.
+    """A call of a ROS program that the client has not answered yet.
 
     Attributes:
         service: The name that the client advertised.
         done: Set with the answer, or when there will be none.
-        answer: Of the client; None: it has gone, or does not provide it any more.
+        answer: The client's answer; None if it has gone, or no longer provides the service.
     """
 
     def __init__(self, service: str) -> None:
@@ -35,7 +35,7 @@ class _Call:
 
 
 class ProvidedServices:
-    """What one client provides."""
+    """The services that one client provides."""
 
     def __init__(self, shared: Shared, session: RosbridgeSession) -> None:
         self._shared = shared
@@ -47,10 +47,10 @@ class ProvidedServices:
         self._closed = False
 
     def advertise(self, asked: AdvertiseService) -> None:
-        """Provide a service; in place of the one of that name that the client had.
+        """Provide a service; replaces the client's earlier one of that name.
 
         Raises:
-            Refused, RosError: It cannot.
+            Refused, RosError: It cannot be provided.
         """
         name = self._shared.node.resolve_name(asked.service)
         insist(self._shared.access.may_write("service", name))
@@ -69,7 +69,7 @@ class ProvidedServices:
         server.close()
 
     def unadvertise(self, asked: UnadvertiseService) -> None:
-        """Provide it no more; calls that wait fail."""
+        """Stop providing a service; waiting calls fail."""
         with self._lock:
             server = self._servers.pop(asked.service, None)
         if server is not None:
@@ -77,10 +77,10 @@ class ProvidedServices:
             server.close()
 
     def respond(self, given: ServiceResponse) -> None:
-        """The client has answered a call.
+        """Pass on the client's answer to a call.
 
         Raises:
-            Refused: Nobody waits for it.
+            Refused: No call waits for it.
         """
         with self._lock:
             call = self._calls.pop(str(given.id), None)
@@ -90,7 +90,7 @@ class ProvidedServices:
         call.done.set()
 
     def _called(self, service: str, name: str, cls: Any, request: Any) -> Any:
-        """In the thread of the caller's connection."""
+        """Called in the thread of the caller's connection."""
         limits = self._shared.limits
         id = f"service_request:{service}:{next(self._numbers)}"
         call = _Call(service)
@@ -131,7 +131,7 @@ class ProvidedServices:
             call.done.set()
 
     def close(self) -> None:
-        """The client has gone."""
+        """The client has gone: stop providing its services; waiting calls fail."""
         with self._lock:
             self._closed = True
             servers, self._servers = list(self._servers.values()), {}

@@ -9,7 +9,7 @@ __all__ = ["LEVELS", "Level", "is_wanted", "level_named"]
 Level = Literal["none", "error", "warning", "info"]
 
 LEVELS: tuple[Level, ...] = ("none", "error", "warning", "info")
-"""Each includes those before it."""
+"""Each level includes those before it."""
 
 _SPELLINGS: dict[str, Level] = {
     "none": "none",
@@ -23,7 +23,7 @@ _SPELLINGS: dict[str, Level] = {
 
 
 def level_named(name: str) -> Level | None:
-    """The level of this name, the short spellings of the original included; None: there is none."""
+    """The level of this name, the original's short spellings included; None for an unknown one."""
     return _SPELLINGS.get(name)
 
 

@@ -1,4 +1,4 @@
-"""The tf republisher of a bridge: begun when the first client asks for it, and nobody provides it already."""
+"""The tf republisher of a bridge: started when a client first asks for it, unless somebody provides one."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def is_tf_name(name: str) -> bool:
 
 
 class TfOnDemand:
-    """What sessions ask before they refuse to write.
+    """Sessions ask this before they refuse a write.
 
     Args:
         node: Provides the action and the service.
@@ -47,15 +47,15 @@ class TfOnDemand:
         self._closed = False
 
     def opens(self, name: str) -> bool:
-        """True for a name of the republisher's that may be written to without a pattern; it is there then.
+        """True for a name of the republisher, which may be written to without a pattern; starts it if needed.
 
-        Asks the master with the first such name.
+        Asks the master at the first such name.
 
         Args:
             name: Resolved name of a topic, service or action.
 
         Raises:
-            MasterError, ConnectionLost, RosTimeout: It cannot be asked, or does not take the registration.
+            MasterError, ConnectionLost, RosTimeout: The master cannot be asked, or refuses the registration.
         """
         kind = _KINDS.get(name)
         if kind is None or self._access.may_read(kind, name) is not None:
@@ -70,7 +70,7 @@ class TfOnDemand:
         return True
 
     def _is_provided(self) -> bool:
-        """By a real tf2_web_republisher, or another bridge."""
+        """Whether a real tf2_web_republisher or another bridge provides it."""
         if self._node.master.get_system_state().publishers.get(f"{ACTION}/status"):
             return True
         try:
@@ -82,7 +82,7 @@ class TfOnDemand:
         return True
 
     def publishes(self, client: object, name: str, message: object) -> None:
-        """A client publishes this message on a topic; said before it does."""
+        """Called before a client's message is published on a topic."""
         republisher = self._republisher
         if republisher is None or name != f"{ACTION}/goal" or not isinstance(message, Mapping):
             return
@@ -91,12 +91,12 @@ class TfOnDemand:
             republisher.sent(client, goal_id["id"])
 
     def gone(self, client: object) -> None:
-        """A client has left."""
+        """Called when a client has left."""
         if self._republisher is not None:
             self._republisher.gone(client)
 
     def close(self) -> None:
-        """End it; twice is fine."""
+        """End it; may be called again."""
         with self._lock:
             self._closed = True
             republisher, self._republisher = self._republisher, None

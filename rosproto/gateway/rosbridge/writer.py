@@ -1,7 +1,8 @@
-"""Writes, for one message type, the function that turns its messages into JSON text or into CBOR's values.
+"""Generates, for one message type, the function that turns its messages into JSON text or CBOR values.
 
-As in `rosproto.codec`, only words of this package and field names that `layout.resolve` has checked become
-source. One function a type, nested types included; a value never becomes source.
+As in `rosproto.codec`, the source consists only of words from this package and of field names that
+`layout.resolve` has checked; values never become source. There is one function for each type, nested types
+included.
 """
 
 from __future__ import annotations
@@ -16,14 +17,14 @@ from rosproto.codec.source import Source
 __all__ = ["Writer"]
 
 MOST_PIECES = 200
-"""Fields in one expression; a definition of the wire may have tens of thousands."""
+"""The most fields in one expression; a definition from the network may have tens of thousands."""
 
 
 class Writer(ABC):
     """Generates `write(message)` for a layout and for those inside it.
 
     Args:
-        leaves: What the expressions of `one` and `many` call, by name.
+        leaves: The functions that the expressions of `one` and `many` call, by name.
     """
 
     def __init__(self, leaves: dict[str, Any]) -> None:
@@ -63,25 +64,25 @@ class Writer(ABC):
 
     @abstractmethod
     def run(self, pieces: list[tuple[str, str]], *, first: bool) -> str:
-        """Expression of several fields: (name, expression) each."""
+        """The expression for several fields; each piece is (name, expression)."""
         ...
 
     @abstractmethod
     def join(self, names: list[str]) -> str:
-        """Expression of a message whose runs of fields are in these variables."""
+        """The expression for a message whose runs of fields are in these variables."""
         ...
 
     @abstractmethod
     def one(self, field: FieldLayout, value: str) -> str:
-        """Expression of a number, string or time."""
+        """The expression for a number, string or time."""
         ...
 
     @abstractmethod
     def many(self, field: FieldLayout, value: str) -> str:
-        """Expression of an array of them."""
+        """The expression for an array of them."""
         ...
 
     @abstractmethod
     def messages(self, call: str, value: str) -> str:
-        """Expression of an array of messages, each written by `call`."""
+        """The expression for an array of messages, each written by `call`."""
         ...

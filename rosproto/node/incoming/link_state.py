@@ -25,6 +25,7 @@ __all__ = ["LEAST", "STEADY", "LinkEvent", "LinkState", "Pauses", "next_state"]
 
 STEADY = 5.0  # seconds
 LEAST = 0.25  # seconds
+MISMATCH = (30.0, 300.0)  # seconds: the first wait after another definition, and the longest
 
 
 class LinkState(enum.Enum):
@@ -97,7 +98,7 @@ class Pauses:
         self._retry = Backoff(first=0.05, factor=2.0, most=0.6, jitter=0.2)
         self._brief = Backoff(first=0.05, factor=2.0, most=5.0, jitter=0.2)
         self._refused = Backoff(first=0.5, factor=2.0, most=5.0, jitter=0.2)
-        self._mismatch = Backoff(first=30.0, factor=2.0, most=300.0, jitter=0.2)
+        self._mismatch = Backoff(first=MISMATCH[0], factor=2.0, most=MISMATCH[1], jitter=0.2)
 
     def after(self, lasted: float | None, *, refused: bool = False, mismatch: bool = False) -> float:
         """Seconds to wait now.

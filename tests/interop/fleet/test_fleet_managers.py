@@ -12,11 +12,16 @@ from tests.support.mosquitto import mosquitto
 pytestmark = [pytest.mark.interop, pytest.mark.slow]
 HERE = Path(__file__).resolve().parent
 BEEP = ("--action", "beep=!echo beep")
+FULL = (
+    "--charger", "C1", "--undock=-0.5", "--trigger", "button=!true", "--zone-set", "zones-1", "--footprint",
+    "0.4,0.3 -0.4,0.3 -0.4,-0.3 0.4,-0.3",
+)  # fmt: skip
+"""Whatever a factsheet may tell, so that the managers look at it, too."""
 
 
 def test_the_master_controller_of_vda_5050_lib_drives_it(tmp_path: Path) -> None:
     """Version 2.0: an order with a horizon, its update on the way, actions, a cancel, a second one, a far order."""
-    with mosquitto(tmp_path) as broker, vehicle(broker.url, tmp_path, "--version", "2.0.0", *BEEP):
+    with mosquitto(tmp_path) as broker, vehicle(broker.url, tmp_path, "--version", "2.0.0", *BEEP, *FULL):
         said = javascript(HERE / "master.js", BROKER=broker.url).run(90.0)
     orders = {(each["orderId"], each["update"]): each for each in said if each["event"] == "order"}
     assert orders["one", 1]["error"] is None
@@ -33,7 +38,7 @@ def test_the_master_controller_of_vda_5050_lib_drives_it(tmp_path: Path) -> None
 
 def test_the_master_client_of_vda5050_sdk_drives_it(tmp_path: Path) -> None:
     """Version 2.1, every message by its schemas: an order with actions, a pause, a cancel, a second one."""
-    with mosquitto(tmp_path) as broker, vehicle(broker.url, tmp_path, *BEEP):
+    with mosquitto(tmp_path) as broker, vehicle(broker.url, tmp_path, *BEEP, *FULL, "--maps"):
         said = python(HERE / "manager.py", BROKER=broker.url).run(90.0)
     assert said[-1] == {"event": "done"}
     assert [each for each in said if each["event"] == "complaint"] == []

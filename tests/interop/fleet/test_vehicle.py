@@ -6,9 +6,13 @@ import json
 import shutil
 import subprocess
 import sys
+import threading
 import time
+import zipfile
 from collections.abc import Iterator
 from contextlib import ExitStack
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +24,14 @@ from tests.support.mosquitto import Mosquitto, mosquitto
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.enums import RobotMode
 from woosh_pure.fleet import Broker, Store, Vehicle, VehicleConfig
+from woosh_pure.gridmap import GridMap
 
 pytestmark = [pytest.mark.interop, pytest.mark.slow]
 pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
-CONFIG = VehicleConfig(manufacturer="Woosh", serial="A-17", map_id="hall", marks=True, charger="C1")
+CONFIG = VehicleConfig(
+    manufacturer="Woosh", serial="A-17", map_id="hall", marks=True, charger="C1", undock=-0.5,
+    map_actions=True, triggers={"button": ""},
+)  # fmt: skip
 
 
 class Hall:
@@ -36,6 +44,14 @@ class Hall:
         self.master.send("order", order_over(*args, **options))
 
 
+def outlined(chassis: Chassis) -> Chassis:
+    """With the outline that costmap_2d has as its parameter."""
+    chassis.node.params["/move_base/local_costmap/footprint"] = (
+        "[[0.4,0.3],[-0.4,0.3],[-0.4,-0.3],[0.4,-0.3]]"
+    )
+    return chassis
+
+
 @pytest.fixture
 def hall(tmp_path: Path) -> Iterator[Hall]:
     with (
@@ -43,7 +59,7 @@ def hall(tmp_path: Path) -> Iterator[Hall]:
         SimulatedChassis(speed=3) as sim,
         Chassis(sim.master_uri) as chassis,
         Master(broker.port) as master,
-        Vehicle(chassis, CONFIG, Broker(broker.url), Store(tmp_path, "Woosh", "A-17")) as ours,
+        Vehicle(outlined(chassis), CONFIG, Broker(broker.url), Store(tmp_path, "Woosh", "A-17")) as ours,
     ):
         master.until(lambda s: s["agvPosition"]["positionInitialized"] and s["operatingMode"] == "AUTOMATIC")
         yield Hall(broker, sim, ours, master)
@@ -54,7 +70,7 @@ def moved(hall: Hall) -> None:
 
 
 def test_it_comes_online_and_leaves_in_order(hall: Hall) -> None:
-    """ONLINE and OFFLINE are retained; header ids go up by one."""
+    """ONLINE and OFFLINE are retained; header ids go up by one; the factsheet tells the robot's outline."""
     hall.master.until(lambda c: c["connectionState"] == "ONLINE", topic="connection")
     hall.vehicle.close()
     hall.master.until(lambda c: c["connectionState"] == "OFFLINE", topic="connection")
@@ -62,7 +78,11 @@ def test_it_comes_online_and_leaves_in_order(hall: Hall) -> None:
     assert ids == list(range(ids[0], ids[0] + len(ids)))
     with Master(hall.broker.port) as late:
         assert late.until(lambda c: True, topic="connection")["connectionState"] == "OFFLINE"
-        assert late.until(lambda c: True, topic="factsheet")["physicalParameters"]["speedMax"] > 0.0
+        sheet = late.until(lambda c: True, topic="factsheet")
+        assert sheet["physicalParameters"]["speedMax"] > 0.0
+        assert sheet["physicalParameters"]["length"] == pytest.approx(0.8), (
+            "as the navigation's parameter has it"
+        )
 
 
 def test_a_broker_that_dies_leaves_the_robot_to_its_base(hall: Hall) -> None:
@@ -188,6 +208,60 @@ def test_marks_are_driven_to_and_charging_begins(hall: Hall) -> None:
     hall.master.instant("charge", "startCharging")
     found = hall.master.until(lambda s: statuses(s).get("charge") == "FINISHED", 60.0)
     assert found["batteryState"]["charging"]
+    hall.master.instant("off", "stopCharging")
+    found = hall.master.until(lambda s: statuses(s).get("off") in ("FINISHED", "FAILED"), 30.0)
+    assert (statuses(found)["off"], found["batteryState"]["charging"]) == ("FINISHED", False)
+
+
+def test_maps_are_downloaded_enabled_and_deleted(hall: Hall, tmp_path: Path) -> None:
+    """6.7, with a map server; the chassis gets the map at once, and a mark of a report and a trigger on the way."""
+    (tmp_path / "served").mkdir()
+    with hall.sim.lock:
+        before = hall.sim.world.map_seen
+    wall = before.cells.copy()
+    wall[0:12, :] = 100
+    GridMap(wall, before.resolution, before.origin).save(tmp_path / "new.yaml")
+    with zipfile.ZipFile(tmp_path / "served" / "hall.zip", "w") as file:
+        for name in ("new.yaml", "new.pgm"):
+            file.write(tmp_path / name, name)
+    handler = partial(SimpleHTTPRequestHandler, directory=str(tmp_path / "served"))
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True).start()
+        link = f"http://127.0.0.1:{server.server_address[1]}/hall.zip"
+        given = {"mapId": "hall", "mapVersion": "2"}
+
+        def done(name: str, kind: str, **parameters: Any) -> tuple[str, list[tuple[str, str, str]]]:
+            hall.master.instant(name, kind, **parameters)
+            found = hall.master.until(lambda s: statuses(s).get(name) in ("FINISHED", "FAILED"))
+            maps = [(each["mapId"], each["mapVersion"], each["mapStatus"]) for each in found["maps"]]
+            return statuses(found)[name], maps
+
+        own = ("hall", "1", "ENABLED")
+        assert done("e0", "enableMap", **given) == ("FAILED", [own])
+        assert done("d1", "downloadMap", mapDownloadLink=link, **given) == (
+            "FINISHED", [own, ("hall", "2", "DISABLED")]
+        )  # fmt: skip
+        assert done("d2", "downloadMap", mapDownloadLink=link, **given)[0] == "FAILED"
+        server.shutdown()
+    new = [("hall", "1", "DISABLED"), ("hall", "2", "ENABLED")]
+    assert done("e1", "enableMap", **given) == ("FINISHED", new)
+    with hall.sim.lock:
+        assert (hall.sim.world.map_seen.cells == wall).all()
+        assert hall.sim.world.located
+    assert done("x1", "deleteMap", **given) == ("FAILED", new)
+    assert done("i1", "initPosition", x=0.0, y=0.0, theta=0.0, mapId="cellar", lastNodeId="")[0] == "FAILED"
+    assert done("r1", "logReport", reason="why not")[0] == "FINISHED"
+    report = hall.master.all()[-1]["information"][0]
+    assert report["infoType"] == "logReport"
+    assert (tmp_path / "logs" / report["infoDescription"]).exists()
+    wait = {
+        "actionId": "w", "actionType": "waitForTrigger", "blockingType": "HARD",
+        "actionParameters": [{"key": "triggerType", "value": "button"}],
+    }  # fmt: skip
+    hall.order("one", "n1 n2", actions={"n1": [wait]})
+    hall.master.until(lambda s: statuses(s).get("w") == "RUNNING" and s["lastNodeId"] == "n1")
+    hall.vehicle.trigger("button")
+    hall.master.until(lambda s: statuses(s).get("w") == "FINISHED" and s["lastNodeId"] == "n2")
 
 
 def test_a_robot_that_does_not_know_where_it_is_takes_no_order(hall: Hall) -> None:

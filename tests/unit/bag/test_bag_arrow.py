@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import subprocess
 import sys
 from typing import Any
 
@@ -77,6 +78,62 @@ def test_each_kind_of_field() -> None:
         b"/t", b"my_msgs/Mixed", Mixed._md5sum.encode(),
     )  # fmt: skip
     assert b"seconds it took" in facts[b"definition"]
+
+
+@pytest.mark.parametrize("spread", [0, 1])
+def test_messages_that_are_alike_give_what_others_give(spread: int) -> None:
+    """As do those whose texts and arrays have many lengths: every value of every message, in either way."""
+    made = []
+    for i in range(70):
+        many = i % 3 if spread else 2
+        made.append(Mixed(
+            when=Time(i, 7), long=Duration(-i, i), raw=bytes([i] * many), three=bytes([i, 0, 255]),
+            yes=i % 2 == 0, name="n" * many, names=[], pair=[float(i), -1.0], any=[0.5 * i] * many,
+            parts=[], one=[Part("r" * many, -i)],
+        ))  # fmt: skip
+    entries = [("/t", message, Time(100 + i)) for i, message in enumerate(made)]
+    rows = bag_of(entries, chunk_bytes=900).to_arrow("/t").read_all()
+    rows.validate(full=True)
+    seen = rows.drop_columns(["receive_time", "when", "long"]).to_pylist()
+    assert seen == [
+        {
+            "raw": m.raw, "three": m.three, "yes": m.yes, "name": m.name, "names": [], "pair": list(m.pair),
+            "any": list(m.any), "parts": [], "one": [{"label": m.one[0].label, "value": m.one[0].value}],
+            "nothing": None,
+        }
+        for m in made
+    ]  # fmt: skip
+    assert rows["when"].cast("int64").to_pylist() == [i * 10**9 + 7 for i in range(70)]
+    assert rows["long"].cast("int64").to_pylist() == [-i * 10**9 + i for i in range(70)]
+
+
+def test_units_of_known_fields() -> None:
+    """From the comments of the bundled definitions; also for a robot that has a definition without comments."""
+    Battery = message_class("woosh_msgs/Battery")
+    schema = bag_of([("/b", Battery(), 1.0)]).to_arrow("/b").schema
+    units = {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in schema}
+    assert (units["batteryVoltage"], units["batteryPercentage"], units["tempMax"]) == ("V", "%", "°C")
+    own = define("woosh_msgs/Battery", "uint8 batteryPercentage\nint64 tempMax\nfloat32 own  # seen, m/s\n")
+    schema = bag_of([("/b", own(), 1.0)]).to_arrow("/b").schema
+    assert schema.field("batteryPercentage").metadata == {b"unit": b"%"}
+    assert schema.field("own").metadata == {b"comment": b"seen, m/s", b"unit": b"m/s"}
+    assert schema.field("tempMax").metadata is None
+    position = bag_of([("/o", Odometry(), 1.0)]).to_arrow("/o", ["pose.pose.position"]).schema.field(1)
+    assert {position.type.field(i).metadata[b"unit"] for i in range(3)} == {b"m"}
+
+
+def test_pandas_is_not_imported_for_nothing() -> None:
+    """pyarrow's way to make an array of numpy's looks for pandas, which takes longer than the rest."""
+    code = (
+        "import io, sys; from rosproto.bag import BagReader, BagWriter; from rosproto.codec import message_class\n"
+        "file = io.BytesIO(); bag = BagWriter(file); bag.write('/o', message_class('nav_msgs/Odometry')(), 1.0)\n"
+        "bag.close(); assert BagReader(file).to_arrow('/o').read_all().num_rows == 1\n"
+        "print('pandas' in sys.modules)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True
+    )
+    assert done.stdout.strip() == "False"
 
 
 def test_chosen_fields() -> None:

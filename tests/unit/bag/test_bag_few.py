@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from rosproto.bag import BagReader, BagWriter, few, reader
+from rosproto.bag import BagReader, BagWriter, few, runs
 from rosproto.bag.chunk import plain_data
 from rosproto.codec import encode, message_class
 from rosproto.errors import BagError
@@ -36,7 +36,7 @@ def seen(data: bytes, **options: Any) -> list[tuple[str, bytes, Time, tuple[int,
 def general(monkeypatch: pytest.MonkeyPatch, data: bytes, **options: Any) -> Any:
     """The same, the general way."""
     with monkeypatch.context() as patch:
-        patch.setattr(reader, "few_alone", lambda order: [False] * len(order))
+        patch.setattr(runs, "few_alone", lambda order: [False] * len(order))
         return seen(data, **options)
 
 

@@ -277,6 +277,7 @@ def test_a_full_disk_is_a_sentence() -> None:
         "check {a}",
         "echo {a} /chatter",
         "filter {a} {b} --topics /chatter",
+        "merge {b} {a} {a}",
         "export {a} csv -o {d}",
     ],
 )
@@ -292,6 +293,17 @@ def test_the_verbs_take_it(tmp_path: Path, line: str, capsys: pytest.CaptureFixt
     said = capsys.readouterr().out
     if words[0] == "info":
         assert "/chatter" in said
+    if words[0] == "check":
+        assert "sound, 120 messages" in said
+    if words[0] == "echo":
+        with open_bag(one) as bag:
+            assert said.count("data:") == bag.topics["/chatter"].message_count
+    if words[0] == "merge":
+        with open_bag(tmp_path / "out.mcap") as bag, open_bag(two) as half:
+            assert isinstance(bag, McapReader)
+            assert bag.message_count == 2 * half.message_count
+            stamps = [stamp for _, _, stamp in bag]
+            assert stamps == sorted(stamps)
     if words[0] == "filter":
         with open_bag(tmp_path / "out.mcap") as bag:
             assert isinstance(bag, McapReader)

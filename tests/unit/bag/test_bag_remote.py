@@ -28,15 +28,16 @@ def served(data: bytes, lie: str = "") -> Iterator[tuple[str, list[int]]]:
     """A URL, and the bytes of each answer.
 
     `lie`: "short" gives half of every range; "whole" announces ranges, and gives everything; "none" knows none; "fail"
-    answers 500 from the third request on.
+    answers 500 from the third request on; "larger" and "smaller" tell a size that the file has not.
     """
     sent: list[int] = []
+    told = {"larger": len(data) + 5000, "smaller": len(data) - 5000}.get(lie, len(data))
 
     class Handler(BaseHTTPRequestHandler):
         protocol_version = "HTTP/1.1"
 
         def do_HEAD(self) -> None:
-            self.answer(200, b"", len(data))
+            self.answer(200, b"", told)
 
         def do_GET(self) -> None:
             asked = re.fullmatch(r"bytes=(\d+)-(\d+)", self.headers.get("Range", ""))
@@ -48,9 +49,8 @@ def served(data: bytes, lie: str = "") -> Iterator[tuple[str, list[int]]]:
                 first, last = int(asked[1]), min(int(asked[2]), len(data) - 1)
                 if lie == "short" and last - first > 1:
                     last = (first + last) // 2
-                self.answer(
-                    206, data[first : last + 1], last + 1 - first, f"bytes {first}-{last}/{len(data)}"
-                )
+                body = data[first : last + 1]
+                self.answer(206, body, len(body), f"bytes {first}-{last}/{told}")
 
         def answer(self, status: int, body: bytes, length: int, part: str = "") -> None:
             self.send_response(status)
@@ -117,6 +117,7 @@ def test_the_same_as_from_the_disk(bag: Path) -> None:
         ("whole", "fails|bytes"),
         ("none", "no ranges|cannot"),
         ("fail", "fails|cannot"),
+        ("larger", "fails|bytes where"),
     ],
 )
 def test_servers_that_lie(bag: Path, lie: str, says: str) -> None:
@@ -124,6 +125,13 @@ def test_servers_that_lie(bag: Path, lie: str, says: str) -> None:
     with served(bag.read_bytes(), lie) as (url, _), pytest.raises(BagError, match=says) as caught:
         _ = [piece.table() for piece in partitions(url, "/image")]
     assert url in str(caught.value)
+
+
+def test_a_size_that_is_too_small_is_a_bag_without_its_end(bag: Path) -> None:
+    """As a file that was cut off there: what is whole is read, and not more than once."""
+    with served(bag.read_bytes(), "smaller") as (url, _):
+        found = [text for piece in partitions(url, "/said") for text in piece.table()["data"].to_pylist()]
+    assert found == ["text 0", "text 30", "text 60"]
 
 
 def test_nobody_there() -> None:

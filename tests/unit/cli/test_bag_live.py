@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import argparse
 import os
+import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from rosproto import Master, Node
-from rosproto.bag import BagReader, BagWriter
+from rosproto.bag import BagReader, BagWriter, open_bag
 from rosproto.cli import main
 from rosproto.cli.bag_play import _Console, _split_remappings
 from rosproto.cli.bag_record import _Line, add_record_arguments, recorder_options, seconds_of
@@ -213,6 +215,48 @@ def test_play(graph: tuple[str, Node], tmp_path: Path, capsys: pytest.CaptureFix
         assert main(["bag", "play", "--master", uri, str(tmp_path / "run.bag"), *words]) == 0
         assert [heard.next(20).data for _ in range(10)] == [str(i) for i in range(10)]
     assert "10 messages" in capsys.readouterr().err
+
+
+def test_mcap_is_recorded_and_played(graph: tuple[str, Node], tmp_path: Path) -> None:
+    """What was heard is said again, by the same verbs."""
+    pytest.importorskip("mcap", reason="mcap is not installed (extra mcap)")
+    uri, node = graph
+    path = tmp_path / "run.mcap"
+    words = ["--format", "mcap", "/said", "-l", "8", "-O", str(path), "-q"]
+    assert main(["bag", "record", "--master", uri, *words]) == 0
+    with open_bag(path) as bag:
+        said = [message.data for _, message, _ in bag]
+        assert not bag.damage
+    assert len(said) == 8
+    with node.subscriber("/again/said", "std_msgs/String", queue_size=100) as heard:
+        words = ["--wait-for-subscribers", "-p", "/again", "-q"]
+        assert main(["bag", "play", "--master", uri, str(path), *words]) == 0
+        assert [heard.next(20).data for _ in range(8)] == said
+
+
+@pytest.mark.skipif(os.name != "posix", reason="kills by a signal")
+def test_a_recorder_of_mcap_that_is_killed(graph: tuple[str, Node], tmp_path: Path) -> None:
+    """SIGKILL in the middle: the file opens, and has every message of its whole chunks."""
+    pytest.importorskip("mcap", reason="mcap is not installed (extra mcap)")
+    path = tmp_path / "run.mcap"
+    words = ["--format", "mcap", "/said", "-O", str(path), "-q", "--chunksize", "1"]
+    command = [sys.executable, "-m", "rosproto", "bag", "record", "--master", graph[0], *words]
+    process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+    try:
+        end = time.monotonic() + 30
+        while not any(file.stat().st_size > 4000 for file in tmp_path.iterdir()):
+            assert time.monotonic() < end, "nothing was recorded"
+            assert process.poll() is None
+            time.sleep(0.02)
+    finally:
+        process.kill()
+        process.wait(10)
+    (left,) = tmp_path.iterdir()
+    with open_bag(left) as bag:
+        numbers = [int(message.data) for _, message, _ in bag]
+        assert "was not finished" in bag.damage[0]
+    assert len(numbers) > 5
+    assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
 
 
 @pytest.mark.parametrize("words", ["-q a b -l 3", "a -q b -l 3", "-l 3 -q a b", "a -l 3 -q b"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import re
 import sys
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from rosproto.cli import main
+from rosproto.cli.foxglove import add_arguments, server_options
 from rosproto.master import Master
 from woosh_pure.cli import main as woosh
 
@@ -37,6 +39,32 @@ def test_other_computers_need_the_token_it_prints(capsys: pytest.CaptureFixture[
             == 0
         )
     assert re.search(r"ws://0\.0\.0\.0:\d+/\?token=\S{20,} ", capsys.readouterr().out)
+
+
+def test_the_page_on_the_internet_may_look_and_not_write(capsys: pytest.CaptureFixture[str]) -> None:
+    """Where something is open for writing it needs the token, or to be named; desktop programs come in."""
+    page = "https://app.foxglove.dev"
+
+    def told(*options: str) -> tuple[str, tuple[str, ...]]:
+        parser = argparse.ArgumentParser()
+        add_arguments(parser)
+        with Master() as master:
+            assert main(["foxglove", "--master", master.uri, "--port", "0", "--for", "0.05", *options]) == 0
+        return capsys.readouterr().out, server_options(parser.parse_args(list(options)))["origins"]
+
+    for options, lets_in in (
+        ((), True),
+        (("--allow-write", "/say", "--read-only"), True),
+        (("--allow-write", "/say"), False),
+        (("--allow-write", "/say", "--token", "of many letters"), True),
+        (("--allow-write", "/say", "--origin", page), True),
+    ):
+        said, origins = told(*options)
+        assert "file://" in origins
+        assert "null" not in origins
+        assert (page in origins) is lets_in, options
+        assert (f"open:  {page}/?ds=foxglove-websocket" in said) is lets_in
+        assert (f"--origin {page}" in said) is not lets_in
 
 
 def test_without_the_sdk_it_names_the_extra(

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
+from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from woosh_pure import Chassis
+from woosh_pure.fleet.abilities import abilities_of
 from woosh_pure.fleet.config import FleetConfig, VehicleConfig, load_config, secrets
 from woosh_pure.fleet.mqtt import Broker
+from woosh_pure.fleet.vehicle import Vehicle
 
 TOML = """
 folder = "kept"
@@ -128,3 +134,60 @@ def test_without_the_library_the_error_names_the_extra(monkeypatch: pytest.Monke
     monkeypatch.setitem(sys.modules, "paho.mqtt.client", None)
     with pytest.raises(ImportError, match=r"woosh-pure\[fleet\]"):
         paho()
+
+
+WRONG = {
+    'broker = "mqtt://h"': r"broker: expected a table",
+    "[broker]\nurl = 3": r"url 3: expected a text",
+    '[broker]\nurl = "mqtt://h:x"': r"expected mqtt://HOST:PORT",
+    '[broker]\nurl = "mqtt://h:0"': r"expected mqtt://HOST:PORT",
+    '[broker]\nurl = "mqtt://h/x"': r"expected mqtt://HOST:PORT",
+    'vehicle = 3\n[broker]\nurl = "mqtt://h"': r"vehicle: expected tables",
+    'folder = 3\n[broker]\nurl = "mqtt://h"': r"folder 3: expected a text",
+    '[broker]\nurl = "mqtt://h"\n[[vehicle]]\nserial = "1"': r"\[\[vehicle\]\] has no manufacturer",
+    "a =": r"no TOML",
+}
+"""What somebody may write, and what is said: with the file's name before it."""
+
+
+@pytest.mark.parametrize("text", WRONG)
+def test_a_file_that_makes_no_sense_is_answered_with_a_sentence(tmp_path: Path, text: str) -> None:
+    """And not with a word of Python."""
+    path = tmp_path / "fleet.toml"
+    vehicle = "" if "vehicle" in text else '\n[[vehicle]]\nmanufacturer = "W"\nserial = "1"\n'
+    path.write_text(text + vehicle)
+    with pytest.raises(ValueError, match=WRONG[text]) as caught:
+        load_config(path)
+    assert str(path) in str(caught.value)
+
+
+def test_a_file_that_is_no_text_is_said_to_be_none(tmp_path: Path) -> None:
+    """A picture, for example."""
+    path = tmp_path / "fleet.toml"
+    path.write_bytes(b"\xff\xfe")
+    with pytest.raises(ValueError, match="UTF-8"):
+        load_config(path)
+
+
+@pytest.mark.parametrize("field", [each.name for each in fields(VehicleConfig)])
+@pytest.mark.parametrize("value", [3, True, "x", [3], {"a": 3}, math.nan, None])
+def test_a_value_of_any_type_at_any_field_is_taken_or_refused_by_name(field: str, value: Any) -> None:
+    """The error begins with the field; nothing fails later, in the middle of an order."""
+    given = {"manufacturer": "W", "serial": "1", field: value}
+    try:
+        config = VehicleConfig(**given)
+    except ValueError as error:
+        assert str(error).startswith((field, "a footprint", "footprint"))
+    else:
+        assert type(getattr(config, field)) is type(value)
+        abilities_of(config) if field not in ("actions", "triggers") else None
+
+
+def test_certificates_that_are_none_are_said(tmp_path: Path) -> None:
+    """Before anything is connected."""
+    pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
+    (tmp_path / "ca.pem").write_text("junk")
+    for name, kind, match in (("ca.pem", ValueError, "ca.pem cannot be used"), ("no.pem", OSError, "no.pem")):
+        broker = Broker("mqtts://h", ca_file=str(tmp_path / name))
+        with pytest.raises(kind, match=match):
+            Vehicle(Chassis("127.0.0.1:1"), VehicleConfig(manufacturer="W", serial="1"), broker)

@@ -371,7 +371,7 @@ def test_other_things_a_vehicle_cannot_do_are_rejected(vehicle: PureVehicle) -> 
         vehicle.take(vehicle.machine.receive(read_order(data)))
     assert kinds(vehicle) == ["orderError"] * 3
     fields = [problem.about("field") for problem in vehicle.machine.problems]
-    assert fields == ["nodes[1].nodePosition", "nodes[2].nodePosition.mapId", None]
+    assert fields == ["nodes[1].nodePosition", "nodes[2].nodePosition.mapId", "zoneSetId"]
 
 
 def test_an_update_with_an_action_that_has_run_is_rejected(vehicle: PureVehicle) -> None:
@@ -834,6 +834,33 @@ def test_an_order_that_is_extended_for_ever_fills_no_memory(
     assert len(vehicle.machine.records) <= 41
     assert vehicle.machine.update == 149
     assert kinds(vehicle) == []
+
+
+# -- what wants the vehicle to stand ---------------------------------------------------------------------------
+
+
+def test_what_moves_nothing_and_wants_the_robot_to_stand_is_hard(vehicle: PureVehicle) -> None:
+    """A new map under a robot that drives, for example: NONE was said, and it drives on afterwards."""
+    vehicle.order(nodes="ab", node_actions={"a": [action("x", "park", "NONE")]})
+    assert (vehicle.begun, vehicle.drives) == (["x"], [])
+    vehicle.finish("x")
+    assert vehicle.drives == ["b"]
+
+
+def test_the_map_of_an_order_is_not_changed_beside_it(vehicle: PureVehicle) -> None:
+    """6.9: that would contradict it; another map may be made ready, when the vehicle stands."""
+    vehicle.order()
+    vehicle.instant(action("m", "enableMap", mapId="hall", mapVersion="2"))
+    assert (vehicle.status("m"), kinds(vehicle)) == ("FAILED", ["instantActionError"])
+    vehicle.instant(action("n", "enableMap", mapId="up", mapVersion="2"))
+    assert (vehicle.status("n"), vehicle.halting) == ("WAITING", True)
+    vehicle.stop()
+    assert vehicle.begun == ["n"]
+    vehicle.finish("n")
+    assert vehicle.drives == ["b", "b"]
+
+
+# -- a disk that takes nothing ----------------------------------------------------------------------------------
 
 
 def test_a_disk_that_takes_nothing_lets_it_reach_the_next_node_and_begin_nothing() -> None:

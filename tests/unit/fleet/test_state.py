@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 
-from tests.support.fleet import LIMITS, PureVehicle, action
+from tests.support.fleet import LIMITS, PureVehicle, action, order_json
 from woosh_pure.fleet.errors import Problem
 from woosh_pure.fleet.factsheet import Body, factsheet_message
 from woosh_pure.fleet.headers import Headers
 from woosh_pure.fleet.judging import Place
+from woosh_pure.fleet.messages import read_order
 from woosh_pure.fleet.state import Facts, Load, MapEntry, operating_mode, state_message, visualization_message
 
 HEADER = Headers("2.1.0", "Woosh", "1").header("state", 0.0)
@@ -101,3 +103,25 @@ def test_the_factsheet_tells_what_is_obeyed(version: str) -> None:
     assert found["physicalParameters"]["speedMax"] == 1.2
     assert ("vehicleConfig" in found) == (version == "2.1.0")
     assert found["protocolLimits"]["timing"]["visualizationInterval"] == 0.5
+    assert found["agvGeometry"]["envelopes2d"][0]["polygonPoints"][0] == {"x": 0.4, "y": 0.3}
+
+
+def test_an_outline_that_nobody_tells_is_not_guessed() -> None:
+    """Zero, which the standard reads as not told, and no envelope."""
+    found = factsheet_message(Body(), LIMITS, HEADER, version="2.1.0")
+    assert (found["physicalParameters"]["length"], found["physicalParameters"]["width"]) == (0.0, 0.0)
+    assert found["agvGeometry"] == {}
+    assert "order.zoneSetId" not in str(found)
+
+
+def test_a_zone_set_is_told_where_there_is_one() -> None:
+    """An order of it is taken, one of another is rejected with the field."""
+    limits = replace(LIMITS, zone_set="zones-1")
+    for name, kinds in (("zones-1", []), ("zones-2", ["orderError"]), ("", [])):
+        vehicle = PureVehicle(limits)
+        order = {**order_json(), "zoneSetId": name}
+        vehicle.take(vehicle.machine.receive(read_order(order)))
+        assert vehicle.problems == kinds
+    known = Facts(zone_set="zones-1")
+    assert state_message(PureVehicle().machine, known, HEADER, "2.1.0")["zoneSetId"] == "zones-1"
+    assert "order.zoneSetId" in str(factsheet_message(Body(), limits, HEADER, version="2.1.0"))

@@ -5,8 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from rosproto.cli import to_float
-from woosh_pure.cli.arguments import number
+from woosh_pure.cli.arguments import corners, number
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
 
@@ -54,12 +53,4 @@ def _shape(args: Namespace) -> Footprint:
         return Footprint.rectangle(*args.rectangle)
     if args.circle is not None:
         return Footprint.circle(args.circle)
-    return Footprint.from_points([_corner(text) for text in args.points.split()])
-
-
-def _corner(text: str) -> tuple[float, float]:
-    try:
-        x, y = (to_float(part.strip()) for part in text.split(","))
-    except ValueError:
-        raise ValueError(f"corner {text!r}: expected X,Y in metres, e.g. 0.4,0.3") from None
-    return x, y
+    return Footprint.from_points(corners(args.points))

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosproto.cli import CommandError
-from woosh_pure.cli.arguments import positive, seconds
+from woosh_pure.cli.arguments import corners, number, positive, seconds
 from woosh_pure.cli.connection import chosen, names, reaching, simulated
 from woosh_pure.cli.output import Output
 
@@ -31,6 +31,20 @@ def add_arguments(parser: ArgumentParser) -> None:
     add("--interface", default="uagv", help="first level of the topics (uagv)")
     add("--marks", action="store_true", help="take a node without a position for a mark of the chassis")
     add("--charger", default="", metavar="MARK", help="mark of the charger, for startCharging")
+    add(
+        "--undock",
+        type=number,
+        default=0.0,
+        metavar="M",
+        help="stopCharging drives so far straight (negative: back)",
+    )
+    add("--maps", action="store_true", help="let the fleet manager download, enable and delete maps")
+    add("--zone-set", default="", metavar="ID", help="zoneSetId of the zones in the chassis's map")
+    add(
+        "--footprint",
+        metavar="CORNERS",
+        help='outline for the factsheet, if the chassis tells none, m: "0.4,0.3 -0.4,0.3 -0.4,-0.3 0.4,-0.3"',
+    )
     add("--tolerance", type=positive, default=0.2, metavar="M", help="within which a node is reached (0.2)")
     add("--visualization", type=positive, metavar="S", help="send a visualization message every S seconds")
     add(
@@ -39,6 +53,13 @@ def add_arguments(parser: ArgumentParser) -> None:
         default=[],
         metavar="NAME=TARGET",
         help="an action of yours: python.module:function, or '!program argument ...' (repeat for more)",
+    )
+    add(
+        "--trigger",
+        action="append",
+        default=[],
+        metavar="TYPE=TARGET",
+        help="what waitForTrigger waits for: a function or program as with --action, which ends when it came",
     )
     add(
         "--secrets",
@@ -107,14 +128,6 @@ def _config(args: Namespace) -> FleetConfig:
 def _vehicle(args: Namespace) -> VehicleConfig:
     from woosh_pure.fleet.config import VehicleConfig
 
-    actions = {}
-    for text in args.action:
-        name, equals, target = text.partition("=")
-        if not (name and equals and target):
-            raise ValueError(
-                f"--action {text}: expected NAME=python.module:function or NAME='!program argument'"
-            )
-        actions[name] = target
     return VehicleConfig(
         manufacturer=args.manufacturer,
         serial=args.serial,
@@ -125,5 +138,22 @@ def _vehicle(args: Namespace) -> VehicleConfig:
         charger=args.charger,
         tolerance=args.tolerance,
         visualization=args.visualization or 0.0,
-        actions=actions,
+        actions=_targets("--action", args.action),
+        triggers=_targets("--trigger", args.trigger),
+        map_actions=args.maps,
+        zone_set=args.zone_set,
+        undock=args.undock,
+        footprint=corners(args.footprint) if args.footprint else (),
     )
+
+
+def _targets(option: str, given: list[str]) -> dict[str, str]:
+    found = {}
+    for text in given:
+        name, equals, target = text.partition("=")
+        if not (name and equals and target):
+            raise ValueError(
+                f"{option} {text}: expected NAME=python.module:function or NAME='!program argument'"
+            )
+        found[name] = target
+    return found

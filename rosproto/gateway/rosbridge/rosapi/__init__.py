@@ -1,6 +1,6 @@
-"""/rosapi, answered inside the gateway: what a web client asks about the graph, its types and parameters.
+"""/rosapi inside the gateway: answers to web clients' questions about the graph, its types and parameters.
 
-`Rosapi` answers calls as JSON has them; `provide` registers the same answers as ROS services.
+`Rosapi` answers calls with JSON values; `provide` registers the same answers as ROS services.
 """
 
 from rosproto.gateway.rosbridge.rosapi.answers import Rosapi, RosapiError

@@ -1,6 +1,6 @@
 """The services of /rosapi: a table of their names, types and answers.
 
-Requests and responses are the fields of their definitions (msgdefs/rosapi) as JSON has them. Every request
+Requests and responses are the fields of their definitions (msgdefs/rosapi) as JSON values. Every request
 field of rosapi is a string.
 """
 
@@ -33,7 +33,7 @@ Fields = dict[str, str]
 
 
 class _Entry(NamedTuple):
-    """One service: the name of its type, and what answers it."""
+    """One service: the name of its type, and the function that answers it."""
 
     type: str
     answer: Callable[[Fields, Deadline], Values]
@@ -42,11 +42,11 @@ class _Entry(NamedTuple):
 class Rosapi:
     """Answers the services of /rosapi within what an `Access` allows.
 
-    `call` asks the master and other nodes, and blocks meanwhile: call it in a thread that may wait. Safe from
-    several threads.
+    `call` asks the master and other nodes and blocks until they reply: call it in a thread that may wait.
+    Safe from several threads.
 
     Args:
-        node: Asks in its name; the services are listed as this node's.
+        node: Asks in its own name; the services are listed as this node's.
         access: What clients may see and write.
         timeout: Seconds for one call.
 
@@ -75,13 +75,13 @@ class Rosapi:
 
         Args:
             service: Its name.
-            args: The request: a dict of fields, a list of them in order, or None. What is left out is "".
+            args: The request: a dict of fields, a list of them in order, or None. Missing fields are "".
 
         Returns:
-            The fields of the response, as JSON has them.
+            The fields of the response, as JSON values.
 
         Raises:
-            RosapiError: It is refused, or cannot be answered; the text is for the client.
+            RosapiError: It is refused or cannot be answered; the text is for the client.
         """
         entry = self._table.get(_local_name(service))
         if entry is None:
@@ -95,7 +95,7 @@ class Rosapi:
             raise RosapiError(f"{NAMESPACE}/{_local_name(service)}: {error}") from error
 
     def _name(self, name: str) -> str:
-        """The global name that a client means: the one that patterns are compared with."""
+        """The global name that a client means, which is compared with the patterns."""
         return self._node.resolve_name(name) if name else name
 
     def _entries(self) -> dict[str, _Entry]:

@@ -1,6 +1,6 @@
-"""The definition of a type by its name: the node's own, the bundled ones, or what a publisher says.
+"""The definition of a type by its name: from the node, the bundled ones, or a publisher.
 
-Services have no definition on the wire: theirs are the bundled ones and the user's.
+Services have no definition on the wire, so theirs are the bundled ones and the user's.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class Definitions:
         return self._guard(name, details)
 
     def full_text(self, name: str, deadline: Deadline | None = None) -> str:
-        """The definition with all it uses, as a connection header has it; "" where nobody knows it."""
+        """The definition with all types it uses, as in a connection header; "" if nobody knows it."""
         try:
             return self._library(self._full_name(name), deadline).full_text(name, kind="msg")
         except (RosapiError, DefinitionError):
@@ -102,7 +102,7 @@ class Definitions:
         return learned
 
     def _ask(self, name: str, deadline: Deadline) -> DefinitionLibrary | None:
-        """Ask those who publish it: their connection header has the definition."""
+        """Ask its publishers: their connection headers contain the definition."""
         from rosproto.node import probe_topic
 
         node = self._node

@@ -22,12 +22,12 @@ ACTION_PARTS = frozenset(("cancel", "feedback", "goal", "result", "status"))
 
 
 class VisibleGraph:
-    """What the master knows, as one gateway shows it.
+    """The master's graph, as far as one gateway shows it.
 
     Args:
         node: Asks the master.
-        visible: What may be shown.
-        own: Services that the gateway answers itself, with their types: they are listed as this node's.
+        visible: Which names may be shown.
+        own: Services that the gateway answers itself, with their types; they are listed as this node's.
     """
 
     def __init__(self, node: Node, visible: Visible, own: Mapping[str, str]) -> None:
@@ -62,7 +62,7 @@ class VisibleGraph:
         return self._visible.only("node", self._state(deadline).nodes)
 
     def node_details(self, node: str, deadline: Deadline) -> tuple[list[str], list[str], list[str]]:
-        """What a node subscribes, publishes and serves."""
+        """The topics a node subscribes to and publishes, and its services."""
         if not self._visible.shows("node", node):
             return [], [], []
         state = self._state(deadline)
@@ -84,7 +84,7 @@ class VisibleGraph:
         return self._types.of(service, deadline) if self._visible.shows("service", service) else ""
 
     def services_for_type(self, type_name: str, deadline: Deadline) -> list[str]:
-        """Asks every provider that is not known yet; those that there is no time for are left out."""
+        """The services of this type. Asks every provider not known yet, as many as there is time for."""
         return [
             name
             for name in self.services(deadline)
@@ -102,7 +102,7 @@ class VisibleGraph:
         return [node for node in dict.fromkeys(found) if self._visible.shows("node", node)]
 
     def service_node(self, service: str, deadline: Deadline) -> str:
-        """The node that provides it; "" when there is none."""
+        """The node that provides a service; "" when there is none."""
         if service in self._own:
             return self._node.name
         if not self._visible.shows("service", service):
@@ -111,7 +111,7 @@ class VisibleGraph:
         return found[0] if found else ""
 
     def service_host(self, service: str, deadline: Deadline) -> str:
-        """The host it is provided on; "" when it is not."""
+        """The host of a service; "" when nobody provides it."""
         if service in self._own:
             return self._node.tcpros_address[0]
         if not self._visible.shows("service", service):
@@ -134,7 +134,7 @@ class VisibleGraph:
 
 
 def action_servers(topics: Mapping[str, str] | list[str]) -> list[str]:
-    """Names below which there are all five topics of an action, sorted."""
+    """The names that have all five topics of an action below them, sorted."""
     parts: dict[str, set[str]] = {}
     for topic in topics:
         name, _, part = topic.rpartition("/")

@@ -1,7 +1,7 @@
 """Parameters for web clients, as JSON text, within what `Access` allows.
 
-A namespace is read without the parameters that are hidden, and written or deleted only when everything
-below it may be: else `/` would be a way around every pattern.
+A namespace is read without its hidden parameters, and written or deleted only if everything below it may be;
+otherwise `/` would be a way around every pattern.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ MOST_NESTING = 32  # of a value that a client sets
 
 
 class VisibleParameters:
-    """The parameter server as one gateway shows it. Names are resolved by the node."""
+    """The parameter server, as far as one gateway shows it. The node resolves names."""
 
     def __init__(self, node: Node, visible: Visible) -> None:
         self._node = node
@@ -112,7 +112,7 @@ class VisibleParameters:
         return value if self._visible.shows("parameter", key) else _HIDDEN
 
     def _check_write(self, key: str) -> None:
-        """It, and everything that is there below it, may be written."""
+        """Make sure that the key, and everything below it, may be written."""
         self._check_one(key)
         below = key.rstrip("/") + "/"
         for other in self._node.params.names():
@@ -155,7 +155,7 @@ def _to_json(value: object) -> str:
 
 
 def _plain(value: object) -> object:
-    """With what JSON has no word for: NaN and infinity are null, bytes base64, a date its text."""
+    """A value as JSON can express it: NaN and infinity become null, bytes base64, a date its text."""
     if isinstance(value, float) and not math.isfinite(value):
         return None
     if isinstance(value, dict):

@@ -21,7 +21,7 @@ __all__ = ["ProvidedRosapi", "provide"]
 
 
 class ProvidedRosapi:
-    """Services of /rosapi that are registered; close it, or the node, to take them back."""
+    """The registered services of /rosapi; close this, or the node, to unregister them."""
 
     def __init__(self, servers: list[ServiceServer]) -> None:
         self._servers = servers
@@ -38,17 +38,17 @@ class ProvidedRosapi:
         self.close()
 
     def close(self) -> None:
-        """Take them off the master; may be called twice."""
+        """Unregister them; may be called again."""
         while self._servers:
             self._servers.pop().close()
 
 
 def provide(node: Node, rosapi: Rosapi) -> ProvidedRosapi:
-    """Register all services of /rosapi, to be answered as web clients are.
+    """Register all services of /rosapi; they are answered as for web clients.
 
     Raises:
         MasterError, ConnectionLost, RosTimeout: As `Node.service_server`.
-        ServiceError: Somebody provides /rosapi already: a second rosapi would take its services away.
+        ServiceError: Somebody provides /rosapi already; a second one would take over its services.
     """
     try:
         node.master.lookup_service("/rosapi/topics")

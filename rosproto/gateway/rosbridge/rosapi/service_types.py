@@ -1,4 +1,4 @@
-"""The types of services, which only their providers know: asked by a probe, remembered for a while."""
+"""The types of services, which only their providers know: asked for by a probe, remembered for a while."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ __all__ = ["ServiceTypes"]
 
 MOST_REMEMBERED = 2000
 PROBE_SECONDS = 2.0  # for one provider that does not answer
-AGAIN_AFTER = 10.0  # seconds that a provider which did not answer is left alone
+AGAIN_AFTER = 10.0  # seconds until a provider that did not answer is asked again
 
 
 class ServiceTypes:
     """Types by service name; safe from any thread.
 
-    A provider is known by its address: when another one takes the service over, it is asked anew.
+    A provider is identified by its address: when another one takes over the service, it is asked again.
     """
 
     def __init__(self, node: Node) -> None:

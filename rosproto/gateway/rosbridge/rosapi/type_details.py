@@ -1,8 +1,8 @@
-"""Definitions as rosapi/TypeDef has them: one dict for a type and one for each type it uses.
+"""Definitions in the form of rosapi/TypeDef: one dict for a type and one for each type it uses.
 
-Pure. What is said of a field follows rosapi's objectutils.py, which reads genpy's classes: builtin types by
-their name, examples as Python writes the default value, and constants sorted by name. Where the original
-fails (a field of type `char`), the definition is told instead.
+Pure. Fields are described as by rosapi's objectutils.py, which reads genpy's classes: builtin types by their
+name, examples as Python prints the default value, and constants sorted by name. Where the original fails (a
+field of type `char`), the description follows the definition.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from rosproto.msg import Constant, FieldType, MessageSpec
 
 __all__ = ["MOST_TYPES", "type_details"]
 
-MOST_TYPES = 300  # of one answer, and so deep at most: definitions learned from robots are anybody's
+MOST_TYPES = 300  # in one answer, and the greatest depth: definitions learned from robots cannot be trusted
 _TIMES = ("time", "duration")
 _EXAMPLES = {"bool": "False", "string": "", "float32": "0.0", "float64": "0.0"}
 
@@ -25,7 +25,7 @@ def type_details(spec: MessageSpec, find: Callable[[str], MessageSpec]) -> list[
 
     Args:
         spec: The message, or one half of a service.
-        find: Definition of a type by its full name; raises what it likes.
+        find: Returns the definition of a type by its full name; its exceptions are passed on.
     """
     seen = {spec.name}
     found: list[Typedef] = []

@@ -1,4 +1,4 @@
-"""What of the graph one gateway shows: the master's lists without what its `Access` hides."""
+"""The part of the graph that one gateway shows: the master's lists without the names its `Access` hides."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["Asked", "Visible"]
 
 
 class Asked(Protocol):
-    """What is asked of an `Access` here."""
+    """What is needed of an `Access` here."""
 
     def may_read(self, kind: Kind, name: str) -> Refusal | None: ...
 
@@ -20,15 +20,15 @@ class Asked(Protocol):
 
 
 class Visible:
-    """Verdicts of an `Access`, as filters."""
+    """The decisions of an `Access`, as filters."""
 
     def __init__(self, access: Asked) -> None:
         self.access = access
 
     def shows(self, kind: Kind, name: str) -> bool:
-        """True when clients may know of it."""
+        """True when clients may know about it."""
         return self.access.may_read(kind, name) is None
 
     def only(self, kind: Kind, names: Iterable[str]) -> list[str]:
-        """Those that clients may know of, sorted, each once."""
+        """Those that clients may know about, sorted, each once."""
         return sorted(name for name in set(names) if self.shows(kind, name))

@@ -124,12 +124,17 @@ def reads(viewer: Viewer) -> None:
     viewer.send("getParameters", parameterNames=["/speed"], id="get")
 
 
-@pytest.mark.parametrize("act", [publishes, calls, sets, reads])
+def follows(viewer: Viewer) -> None:
+    viewer.subscribe("/chatter")
+
+
+@pytest.mark.parametrize("act", [publishes, calls, sets, reads, follows])
 def test_where_the_port_stays_open_the_first_is_not_taken_for_the_viewer(
     ground: Ground, monkeypatch: pytest.MonkeyPatch, act: Callable[[Viewer], None]
 ) -> None:
     """It is at the port before the viewer, does something that is open to viewers, and nothing of it happens."""
     called = threading.Event()
+    ground.robot.publisher("/chatter", String)
     ground.robot.service_server("/set", SetBool, lambda request: called.set() or {"success": True})
     ground.robot.params["/speed"] = 1
     thief = Thief(monkeypatch, closes=False)

@@ -294,6 +294,7 @@ def test_strangers_stay_outside(ground: Ground) -> None:
     assert refused(server.url) == 401
     assert refused(server.url + "?token=wrong") == 401
     assert refused(server.url + "?token=secret", additional_headers={"Origin": "https://evil.example"}) == 403
+    assert refused(server.url + "?token=secret", additional_headers={"Origin": "null"}) == 403
     assert refused(server.url + "?token=secret", protocol="other") == 400
     viewer = Viewer(server.url + "?token=secret", protocol="foxglove.websocket.v1")
     assert viewer.socket.subprotocol == "foxglove.websocket.v1"
@@ -302,7 +303,7 @@ def test_strangers_stay_outside(ground: Ground) -> None:
     until(lambda: server.stats().clients == 0, "it is still here")
     with Viewer(server.url, additional_headers={"Authorization": "Bearer secret"}):
         pass
-    assert server.stats().refused == 5
+    assert server.stats().refused == 6
 
 
 def test_others_than_this_computer_need_a_token(ground: Ground) -> None:

@@ -129,6 +129,7 @@ def test_the_scene(panels: dict[str, dict[str, Any]]) -> None:
             assert settings["type"] in {"axis", "arrow"} | ({"line"} if kind == "nav_msgs/Path" else set())
         if "colorMode" in settings:
             assert settings["colorMode"] in ("flat", "gradient", "colormap", "rgb", "rgba")
+            assert "colorField" in settings, "without it the colours are the viewer's own choice"
     for name in ("Plot!velocity", "Plot!battery"):
         for line in panels[name]["paths"]:
             assert line.keys() <= LINE

@@ -35,7 +35,7 @@ export class Log {
       return el("li", { class: `entry ${kind}` }, icon(ICONS[kind]),
         el("div", { class: "grow" },
           el("p", {}, el("strong", {}, whatText(entry.what))),
-          el("p", { class: "quiet" }, [clock(entry.at), entry.by, word("goal", entry.state), entry.text].filter(Boolean).join(" · "))));
+          el("p", { class: "quiet" }, [clock(entry.at), entry.by, word("goal", entry.state), brief(entry)].filter(Boolean).join(" · "))));
     });
     fill(this.list, el("h2", {}, t("log.title")),
       rows.length ? el("ul", { class: "plainlist" }, ...rows) : el("p", { class: "quiet" }, t("log.none")));
@@ -85,5 +85,8 @@ export class Log {
         this.download(`map.${kind}`, { path: `map.${kind}`, name: `map.${kind}`, label: `files.${kind}`, id: `save-${kind}` }).root)));
   }
 }
+
+// What ended badly is told in full; of the rest the first words are enough.
+const brief = ({ kind, text }) => (kind === "bad" ? text : text.split(";")[0]);
 
 const growthOf = (one) => t("rec.running", { size: bytes(one.bytes), n: number(one.seconds, 0) });

@@ -103,7 +103,7 @@ export class MapView {
 
   // What lies over the canvas: the tools, in a row on a phone, in a column else.
   get covered() {
-    return this.view.width < 820 ? { top: 60 } : { right: 72, bottom: 40 };
+    return this.view.width < 820 ? { top: 60, bottom: 34 } : { right: 72, bottom: 40 };
   }
 
   moved(change, following = false) {

@@ -74,7 +74,8 @@ export class Task {
     const percent = goal.percent ?? (this.far > 0 ? 100 * (1 - left / this.far) : null);
     if (Number.isFinite(percent)) this.bar.value = percent;
     else this.bar.removeAttribute("value");
-    const told = left !== null ? t("task.left", { n: number(left, 1) })
+    const waits = this.store.get("robot")?.task?.state === "waiting for action";
+    const told = waits ? t("task.waits") : left !== null ? t("task.left", { n: number(left, 1) })
       : Number.isFinite(goal.percent) ? `${number(goal.percent, 0)} %` : goal.progress;
     say(this.note, [told, goal.by ? t("task.by", { by: goal.by }) : ""].filter(Boolean).join(" · "));
   }

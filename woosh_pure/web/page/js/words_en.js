@@ -115,6 +115,7 @@ export const en = {
   "what.end bag": "End recording no. {n}",
   "what.set the pose": "Told it where it is",
   "what.stop": "STOP",
+  "task.waits": "It waits there to be told to go on.",
   "task.left": "{n} m left",
   "goal.begun": "Begun",
   "goal.paused": "Paused",

@@ -115,6 +115,7 @@ export const zh = {
   "what.end bag": "结束第 {n} 次录制",
   "what.set the pose": "告诉它在哪里",
   "what.stop": "停止",
+  "task.waits": "它在那里等待下一步指令。",
   "task.left": "还剩 {n} 米",
   "goal.begun": "已开始",
   "goal.paused": "已暂停",

@@ -1,0 +1,179 @@
+"""Recordings for ROS 2: a bag as `ros2 bag` has them, by the package rosbags (the extra `ros2`).
+
+Messages get the other serialization (CDR), types their other names; definitions stay as they were recorded,
+but for `std_msgs/Header`, which has no `seq` there, and constants with names that ROS 2 does not allow. A
+type that ROS 2 has changed since, such as `visualization_msgs/Marker`, keeps its old form.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import re
+import shutil
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from rosproto.bag.records import NS
+from rosproto.errors import BagError
+
+if TYPE_CHECKING:
+    from rosproto.bag.reader import BagReader
+    from rosproto.codec import Message
+    from rosproto.codec.layout import FieldLayout, Layout
+
+__all__ = ["write_ros2"]
+
+_CONSTANT = re.compile(r"[A-Z][A-Z0-9_]*")
+_HEADER = "std_msgs/msg/Header"
+
+
+def write_ros2(bag: BagReader, path: str | os.PathLike[str], step: Callable[[], None] | None = None) -> int:
+    """Write all messages into a new bag of ROS 2 (a directory, with SQLite); returns how many.
+
+    Args:
+        bag: What is read.
+        path: The directory; what is there already is not replaced, and a failure leaves nothing.
+        step: Called after each message.
+
+    Raises:
+        BagError: It exists already or cannot be written, a message cannot be converted, or the package
+            rosbags is missing (extra `ros2`).
+    """
+    text = os.fspath(path)
+    if os.path.exists(text):
+        raise BagError("it exists already; choose another name", path=text)
+    store = _Store()
+    rosbag2 = _library("rosbag2")
+    try:
+        with rosbag2.Writer(text, version=8, storage_plugin=rosbag2.StoragePlugin.SQLITE3) as writer:
+            return _write(bag, writer, store, step)
+    except BagError:
+        shutil.rmtree(text, ignore_errors=True)
+        raise
+    except Exception as problem:  # rosbags has errors of its own, and SQLite's
+        shutil.rmtree(text, ignore_errors=True)
+        raise BagError(f"it cannot be written: {problem or type(problem).__name__}", path=text) from problem
+    except BaseException:
+        shutil.rmtree(text, ignore_errors=True)
+        raise
+
+
+def _write(bag: BagReader, writer: Any, store: _Store, step: Callable[[], None] | None) -> int:
+    targets: dict[int, tuple[str, Any]] = {}
+    known: dict[tuple[str, str, bool], Any] = {}
+    for connection in bag.connections.values():
+        name = store.learn(bag.message_class(connection))
+        key = connection.topic, name, connection.latching
+        if key not in known:
+            profiles = [store.latched()] if connection.latching else []
+            known[key] = writer.add_connection(
+                connection.topic, name, typestore=store.types, offered_qos_profiles=profiles
+            )
+        targets[connection.id] = name, known[key]
+    count = 0
+    for topic, raw, stamp in bag.read_messages(raw=True):
+        name, target = targets[raw.connection.id]
+        try:
+            data = store.types.ros1_to_cdr(raw.data, name)
+        except Exception as problem:  # whatever the generated code stumbles over
+            raise BagError(
+                f"{topic}: a message of {raw.type} does not have the form of its definition: "
+                f"{problem or type(problem).__name__}",
+                path=bag.path,
+                offset=raw.position[0],
+            ) from problem
+        writer.write(target, stamp.secs * NS + stamp.nsecs, data)
+        count += 1
+        if step is not None:
+            step()
+    return count
+
+
+class _Store:
+    """Types as rosbags has them.
+
+    Attributes:
+        types: Its typestore.
+    """
+
+    def __init__(self) -> None:
+        typesys = _library("typesys")
+        self._parse = typesys.get_types_from_msg
+        self._known: dict[str, Any] = {}
+        modern = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE).fielddefs
+        self.types = typesys.get_typestore(typesys.Stores.EMPTY)
+        self.types.register(
+            {
+                name: modern[name]
+                for name in ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration", _HEADER)
+            }
+        )
+
+    def learn(self, cls: type[Message]) -> str:
+        """Take a class and all that is in it; its name in ROS 2.
+
+        Raises:
+            BagError: rosbags does not take its definition, or has another one under that name.
+        """
+        assert cls._binding is not None
+        return self._add(cls._binding.layout)
+
+    def _add(self, layout: Layout) -> str:
+        name = layout.spec.name.replace("/", "/msg/")
+        if name == _HEADER:
+            return name
+        for field in layout.fields:
+            if field.layout is not None:
+                self._add(field.layout)
+        text = "".join([_line(field) for field in layout.fields] + _constants(layout))
+        if name in self._known:
+            if self._known[name] != text:
+                raise BagError(f"the bag has two definitions of {layout.spec.name}, a bag of ROS 2 has one")
+            return name
+        self._known[name] = text
+        try:
+            found = self._parse(text, name)
+            self.types.register({name: found[name]})
+        except Exception as problem:  # of its parser
+            raise BagError(
+                f"rosbags does not take the definition of {layout.spec.name}: {problem}"
+            ) from problem
+        return name
+
+    def latched(self) -> Any:
+        """The quality of service that a latched topic has there."""
+        qos = _library("interfaces")  # the package's own converter writes the same
+        return qos.Qos(
+            history=qos.QosHistory.KEEP_LAST,
+            depth=1,
+            reliability=qos.QosReliability.RELIABLE,
+            durability=qos.QosDurability.TRANSIENT_LOCAL,
+            deadline=qos.QosTime(0, 0),
+            lifespan=qos.QosTime(0, 0),
+            liveliness=qos.QosLiveliness.SYSTEM_DEFAULT,
+            liveliness_lease_duration=qos.QosTime(0, 0),
+            avoid_ros_namespace_conventions=False,
+        )
+
+
+def _line(field: FieldLayout) -> str:
+    kind = field.base if field.layout is None else field.layout.spec.name
+    many = f"[{field.length or ''}]" if field.is_array else ""
+    return f"{kind}{many} {field.name}\n"
+
+
+def _constants(layout: Layout) -> list[str]:
+    """Numbers whose names ROS 2 allows."""
+    return [
+        f"{constant.type} {constant.name}={constant.value!r}\n"
+        for constant in layout.spec.constants
+        if _CONSTANT.fullmatch(constant.name) and type(constant.value) in (int, float)
+    ]
+
+
+def _library(module: str) -> Any:
+    try:
+        return importlib.import_module(f"rosbags.{module}")
+    except ImportError as problem:
+        raise BagError("bags for ROS 2 need the package rosbags: pip install 'woosh-pure[ros2]'") from problem
