@@ -390,6 +390,7 @@ def test_a_page_that_goes_while_another_drives_ends_nothing_of_it(
 ) -> None:
     """Its own drive was refused, and was refused only after it had gone."""
     seat = web.app.state.house.robot(None).seat  # type: ignore[attr-defined]
+    me = page.of("hello")["you"]
     page.ready()
     page.drive()
     opens, asked, refuse = seat.open, threading.Event(), threading.Event()
@@ -413,7 +414,7 @@ def test_a_page_that_goes_while_another_drives_ends_nothing_of_it(
     refuse.set()
     chassis.measured_velocity.wait_for(lambda v: v.vx > 0.1, 10.0)
     time.sleep(0.3)
-    assert seat.driver == page.of("hello")["you"]
+    assert seat.driver == me
     page.let_go()
     assert page.of("drive", state="ended")["reason"] == "released"
 
