@@ -51,6 +51,11 @@ def witness(sim: SimulatedChassis) -> Iterator[Velocities]:
         yield heard
 
 
+def speed(number: int) -> float:
+    """m/s, of one trial."""
+    return -0.2 if number % 2 else 0.2
+
+
 class Meter:
     """How long a thread of this process stood ready at a stretch while others had the processor: what an overloaded
     computer adds. Short waits are not counted, and not one for another thread of ours: that is ours.
@@ -110,6 +115,8 @@ class Trials:
         assert alone < PROMISED, text
         self.times.append(seconds)
         self.alone.append(alone)
+        if len(self.times) % 25 == 0:
+            self.tell()
 
     def tell(self) -> None:
         """The longest, for the log."""
@@ -121,11 +128,11 @@ class Trials:
         )
 
 
-def driving(page: Hand, witness: Velocities) -> None:
-    """Hold, until the robot is told to move."""
+def driving(page: Hand, witness: Velocities, number: int = 0) -> None:
+    """Hold, until the robot is told to move; forth and back in turn, or many trials end at a wall."""
     for _ in range(10):
         since = time.monotonic()
-        page.drive()
+        page.drive(speed(number))
         if witness.moves(since):
             return
         page.let_go()
@@ -166,12 +173,12 @@ WAYS = {
 @pytest.mark.parametrize("way", WAYS)
 def test_zero_follows_within_half_a_second(web: Served, witness: Velocities, meter: Meter, way: str) -> None:
     trials = Trials(way, witness, meter)
-    for _ in range(TRIALS):
+    for number in range(TRIALS):
         with FaultProxy("127.0.0.1", web.port) as proxy, Hand(proxy.port) as page:
             web.app.state.house.robot(None).chassis.lease.release(_holder(web))  # type: ignore[attr-defined]
             page.of("hello")
             page.ready()
-            driving(page, witness)
+            driving(page, witness, number)
             began = time.monotonic()
             WAYS[way](page, proxy)
             trials.count(began)
@@ -228,12 +235,12 @@ def test_a_stop_that_another_person_gives_ends_the_drive_in_zero(
     web: Served, witness: Velocities, meter: Meter
 ) -> None:
     trials = Trials("somebody else stops", witness, meter)
-    for _ in range(TRIALS):
+    for number in range(TRIALS):
         with Hand(web.port) as page:
             web.app.state.house.robot(None).chassis.lease.release(_holder(web))  # type: ignore[attr-defined]
             page.of("hello")
             page.ready()
-            driving(page, witness)
+            driving(page, witness, number)
             began = time.monotonic()
             web.post("stop")
             trials.count(began)
@@ -249,11 +256,13 @@ def test_a_page_whose_process_is_stopped_or_killed(
     web: Served, witness: Velocities, meter: Meter, name: str
 ) -> None:
     trials = Trials(f"{name} of the page", witness, meter)
-    for _ in range(TRIALS):
+    for number in range(TRIALS):
         web.app.state.house.robot(None).chassis.lease.release(_holder(web))  # type: ignore[attr-defined]
         since = time.monotonic()
         process = subprocess.Popen(
-            [sys.executable, "-m", "tests.support.web_hand", str(web.port)], stdout=subprocess.PIPE, text=True
+            [sys.executable, "-m", "tests.support.web_hand", str(web.port), str(speed(number))],
+            stdout=subprocess.PIPE,
+            text=True,
         )
         try:
             assert process.stdout is not None
@@ -275,7 +284,7 @@ def test_a_server_that_is_ended_by_sigterm(
     sim: SimulatedChassis, witness: Velocities, meter: Meter, real_time: Callable[[], None]
 ) -> None:
     trials = Trials("SIGTERM of the server", witness, meter)
-    for _ in range(TRIALS):
+    for number in range(TRIALS):
         with ExitStack() as stack:
             process = woosh_process(
                 "--master", sim.master_uri, "--json", "web", "--port", "0", "--no-browser", "--allow-driving"
@@ -287,7 +296,7 @@ def test_a_server_that_is_ended_by_sigterm(
             page = stack.enter_context(Hand(port))
             page.of("hello")
             page.ready()
-            driving(page, witness)
+            driving(page, witness, number)
             began = time.monotonic()
             process.send_signal(signal.SIGTERM)
             trials.count(began)

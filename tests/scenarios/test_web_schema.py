@@ -189,6 +189,8 @@ def test_what_the_description_calls_fitting_is_taken(web: Served) -> None:
             content = document["paths"][path]["post"]["requestBody"]["content"]["application/json"]
             body = guesses.valid(content["schema"])
             if "theta" in body:
-                body["theta"] = 0.5  # its limit, one turn, is told by the library, which asks whether it is in degrees
+                body["theta"] = (
+                    0.5  # its limit, one turn, is told by the library, which asks whether it is in degrees
+                )
             answer = web.post(path, body)
             assert answer.status == 200, answer
