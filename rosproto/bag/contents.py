@@ -20,6 +20,7 @@ class BagIndex:
         damage: What was wrong, in words with positions; empty for a sound bag.
         closed: True when the bag's own index was used.
         resumed: True when a scan met damage and continued after it, or had to leave messages out.
+        lost: True when messages before the end of the file are missing, as far as a scan can tell.
         version: Of the format, "2.0" as a rule; nothing else is known to differ in another 2.x.
         head: Position of the file header, behind the version line.
     """
@@ -30,6 +31,7 @@ class BagIndex:
     damage: list[str] = field(default_factory=list)
     closed: bool = False
     resumed: bool = False
+    lost: bool = False
     version: str = "2.0"
     head: int = len(MAGIC)
 

@@ -103,7 +103,8 @@ def partitions(
         limits: How much each file may ask for.
 
     Raises:
-        BagError: A file cannot be opened or is no recording; nothing matches; none has these topics.
+        BagError: A file cannot be opened or is no recording; nothing matches; none has these topics; a scan,
+            in place of a missing index, found that messages are missing (not with `damaged="skip"`).
         ValueError: `size` or `damaged` is out of range.
     """
     if size < 1:
@@ -116,6 +117,11 @@ def partitions(
     seen: set[str] = set()
     for path in _paths(files):
         with _opened(path, limits) as bag:
+            if bag._lost and damaged == "raise":
+                raise BagError(
+                    f'messages are missing ({"; ".join(bag.damage)}); damaged="skip" takes the others',
+                    path=path,
+                )
             seen |= set(bag.topics)
             for topic in bag.topics:
                 if wanted is None or topic in wanted:

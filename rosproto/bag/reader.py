@@ -98,6 +98,7 @@ class BagReader(RunReader):
         self._skip = skip_damaged
         self._spans = found.spans()
         self._take_contents(found.connections, found.chunks, found.damage)
+        self._lost = found.lost
         self.version = found.version
         self.indexed = found.closed
 

@@ -63,6 +63,7 @@ class RunReader:
     path: str | None
     chunks: tuple[ChunkInfo, ...]
     damage: list[str]
+    _lost: bool  # a scan, in place of the index, had to leave messages out
 
     def runs(
         self, wanted: Collection[int], low: int | None = None, high: int | None = None, *, apart: bool = False

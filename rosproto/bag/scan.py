@@ -153,6 +153,7 @@ class _Scan:
             data.rows(())
         except BagError as problem:
             self._found.damage.append(f"the chunk at byte {info.pos} is damaged: {problem}")
+            self._found.lost = True
             info.partial, info.indexed = True, False
         else:
             return data
@@ -186,7 +187,7 @@ class _Scan:
             for unknown in chunk.counts.keys() - self._found.connections.keys():
                 count = chunk.counts.pop(unknown)
                 chunk.indexed = False  # its index records count more than is kept
-                self._found.resumed = True
+                self._found.resumed = self._found.lost = True
                 self._found.damage.append(
                     f"{count} messages in the chunk at byte {chunk.pos} belong to connection {unknown}, "
                     "whose record is lost"
@@ -200,7 +201,7 @@ class _Scan:
                 for start in _chunk_starts(at + match.start()):
                     if start >= at and self._is_chunk(start):
                         self._found.damage.append(f"the scan goes on at the chunk at byte {start}")
-                        self._found.resumed = True
+                        self._found.resumed = self._found.lost = True
                         return start
             at += max(len(window) - 64, 1)  # a record head may straddle two windows
         return self._source.size

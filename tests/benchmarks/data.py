@@ -119,6 +119,8 @@ def cells(args: argparse.Namespace, folder: Path) -> None:
                         assert bag.clock(times, name, turn, verb, path) == len(entries)
                 found = ratios(times[verb, "rosbags"], times[verb, "ours"])
                 print_ratio(f"{label} {compression} {what}: rosbags / ours", found, 1.3, more=True)
+                found = ratios(times[verb + " cpu", "rosbags"], times[verb + " cpu", "ours"])
+                print_ratio("  in processor time", found, 1.3, more=True)
             for turn in turns.values():
                 turn.close()
     path.unlink()

@@ -44,6 +44,7 @@ from tests.support.mosquitto import Mosquitto, mosquitto
 TICKS = os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else 100
 ROOT = Path(__file__).resolve().parent.parent.parent
 PEERS = Path(__file__).resolve().parent / "peers"
+HEADER = ("headerId", "timestamp", "version", "manufacturer", "serialNumber")
 LEGS = 3  # metres and edges of an order, there or back
 SETTLE = 8.0  # s to see what the stand-ins cost
 
@@ -205,7 +206,19 @@ class Manager:
         self.client = mqtt.Client(mqtt.CallbackAPIVersion.VERSION2)
         self.client.on_message = self._on_message
         self.client.on_connect = lambda client, *_: client.subscribe("uagv/v2/Woosh/+/+", 0)
+        self.client.on_subscribe = lambda *_: self._ask()
         self.client.reconnect_delay_set(1, 1)
+
+    def _ask(self) -> None:
+        """Vehicles that were quicker than this have told their state to nobody: as every manager, ask for it."""
+        for serial in serials(self.size):
+            action = {
+                "actionId": f"ask-{time.monotonic()}", "actionType": "stateRequest", "blockingType": "NONE",
+                "actionParameters": [],
+            }  # fmt: skip
+            header = {key: value for key, value in order_json(serial, "", [0], 0.0).items() if key in HEADER}
+            message = json.dumps({**header, "actions": [action]})
+            self.client.publish(f"uagv/v2/Woosh/{serial}/instantActions", message)
 
     def connect(self) -> None:
         self.client.connect("127.0.0.1", self.port)

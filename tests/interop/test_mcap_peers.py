@@ -117,3 +117,24 @@ def test_rosbags_reads_what_comes_back(tmp_path: Path) -> None:
         assert [
             (t, str(s.to_nsec()), hashlib.md5(r.data).hexdigest()) for t, r, s in bag.read_messages(raw=True)
         ] == expected
+
+
+@pytest.mark.parametrize("compression", ["none", "lz4"])
+def test_the_package_of_its_makers_reads_what_is_converted(tmp_path: Path, compression: str) -> None:
+    """By its index and as a stream, checksums included: each message, its channel, schema and times."""
+    from mcap.reader import NonSeekingReader, SeekingReader
+
+    expected = a_bag(tmp_path / "a.bag")
+    options = [] if compression == "none" else [f"--{compression}"]
+    assert main(["bag", "convert", str(tmp_path / "a.bag"), str(tmp_path / "a.mcap"), *options]) == 0
+    for make in (SeekingReader, NonSeekingReader):
+        with open(tmp_path / "a.mcap", "rb") as file:
+            reader = make(file, validate_crcs=True)
+            told = list(reader.iter_messages(log_time_order=True))
+        assert [(c.topic, str(m.log_time), hashlib.md5(m.data).hexdigest()) for _, c, m in told] == expected
+        assert all(m.publish_time == m.log_time for _, _, m in told)
+        assert {(s.name, s.encoding, c.message_encoding) for s, c, _ in told} == {
+            ("std_msgs/String", "ros1msg", "ros1"), ("sensor_msgs/LaserScan", "ros1msg", "ros1"),
+        }  # fmt: skip
+        assert all(c.metadata["callerid"] == "/robot" and c.metadata["latching"] == "1" for _, c, _ in told)
+        assert {s.data.decode() for s, c, _ in told if c.topic == "/scan"} == {LaserScan._full_text}

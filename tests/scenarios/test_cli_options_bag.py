@@ -86,7 +86,8 @@ def has_or_asks_for(pattern: str, extra: str):
     return lambda r, p: f"woosh-pure[{extra}]" in r.err or bool(list(p.glob(pattern)))
 
 
-MCAP, ARROW = (int(find_spec(library) is None) for library in ("mcap", "pyarrow"))  # exit codes
+# Exit codes.
+MCAP, ARROW, ROS2 = (int(find_spec(name) is None) for name in ("mcap", "pyarrow", "rosbags"))
 
 TABLE = [
     Case("info {d}/a.bag", has("/t", "std_msgs/String")),
@@ -124,6 +125,7 @@ TABLE = [
     Case("export {d}/a.bag parquet -o {d}/t.parquet --topics /t", has_or_asks_for("t.parquet", "arrow"), code=ARROW),
     Case("convert {d}/a.bag {d}/b.mcap --lz4 --quiet", has_or_asks_for("b.mcap", "mcap"), code=MCAP),
     Case("convert {d}/a.bag {d}/c.bag --bz2", files("c.bag")),
+    Case("convert {d}/a.bag {d}/two --ros2", has_or_asks_for("two/*.db3", "ros2"), code=ROS2),
     Case("export {d}/a.bag mcap -o {d}/x.mcap", lambda r, p: "[mcap]" in r.err or (p / "x.mcap").exists(),
          code=0 if find_spec("mcap") else 1),
 ]  # fmt: skip

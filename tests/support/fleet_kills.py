@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import random
 import subprocess
 import sys
@@ -68,6 +69,9 @@ class Trial:
     true_after: float
     online_after: float
     wrong: list[str]
+    processor: float = (
+        math.nan
+    )  # seconds that our process had used then: what it takes where nothing else runs
 
 
 class Hall:
@@ -170,9 +174,17 @@ class Hall:
         if victim == "robot":
             began = time.monotonic()  # it is back when it says so
         true_after, online_after = self.watch(began, name, acknowledged, ended, wrong)
+        processor = self.processor()
         if true_after < 60.0:
             self.finish(name, way, more, wrong)
-        return Trial(victim, name, true_after, online_after, wrong)
+        return Trial(victim, name, true_after, online_after, wrong, processor)
+
+    def processor(self) -> float:
+        stat = Path(f"/proc/{self.process.pid}/stat")
+        if not stat.exists():
+            return math.nan
+        fields = stat.read_text().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
     def kill(self, victim: str) -> None:
         {"broker": self.broker.kill, "robot": lambda: end(self.robot), "process": lambda: end(self.process)}[

@@ -2,7 +2,7 @@
 //   npx eslint --config tests/web/eslint.config.mjs --max-warnings 0 woosh_pure/web/page/js tests/unit/web/page
 
 const browser = [
-  "AbortController", "Blob", "CSS", "URL", "URLSearchParams", "WebSocket", "ResizeObserver", "addEventListener", "console",
+  "AbortController", "Blob", "Headers", "ReadableStream", "CSS", "URL", "URLSearchParams", "WebSocket", "ResizeObserver", "addEventListener", "console",
   "createImageBitmap", "devicePixelRatio", "document", "fetch", "getComputedStyle", "globalThis", "history", "localStorage",
   "location", "matchMedia", "navigator", "performance", "requestAnimationFrame", "setInterval", "setTimeout", "clearTimeout",
 ];

@@ -49,6 +49,7 @@ STATE_EVERY = 25.0
 """Seconds between two states at most; the standard asks for 30."""
 MOST_MESSAGES = 100
 """Messages of a fleet manager that wait; more are dropped, counted and logged."""
+_AGAIN_SECONDS = 1.5  # until the state is told once more after the line has come back
 _DISK_SECONDS = 2.0  # between two tries of a disk that is full, or cannot be written
 _FACTS_SECONDS = 3.0  # for the chassis to tell where it is, before the fleet manager may send orders
 _LEASE_SECONDS = 60.0
@@ -144,11 +145,11 @@ class Vehicle:
     def open(self) -> Vehicle:
         """Restore what was kept, listen to the chassis, connect with the broker; returns at once."""
         if self._thread is None:
+            self._watch.open()  # what it hears comes while a drive of before is ended
             self._restore()
             if self._shelf is not None:
                 self._shelf.confirm(self.chassis)
                 self._use_maps()
-            self._watch.open()
             threading.Thread(target=self._learn_outline, name="woosh:outline", daemon=True).start()
             self._flags.add("told")
             self._end_lease = self.chassis.lease.on(lambda state: self._note("lease"))
@@ -313,6 +314,8 @@ class Vehicle:
             self._factsheet()
         if "line" in flags:
             self._publish()
+            # A state is not retained: who comes back from the same loss a little later shall have it, too.
+            self._due["state"] = time.monotonic() + _AGAIN_SECONDS
         if self.facts.moving != self._moving:
             self._moving = self.facts.moving
             self._publish()

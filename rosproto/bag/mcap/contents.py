@@ -26,6 +26,7 @@ class Contents:
         chunks: In file order; `pos` is where the chunk's record begins.
         damage: What was wrong, in words.
         finished: True when the file was closed properly; then it nearly always has a summary.
+        lost: True when a scan had to leave messages out.
         loose: Positions at which messages outside of chunks begin.
     """
 
@@ -34,6 +35,7 @@ class Contents:
     damage: list[str] = field(default_factory=list)
     finished: bool = False
     loose: set[int] = field(default_factory=set)
+    lost: bool = False
 
 
 def read_contents(source: BagFile) -> Contents:
@@ -157,6 +159,7 @@ class _Scan:
                 messages = messages_of(self._source, record, at, self._others)
             except BagError as problem:
                 self._found.damage.append(f"the chunk at byte {at} is damaged and left out: {problem.reason}")
+                self._found.lost = True
                 return
             self._keep(at, messages)
 
@@ -180,6 +183,7 @@ class _Scan:
     def _keep(self, at: int, messages: list[Any]) -> None:
         known = [m for m in messages if m.channel_id in self._found.connections]
         if len(known) < len(messages):
+            self._found.lost = True
             self._found.damage.append(
                 f"{len(messages) - len(known)} messages at byte {at} are of channels that are not described"
             )

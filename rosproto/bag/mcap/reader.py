@@ -59,6 +59,7 @@ class McapReader(BagReader):
             self._source.close()
             raise
         self._loose = found.loose
+        self._lost = found.lost
         self._spans = {}
         self._take_contents(found.connections, found.chunks, found.damage)
         self._skip = skip_damaged

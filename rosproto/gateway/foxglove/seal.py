@@ -1,8 +1,8 @@
 """A port behind the door is closed once its one client is connected: nobody else reaches the SDK's server.
 
-The SDK listens as long as its server runs. On Linux a program can end that for a socket of its own
-(`shutdown` of what listens; the SDK's loop ends with it, connections stay), and the kernel's table of
-connections tells who came before. Elsewhere neither is to be had, and `sealed` says so.
+The SDK listens as long as its server runs. On Linux a program can end that for a socket of its own (by
+`shutdown`: the SDK's loop ends with it, connections stay), and among its own open files are the connections
+of all who came before. Elsewhere neither is to be had, and `sealed` says so.
 """
 
 from __future__ import annotations
@@ -10,27 +10,16 @@ from __future__ import annotations
 import os
 import socket
 import sys
+from collections.abc import Iterator
 from pathlib import Path
-
-from rosproto.records import NamedTuple
 
 __all__ = ["Intruded", "sealed"]
 
-_PROC: Path | None = Path("/proc/self") if sys.platform == "linux" else None
-_LISTENING, _READS = "0A", ("01", "08")  # established; closed by the other side, which may still read
+_FILES: Path | None = Path("/proc/self/fd") if sys.platform == "linux" else None
 
 
 class Intruded(Exception):
     """Somebody else has connected to a port that was meant for one client."""
-
-
-class _Row(NamedTuple):
-    """One socket of the kernel's table."""
-
-    local: str
-    remote_port: int
-    state: str
-    inode: str
 
 
 def sealed(port: int, client: int) -> bool:
@@ -43,13 +32,13 @@ def sealed(port: int, client: int) -> bool:
     Raises:
         Intruded: Another client was there before.
     """
-    if _PROC is None:
+    # With a default time-out, looking at a socket (`_sockets`) would set it to non-blocking for its owner.
+    if _FILES is None or socket.getdefaulttimeout() is not None:
         return False
     try:
-        listener = next((row for row in _rows(_PROC, port) if row.state == _LISTENING), None)
-        if listener is None or not _end_listening(_PROC, listener.inode):
+        if not _end_listening(_FILES, port):
             return False
-        others = _strangers(_PROC, port, client)
+        others = _strangers(_FILES, port, client)
     except OSError:  # no /proc here
         return False
     if others:
@@ -57,32 +46,41 @@ def sealed(port: int, client: int) -> bool:
     return True
 
 
-def _strangers(proc: Path, port: int, client: int) -> list[int]:
-    """Ports of those who are connected to a port of this computer, but one."""
-    return [row.remote_port for row in _rows(proc, port) if row.state in _READS and row.remote_port != client]
+def _end_listening(files: Path, port: int) -> bool:
+    """Whether a socket of this process listens there; if so, it does no more."""
+    for one in _sockets(files, port):
+        if one.getsockopt(socket.SOL_SOCKET, socket.SO_ACCEPTCONN):
+            one.shutdown(socket.SHUT_RDWR)  # of the socket, not of this number for it
+            return True
+    return False
 
 
-def _rows(proc: Path, port: int) -> list[_Row]:
-    """Sockets of 127.0.0.1 with that port."""
-    ours = f"{int.from_bytes(socket.inet_aton('127.0.0.1'), sys.byteorder):08X}:{port:04X}"
+def _strangers(files: Path, port: int, client: int) -> list[int]:
+    """Ports of those whose connection was taken there, but one."""
     found = []
-    for line in (proc / "net" / "tcp").read_text("ascii").splitlines()[1:]:
-        words = line.split()
-        if len(words) > 9 and words[1] == ours:
-            found.append(_Row(ours, int(words[2].partition(":")[2], 16), words[3], words[9]))
+    for one in _sockets(files, port):
+        try:
+            peer = int(one.getpeername()[1])
+        except OSError:  # it has gone
+            continue
+        if peer != client:
+            found.append(peer)
     return found
 
 
-def _end_listening(proc: Path, inode: str) -> bool:
-    """Whether this process has that socket; if so, it listens no more."""
-    wanted = f"socket:[{inode}]"
-    for entry in os.listdir(proc / "fd"):
+def _sockets(files: Path, port: int) -> Iterator[socket.socket]:
+    """The open sockets of this process that have this port of 127.0.0.1; each is there until the next."""
+    for entry in os.listdir(files):
         try:
-            if os.readlink(proc / "fd" / entry) != wanted:
+            if not os.readlink(files / entry).startswith("socket:"):
                 continue
-            with socket.socket(fileno=os.dup(int(entry))) as listener:
-                listener.shutdown(socket.SHUT_RDWR)  # of the socket, not of this number for it
-            return True
+            one = socket.socket(fileno=os.dup(int(entry)))
         except OSError:  # closed meanwhile, or the listing itself
             continue
-    return False
+        with one:
+            try:
+                ours = one.family == socket.AF_INET and one.getsockname() == ("127.0.0.1", port)
+            except OSError:
+                continue
+            if ours:
+                yield one

@@ -46,7 +46,7 @@ def main(trials: int = 30, seed: int = 1, victims: str = ",".join(VICTIMS)) -> i
                     trial = hall.trial(victim)
                     found.setdefault(victim, []).append(trial)
                     print(f"{victim:8} {trial.seed:8} true after {trial.true_after:5.2f} s, ONLINE after "
-                          f"{trial.online_after:5.2f} s, silence after {hall.silence_after:4.2f} s {'; '.join(trial.wrong)}", flush=True)  # fmt: skip
+                          f"{trial.online_after:5.2f} s, silence after {hall.silence_after:4.2f} s, processor {trial.processor:4.2f} s {'; '.join(trial.wrong)}", flush=True)  # fmt: skip
         finally:
             print((Path(folder) / "vehicle.log").read_text()[-2000:])
     for victim, each in found.items():

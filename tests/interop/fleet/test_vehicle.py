@@ -96,6 +96,8 @@ def test_a_broker_that_dies_leaves_the_robot_to_its_base(hall: Hall) -> None:
         time.sleep(0.05)
     hall.broker.start()
     began = time.monotonic()
+    hall.master.until(lambda c: c["connectionState"] == "ONLINE", 40.0, topic="connection", after=began)
+    hall.master.instant("now", "stateRequest")  # the vehicle may be there before its manager
     found = hall.master.until(lambda s: s["lastNodeId"] == "n3", 40.0, after=began)
     assert [node["nodeId"] for node in found["nodeStates"]] == ["n1"]
     assert found["newBaseRequest"]

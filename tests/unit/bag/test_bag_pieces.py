@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from rosproto.bag import BagReader, BagWriter, Partition, partitions
+from rosproto.bag import BagReader, BagWriter, Partition, create_bag, open_bag, partitions
 from rosproto.cli import main
 from rosproto.codec import message_class
 from rosproto.errors import BagError
@@ -112,6 +112,30 @@ def test_damage_left_out_costs_its_chunk(folder: Path) -> None:
     _, lost = damage(folder / "b.bag")
     assert lost > 0
     assert len(texts(partitions(folder, "/chatter", damaged="skip"))) == whole - lost
+
+
+@pytest.mark.parametrize(("name", "number"), [("b.bag", 0), ("b.mcap", 1)])
+def test_damage_that_a_scan_goes_around_is_told(folder: Path, name: str, number: int) -> None:
+    """Without the index at the end nobody would miss what a chunk in the middle had."""
+    path = folder / name
+    if name == "b.mcap":
+        pytest.importorskip("mcap", reason="mcap is not installed (extra mcap)")
+        with open_bag(folder / "b.bag") as bag, create_bag(path, "lz4", 1000) as copy:
+            for topic, raw, stamp in bag.read_messages(raw=True):
+                copy.write(topic, raw, stamp)
+    with open_bag(path) as bag:
+        position, end = bag.chunks[number].pos, bag.chunks[-1].pos
+    whole = path.read_bytes()
+    path.write_bytes(whole[: end + 40])
+    # As a recorder leaves it that was killed: nothing before that is missing.
+    cut = len(texts(partitions(path, "/chatter")))
+    data = bytearray(whole[: end + 40])
+    data[position + 150] ^= 0xFF
+    path.write_bytes(data)
+    with pytest.raises(BagError, match=f"messages are missing .*byte {position}") as caught:
+        partitions(path, "/chatter")
+    assert caught.value.path == str(path)
+    assert 0 < len(texts(partitions(path, "/chatter", damaged="skip"))) <= cut
 
 
 def test_fsspec_places(folder: Path) -> None:

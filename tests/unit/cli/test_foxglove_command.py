@@ -13,6 +13,7 @@ import pytest
 from rosproto.cli import main
 from rosproto.cli.foxglove import add_arguments, server_options
 from rosproto.master import Master
+from tests.unit.gateway.test_websocket_server import certificate
 from woosh_pure.cli import main as woosh
 
 pytest.importorskip("foxglove", reason="foxglove-sdk is not installed")
@@ -39,6 +40,18 @@ def test_other_computers_need_the_token_it_prints(capsys: pytest.CaptureFixture[
             == 0
         )
     assert re.search(r"ws://0\.0\.0\.0:\d+/\?token=\S{20,} ", capsys.readouterr().out)
+
+
+def test_tls(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """The address says so; a certificate that cannot be used is told with its option."""
+    pytest.importorskip("cryptography")
+    cert, key = certificate(tmp_path)
+    with Master() as master:
+        common = ["foxglove", "--master", master.uri, "--port", "0", "--for", "0.05", "--tls-cert"]
+        assert main([*common, cert, "--tls-key", key]) == 0
+        assert "Serving Foxglove at wss://127.0.0.1:" in capsys.readouterr().out
+        assert main([*common, key]) == 1
+    assert "--tls-cert" in capsys.readouterr().err
 
 
 def test_the_page_on_the_internet_may_look_and_not_write(capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,7 +7,6 @@ import os
 import sys
 from dataclasses import fields
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -170,17 +169,15 @@ def test_a_file_that_is_no_text_is_said_to_be_none(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("field", [each.name for each in fields(VehicleConfig)])
-@pytest.mark.parametrize("value", [3, True, "x", [3], {"a": 3}, math.nan, None])
-def test_a_value_of_any_type_at_any_field_is_taken_or_refused_by_name(field: str, value: Any) -> None:
+def test_a_value_of_any_type_at_any_field_is_taken_or_refused_by_name(field: str) -> None:
     """The error begins with the field; nothing fails later, in the middle of an order."""
-    given = {"manufacturer": "W", "serial": "1", field: value}
-    try:
-        config = VehicleConfig(**given)
-    except ValueError as error:
-        assert str(error).startswith((field, "a footprint", "footprint"))
-    else:
-        assert type(getattr(config, field)) is type(value)
-        abilities_of(config) if field not in ("actions", "triggers") else None
+    for value in (3, True, "x", [3], {"a": 3}, math.nan, None):
+        said = ""
+        try:
+            abilities_of(VehicleConfig(**{"manufacturer": "W", "serial": "1", field: value}))
+        except ValueError as error:
+            said = str(error)
+        assert not said or said.startswith((field, "a footprint", "footprint")), (value, said)
 
 
 def test_certificates_that_are_none_are_said(tmp_path: Path) -> None:

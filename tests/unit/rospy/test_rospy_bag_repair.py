@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tests.unit.rospy.test_rospy_layer import output
+from tests.support.rospy_program import output
 
 MADE = """
 import io

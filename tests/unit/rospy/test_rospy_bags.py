@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tests.unit.rospy.test_rospy_layer import output
+from tests.support.rospy_program import output
 
 
 def test_a_bag_tells_what_rosbag_info_tells_and_answers_when_closed(tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from rosproto.master import Master
-from tests.unit.rospy.test_rospy_layer import output
+from tests.support.rospy_program import output
 
 
 def test_unregistered_publishers_keep_no_memory(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 import rosproto
 from rosproto.master import Master
-from tests.unit.rospy.test_rospy_layer import output, run
+from tests.support.rospy_program import output, run
 
 
 def test_a_hook_still_publishes_when_the_program_simply_ends(tmp_path: Path) -> None:

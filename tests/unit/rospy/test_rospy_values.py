@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from rosproto.master import Master
-from tests.unit.rospy.test_rospy_layer import output
+from tests.support.rospy_program import output
 
 SEQUENCES = """
     from io import BytesIO

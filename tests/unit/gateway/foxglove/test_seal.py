@@ -83,6 +83,16 @@ def connected(one: socket.socket) -> bool:
     return True
 
 
+def test_sockets_of_others_are_left_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where looking at them would make them non-blocking, nothing is looked at."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        with monkeypatch.context() as patch:
+            patch.setattr(socket, "getdefaulttimeout", lambda: 5.0)
+            assert not seal.sealed(server.getsockname()[1], 1)
+        with socket.create_connection(server.getsockname(), timeout=5):
+            assert server.getblocking()
+
+
 @linux
 def test_who_was_there_before_ends_it(ground: Ground, monkeypatch: pytest.MonkeyPatch) -> None:
     """The viewer is told to come again, is served then, and the other one has seen no topic."""

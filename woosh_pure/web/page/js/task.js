@@ -28,7 +28,11 @@ export class Task {
 
   render() {
     const goal = this.store.get("goal");
-    if (goal?.running && goal.id !== this.seen) [this.seen, this.far] = [goal.id, 0];
+    if (goal?.running && goal.id !== this.seen) {
+      [this.seen, this.far] = [goal.id, 0];
+      // Who has begun it far down the list would not see it.
+      if (goal.by === this.store.get("hello")?.you) byId("panel").scrollTop = 0;
+    }
     const hidden = !goal || (!goal.running && (goal.id === this.closed || goal.id !== this.seen));
     show(this.box, !hidden);
     if (hidden) return;
@@ -77,7 +81,12 @@ export class Task {
     const waits = this.store.get("robot")?.task?.state === "waiting for action";
     const told = waits ? t("task.waits") : left !== null ? t("task.left", { n: number(left, 1) })
       : Number.isFinite(goal.percent) ? `${number(goal.percent, 0)} %` : goal.progress;
-    say(this.note, [told, goal.by ? t("task.by", { by: goal.by }) : ""].filter(Boolean).join(" · "));
+    say(this.note, [told, this.by(goal)].filter(Boolean).join(" · "));
+  }
+
+  by(goal) {
+    if (goal.by && goal.by === this.store.get("hello")?.you) return t("task.you");
+    return goal.by ? t("task.by", { by: goal.by }) : "";
   }
 
   build(goal, what) {

@@ -99,6 +99,7 @@ export const en = {
   "task.resume": "Go on",
   "task.cancel": "Cancel",
   "task.close": "Close",
+  "task.you": "by you",
   "task.by": "by {by}",
   "goal.running": "Under way",
   "what.go to": "Go to {name}",

@@ -99,6 +99,7 @@ export const zh = {
   "task.resume": "继续",
   "task.cancel": "取消",
   "task.close": "关闭",
+  "task.you": "由您",
   "task.by": "由 {by}",
   "goal.running": "进行中",
   "what.go to": "前往 {name}",
