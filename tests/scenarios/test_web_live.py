@@ -295,20 +295,6 @@ def test_a_page_that_comes_back_is_the_same_person(web: Served) -> None:
         page.of("lease", yours=True)
 
 
-def hold(page: Hand, vx: float = 0.2) -> dict[str, Any]:
-    """Hold until the robot is driven: on a busy computer a hand may be found silent or late before, and presses again."""
-    said: dict[str, Any] = {}
-    for _ in range(10):
-        page.forget()
-        page.hold(vx)
-        said = page.wait(lambda d: d["t"] == "drive" and d["state"] != "opening")
-        if said["state"] == "driving":
-            return said
-        assert said["reason"] in ("silent", "late", "slow link", "pressed twice", "let go meanwhile"), said
-        page.let_go()
-    raise AssertionError(f"never driving: {said}")
-
-
 def refused(page: Hand, reason: str) -> dict[str, Any]:
     page.press()
     return page.of("drive", state="refused", reason=reason)
@@ -348,7 +334,7 @@ def test_holding_drives_and_letting_go_stands(
     page: Hand, chassis: Chassis, until: Callable[..., None], real_time: Callable[[], None]
 ) -> None:
     page.ready()
-    hold(page)
+    page.drive()
     chassis.measured_velocity.wait_for(lambda v: v.vx > 0.1, 10.0)
     page.let_go()
     assert page.of("drive", state="ended")["reason"] == "released"
@@ -356,7 +342,7 @@ def test_holding_drives_and_letting_go_stands(
     page.forget()
     for _ in range(5):  # the finger is still there for a slow page: nothing resumes
         page.beat()
-    hold(page)
+    page.drive()
     page.let_go()
 
 
@@ -394,7 +380,7 @@ def test_a_press_while_an_earlier_one_is_still_being_opened(
     page.let_go()
     until(lambda: seat.driver is None, what="the seat being free")
     page.forget()
-    hold(page)
+    page.drive()
     page.let_go()
     until(lambda: seat.driver is None, what="the seat being free again")
 
@@ -404,8 +390,9 @@ def test_a_page_that_goes_while_another_drives_ends_nothing_of_it(
 ) -> None:
     """Its own drive was refused, and was refused only after it had gone."""
     seat = web.app.state.house.robot(None).seat  # type: ignore[attr-defined]
+    me = page.of("hello")["you"]
     page.ready()
-    hold(page)
+    page.drive()
     opens, asked, refuse = seat.open, threading.Event(), threading.Event()
 
     def late(driver: str) -> None:
@@ -427,7 +414,7 @@ def test_a_page_that_goes_while_another_drives_ends_nothing_of_it(
     refuse.set()
     chassis.measured_velocity.wait_for(lambda v: v.vx > 0.1, 10.0)
     time.sleep(0.3)
-    assert seat.driver == page.of("hello")["you"]
+    assert seat.driver == me
     page.let_go()
     assert page.of("drive", state="ended")["reason"] == "released"
 
@@ -436,7 +423,7 @@ def test_a_velocity_beyond_the_limits_is_brought_within_them(
     page: Hand, chassis: Chassis, real_time: Callable[[], None]
 ) -> None:
     page.ready()
-    limit = hold(page, 5.0)["limits"]["vx"]
+    limit = page.drive(5.0)["limits"]["vx"]
     chassis.measured_velocity.wait_for(lambda v: v.vx > 0.9 * limit, 10.0)
     assert all(reading.value.vx < 1.1 * limit for reading in chassis.measured_velocity.known_history)
     page.let_go()
@@ -446,7 +433,7 @@ def test_a_stop_of_anybody_ends_the_drive_and_nothing_resumes(
     web: Served, page: Hand, chassis: Chassis, real_time: Callable[[], None]
 ) -> None:
     page.ready()
-    hold(page)
+    page.drive()
     assert web.post("stop").json["stands_still"] is True
     ended = page.of("drive", state="ended")
     assert ended["reason"] == "over"
@@ -459,7 +446,7 @@ def test_giving_the_lease_back_ends_the_drive(
     page: Hand, chassis: Chassis, real_time: Callable[[], None]
 ) -> None:
     page.ready()
-    hold(page)
+    page.drive()
     page.say(t="lease", op="give")
     assert page.of("drive", state="ended")["reason"] == "no lease"
     page.stop_beating()
@@ -469,7 +456,7 @@ def test_one_drives_at_a_time(
     web: Served, page: Hand, chassis: Chassis, real_time: Callable[[], None]
 ) -> None:
     page.ready()
-    hold(page, 0.1)
+    page.drive(0.1)
     with Hand(web.port) as other:
         other.say(t="confirm")
         other.say(t="lease", op="ask")

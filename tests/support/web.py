@@ -15,6 +15,9 @@ from typing import Any
 from rosproto import Node
 from woosh_pure import Chassis
 
+LATEST = 10.0
+"""Seconds for which a zero that does not come is waited for: so that a late one is told from one that was lost."""
+
 __all__ = ["Answer", "Hand", "Served", "Velocities", "serving"]
 
 
@@ -97,7 +100,11 @@ class Hand:
         from websockets.sync.client import connect
 
         self._context = connect(
-            f"ws://127.0.0.1:{port}{path}", open_timeout=10, close_timeout=1, max_queue=None, **options
+            f"{'wss' if 'ssl' in options else 'ws'}://127.0.0.1:{port}{path}",
+            open_timeout=10,
+            close_timeout=1,
+            max_queue=None,
+            **options,
         )
         self.socket = self._context.__enter__()
         self.heard: list[dict[str, Any]] = []
@@ -208,6 +215,37 @@ class Hand:
         self._beating = threading.Thread(target=beating, args=(self._let_go,), daemon=True)
         self._beating.start()
 
+    def drive(self, vx: float = 0.2) -> dict[str, Any]:
+        """Hold until the robot is driven, and what was said then. A busy computer may find a hand silent or late before
+        it is: then it lets go and presses again, as a person does.
+        """
+        said: dict[str, Any] = {}
+        for _ in range(20):
+            self.forget()
+            self.hold(vx)
+            said = self._came_of_press()
+            if said["state"] == "driving":
+                return said
+            assert said["reason"] not in ("not allowed", "no lease", "not confirmed", "stopped"), said
+            self.let_go()
+            time.sleep(0.2)
+        raise AssertionError(f"never driving: {said}")
+
+    def _came_of_press(self) -> dict[str, Any]:
+        """What is said after the press was taken: before that it may be the end of the one before."""
+        opening = False
+
+        def accept(document: dict[str, Any]) -> bool:
+            nonlocal opening
+            if document["t"] != "drive":
+                return False
+            if document["state"] == "opening":
+                opening = True
+                return False
+            return opening or document["state"] == "refused"
+
+        return self.wait(accept, 30.0)
+
     def stop_beating(self) -> None:
         self._let_go.set()
         if self._beating is not None:
@@ -262,6 +300,12 @@ class Velocities:
         0.0 where the last word was zero already: on a busy computer a hand may fall silent before it is cut off.
         """
         time.sleep(max(0.0, since + watch - time.monotonic()))
+        until = time.monotonic() + LATEST
+        while (seconds := self._to_zero(since)) == float("inf") and time.monotonic() < until:
+            time.sleep(0.05)
+        return seconds
+
+    def _to_zero(self, since: float) -> float:
         with self._condition:
             after = [(at, vx, wz) for at, vx, wz in self.heard if at >= since]
         moving = [at for at, vx, wz in after if vx or wz]

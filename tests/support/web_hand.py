@@ -1,4 +1,4 @@
-"""A page in a process of its own, to be stopped and killed: `python -m tests.support.web_hand PORT` holds the robot."""
+"""A page in a process of its own, to be stopped and killed: `python -m tests.support.web_hand PORT SPEED` holds the robot."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ if __name__ == "__main__":
     with Hand(int(sys.argv[1])) as page:
         page.of("hello")
         page.ready()
-        page.hold(0.2)
-        page.of("drive", state="driving")
+        page.drive(float(sys.argv[2]))
         print("driving", flush=True)
         threading.Event().wait(60.0)

@@ -26,7 +26,7 @@ NPM = (
     "@foxglove/rosmsg-serialization@2",
     "@mcap/core@2",
 )
-PYPI = ("roslibpy==2.1.0", "ros-mcp==3.1.2")
+PYPI = ("roslibpy==2.1.0", "ros-mcp==3.1.2", "openapi-python-client==0.29.1")
 
 
 def cache() -> Path:

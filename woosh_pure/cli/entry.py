@@ -199,7 +199,7 @@ def _common(*, defaults: bool = False) -> Parser:
         metavar="HOST",
         action=EachChassis,
         gathered_in="chassis_before" if defaults else "chassis_after",
-        help="address of the chassis, e.g. 169.254.128.2",
+        help="address of the chassis, e.g. 169.254.128.2, or NAME=HOST; `woosh web` takes several",
         **none,
     )
     group.add_argument("--master", metavar="URI", help="URI of its ROS master", **none)

@@ -93,12 +93,22 @@ def _say_problems(app: FastAPI) -> None:
         content = {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}}
         for path in schema["paths"].values():
             for operation in path.values():
+                _leave_out_null(operation)
                 found = operation["responses"].get("422")
                 if found is not None:
                     operation["responses"]["422"] = {"description": "makes no sense", "content": content}
         return schema
 
     app.openapi = openapi  # type: ignore[method-assign]
+
+
+def _leave_out_null(operation: dict[str, Any]) -> None:
+    """A body that may be left out is not one that may be null: generated clients make something of both."""
+    for content in operation.get("requestBody", {}).get("content", {}).values():
+        schema = content["schema"]
+        kinds = [kind for kind in schema.get("anyOf", ()) if kind != {"type": "null"}]
+        if len(kinds) == 1:
+            content["schema"] = kinds[0]
 
 
 def _answer(request: Request, problem: Problem) -> JSONResponse:

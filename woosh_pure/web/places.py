@@ -100,6 +100,11 @@ class Places:
             if not place.asks and now - place.since > self._silence:
                 self._drop(key)
 
+    def end_all(self) -> None:
+        """The server ends: so do those that have not heard of it."""
+        for key in list(self._places):
+            self._drop(key)
+
     def _is_known(self, address: str, now: float) -> bool:
         return is_loopback(address) or now - self._known.get(address, -KNOWN_SECONDS) < KNOWN_SECONDS
 

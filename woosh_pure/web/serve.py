@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 __all__ = ["WebServer"]
 
 _logger = get_logger("woosh_pure.web")
-START_SECONDS, END_SECONDS = 10.0, 3.0
+START_SECONDS, LEAVE_SECONDS, END_SECONDS = 10.0, 0.6, 3.0
+"""Seconds to start; for those who are connected to take their last word, and leave; and for all to end."""
 
 
 class WebServer:
@@ -113,9 +114,11 @@ class WebServer:
             tidying.cancel()
 
     async def _tidy(self) -> None:
-        while True:
-            await asyncio.sleep(1.0)
+        while not self._server.should_exit:
+            await asyncio.sleep(0.1)
             self._places.tidy(time.monotonic())
+        await asyncio.sleep(LEAVE_SECONDS)
+        self._places.end_all()
 
     def __enter__(self) -> WebServer:
         self._thread.start()

@@ -19,6 +19,7 @@ import pytest
 from rosproto.codec import message_class, service_class
 from rosproto.errors import ConnectionLost
 from rosproto.gateway import GatewayLimits
+from tests.support.certificates import certificate
 from tests.support.rosbridge_client import RosbridgeClient
 from tests.unit.gateway.conftest import Graph
 
@@ -114,40 +115,6 @@ def test_tls(serve: Serve, graph: Graph, tmp_path: Any) -> None:
         sock.sendall(b"GET / HTTP/1.1\r\n\r\n")
         sock.settimeout(10)
         assert not sock.recv(100).startswith(b"HTTP")
-
-
-def certificate(folder: Any) -> tuple[str, str]:
-    import datetime
-
-    from cryptography import x509
-    from cryptography.hazmat.primitives import hashes, serialization
-    from cryptography.hazmat.primitives.asymmetric import ec
-    from cryptography.x509.oid import NameOID
-
-    key = ec.generate_private_key(ec.SECP256R1())
-    name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "localhost")])
-    now = datetime.datetime.now(datetime.timezone.utc)
-    cert = (
-        x509.CertificateBuilder()
-        .subject_name(name)
-        .issuer_name(name)
-        .public_key(key.public_key())
-        .serial_number(1)
-        .not_valid_before(now - datetime.timedelta(days=1))
-        .not_valid_after(now + datetime.timedelta(days=1))
-        .add_extension(x509.SubjectAlternativeName([x509.DNSName("localhost")]), critical=False)
-        .sign(key, hashes.SHA256())
-    )
-    paths = str(folder / "cert.pem"), str(folder / "key.pem")
-    with open(paths[0], "wb") as file:
-        file.write(cert.public_bytes(serialization.Encoding.PEM))
-    with open(paths[1], "wb") as file:
-        file.write(
-            key.private_bytes(
-                serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
-            )
-        )
-    return paths
 
 
 def test_more_clients_than_allowed(serve: Serve) -> None:
