@@ -13,7 +13,12 @@ from __future__ import annotations
 import sys
 import threading
 import time
+from collections.abc import Iterator
+from functools import partial
+from itertools import accumulate, chain, islice, repeat, takewhile
+from operator import is_not, itemgetter
 from types import FrameType
+from typing import Any
 
 from rosproto.codec import pause
 
@@ -21,6 +26,8 @@ __all__ = ["CallSite"]
 
 PATIENCE = 0.25  # seconds; a loop may come back to the same place again and again
 LOOK_EVERY = 0.0005
+
+_is_frame = partial(is_not, None)  # and no function of Python: see `_stack_of`
 
 
 class CallSite:
@@ -47,15 +54,11 @@ class CallSite:
     @property
     def is_left(self) -> bool:
         """True when the program has gone on behind the call."""
-        frame = _frame_of(self._thread)
-        if frame is None:
+        stack = _stack_of(self._thread)
+        if len(stack) < self._depth:
             return True
-        caller: FrameType | None = frame
-        for _ in range(_depth(frame) - self._depth):
-            caller = None if caller is None else caller.f_back
-        if caller is None or caller.f_code is not self._code:
-            return True
-        return caller.f_lasti != self._place or _depth(caller) != self._depth
+        caller = stack[-self._depth]
+        return caller.f_code is not self._code or caller.f_lasti != self._place
 
     def wait(self) -> None:
         """Return when the program has gone on; after `PATIENCE` in any case, at once in its own thread."""
@@ -67,19 +70,29 @@ class CallSite:
         self._done = True
 
 
-def _frame_of(thread: int) -> FrameType | None:
-    """What that thread runs now; None when it has ended.
+def _stack_of(thread: int) -> list[FrameType]:
+    """What that thread runs now, the innermost call first; empty when it has ended.
+
+    It is taken in one step of the interpreter, without a line of Python in between: the thread does not go on
+    meanwhile. A chain of frames that return while it is followed is not safe to follow; CPython 3.11.7 was
+    seen to crash there, once.
 
     The collector is kept away meanwhile: before 3.11.9 the interpreter holds its list of threads while it
     makes the frame objects. Should that begin a collection, and this end a `threading.local`, the same thread
     waits for the list that it holds itself, and has the interpreter's lock: the process stands still, and
     every time-out in it (github.com/python/cpython/issues/106883).
     """
+    stack: list[FrameType] = []
+    all_threads = map(itemgetter(thread), iter(sys._current_frames, None))
+    outwards: Iterator[Any] = accumulate(chain(islice(all_threads, 1), repeat("f_back")), getattr)
     pause.pause()
     try:
-        return sys._current_frames().get(thread)
+        stack.extend(takewhile(_is_frame, outwards))
+    except KeyError:
+        return []
     finally:
         pause.resume()
+    return stack
 
 
 def _depth(frame: FrameType | None) -> int:

@@ -14,7 +14,7 @@ import pytest
 from rosproto import ActionServer
 from rosproto.master import Master
 from rosproto.node import Node
-from rosproto.node.call_site import PATIENCE, CallSite
+from rosproto.node.call_site import PATIENCE, CallSite, _stack_of
 from rosproto.node.graph.registrations import Registrations
 from rosproto.node.incoming.subscription import Subscription
 from tests.support.victim import eventually
@@ -211,6 +211,32 @@ for _ in range(200):
     assert ask()
 print("went on")
 """
+
+
+def test_a_stack_is_whole_however_fast_its_thread_goes_on() -> None:
+    """From the innermost call to the thread's first; of a thread that has ended there is none."""
+    going_on = True
+
+    def descend(depth: int) -> int:
+        return descend(depth - 1) + sum(number for number in range(3)) if depth else 0
+
+    def work() -> None:
+        while going_on:
+            descend(20)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    depths = set()
+    try:
+        for _ in range(2000):
+            stack = _stack_of(thread.ident or 0)
+            assert stack[-1].f_code.co_name == "_bootstrap"
+            depths.add(len(stack))
+    finally:
+        going_on = False
+        thread.join()
+    assert len(depths) > 1
+    assert _stack_of(thread.ident or 0) == []
 
 
 def test_looking_at_a_thread_survives_a_collection() -> None:
