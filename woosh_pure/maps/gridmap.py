@@ -88,9 +88,7 @@ class GridMap:
         return bool(self.cells[row, column] > 50)
 
     @classmethod
-    def load(
-        cls, yaml_path: str | Path, *, limit_cells: int = 100_000_000, beside: bool = False
-    ) -> GridMap:
+    def load(cls, yaml_path: str | Path, *, limit_cells: int = 100_000_000, beside: bool = False) -> GridMap:
         """Read map_server's YAML and the image it names: PGM, PPM or PNG, in any of its three modes.
 
         The image's path is relative to the YAML. Mode raw gives the image's numbers as they are.

@@ -26,6 +26,7 @@ __all__ = ["VELOCITY_TOPICS", "VelocityTopics"]
 VELOCITY_TOPICS = {"smooth": "/smooth_cmd_vel", "direct": "/base_cmd_vel"}
 logger = get_logger("woosh_pure.velocity")
 _FLUSH = 0.5  # seconds
+_ARRIVE = 0.5  # seconds
 _ELSEWHERE = 2.0  # seconds for somebody to listen
 _ZEROS = 5
 
@@ -144,11 +145,12 @@ class VelocityTopics:
                     for _ in range(_ZEROS):
                         publisher.publish(twist(Velocity()))
                     publisher.flush(_FLUSH)
+                    _see_arrive(publisher)
         except RosError as error:
             logger.warning("! zero was not sent once more, the robot may still be driving: %s", error)
 
     def flush(self, topic: str) -> None:
-        """Give what was sent to the operating system; never raises, as `zero`."""
+        """Wait a moment until what was sent is on the robot; never raises, as `zero`."""
         publisher = self._publishers.get(topic)
         if publisher is not None:
             _flush(publisher)
@@ -158,8 +160,18 @@ def _flush(publisher: rosproto.Publisher) -> None:
     try:
         if not publisher.closed:
             publisher.flush(_FLUSH)
+            _see_arrive(publisher)
     except RosError as error:
         logger.debug("! %s: not flushed: %s", publisher.topic, error)
+
+
+def _see_arrive(publisher: rosproto.Publisher) -> None:
+    """Wait for the zeros to be on the robot before anybody tells it that we are gone.
+
+    The robot then ends the link and reads no more: zeros that a lossy network repeats would be too late.
+    """
+    if publisher.wait_arrived(_ARRIVE) is False:
+        logger.warning("! %s: the robot has not acknowledged the zeros yet", publisher.topic)
 
 
 def _close(publisher: rosproto.Publisher) -> None:

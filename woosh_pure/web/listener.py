@@ -27,7 +27,9 @@ class Listener(socket.socket):
 
     def __init__(self, bind: str, port: int, places: Places) -> None:
         host = bind.strip("[]")
-        super().__init__(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
+        family = socket.AF_INET6 if ":" in host else socket.AF_INET
+        # The protocol is named because asyncio sends small messages at once only where it is (TCP_NODELAY).
+        super().__init__(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
         self._places = places
         try:
             if hasattr(socket, "SO_REUSEADDR") and os.name == "posix":

@@ -95,6 +95,10 @@ class _Pipe:
                 self._condition.notify_all()
             return frames
 
+    def has_arrived(self) -> bool:
+        """True: what is sent is with the subscriber at once."""
+        return True
+
     def wait_empty(self, timeout: float) -> None:
         with self._condition:
             if not self._condition.wait_for(lambda: self._closed or not self._frames, timeout):

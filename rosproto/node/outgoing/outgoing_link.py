@@ -34,6 +34,9 @@ class OutgoingLink(Protocol):
 
     def wait_empty(self, timeout: float) -> None: ...
 
+    def has_arrived(self) -> bool | None:
+        """Whether the subscriber's computer has all that was sent; None where the system does not tell."""
+
     def close(self, *, deliver: bool = True) -> None: ...
 
     def stats(self) -> LinkStats: ...

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import socket
 import threading
+import time
 from collections.abc import Callable, Mapping
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Protocol
@@ -385,6 +386,20 @@ class Publication:
         deadline = Deadline(timeout)
         for link in self.all_links:
             link.wait_empty(deadline.remaining() or 0.0)
+
+    def wait_arrived(self, timeout: float) -> bool | None:
+        """Wait until every subscriber's computer has what was sent; None as soon as one cannot be known."""
+        deadline = Deadline(timeout)
+        for link in self.all_links:
+            pause = 0.0005
+            while not (arrived := link.has_arrived()):
+                if arrived is None:
+                    return None
+                if deadline.expired:
+                    return False
+                time.sleep(pause)
+                pause = min(2.0 * pause, 0.02)
+        return True
 
     # -- end ------------------------------------------------------------------------------------------------
 

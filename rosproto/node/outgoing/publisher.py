@@ -184,6 +184,18 @@ class Publisher:
         """
         self._publication.flush(timeout)
 
+    def wait_arrived(self, timeout: float = 5.0) -> bool | None:
+        """Wait until everything published so far is on the computers of its subscribers.
+
+        `flush` tells that this computer has taken it; a network that loses packets may deliver it much later,
+        or never. Subscribers on this computer have it when their programs have read it.
+
+        Returns:
+            True when it is there, also when a subscriber has gone; False when it is not after `timeout`
+            seconds; None, at once, where that is not known: on Windows and macOS, and over UDPROS.
+        """
+        return self._publication.wait_arrived(timeout)
+
     def stats(self) -> Sequence[LinkStats]:
         """Counters per connected subscriber (shared by all publishers of the topic in this node)."""
         return self._publication.stats()

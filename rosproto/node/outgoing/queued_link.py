@@ -166,6 +166,10 @@ class QueuedLink:
 
     # -- waiting, end, counters -----------------------------------------------------------------------------
 
+    def has_arrived(self) -> bool | None:
+        """Whether the subscriber's computer has all that was sent; None where the system does not tell."""
+        return None
+
     def wait_empty(self, timeout: float) -> None:
         """Wait until everything is handed to the operating system.
 

@@ -329,6 +329,16 @@ class SubscriberLink(QueuedLink):
             error = reset
         self._end(error)
 
+    def has_arrived(self) -> bool | None:
+        """Whether the subscriber's computer (its program, on this one) has all that was sent, or has gone."""
+        with self._lock:
+            if self._closed:
+                return True
+            if self._queued:
+                return False
+            queue = send_queue(self.sock)
+        return None if queue is None else not queue.waiting
+
     def look(self, now: float, before: float) -> None:
         """Reset the connection when what is on its way has become too old (`backlog.py`)."""
         with self._lock:

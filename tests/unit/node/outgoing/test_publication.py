@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import sys
+
+import pytest
+
 from rosproto import Master, Node, define
+from rosproto.node.outgoing import subscriber_link
+from rosproto.transport.send_queue import SendQueue
 
 
 def test_the_encoder_is_made_with_the_first_message() -> None:
@@ -22,3 +28,35 @@ def test_the_encoder_is_made_with_the_first_message() -> None:
             (1, "a"),
             (2, "b"),
         ]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells")
+@pytest.mark.parametrize("local", [True, False])
+def test_what_was_published_is_waited_for(local: bool) -> None:
+    """On the way to a program, and at once within this process; a closed publication keeps nobody waiting."""
+    with (
+        Master(host="127.0.0.1", port=0) as master,
+        Node("/n", master_uri=master.uri, host="127.0.0.1", rosout=False, intraprocess=local) as node,
+        node.subscriber("/t", "std_msgs/String") as subscriber,
+        node.publisher("/t", "std_msgs/String") as publisher,
+    ):
+        publisher.wait_for_connection(20)
+        publisher.publish(data="a")
+        assert publisher.wait_arrived(20) is True
+        assert subscriber.next(20).data == "a"
+
+
+def test_who_has_not_read_is_waited_for_no_longer_than_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And where nobody tells, nobody is waited for."""
+    monkeypatch.setattr(subscriber_link, "send_queue", lambda sock: answer)
+    with (
+        Master(host="127.0.0.1", port=0) as master,
+        Node("/n", master_uri=master.uri, host="127.0.0.1", rosout=False, intraprocess=False) as node,
+        node.subscriber("/t", "std_msgs/String"),
+        node.publisher("/t", "std_msgs/String") as publisher,
+    ):
+        publisher.wait_for_connection(20)
+        answer: SendQueue | None = SendQueue(52, True)
+        assert publisher.wait_arrived(0.05) is False
+        answer = None
+        assert publisher.wait_arrived(20) is None

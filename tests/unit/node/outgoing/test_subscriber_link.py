@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import socket
+import sys
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -258,3 +259,17 @@ def test_who_was_given_up_by_the_system_is_brought_back(
     assert link.cut == (ends if cut else None)
     assert len(ended) == 1
     ours.close()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells")
+def test_what_was_sent_has_arrived_when_it_was_read(pair: tuple[SubscriberLink, socket.socket]) -> None:
+    """By the program on this computer; and a link that has ended keeps nobody waiting."""
+    link, theirs = pair
+    assert link.has_arrived()
+    link.send(b"zero")
+    assert link.has_arrived() is False
+    assert theirs.recv(100) == b"zero"
+    assert link.has_arrived()
+    link.send(b"more")
+    link.close()
+    assert link.has_arrived()

@@ -1,0 +1,38 @@
+"""The socket of the web door."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+
+import pytest
+
+pytest.importorskip("uvicorn", reason="uvicorn is not installed")
+
+from woosh_pure.web.listener import Listener
+from woosh_pure.web.places import Places
+
+
+def test_small_messages_are_sent_at_once() -> None:
+    """A pose must not wait until the page has acknowledged the one before, 40 ms later."""
+
+    async def serve() -> int:
+        found: asyncio.Future[int] = asyncio.get_running_loop().create_future()
+
+        def come(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+            sock = writer.get_extra_info("socket")
+            found.set_result(sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
+            writer.close()
+
+        with Listener("127.0.0.1", 0, Places()) as listener:
+            async with await asyncio.start_server(come, sock=listener):
+                _, writer = await asyncio.open_connection(*listener.getsockname())
+                value = await asyncio.wait_for(found, 20)
+                writer.close()
+        return value
+
+    loop = asyncio.SelectorEventLoop()
+    try:
+        assert loop.run_until_complete(serve())
+    finally:
+        loop.close()
