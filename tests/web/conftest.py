@@ -1,4 +1,4 @@
-"""One browser and one robot for all tests of the page: what is expensive is made once in each process of pytest."""
+"""One robot for all tests of the page, and one browser for those of a file: what is expensive is made once."""
 
 from __future__ import annotations
 
@@ -17,9 +17,13 @@ if TYPE_CHECKING:
     from woosh_pure.web.serve import WebServer
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
-    """Headless Chromium; each person in it has a context of its own."""
+    """Headless Chromium; each person in it has a context of its own.
+
+    Not for longer than a file: while it is open an event loop runs in this thread, and `asyncio.run` of the
+    tests that come between would be refused.
+    """
     with opened() as one:
         yield one
 
