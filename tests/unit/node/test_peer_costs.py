@@ -125,6 +125,7 @@ def test_many_subscribers_with_definitions_of_their_own_take_no_memory(node: Nod
     assert not publisher._publication._revised
 
 
+@pytest.mark.slow
 def test_what_peers_define_is_kept_by_its_length() -> None:
     """A few long texts are as much as many short ones."""
     for number in range(50):
