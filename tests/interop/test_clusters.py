@@ -1,9 +1,12 @@
-"""Recordings on a local Dask of two workers, one of which is killed, and as read tasks of Ray: every message once."""
+"""Recordings on a local Dask and a local Ray of two workers each, one of which is killed: every message once."""
 
 from __future__ import annotations
 
+import json
 import os
 import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -14,6 +17,7 @@ from rosproto.codec import message_class
 pytest.importorskip("pyarrow", reason="pyarrow is not installed (extra arrow)")
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
+ROOT = Path(__file__).parents[2]
 Odometry = message_class("nav_msgs/Odometry")
 FIELDS = ["pose.pose.position.x", "header.frame_id"]
 
@@ -62,8 +66,33 @@ def test_dask_with_a_worker_killed(folder: Path) -> None:
     assert set(found["header.frame_id"]) == {f"robot{i}" for i in range(4)}
 
 
+def test_ray_with_a_worker_killed(folder: Path) -> None:
+    """Where there is no network but loopback: a cluster that is started asks the metadata services of clouds who it is."""
+    pytest.importorskip("ray.data", reason="ray[data] is not installed")
+    alone = ["unshare", "--map-root-user", "--net", "sh", "-c", 'ip link set lo up && exec "$@"', "sh"]
+    try:
+        subprocess.run([*alone, "true"], check=True, timeout=30, capture_output=True)
+    except (OSError, subprocess.SubprocessError) as error:
+        pytest.skip(f"no network namespace can be made here: {error}")
+    environment = {name: value for name, value in os.environ.items() if name != "TESTS_WATCH"}
+    environment |= {"PYTHONPATH": str(ROOT), "RAY_USAGE_STATS_ENABLED": "0"}
+    program = ROOT / "tests" / "interop" / "programs" / "ray_cluster.py"
+    done = subprocess.run(
+        [*alone, sys.executable, str(program), str(folder)],
+        env=environment,
+        timeout=240,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr[-3000:]
+    found = json.loads(done.stdout.splitlines()[-1])
+    assert found["killed"] == 1
+    assert sorted(found["numbers"]) == [float(i) for i in range(8000)]
+
+
 def test_rays_read_tasks_have_them_all(folder: Path) -> None:
-    """Without a cluster: one that is started asks the metadata service of clouds, on another machine, who it is."""
+    """Without a cluster."""
     pytest.importorskip("ray.data", reason="ray[data] is not installed")
     from rosproto.bag.ray import _source
 
