@@ -87,7 +87,7 @@ class RecordingDesk:
             BagError: It cannot be written.
         """
         from rosproto.recording import Recorder
-        from woosh_pure.interface.recorded import selection_of
+        from woosh_pure.interface.recorded_topics import selection_of
 
         with self._lock:
             for one in self._all.values():

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, BinaryIO, cast
 
 from rosproto.bag.bag_file import BagFile
 from rosproto.bag.chunk import ChunkData
-from rosproto.bag.few import Found
+from rosproto.bag.large_messages import Found
 from rosproto.bag.limits import BagLimits
 from rosproto.bag.mcap.chunks import read_mcap_chunk
 from rosproto.bag.mcap.contents import read_contents

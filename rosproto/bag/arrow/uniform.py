@@ -2,7 +2,7 @@
 
 Messages of a topic mostly differ in numbers only: their texts and arrays have one length. They have one size
 then, every field lies at one offset in all of them, and a column is a strided view of their bytes, copied
-once. Whether that holds is looked at field by field; where it does not, `NotAlike` says so, and `Columns`
+once. Whether that holds is looked at field by field; where it does not, `NotUniform` says so, and `Columns`
 takes them in the general way.
 """
 
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from rosproto.bag.arrow.schema import Want
     from rosproto.codec.layout import FieldLayout, Layout
 
-__all__ = ["Alike", "NotAlike"]
+__all__ = ["NotUniform", "Uniform"]
 
 
-class NotAlike(Exception):
+class NotUniform(Exception):
     """They differ in more than numbers, or are not followed here."""
 
 
@@ -35,7 +35,7 @@ class _Grid(NamedTuple):
     strides: tuple[int, ...]
 
 
-class Alike:
+class Uniform:
     """Arrays of messages of one size that lie one behind the other.
 
     Args:
@@ -53,10 +53,10 @@ class Alike:
         """The wanted fields' arrays, by path.
 
         Raises:
-            NotAlike: See there. Also for whatever does not have the form of its definition.
+            NotUniform: See there. Also for whatever does not have the form of its definition.
         """
         if self._message(self._grid, layout, 0, take=False, single=True)[1] != self._size:
-            raise NotAlike
+            raise NotUniform
         found: dict[str, Any] = {}
         self._wanted(layout, 0, want, "", found)
         return found
@@ -112,7 +112,7 @@ class Alike:
             count = field.length
         size = field.size if field.layout is None else field.layout.fixed_size
         if field.kind == "string" or size is None or (field.layout is not None and field.layout.is_light):
-            raise NotAlike
+            raise NotUniform
         after = self._within(at, count * size)
         if not take:
             return None, after
@@ -128,7 +128,7 @@ class Alike:
 
     def _within(self, at: int, size: int) -> int:
         if at + size > self._size:
-            raise NotAlike
+            raise NotUniform
         return at + size
 
     def _length(self, grid: _Grid, at: int) -> int:
@@ -136,10 +136,10 @@ class Alike:
         self._within(at, 4)
         lengths = self._view(grid, at, "<u4")
         if not lengths.size:
-            raise NotAlike
+            raise NotUniform
         first = int(lengths.flat[0])
         if (lengths != first).any():
-            raise NotAlike
+            raise NotUniform
         return first
 
     def _texts(self, grid: _Grid, at: int, size: int, coded: bool) -> Any:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rosproto.codec import Message
     from rosproto.node.graph.caller import Caller
 
-__all__ = ["FetchedRevisions", "Learn"]
+__all__ = ["DefinitionLookup", "Learn"]
 
 _log = get_logger("rosproto.node")
 
@@ -34,7 +34,7 @@ Learn = Callable[["type[Message]", str, str], "type[Message] | None"]
 """`Revisions.learn`: the class of a type by md5sum and full definition; None when they do not agree."""
 
 
-class FetchedRevisions:
+class DefinitionLookup:
     """What was asked of other publishers, for one node; safe from any thread."""
 
     def __init__(self) -> None:

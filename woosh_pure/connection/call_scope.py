@@ -15,13 +15,13 @@ from rosproto.logs import get_logger
 from rosproto.node import Cancellation
 from woosh_pure.errors import MotionRefused
 
-__all__ = ["Begun", "beginning", "current"]
+__all__ = ["CallScope", "call_scope", "current"]
 
 logger = get_logger("woosh_pure.aio")
 _here = threading.local()
 
 
-class Begun:
+class CallScope:
     """Goals and velocity blocks that one call has begun. Safe from any thread.
 
     Attributes:
@@ -86,15 +86,15 @@ class Begun:
 
 
 @contextmanager
-def beginning(begun: Begun) -> Iterator[None]:
+def call_scope(scope: CallScope) -> Iterator[None]:
     """What this thread begins in the block is noted there."""
-    before, _here.begun = current(), begun
+    before, _here.scope = current(), scope
     try:
         yield
     finally:
-        _here.begun = before
+        _here.scope = before
 
 
-def current() -> Begun | None:
+def current() -> CallScope | None:
     """Where this thread notes what it begins; None when nobody asked for that."""
-    return getattr(_here, "begun", None)
+    return getattr(_here, "scope", None)

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from rosproto.bag import BagReader, BagWriter, few, runs
+from rosproto.bag import BagReader, BagWriter, large_messages, runs
 from rosproto.bag.chunk import plain_data
 from rosproto.codec import encode, message_class
 from rosproto.errors import BagError
@@ -82,7 +82,7 @@ def test_large_messages_are_read_one_by_one(monkeypatch: pytest.MonkeyPatch) -> 
     bag = BagReader(file)
     file.taken = 0
     assert sum(1 for _ in bag.read_messages("/said", raw=True)) == 40
-    assert file.taken < 40 * few._WINDOW + 100_000 < len(data)
+    assert file.taken < 40 * large_messages._WINDOW + 100_000 < len(data)
 
 
 def test_views_are_written_again() -> None:
@@ -105,7 +105,7 @@ def test_another_order_of_fields(monkeypatch: pytest.MonkeyPatch) -> None:
         data = data.replace(conn + ours + b"\x0d", ours + conn + b"\x0d")
     bag = read(data)
     info = bag.chunks[0]
-    found = few.few_messages(bag._source, info, *plain_data(bag._source, info), {0, 1})
+    found = large_messages.few_messages(bag._source, info, *plain_data(bag._source, info), {0, 1})
     assert found is not None
     assert len(found) == sum(info.counts.values())
     assert seen(data) == general(monkeypatch, data)

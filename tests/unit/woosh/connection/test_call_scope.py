@@ -7,48 +7,48 @@ from typing import Any
 
 import pytest
 
-from woosh_pure.connection.begun import Begun, beginning, current
+from woosh_pure.connection.call_scope import CallScope, call_scope, current
 from woosh_pure.errors import MotionRefused
 from woosh_pure.motion.goal import GoalHandle
 
 
 def test_what_has_begun_is_ended_and_nothing_more_begins():
-    begun, ended = Begun(), []
-    assert not begun
-    begun.add("goal", "to A1", lambda: ended.append("A1"))
-    assert begun
-    begun.end()
+    scope, ended = CallScope(), []
+    assert not scope
+    scope.add("goal", "to A1", lambda: ended.append("A1"))
+    assert scope
+    scope.end()
     assert ended == ["A1"]
     with pytest.raises(MotionRefused, match="cancelled; nothing was sent"):
-        begun.add("goal", "to A2", lambda: ended.append("A2"))
+        scope.add("goal", "to A2", lambda: ended.append("A2"))
     with pytest.raises(MotionRefused):
-        begun.require_wanted("/rgbled")
-    assert begun.calling.cancelled
+        scope.require_wanted("/rgbled")
+    assert scope.calling.cancelled
 
 
 def test_one_that_cannot_be_ended_does_not_keep_the_others_going(caplog):
-    begun, ended = Begun(), []
+    scope, ended = CallScope(), []
 
     def fails() -> None:
         raise OSError("no answer")
 
-    begun.add("one", "to A1", fails)
-    begun.add("other", "velocity", lambda: ended.append("velocity"))
-    begun.end()
+    scope.add("one", "to A1", fails)
+    scope.add("other", "velocity", lambda: ended.append("velocity"))
+    scope.end()
     assert ended == ["velocity"]
     assert "to A1: its task was cancelled, and it may go on: no answer" in caplog.text
 
 
 def test_a_thread_notes_what_it_begins_and_no_other_does():
-    begun, seen = Begun(), []
-    with beginning(begun):
-        assert current() is begun
+    scope, seen = CallScope(), []
+    with call_scope(scope):
+        assert current() is scope
         other = threading.Thread(target=lambda: seen.append(current()))
         other.start()
         other.join(20)
-        with beginning(Begun()) as _:
-            assert current() is not begun
-        assert current() is begun
+        with call_scope(CallScope()) as _:
+            assert current() is not scope
+        assert current() is scope
     assert current() is None
     assert seen == [None]
 
