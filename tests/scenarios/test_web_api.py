@@ -19,8 +19,8 @@ pytest.importorskip("websockets", reason="needs the extra `web`")
 from tests.support.web import Served, serving
 from woosh_pure import Chassis
 from woosh_pure.geometry import Pose2D
-from woosh_pure.web.guard import MOST_BODY
 from woosh_pure.web.maps import WebMark
+from woosh_pure.web.middleware import MOST_BODY
 
 TOKEN = "a-long-secret"
 

@@ -17,7 +17,7 @@ pytest.importorskip("websockets", reason="needs the extra `web`")
 from tests.support.proxy import FaultProxy
 from tests.support.web import Hand, Served, serving
 from woosh_pure import Chassis, SimulatedChassis
-from woosh_pure.web.live import session
+from woosh_pure.web.live import viewer as session
 from woosh_pure.web.live.frames import CAMERA, SCAN
 
 ZEROS = 1.0
@@ -356,7 +356,7 @@ def test_a_press_while_an_earlier_one_is_still_being_opened(
 ) -> None:
     """The drive of a press that nobody holds any more must not take the seat for ever."""
     seat = web.app.state.house.robot(None).seat  # type: ignore[attr-defined]
-    monkeypatch.setattr("woosh_pure.web.live.seat.ZEROS_SECONDS", ZEROS)
+    monkeypatch.setattr("woosh_pure.web.live.teleop.ZEROS_SECONDS", ZEROS)
     begin, first, go_on = seat._begin, threading.Event(), threading.Event()
 
     def slowly() -> Any:

@@ -59,7 +59,7 @@ def app(
 
     require()
     from woosh_pure.web.build import build
-    from woosh_pure.web.house import House
+    from woosh_pure.web.context import House
     from woosh_pure.web.robot import Robot
 
     robots = dict(chassis) if isinstance(chassis, Mapping) else {name or "robot": chassis}

@@ -18,9 +18,9 @@ from rosproto.version import __version__
 from woosh_pure.web import models
 from woosh_pure.web.api import camera, feeds, goals, lease, live, login, recordings, status, stop
 from woosh_pure.web.api import map as map_
-from woosh_pure.web.api.asking import named_robot
-from woosh_pure.web.guard import Guard
-from woosh_pure.web.house import House
+from woosh_pure.web.api.dependencies import named_robot
+from woosh_pure.web.context import House
+from woosh_pure.web.middleware import Guard
 from woosh_pure.web.problems import MEDIA_TYPE, Problem, problem_of
 
 __all__ = ["PAGE", "build"]

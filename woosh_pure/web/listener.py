@@ -11,7 +11,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from woosh_pure.web.places import Key, Places
+    from woosh_pure.web.connection_slots import Key, Places
 
 __all__ = ["Listener"]
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from woosh_pure.web.camera import FEEDS, CameraDesk
 from woosh_pure.web.goals import GoalDesk
 from woosh_pure.web.journal import Journal
-from woosh_pure.web.live.seat import Seat
+from woosh_pure.web.live.teleop import Seat
 from woosh_pure.web.maps import MapDesk, WebMark, marks_of
 from woosh_pure.web.problems import Problem
 from woosh_pure.web.recordings import RecordingDesk
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
     from woosh_pure.feed.feed import Feed, Reading
     from woosh_pure.stopping.report import StopReport
-    from woosh_pure.web.people import Person
+    from woosh_pure.web.clients import Person
 
 ALSO_SHOWN = ("scan", "plan", "tf_static")
 __all__ = ["Robot"]

@@ -17,8 +17,8 @@ from woosh_pure import interface
 from woosh_pure.feed.feed import PICTURES
 from woosh_pure.feed.feed import Feed as ChassisFeed
 from woosh_pure.web import models
-from woosh_pure.web.api.asking import PROBLEMS, house_of, problems, robot_of
-from woosh_pure.web.house import House
+from woosh_pure.web.api.dependencies import PROBLEMS, house_of, problems, robot_of
+from woosh_pure.web.context import House
 from woosh_pure.web.problems import Problem
 from woosh_pure.web.snapshot import plain
 

@@ -13,7 +13,7 @@ from starlette.concurrency import run_in_threadpool
 
 from woosh_pure.enums import Direction
 from woosh_pure.web import models
-from woosh_pure.web.api.asking import PROBLEMS, house_of, orderer, person_of, problems, robot_of
+from woosh_pure.web.api.dependencies import PROBLEMS, house_of, orderer, person_of, problems, robot_of
 from woosh_pure.web.problems import Problem
 from woosh_pure.web.robot import Robot
 

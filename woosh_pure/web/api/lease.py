@@ -7,7 +7,7 @@ from typing import Any
 from fastapi import APIRouter, Request
 
 from woosh_pure.web import models
-from woosh_pure.web.api.asking import PROBLEMS, orderer, person_of, problems, robot_of
+from woosh_pure.web.api.dependencies import PROBLEMS, orderer, person_of, problems, robot_of
 from woosh_pure.web.problems import Problem
 from woosh_pure.web.snapshot import lease_part
 

@@ -6,8 +6,8 @@ from typing import cast
 
 from fastapi import APIRouter, WebSocket
 
-from woosh_pure.web.house import House
-from woosh_pure.web.live.session import Session
+from woosh_pure.web.context import House
+from woosh_pure.web.live.viewer import Session
 from woosh_pure.web.problems import Problem
 
 __all__ = ["router"]

@@ -9,8 +9,8 @@ from fastapi import APIRouter, Request, Response
 
 from woosh_pure.web import models
 from woosh_pure.web.access import COOKIE
-from woosh_pure.web.api.asking import address_of, house_of, problems
-from woosh_pure.web.guard import token_of
+from woosh_pure.web.api.dependencies import address_of, house_of, problems
+from woosh_pure.web.middleware import token_of
 from woosh_pure.web.problems import Problem
 
 __all__ = ["house_router"]

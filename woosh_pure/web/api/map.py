@@ -11,8 +11,8 @@ from fastapi import APIRouter, Request, Response
 from rosproto.numeric import encode_png
 from woosh_pure.maps.gridmap_message import grid_from_message
 from woosh_pure.web import models
-from woosh_pure.web.api.asking import PROBLEMS, robot_of
-from woosh_pure.web.live import look
+from woosh_pure.web.api.dependencies import PROBLEMS, robot_of
+from woosh_pure.web.live import robot_state as look
 from woosh_pure.web.live.costmap import TOPIC
 from woosh_pure.web.problems import Problem
 

@@ -8,7 +8,7 @@ from fastapi import APIRouter, Request
 from fastapi.responses import FileResponse
 
 from woosh_pure.web import models
-from woosh_pure.web.api.asking import PROBLEMS, orderer, person_of, problems, robot_of
+from woosh_pure.web.api.dependencies import PROBLEMS, orderer, person_of, problems, robot_of
 from woosh_pure.web.problems import Problem
 
 __all__ = ["router"]

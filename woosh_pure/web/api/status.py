@@ -7,8 +7,8 @@ from typing import Any
 from fastapi import APIRouter, Request
 
 from woosh_pure.web import models
-from woosh_pure.web.api.asking import PROBLEMS, house_of, robot_of
-from woosh_pure.web.live import look
+from woosh_pure.web.api.dependencies import PROBLEMS, house_of, robot_of
+from woosh_pure.web.live import robot_state as look
 
 __all__ = ["house_router", "router"]
 

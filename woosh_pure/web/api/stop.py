@@ -9,7 +9,7 @@ from fastapi import APIRouter, Request
 
 from woosh_pure.geometry import Pose2D
 from woosh_pure.web import models
-from woosh_pure.web.api.asking import PROBLEMS, house_of, orderer, person_of, problems, robot_of
+from woosh_pure.web.api.dependencies import PROBLEMS, house_of, orderer, person_of, problems, robot_of
 
 __all__ = ["router"]
 

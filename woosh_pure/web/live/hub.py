@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from woosh_pure.web.camera import jpeg_of
-from woosh_pure.web.live import look
+from woosh_pure.web.live import robot_state as look
 from woosh_pure.web.live.costmap import Costmap
 from woosh_pure.web.live.frames import camera_frame, scan_frame
 from woosh_pure.web.snapshot import ages, pose_part, state_parts

@@ -9,8 +9,8 @@ import pytest
 
 pytest.importorskip("uvicorn", reason="uvicorn is not installed")
 
+from woosh_pure.web.connection_slots import Places
 from woosh_pure.web.listener import Listener
-from woosh_pure.web.places import Places
 
 
 def test_small_messages_are_sent_at_once() -> None:

@@ -14,9 +14,9 @@ from woosh_pure.errors import ChassisError, FirmwareLimit, MotionRefused, StaleS
 from woosh_pure.geometry import Pose2D
 from woosh_pure.lease import LeaseState
 from woosh_pure.readiness.assessment import Readiness, Reason
+from woosh_pure.web.clients import MOST_SESSIONS, People
 from woosh_pure.web.journal import Journal
 from woosh_pure.web.live.frames import MOST_RANGES, camera_frame, costmap_frame, scan_frame
-from woosh_pure.web.people import MOST_SESSIONS, People
 from woosh_pure.web.problems import Problem, problem_of
 from woosh_pure.web.snapshot import lease_part, plain, readiness_part, state_parts
 

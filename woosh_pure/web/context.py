@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from woosh_pure.web.clients import People
+from woosh_pure.web.connection_slots import Places
 from woosh_pure.web.live.hub import Hub
-from woosh_pure.web.people import People
-from woosh_pure.web.places import Places
 from woosh_pure.web.problems import Problem
 from woosh_pure.web.workers import Workers
 

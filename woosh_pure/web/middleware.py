@@ -15,8 +15,8 @@ from woosh_pure.web.access import COOKIE, Refusal
 from woosh_pure.web.problems import MEDIA_TYPE, Problem
 
 if TYPE_CHECKING:
-    from woosh_pure.web.house import House
-    from woosh_pure.web.places import Key
+    from woosh_pure.web.connection_slots import Key
+    from woosh_pure.web.context import House
 
 __all__ = ["CONTENT_POLICY", "MOST_BODY", "Guard", "token_of"]
 

@@ -29,9 +29,9 @@ from woosh_pure.web.snapshot import lease_part
 if TYPE_CHECKING:
     from starlette.websockets import WebSocket
 
-    from woosh_pure.web.house import House
+    from woosh_pure.web.clients import Person
+    from woosh_pure.web.context import House
     from woosh_pure.web.live.hub import Hub
-    from woosh_pure.web.people import Person
 
 __all__ = ["Session"]
 

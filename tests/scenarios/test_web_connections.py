@@ -22,8 +22,8 @@ pytest.importorskip("websockets", reason="needs the extra `web`")
 
 from tests.support.web import Hand, Served, serving
 from woosh_pure import Chassis
-from woosh_pure.web import guard
-from woosh_pure.web.places import MOST
+from woosh_pure.web import middleware as guard
+from woosh_pure.web.connection_slots import MOST
 
 HALVES = [
     b"",

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any, cast
 
 from fastapi import Path, Request
 
-from woosh_pure.web.people import Person
+from woosh_pure.web.clients import Person
 from woosh_pure.web.problems import MEDIA_TYPE, Problem
 
 if TYPE_CHECKING:
-    from woosh_pure.web.house import House
+    from woosh_pure.web.context import House
     from woosh_pure.web.robot import Robot
 
 __all__ = [
