@@ -64,7 +64,7 @@ class Meter:
     """
 
     def __init__(self) -> None:
-        self._drive_failed = threading.Event()
+        self._over = threading.Event()
         self._waited: list[tuple[float, float]] = []
         self._thread = threading.Thread(target=self._run, daemon=True)
 
@@ -73,12 +73,12 @@ class Meter:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._drive_failed.set()
+        self._over.set()
         self._thread.join(5)
 
     def _run(self) -> None:
         before = waited_for_the_processor()
-        while not self._drive_failed.wait(0.01):
+        while not self._over.wait(0.01):
             now = waited_for_the_processor()
             if now - before > STALL:
                 self._waited.append((time.monotonic(), now - before))
