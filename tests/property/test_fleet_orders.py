@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.fleet import LIMITS, PureVehicle, action, order_json
-from woosh_pure.fleet.messages import read_order
-from woosh_pure.fleet.order import Begin, Drive, End, OrderMachine
+from woosh_pure.fleet.messages.parsing import read_order
+from woosh_pure.fleet.order.machine import Begin, Drive, End, OrderMachine
 
 TYPES = ("beep", "weld", "dock", "park")
 BLOCKING = ("NONE", "SOFT", "HARD")

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from woosh_pure.fleet.actions import Ability, Parameter, Scope
-from woosh_pure.fleet.judging import Limits, Place
-from woosh_pure.fleet.messages import read_instant_actions, read_order
-from woosh_pure.fleet.order import Begin, Changed, Drive, Effect, End, Halt, OrderMachine, Retry
-from woosh_pure.fleet.standard import PARAMETERS, SCOPES
+from woosh_pure.fleet.actions.predefined import PARAMETERS, SCOPES
+from woosh_pure.fleet.messages.parsing import read_instant_actions, read_order
+from woosh_pure.fleet.order.actions import Ability, Parameter, Scope
+from woosh_pure.fleet.order.machine import Begin, Changed, Drive, Effect, End, Halt, OrderMachine, Retry
+from woosh_pure.fleet.order.rejection import Limits, Place
 
 __all__ = ["LIMITS", "PureVehicle", "action", "instant", "order_json"]
 

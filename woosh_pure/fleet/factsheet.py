@@ -11,9 +11,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from woosh_pure.fleet import messages
-from woosh_pure.fleet.actions import OWN, Ability
-from woosh_pure.fleet.judging import Limits
+from woosh_pure.fleet.messages import parsing as messages
+from woosh_pure.fleet.order.actions import OWN, Ability
+from woosh_pure.fleet.order.rejection import Limits
 
 __all__ = ["Body", "factsheet_message"]
 

@@ -7,10 +7,10 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Any
 
-from woosh_pure.fleet.errors import ErrorType, Level, Problem
-from woosh_pure.fleet.judging import Place
-from woosh_pure.fleet.messages import Node
-from woosh_pure.fleet.order import OrderMachine
+from woosh_pure.fleet.messages.parsing import Node
+from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
+from woosh_pure.fleet.order.machine import OrderMachine
+from woosh_pure.fleet.order.rejection import Place
 
 __all__ = ["Facts", "Load", "MapEntry", "operating_mode", "state_message", "visualization_message"]
 

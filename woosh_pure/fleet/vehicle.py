@@ -20,22 +20,22 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.version import __version__
-from woosh_pure.fleet.abilities import Task, Triggers, abilities_of
+from woosh_pure.fleet.actions.abilities import Task, Triggers, abilities_of
+from woosh_pure.fleet.actions.log_report import Journal
+from woosh_pure.fleet.actions.map_store import MapShelf
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.driver import Driver
-from woosh_pure.fleet.effects import Begin, Changed, Drive, Effect, End, Factsheet, Halt, Retry
-from woosh_pure.fleet.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.factsheet import Body, factsheet_message
-from woosh_pure.fleet.headers import Headers
-from woosh_pure.fleet.judging import Limits, Place
-from woosh_pure.fleet.maps import MapShelf
-from woosh_pure.fleet.messages import Invalid, Order, parse, read_instant_actions, read_order
-from woosh_pure.fleet.mqtt import Broker, Line
-from woosh_pure.fleet.order import OrderMachine
-from woosh_pure.fleet.report import Journal
+from woosh_pure.fleet.messages.header import Headers
+from woosh_pure.fleet.messages.parsing import Invalid, Order, parse, read_instant_actions, read_order
+from woosh_pure.fleet.monitor import SILENT_AFTER, Watch, outline_of
+from woosh_pure.fleet.mqtt.connection import Broker, Line
+from woosh_pure.fleet.order.effects import Begin, Changed, Drive, Effect, End, Factsheet, Halt, Retry
+from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
+from woosh_pure.fleet.order.machine import OrderMachine
+from woosh_pure.fleet.order.rejection import Limits, Place
 from woosh_pure.fleet.state import Facts, Load, MapEntry, state_message, visualization_message
 from woosh_pure.fleet.store import Store
-from woosh_pure.fleet.watching import SILENT_AFTER, Watch, outline_of
 
 if TYPE_CHECKING:
     from types import TracebackType

@@ -8,11 +8,11 @@ from dataclasses import replace
 import pytest
 
 from tests.support.fleet import LIMITS, PureVehicle, action, order_json
-from woosh_pure.fleet.errors import Problem
 from woosh_pure.fleet.factsheet import Body, factsheet_message
-from woosh_pure.fleet.headers import Headers
-from woosh_pure.fleet.judging import Place
-from woosh_pure.fleet.messages import read_order
+from woosh_pure.fleet.messages.header import Headers
+from woosh_pure.fleet.messages.parsing import read_order
+from woosh_pure.fleet.order.errors import Problem
+from woosh_pure.fleet.order.rejection import Place
 from woosh_pure.fleet.state import Facts, Load, MapEntry, operating_mode, state_message, visualization_message
 
 HEADER = Headers("2.1.0", "Woosh", "1").header("state", 0.0)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosError
 from woosh_pure.enums import RobotMode
-from woosh_pure.fleet.judging import Place
+from woosh_pure.fleet.order.rejection import Place
 from woosh_pure.fleet.state import Facts, operating_mode
 from woosh_pure.geometry import Footprint
 from woosh_pure.readiness.reason import ReasonKey

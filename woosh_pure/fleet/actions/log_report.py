@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from rosproto.text import printable
-from woosh_pure.fleet.headers import timestamp
+from woosh_pure.fleet.messages.header import timestamp
 
 __all__ = ["Journal"]
 

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from tests.support.stuck_broker import StuckBroker
-from woosh_pure.fleet import mqtt
-from woosh_pure.fleet.mqtt import MOST_WAITING, Broker, Line
+from woosh_pure.fleet.mqtt import connection as mqtt
+from woosh_pure.fleet.mqtt.connection import MOST_WAITING, Broker, Line
 
 pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
 STATE = {"text": "x" * 2600}  # as long as a state with 18 nodes ahead

@@ -34,7 +34,7 @@ from woosh_pure.gridmap import GridMap
 
 __all__ = ["MapShelf", "fetch", "unpack"]
 
-_log = get_logger("woosh_pure.fleet.maps")
+_log = get_logger("woosh_pure.fleet.actions.map_store")
 MOST_DOWNLOAD = 64_000_000
 """Bytes of a file that is downloaded."""
 MOST_UNPACKED = 256_000_000

@@ -26,11 +26,11 @@ from functools import partial
 from typing import Any, Protocol
 
 from rosproto.logs import get_logger
-from woosh_pure.fleet.turns import Turns
+from woosh_pure.fleet.mqtt.attempts import Turns
 
 __all__ = ["Loop", "Wire", "shared_loop"]
 
-_log = get_logger("woosh_pure.fleet.loop")
+_log = get_logger("woosh_pure.fleet.mqtt.loop")
 _MOST_IN_SELECT = 500  # Windows' select() takes 512 sockets
 _SHORTEST_STEP = 0.01  # s between two looks at the time of one line
 _LONGEST_SLEEP = 60.0  # only so that no wait is without an end

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.fleet import action, instant, order_json
-from woosh_pure.fleet.headers import Headers, timestamp
-from woosh_pure.fleet.messages import MOST_BYTES, Invalid, parse, read_instant_actions, read_order
+from woosh_pure.fleet.messages.header import Headers, timestamp
+from woosh_pure.fleet.messages.parsing import MOST_BYTES, Invalid, parse, read_instant_actions, read_order
 
 
 def changed(path: str, value: Any) -> dict[str, Any]:

@@ -36,10 +36,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from woosh_pure.fleet.actions import OWN, Record, Scope, Status, beginning, effective, holds_driving
-from woosh_pure.fleet.effects import Begin, Changed, Drive, Effect, End, Factsheet, Halt, Retry
-from woosh_pure.fleet.errors import ErrorType, Level, Problem, Problems
-from woosh_pure.fleet.judging import (
+from woosh_pure.fleet.messages.parsing import Action, Edge, InstantActions, Invalid, Node, Order
+from woosh_pure.fleet.order.actions import OWN, Record, Scope, Status, beginning, effective, holds_driving
+from woosh_pure.fleet.order.effects import Begin, Changed, Drive, Effect, End, Factsheet, Halt, Retry
+from woosh_pure.fleet.order.errors import ErrorType, Level, Problem, Problems
+from woosh_pure.fleet.order.rejection import (
     DRIVING_MODES,
     Limits,
     Place,
@@ -49,7 +50,6 @@ from woosh_pure.fleet.judging import (
     order_problem,
     within,
 )
-from woosh_pure.fleet.messages import Action, Edge, InstantActions, Invalid, Node, Order
 
 __all__ = ["Begin", "Changed", "Drive", "Effect", "End", "Factsheet", "Halt", "OrderMachine", "Retry"]
 
@@ -616,7 +616,7 @@ class OrderMachine:
         Raises:
             Invalid, KeyError, TypeError, ValueError: This is not what `to_json` gave.
         """
-        from woosh_pure.fleet.messages import read_edge, read_node
+        from woosh_pure.fleet.messages.parsing import read_edge, read_node
 
         machine = cls(limits)
         machine.order_id, machine.update = str(data["orderId"]), int(data["orderUpdateId"])

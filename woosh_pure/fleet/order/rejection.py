@@ -27,9 +27,9 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from woosh_pure.fleet.actions import Ability, Record, Scope, objection
-from woosh_pure.fleet.errors import ErrorType, Problem
-from woosh_pure.fleet.messages import Action, Edge, Node, Order
+from woosh_pure.fleet.messages.parsing import Action, Edge, Node, Order
+from woosh_pure.fleet.order.actions import Ability, Record, Scope, objection
+from woosh_pure.fleet.order.errors import ErrorType, Problem
 
 __all__ = [
     "DRIVING_MODES",

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from woosh_pure.fleet.turns import TOGETHER, Turns
+from woosh_pure.fleet.mqtt.attempts import TOGETHER, Turns
 
 
 def turns(lines: int) -> Turns[int]:

@@ -34,13 +34,13 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from rosproto.logs import get_logger
-from woosh_pure.fleet.loop import Loop, shared_loop
-from woosh_pure.fleet.messages import MOST_BYTES
-from woosh_pure.fleet.turns import Waits
+from woosh_pure.fleet.messages.parsing import MOST_BYTES
+from woosh_pure.fleet.mqtt.attempts import Waits
+from woosh_pure.fleet.mqtt.loop import Loop, shared_loop
 
 __all__ = ["Broker", "Line", "paho"]
 
-_log = get_logger("woosh_pure.fleet.mqtt")
+_log = get_logger("woosh_pure.fleet.mqtt.connection")
 _KEEP_ALIVE = 15  # s, as 6.14 has it
 _PING_MARGIN = 0.05  # s after which paho is sure to find that the time of a ping is here
 _SENT_AWAY = (1.0, 2.0, 30.0, 0.5)  # the waits of a line that a broker takes and does not keep

@@ -15,11 +15,11 @@ from typing import Any, cast
 import pytest
 
 from woosh_pure.errors import ChassisError
-from woosh_pure.fleet.abilities import Task, Triggers, abilities_of
-from woosh_pure.fleet.actions import Scope, objection
+from woosh_pure.fleet.actions.abilities import Task, Triggers, abilities_of
+from woosh_pure.fleet.actions.log_report import Journal
 from woosh_pure.fleet.config import VehicleConfig
-from woosh_pure.fleet.messages import Action
-from woosh_pure.fleet.report import Journal
+from woosh_pure.fleet.messages.parsing import Action
+from woosh_pure.fleet.order.actions import Scope, objection
 
 
 def config(**actions: str) -> VehicleConfig:
@@ -189,7 +189,7 @@ def test_charging_is_stopped_by_driving_off() -> None:
 
 def test_reports_are_stored_and_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The name is the result; the oldest makes room."""
-    monkeypatch.setattr("woosh_pure.fleet.report.MOST_REPORTS", 2)
+    monkeypatch.setattr("woosh_pure.fleet.actions.log_report.MOST_REPORTS", 2)
     journal = Journal(tmp_path / "logs", "W-1")
     journal.note("< order\n\x1b[0m")
     name = journal.write("why", {"order": {"orderId": "o"}})

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from tests.support.fleet import LIMITS, PureVehicle, action, order_json
-from woosh_pure.fleet.errors import Level, Problem
-from woosh_pure.fleet.messages import Invalid, read_order
-from woosh_pure.fleet.order import RETRIES, OrderMachine
+from woosh_pure.fleet.messages.parsing import Invalid, read_order
+from woosh_pure.fleet.order.errors import Level, Problem
+from woosh_pure.fleet.order.machine import RETRIES, OrderMachine
 
 
 @pytest.fixture
@@ -824,7 +824,7 @@ def test_an_order_that_is_extended_for_ever_fills_no_memory(
     vehicle: PureVehicle, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Ended actions of long ago are forgotten; the ids go on."""
-    monkeypatch.setattr("woosh_pure.fleet.order.MOST_RECORDS", 40)
+    monkeypatch.setattr("woosh_pure.fleet.order.machine.MOST_RECORDS", 40)
     vehicle.order(nodes="a")
     for n in range(1, 150):
         first, last = ("a", "b") if n % 2 else ("b", "a")

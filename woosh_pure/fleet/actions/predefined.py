@@ -5,7 +5,7 @@ An action of the user's with one of these names is declared in the factsheet as 
 
 from __future__ import annotations
 
-from woosh_pure.fleet.actions import Parameter, Scope
+from woosh_pure.fleet.order.actions import Parameter, Scope
 
 __all__ = ["MOVING", "PARAMETERS", "SCOPES"]
 

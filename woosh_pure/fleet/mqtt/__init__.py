@@ -1,0 +1,22 @@
+"""The connections to the broker: one thread for all vehicles of a process, on paho-mqtt."""
+
+from __future__ import annotations
+
+from rosproto.late import late_names
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from woosh_pure.fleet.mqtt.connection import Broker
+
+__all__ = ["Broker"]
+
+__getattr__ = late_names(
+    __name__,
+    {
+        "Broker": "connection",
+    },
+)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
