@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from tests.support.fleet import LIMITS, PureVehicle, action, order_json
 from woosh_pure.fleet.messages.parsing import read_order
-from woosh_pure.fleet.order.machine import Begin, Drive, End, OrderMachine
+from woosh_pure.fleet.order.effects import Begin, Drive, End
+from woosh_pure.fleet.order.machine import OrderMachine
 
 TYPES = ("beep", "weld", "dock", "park")
 BLOCKING = ("NONE", "SOFT", "HARD")

@@ -8,7 +8,8 @@ from typing import Any
 from woosh_pure.fleet.actions.predefined import PARAMETERS, SCOPES
 from woosh_pure.fleet.messages.parsing import read_instant_actions, read_order
 from woosh_pure.fleet.order.actions import Ability, Parameter, Scope
-from woosh_pure.fleet.order.machine import Begin, Changed, Drive, Effect, End, Halt, OrderMachine, Retry
+from woosh_pure.fleet.order.effects import Begin, Changed, Drive, Effect, End, Halt, Retry
+from woosh_pure.fleet.order.machine import OrderMachine
 from woosh_pure.fleet.order.rejection import Limits, Place
 
 __all__ = ["LIMITS", "PureVehicle", "action", "instant", "order_json"]

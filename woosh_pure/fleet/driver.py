@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from woosh_pure.enums import NavDirection, NavigationMode
-from woosh_pure.fleet.messages.parsing import Edge, Node
-from woosh_pure.fleet.order.machine import Drive
+from woosh_pure.fleet.messages.elements import Edge, Node
+from woosh_pure.fleet.order.effects import Drive
 from woosh_pure.fleet.order.rejection import Place
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Any
 
-from woosh_pure.fleet.messages.parsing import Node
+from woosh_pure.fleet.messages.elements import Node
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.machine import OrderMachine
 from woosh_pure.fleet.order.rejection import Place

@@ -26,8 +26,10 @@ from woosh_pure.fleet.actions.map_store import MapShelf
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.driver import Driver
 from woosh_pure.fleet.factsheet import Body, factsheet_message
+from woosh_pure.fleet.messages.elements import Order
 from woosh_pure.fleet.messages.header import Headers
-from woosh_pure.fleet.messages.parsing import Invalid, Order, parse, read_instant_actions, read_order
+from woosh_pure.fleet.messages.parsing import parse, read_instant_actions, read_order
+from woosh_pure.fleet.messages.schema import Invalid
 from woosh_pure.fleet.monitor import SILENT_AFTER, Watch, outline_of
 from woosh_pure.fleet.mqtt.connection import Broker, Line
 from woosh_pure.fleet.order.effects import Begin, Changed, Drive, Effect, End, Factsheet, Halt, Retry

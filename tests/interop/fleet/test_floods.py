@@ -14,7 +14,7 @@ from tests.support.fleet_master import Master, came_back, errors, order_over, st
 from tests.support.light_chassis import LightChassis, moving
 from tests.support.mosquitto import Mosquitto, mosquitto
 from woosh_pure.fleet import Broker, Store, Vehicle, VehicleConfig
-from woosh_pure.fleet.messages.parsing import MOST_BYTES
+from woosh_pure.fleet.messages.schema import MOST_BYTES
 from woosh_pure.fleet.vehicle import MOST_MESSAGES
 
 pytestmark = [pytest.mark.interop, pytest.mark.slow]

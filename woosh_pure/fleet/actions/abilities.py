@@ -23,7 +23,7 @@ from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.actions.map_store import MapShelf, fetch, unpack
 from woosh_pure.fleet.actions.predefined import MOVING, PARAMETERS, SCOPES
 from woosh_pure.fleet.config import VehicleConfig
-from woosh_pure.fleet.messages.parsing import Action
+from woosh_pure.fleet.messages.elements import Action
 from woosh_pure.fleet.order.actions import OWN, Ability, Parameter, Scope
 from woosh_pure.fleet.state import Load, MapEntry
 from woosh_pure.geometry import Pose2D

@@ -2,35 +2,24 @@
 
 from __future__ import annotations
 
-from rosproto.late import late_names
+from woosh_pure.fleet.messages.elements import Action, Edge, InstantActions, Node, NodePosition, Order
+from woosh_pure.fleet.messages.header import Headers, timestamp
+from woosh_pure.fleet.messages.parsing import parse, read_edge, read_instant_actions, read_node, read_order
+from woosh_pure.fleet.messages.schema import Invalid
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from woosh_pure.fleet.messages.header import Headers
-    from woosh_pure.fleet.messages.parsing import (
-        InstantActions,
-        Invalid,
-        Order,
-        parse,
-        read_instant_actions,
-        read_order,
-    )
-
-__all__ = ["Headers", "InstantActions", "Invalid", "Order", "parse", "read_instant_actions", "read_order"]
-
-__getattr__ = late_names(
-    __name__,
-    {
-        "Headers": "header",
-        "InstantActions": "parsing",
-        "Invalid": "parsing",
-        "Order": "parsing",
-        "parse": "parsing",
-        "read_instant_actions": "parsing",
-        "read_order": "parsing",
-    },
-)
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__all__ = [
+    "Action",
+    "Edge",
+    "Headers",
+    "InstantActions",
+    "Invalid",
+    "Node",
+    "NodePosition",
+    "Order",
+    "parse",
+    "read_edge",
+    "read_instant_actions",
+    "read_node",
+    "read_order",
+    "timestamp",
+]

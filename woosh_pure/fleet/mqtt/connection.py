@@ -34,7 +34,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from rosproto.logs import get_logger
-from woosh_pure.fleet.messages.parsing import MOST_BYTES
+from woosh_pure.fleet.messages.schema import MOST_BYTES
 from woosh_pure.fleet.mqtt.attempts import Waits
 from woosh_pure.fleet.mqtt.loop import Loop, shared_loop
 

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from woosh_pure.fleet.messages.parsing import Action
+from woosh_pure.fleet.messages.elements import Action
 
 __all__ = [
     "OWN",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from woosh_pure.fleet.messages.parsing import Action, Edge, Node
+from woosh_pure.fleet.messages.elements import Action, Edge, Node
 from woosh_pure.fleet.order.actions import Scope
 
 __all__ = ["Begin", "Changed", "Drive", "Effect", "End", "Factsheet", "Halt", "Retry"]

@@ -36,7 +36,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from woosh_pure.fleet.messages.parsing import Action, Edge, InstantActions, Invalid, Node, Order
+from woosh_pure.fleet.messages.elements import Action, Edge, InstantActions, Node, Order
+from woosh_pure.fleet.messages.schema import Invalid
 from woosh_pure.fleet.order.actions import OWN, Record, Scope, Status, beginning, effective, holds_driving
 from woosh_pure.fleet.order.effects import Begin, Changed, Drive, Effect, End, Factsheet, Halt, Retry
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem, Problems

@@ -27,7 +27,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from woosh_pure.fleet.messages.parsing import Action, Edge, Node, Order
+from woosh_pure.fleet.messages.elements import Action, Edge, Node, Order
 from woosh_pure.fleet.order.actions import Ability, Record, Scope, objection
 from woosh_pure.fleet.order.errors import ErrorType, Problem
 

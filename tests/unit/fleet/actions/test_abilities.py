@@ -18,7 +18,7 @@ from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.actions.abilities import Task, Triggers, abilities_of
 from woosh_pure.fleet.actions.log_report import Journal
 from woosh_pure.fleet.config import VehicleConfig
-from woosh_pure.fleet.messages.parsing import Action
+from woosh_pure.fleet.messages.elements import Action
 from woosh_pure.fleet.order.actions import Scope, objection
 
 

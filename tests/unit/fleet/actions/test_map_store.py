@@ -20,7 +20,7 @@ from woosh_pure.fleet.actions import map_store as maps
 from woosh_pure.fleet.actions.abilities import Doing, Task, abilities_of
 from woosh_pure.fleet.actions.map_store import MapShelf, fetch, unpack
 from woosh_pure.fleet.config import VehicleConfig
-from woosh_pure.fleet.messages.parsing import Action
+from woosh_pure.fleet.messages.elements import Action
 from woosh_pure.fleet.state import MapEntry
 from woosh_pure.geometry import Pose2D
 from woosh_pure.gridmap import GridMap

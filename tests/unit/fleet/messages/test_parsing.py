@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from tests.support.fleet import action, instant, order_json
 from woosh_pure.fleet.messages.header import Headers, timestamp
-from woosh_pure.fleet.messages.parsing import MOST_BYTES, Invalid, parse, read_instant_actions, read_order
+from woosh_pure.fleet.messages.parsing import parse, read_instant_actions, read_order
+from woosh_pure.fleet.messages.schema import MOST_BYTES, Invalid
 
 
 def changed(path: str, value: Any) -> dict[str, Any]:

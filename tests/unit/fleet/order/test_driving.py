@@ -8,7 +8,8 @@ import pytest
 
 from tests.support.fleet import LIMITS, action, instant, order_json
 from woosh_pure.fleet.messages.parsing import read_instant_actions, read_order
-from woosh_pure.fleet.order.machine import Drive, Effect, Halt, OrderMachine, Retry
+from woosh_pure.fleet.order.effects import Drive, Effect, Halt, Retry
+from woosh_pure.fleet.order.machine import OrderMachine
 from woosh_pure.fleet.order.rejection import Place
 from woosh_pure.geometry import Pose2D
 from woosh_pure.sim.motions import Motion, MotionState

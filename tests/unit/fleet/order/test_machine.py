@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from tests.support.fleet import LIMITS, PureVehicle, action, order_json
-from woosh_pure.fleet.messages.parsing import Invalid, read_order
+from woosh_pure.fleet.messages.parsing import read_order
+from woosh_pure.fleet.messages.schema import Invalid
 from woosh_pure.fleet.order.errors import Level, Problem
 from woosh_pure.fleet.order.machine import RETRIES, OrderMachine
 
