@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from woosh_pure.fleet.messages import schema
-from woosh_pure.fleet.order.actions import OWN, Ability
-from woosh_pure.fleet.order.rejection import Limits
+from woosh_pure.fleet.order.actions import BUILT_IN, Ability
+from woosh_pure.fleet.order.limits import Limits
 
 __all__ = ["Body", "factsheet_message"]
 
@@ -114,7 +114,7 @@ def factsheet_message(
     """
     later = not version.startswith("2.0")
     length, width = body.size
-    abilities = {**limits.abilities, **OWN}
+    abilities = {**limits.abilities, **BUILT_IN}
     timing = {"minOrderInterval": 0.1, "minStateInterval": 0.1, "defaultStateInterval": 30.0}
     if visualization > 0.0:
         timing["visualizationInterval"] = visualization

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosError
 from woosh_pure.enums import RobotMode
-from woosh_pure.fleet.order.rejection import Place
-from woosh_pure.fleet.state import Facts, operating_mode
+from woosh_pure.fleet.order.deviation import AgvPosition
+from woosh_pure.fleet.order.operating_mode import operating_mode
+from woosh_pure.fleet.state import Facts
 from woosh_pure.geometry import Footprint
 from woosh_pure.readiness.reason import ReasonKey
 
@@ -109,7 +110,7 @@ class Watch:
         return time.monotonic() - (self.heard or self._opened + SILENT_AFTER) >= SILENT_AFTER
 
     def _on_pose(self, pose: Pose2D) -> None:
-        self._facts.place = Place(pose.x, pose.y, pose.yaw)
+        self._facts.position = AgvPosition(pose.x, pose.y, pose.yaw)
         self._hear()
 
     def _on_velocity(self, velocity: Velocity) -> None:
@@ -153,7 +154,7 @@ class Watch:
         keys = {reason.key for reason in readiness.reasons}
         facts.emergency_stop = ReasonKey.EMERGENCY_STOP in keys
         facts.bumper = ReasonKey.BUMPER in keys
-        facts.located = facts.place is not None and ReasonKey.NOT_LOCALISED not in keys
+        facts.located = facts.position is not None and ReasonKey.NOT_LOCALISED not in keys
         facts.faults = tuple((str(each), bool(each.level >= _SEVERE)) for each in faults)
         status = self._chassis.status.known
         mode = RobotMode.UNDEFINED if status is None else status.value.robot_mode

@@ -32,10 +32,11 @@ from woosh_pure.fleet.messages.parsing import parse, read_instant_actions, read_
 from woosh_pure.fleet.messages.schema import Invalid
 from woosh_pure.fleet.monitor import SILENT_AFTER, Watch, outline_of
 from woosh_pure.fleet.mqtt.connection import Broker, Line
+from woosh_pure.fleet.order.deviation import AgvPosition
 from woosh_pure.fleet.order.effects import Begin, Changed, Drive, Effect, End, Factsheet, Halt, Retry
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
+from woosh_pure.fleet.order.limits import Limits
 from woosh_pure.fleet.order.machine import OrderMachine
-from woosh_pure.fleet.order.rejection import Limits, Place
 from woosh_pure.fleet.state import Facts, Load, MapEntry, state_message, visualization_message
 from woosh_pure.fleet.store import Store
 
@@ -113,7 +114,7 @@ class Vehicle:
         self._machine = OrderMachine(self.limits)
         self._line = Line(broker, config.prefix, self._connection, self._on_message, self._on_line)
         self._watch = Watch(chassis, self.facts, self._on_moved, self._on_told, self._on_described)
-        self._driver = Driver(chassis, self._on_drive_ended, lambda: self.facts.place, marks=config.marks)
+        self._driver = Driver(chassis, self._on_drive_ended, lambda: self.facts.position, marks=config.marks)
         self._tasks: dict[str, Task] = {}
         self._workers: set[threading.Thread] = set()
         self._wake = threading.Condition()
@@ -275,7 +276,7 @@ class Vehicle:
         self._call(lambda: self._drive_ended(token, arrived, text))
 
     def _drive_ended(self, token: int, arrived: bool, text: str) -> list[Effect]:
-        before = self._machine.at(self._place())
+        before = self._machine.set_position(self._place())
         return [*before, *self._machine.drive_ended(token, arrived, text)]
 
     # -- the one thread --------------------------------------------------------------------------------------
@@ -338,23 +339,23 @@ class Vehicle:
     def _take(self, order: Order) -> list[Effect]:
         """What is acknowledged is there after a restart: the disk takes an order before the machine does."""
         if self._store is not None:
-            rehearsal = self._machine.rehearsal()
+            rehearsal = self._machine.trial_copy()
             rehearsal.receive(order)
             try:
                 self._store.save(rehearsal.to_json())
             except OSError as error:
                 self._tell_disk(error)
                 text = f"the order cannot be kept on disk ({error}), so it is not taken"
-                return self._machine.refuse(order, text)
+                return self._machine.reject(order, text)
         return self._machine.receive(order)
 
-    def _place(self) -> Place | None:
-        return self.facts.place if self.facts.located and not self._lost else None
+    def _place(self) -> AgvPosition | None:
+        return self.facts.position if self.facts.located and not self._lost else None
 
     def _refresh(self, *, full: bool) -> None:
         if self._lost and not self._watch.silent:
             self._lost, full = False, True
-            self._carry_out(self._machine.stand("lost", None))
+            self._carry_out(self._machine.set_problem("lost", None))
         if full:
             before = (self.facts.emergency_stop, self.facts.bumper, self.facts.faults, self.facts.charging)
             self._watch.refresh(self._local_owner())
@@ -364,7 +365,7 @@ class Vehicle:
                 self.facts.emergency_stop, self.facts.bumper, self.facts.faults, self.facts.charging
             ):  # fmt: skip
                 self._publish()
-        self._carry_out(self._machine.at(self._place()))
+        self._carry_out(self._machine.set_position(self._place()))
         if "line" in self._due and self.facts.located and self.facts.percent is not None:
             self._due["line"] = 0.0  # ONLINE says that orders are taken
         if full:
@@ -403,8 +404,8 @@ class Vehicle:
         text = f"nothing was heard of the chassis at {self.chassis.master_uri} for {SILENT_AFTER:g} s"
         hint = "check the robot and its network; it may go on with what it was told"
         problem = Problem(ErrorType.ROBOT_LOST, text, (), Level.FATAL, hint)
-        self._carry_out(self._machine.stand("lost", problem))
-        self._carry_out(self._machine.at(None))
+        self._carry_out(self._machine.set_problem("lost", problem))
+        self._carry_out(self._machine.set_position(None))
 
     # -- effects ---------------------------------------------------------------------------------------------
 
@@ -459,7 +460,7 @@ class Vehicle:
             self.facts.loads = tuple(self._loads)
         self._use_maps()
         self._watch.refresh(self._local_owner())  # a pose that was given is known now
-        return [*self._machine.action_ended(action_id, ok, text), *self._machine.at(self._place())]
+        return [*self._machine.action_ended(action_id, ok, text), *self._machine.set_position(self._place())]
 
     def _use_maps(self) -> None:
         if self._shelf is not None:
@@ -493,7 +494,7 @@ class Vehicle:
             waiting, self._unbegun = self._unbegun, []
             for effect in waiting:
                 self._begin(effect)
-            self._call(lambda: self._machine.keep(None))
+            self._call(lambda: self._machine.set_storage_problem(None))
 
     def _tell_disk(self, error: OSError) -> None:
         self._due["disk"] = time.monotonic() + _DISK_SECONDS
@@ -507,7 +508,7 @@ class Vehicle:
         _log.error("! %s: %s", self.config.prefix, text)
         hint = "make room, or let it be written; it is tried again and again"
         problem = Problem(ErrorType.STORAGE, text, (), Level.FATAL, hint)
-        self._call(lambda: self._machine.keep(problem))
+        self._call(lambda: self._machine.set_storage_problem(problem))
 
     def _forget_unbegun(self, action_id: str) -> None:
         """An action that waited for the disk is ended before it began."""
@@ -530,7 +531,7 @@ class Vehicle:
             message = state_message(self._machine, self.facts, self._header("state"), self.config.version)
             self._line.send("state", message)
             if self._journal is not None:
-                told = [f"{each.action.id} {each.status.value}" for each in self._machine.records[-5:]]
+                told = [f"{each.action.id} {each.status.value}" for each in self._machine.action_states[-5:]]
                 kinds = [problem.kind for problem in self._machine.problems]
                 node = self._machine.last_node
                 self._journal.note(f"> state {message['headerId']}: at {node}, {told}, {kinds}")

@@ -24,7 +24,7 @@ from woosh_pure.fleet.actions.map_store import MapShelf, fetch, unpack
 from woosh_pure.fleet.actions.predefined import MOVING, PARAMETERS, SCOPES
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.messages.elements import Action
-from woosh_pure.fleet.order.actions import OWN, Ability, Parameter, Scope
+from woosh_pure.fleet.order.actions import BUILT_IN, Ability, Parameter, Scope
 from woosh_pure.fleet.state import Load, MapEntry
 from woosh_pure.geometry import Pose2D
 
@@ -157,7 +157,7 @@ def abilities_of(
             )
             found[name] = (ability, _carrying(direction))
     for name, target in config.actions.items():
-        if name in OWN:
+        if name in BUILT_IN:
             raise ValueError(f"the action {name} is the standard's own, and cannot be replaced")
         doing = _loaded(name, target)
         ability = Ability(

@@ -26,20 +26,20 @@ from typing import Any
 from woosh_pure.fleet.messages.elements import Action
 
 __all__ = [
-    "OWN",
+    "BUILT_IN",
     "Ability",
+    "ActionState",
+    "ActionStatus",
     "Parameter",
-    "Record",
     "Scope",
-    "Status",
-    "beginning",
-    "effective",
+    "effective_blocking",
     "holds_driving",
+    "may_begin",
     "objection",
 ]
 
 
-class Status(str, Enum):
+class ActionStatus(str, Enum):
     """`actionStatus`."""
 
     WAITING = "WAITING"
@@ -52,12 +52,12 @@ class Status(str, Enum):
     @property
     def final(self) -> bool:
         """True when it has ended, well or badly."""
-        return self in (Status.FINISHED, Status.FAILED)
+        return self in (ActionStatus.FINISHED, ActionStatus.FAILED)
 
     @property
     def begun(self) -> bool:
         """True from its beginning to its end."""
-        return not self.final and self is not Status.WAITING
+        return not self.final and self is not ActionStatus.WAITING
 
 
 class Scope(str, Enum):
@@ -120,7 +120,7 @@ class Ability:
     any_parameters: bool = False
 
 
-OWN = {
+BUILT_IN = {
     ability.type: ability
     for ability in (
         Ability(
@@ -146,7 +146,7 @@ OWN = {
 
 
 @dataclass(slots=True)
-class Record:
+class ActionState:
     """How an action stands.
 
     Attributes:
@@ -163,7 +163,7 @@ class Record:
     scope: Scope
     sequence: int = 0
     blocking: str = "NONE"
-    status: Status = Status.WAITING
+    status: ActionStatus = ActionStatus.WAITING
     result: str = ""
     ending: bool = False
 
@@ -196,7 +196,7 @@ class Record:
         }  # fmt: skip
 
     @classmethod
-    def from_json(cls, data: Mapping[str, Any]) -> Record:
+    def from_json(cls, data: Mapping[str, Any]) -> ActionState:
         """What `to_json` gave."""
         raw = data["action"]
         parameters = {each["key"]: each["value"] for each in raw["actionParameters"]}
@@ -212,12 +212,14 @@ class Record:
             Scope(data["scope"]),
             data["sequence"],
             data["blocking"],
-            Status(data["status"]),
+            ActionStatus(data["status"]),
             data["result"],
         )
 
 
-def beginning(group: Sequence[Record], others: Iterable[Record], *, standing: bool) -> list[Record]:
+def may_begin(
+    group: Sequence[ActionState], others: Iterable[ActionState], *, standing: bool
+) -> list[ActionState]:
     """Those of a group, in the order of the list, that may begin now.
 
     Args:
@@ -225,33 +227,33 @@ def beginning(group: Sequence[Record], others: Iterable[Record], *, standing: bo
         others: All other actions.
         standing: Whether the vehicle stands, and will until they have ended.
     """
-    elsewhere = [record for record in others if record.status.begun]
-    if any(record.blocking == "HARD" for record in elsewhere):
+    elsewhere = [state for state in others if state.status.begun]
+    if any(state.blocking == "HARD" for state in elsewhere):
         return []
-    found: list[Record] = []
+    found: list[ActionState] = []
     busy = bool(elsewhere)
-    for record in group:
-        if record.status.final:
+    for state in group:
+        if state.status.final:
             continue
-        hard = record.blocking == "HARD"
-        if record.status.begun:
+        hard = state.blocking == "HARD"
+        if state.status.begun:
             if hard:
                 break
             busy = True
             continue
-        if record.stands_still and not standing:
+        if state.stands_still and not standing:
             break
         if hard:
-            return found if busy or found else [record]
-        found.append(record)
+            return found if busy or found else [state]
+        found.append(state)
     return found
 
 
-def holds_driving(group: Iterable[Record]) -> bool:
+def holds_driving(group: Iterable[ActionState]) -> bool:
     """Whether the vehicle must stay where it is for them."""
     return any(
-        record.status is Status.WAITING or (record.stands_still and not record.status.final)
-        for record in group
+        state.status is ActionStatus.WAITING or (state.stands_still and not state.status.final)
+        for state in group
     )
 
 
@@ -285,6 +287,6 @@ def objection(action: Action, scope: Scope, ability: Ability | None) -> tuple[st
     return None
 
 
-def effective(action: Action, ability: Ability | None) -> str:
+def effective_blocking(action: Action, ability: Ability | None) -> str:
     """The blocking type that holds."""
     return "HARD" if ability is not None and (ability.moves or ability.still) else action.blocking

@@ -124,7 +124,7 @@ class Problems:
         """What orders have caused is over."""
         self._of_orders.clear()
 
-    def stand(self, key: str, problem: Problem | None) -> bool:
+    def set(self, key: str, problem: Problem | None) -> bool:
         """Tell it until it is taken back with None; True when that changes something."""
         if self._standing.get(key) == problem:
             return False

@@ -2,7 +2,7 @@
 
     the order is ...                                              it is rejected as
     ------------------------------------------------------------------------------------------------
-    malformed (before it comes here)                              validationError           6.6.4.1
+    malformed (before it comes here)                                validationError           6.6.4.1
     new, while another is carried out, waits or is cancelled      orderError                figure 8, 3
     new, in an operating mode in which nobody may send orders     orderError                6.10.6
     new, while the vehicle does not know where it is              noRouteError              figure 8, 4
@@ -24,163 +24,84 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 from woosh_pure.fleet.messages.elements import Action, Edge, Node, Order
-from woosh_pure.fleet.order.actions import Ability, Record, Scope, objection
+from woosh_pure.fleet.order.actions import Scope, objection
+from woosh_pure.fleet.order.deviation import within_deviation
 from woosh_pure.fleet.order.errors import ErrorType, Problem
+from woosh_pure.fleet.order.limits import Limits
+from woosh_pure.fleet.order.order_state import OrderState
 
 __all__ = [
-    "DRIVING_MODES",
-    "Limits",
-    "Place",
-    "Standing",
-    "action_problems",
-    "inability",
-    "objection_to_new",
-    "objection_to_update",
     "order_problem",
-    "within",
+    "references",
+    "rejection_of_new_order",
+    "rejection_of_update",
+    "unsupported_in_order",
+    "unsupported_instant_action",
 ]
 
-DRIVING_MODES = ("AUTOMATIC", "SEMIAUTOMATIC")
-"""Operating modes in which the fleet manager is in control."""
 MOST_AHEAD = 2000  # nodes of an order that is extended and not driven
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
-    """Where the vehicle is: m and rad, in the map."""
-
-    x: float
-    y: float
-    theta: float
-
-
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """What a vehicle is able to obey.
-
-    Attributes:
-        abilities: By action type.
-        maps: Ids of the maps in use; empty takes every one.
-        tolerance: m within which a node counts as reached that allows no deviation.
-        turn_tolerance: The same in rad.
-        marks: Whether a node without a position is a mark of the chassis.
-        zone_set: Id of the zone set that the chassis's map holds; "" where there is none.
-        speed: Whether maxSpeed of an edge is obeyed.
-        directions: Whether the direction of travel of an edge is obeyed (orientation 0 or pi, tangential).
-    """
-
-    abilities: Mapping[str, Ability] = field(default_factory=dict)
-    maps: Collection[str] = ()
-    tolerance: float = 0.2
-    turn_tolerance: float = 0.2
-    marks: bool = False
-    zone_set: str = ""
-    speed: bool = True
-    directions: bool = True
-
-
-class Standing(Protocol):
-    """How a vehicle stands when an order comes; `OrderMachine` is one, and describes it."""
-
-    limits: Limits
-    order_id: str
-    update: int
-    last_node: str
-    last_sequence: int
-    nodes: list[Node]
-    records: list[Record]
-    mode: str
-    place: Place | None
-    closed: bool
-
-    @property
-    def executing(self) -> bool:
-        """Whether an order is carried out."""
-
-    @property
-    def decision_point(self) -> tuple[str, int]:
-        """Id and sequence of the last node of the base."""
-
-    def horizon(self) -> list[Record]:
-        """The actions of what is not released."""
-
-
-def objection_to_new(order: Order, here: Standing) -> Problem | None:
+def rejection_of_new_order(order: Order, state: OrderState) -> Problem | None:
     """Why a new order is not taken; None when it is."""
-    if here.executing:
-        text = f"order {here.order_id} is not finished; cancel it first, or update it"
+    if state.executing:
+        text = f"order {state.order_id} is not finished; cancel it first, or update it"
         return order_problem(order, ErrorType.ORDER, text)
-    if here.mode not in DRIVING_MODES:
-        return _not_in_control(order, here)
-    running = {r.action.id for r in here.records if not r.status.final}
-    return inability(order, here.limits, running, update=False) or _out_of_reach(order, here)
+    if not state.in_control:
+        return _not_in_control(order, state)
+    running = {a.action.id for a in state.action_states if not a.status.final}
+    return unsupported_in_order(order, state.limits, running, update=False) or _out_of_reach(order, state)
 
 
-def objection_to_update(order: Order, here: Standing) -> Problem | None:
+def rejection_of_update(order: Order, state: OrderState) -> Problem | None:
     """Why an update of the order that is here is not taken; None when it is."""
-    if order.update < here.update:
-        text = f"update {order.update} of order {order.id} comes late: {here.update} is here"
+    if order.update < state.update:
+        text = f"update {order.update} of order {order.id} comes late: {state.update} is here"
         return order_problem(order, ErrorType.ORDER_UPDATE, text)
-    if here.closed:
+    if state.closed:
         text = f"order {order.id} was cancelled or cleared; send a new order"
         return order_problem(order, ErrorType.ORDER_UPDATE, text)
     first = order.nodes[0]
-    wanted = here.decision_point if here.executing else (here.last_node, here.last_sequence)
+    wanted = state.decision_point if state.executing else (state.last_node, state.last_sequence)
     if (first.id, first.sequence) != wanted:
         text = (
             f"an update must begin at {wanted[0]} with sequenceId {wanted[1]}, this one at {first.id} "
             f"with {first.sequence}"
         )
         return order_problem(order, ErrorType.ORDER_UPDATE, text, ("nodeId", first.id))
-    if here.mode not in DRIVING_MODES:
-        return _not_in_control(order, here)
-    if len(here.nodes) + len(order.nodes) > MOST_AHEAD:
+    if not state.in_control:
+        return _not_in_control(order, state)
+    if len(state.nodes) + len(order.nodes) > MOST_AHEAD:
         return order_problem(order, ErrorType.ORDER, f"more than {MOST_AHEAD} nodes are ahead; send it later")
-    taken = {r.action.id for r in here.records} - {r.action.id for r in here.horizon()}
-    return inability(order, here.limits, taken, update=True)
+    taken = {a.action.id for a in state.action_states} - {a.action.id for a in state.actions_of_horizon()}
+    return unsupported_in_order(order, state.limits, taken, update=True)
 
 
-def _not_in_control(order: Order, here: Standing) -> Problem:
-    text = f"the operating mode is {here.mode}; orders are taken in AUTOMATIC"
-    return order_problem(order, ErrorType.ORDER, text, ("operatingMode", here.mode))
+def _not_in_control(order: Order, state: OrderState) -> Problem:
+    text = f"the operating mode is {state.mode}; orders are taken in AUTOMATIC"
+    return order_problem(order, ErrorType.ORDER, text, ("operatingMode", state.mode))
 
 
-def _out_of_reach(order: Order, here: Standing) -> Problem | None:
+def _out_of_reach(order: Order, state: OrderState) -> Problem | None:
     first = order.nodes[0]
     about = ("nodeId", first.id)
     if first.position is None:
-        if here.last_node == first.id:
+        if state.last_node == first.id:
             return None
-        last = here.last_node or "no node"
+        last = state.last_node or "no node"
         text = f"the vehicle is not known to stand on {first.id}; it was last on {last}"
         return order_problem(order, ErrorType.NO_ROUTE, text, about)
-    if here.place is None:
+    if state.position is None:
         text = "the vehicle does not know where it is; give it its position with initPosition"
         return order_problem(order, ErrorType.NO_ROUTE, text, about)
-    if not within(here.place, first, here.limits, turned=False):
-        where = f"{here.place.x:.2f}, {here.place.y:.2f}"
+    if not within_deviation(state.position, first, state.limits, turned=False):
+        where = f"{state.position.x:.2f}, {state.position.y:.2f}"
         text = f"the first node {first.id} is out of its deviation range: the vehicle is at {where}"
         return order_problem(order, ErrorType.NO_ROUTE, text, about)
     return None
-
-
-def within(place: Place | None, node: Node, limits: Limits, *, turned: bool = True) -> bool:
-    """Whether the vehicle stands on a node: in its deviation range, and turned as it wants."""
-    position = node.position
-    if place is None or position is None:
-        return False
-    radius = position.deviation_xy or limits.tolerance
-    if math.hypot(place.x - position.x, place.y - position.y) > radius:
-        return False
-    if not turned or position.theta is None:
-        return True
-    allowed = limits.turn_tolerance if position.deviation_theta is None else position.deviation_theta
-    away = abs(math.remainder(place.theta - position.theta, 2.0 * math.pi))
-    return away <= max(allowed, 0.01)  # no base stands to the last bit as it was told
 
 
 def references(order: Order, *more: tuple[str, str]) -> tuple[tuple[str, str], ...]:
@@ -199,7 +120,9 @@ def order_problem(order: Order, kind: str, text: str, *more: tuple[str, str]) ->
     return Problem(kind, text, references(order, *more))
 
 
-def inability(order: Order, limits: Limits, taken: Collection[str], *, update: bool) -> Problem | None:
+def unsupported_in_order(
+    order: Order, limits: Limits, taken: Collection[str], *, update: bool
+) -> Problem | None:
     """6.6.4.2: what of an order this vehicle cannot do; None when it can do all of it.
 
     Args:
@@ -244,9 +167,9 @@ def _of_actions(
     return None
 
 
-def action_problems(action: Action, scope: Scope, limits: Limits, header: int) -> Problem | None:
+def unsupported_instant_action(action: Action, limits: Limits, header: int) -> Problem | None:
     """Why an instant action cannot be done."""
-    found = objection(action, scope, limits.abilities.get(action.type))
+    found = objection(action, Scope.INSTANT, limits.abilities.get(action.type))
     if found is None:
         return None
     about = (("topic", "instantActions"), ("headerId", str(header)))

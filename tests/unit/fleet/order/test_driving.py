@@ -8,9 +8,9 @@ import pytest
 
 from tests.support.fleet import LIMITS, action, instant, order_json
 from woosh_pure.fleet.messages.parsing import read_instant_actions, read_order
+from woosh_pure.fleet.order.deviation import AgvPosition
 from woosh_pure.fleet.order.effects import Drive, Effect, Halt, Retry
 from woosh_pure.fleet.order.machine import OrderMachine
-from woosh_pure.fleet.order.rejection import Place
 from woosh_pure.geometry import Pose2D
 from woosh_pure.sim.motions import Motion, MotionState
 from woosh_pure.sim.settings import Settings
@@ -46,7 +46,7 @@ class Tour:
     def step(self) -> None:
         self.world.step(DT)
         pose = self.world.believed_pose
-        self.take(self.machine.at(Place(pose.x, pose.y, pose.yaw)))
+        self.take(self.machine.set_position(AgvPosition(pose.x, pose.y, pose.yaw)))
         standing = self.world.body.velocity.is_standing(0.01, 0.1)
         if self.drive is not None and self.motion is not None and self.motion.state.is_final and standing:
             token, arrived = self.drive.token, self.motion.state is MotionState.DONE

@@ -240,7 +240,7 @@ def test_a_wide_range_makes_the_first_node_reached(vehicle: PureVehicle) -> None
 
 def test_an_order_is_rejected_without_localisation(vehicle: PureVehicle) -> None:
     """Nobody knows whether the first node is near."""
-    vehicle.take(vehicle.machine.at(None))
+    vehicle.take(vehicle.machine.set_position(None))
     vehicle.order()
     assert kinds(vehicle) == ["noRouteError"]
 
@@ -673,7 +673,7 @@ def test_a_mode_of_others_clears_the_order(vehicle: PureVehicle, mode: str) -> N
 def test_a_vehicle_that_is_lost_halts_and_goes_on_when_found(vehicle: PureVehicle) -> None:
     """The order is kept."""
     vehicle.order()
-    vehicle.take(vehicle.machine.at(None))
+    vehicle.take(vehicle.machine.set_position(None))
     assert vehicle.halting
     vehicle.stop()
     assert vehicle.drives == ["b"]
@@ -693,7 +693,7 @@ def test_nothing_moves_before_the_mode_is_told() -> None:
 def restart(vehicle: PureVehicle) -> PureVehicle:
     """As after kill -9: what was put on disk last is all that is left."""
     kept = json.loads(json.dumps(vehicle.saved))
-    place = vehicle.machine.place
+    place = vehicle.machine.position
     return PureVehicle(machine=OrderMachine.from_json(kept, LIMITS), x=0.0 if place is None else place.x)
 
 
@@ -825,14 +825,14 @@ def test_an_order_that_is_extended_for_ever_fills_no_memory(
     vehicle: PureVehicle, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Ended actions of long ago are forgotten; the ids go on."""
-    monkeypatch.setattr("woosh_pure.fleet.order.machine.MOST_RECORDS", 40)
+    monkeypatch.setattr("woosh_pure.fleet.order.order_state.MOST_ACTION_STATES", 40)
     vehicle.order(nodes="a")
     for n in range(1, 150):
         first, last = ("a", "b") if n % 2 else ("b", "a")
         vehicle.order(update=n, nodes=first + last, first=2 * n - 2, node_actions={last: [action(f"x{n}")]})
         vehicle.arrive()
         vehicle.finish(f"x{n}")
-    assert len(vehicle.machine.records) <= 41
+    assert len(vehicle.machine.action_states) <= 41
     assert vehicle.machine.update == 149
     assert kinds(vehicle) == []
 
@@ -870,13 +870,13 @@ def test_a_disk_that_takes_nothing_lets_it_reach_the_next_node_and_begin_nothing
     vehicle = PureVehicle()
     vehicle.order(node_actions={"b": [action("x", blocking="NONE")]})
     assert vehicle.drives == ["b"]
-    vehicle.take(vehicle.machine.keep(full))
+    vehicle.take(vehicle.machine.set_storage_problem(full))
     assert (vehicle.halts, vehicle.problems) == (0, ["storageError"])
     vehicle.place(1.9)
     assert (vehicle.drives, vehicle.begun) == (["b"], [])
     vehicle.arrive()
     assert (vehicle.machine.last_node, vehicle.drives, vehicle.begun) == ("b", ["b"], [])
-    vehicle.take(vehicle.machine.keep(None))
+    vehicle.take(vehicle.machine.set_storage_problem(None))
     assert (vehicle.drives, vehicle.begun, vehicle.problems) == (["b", "c"], ["x"], [])
 
 
@@ -884,7 +884,7 @@ def test_it_halts_for_a_pause_also_without_a_disk() -> None:
     """To stand still is never refused."""
     vehicle = PureVehicle()
     vehicle.order()
-    vehicle.take(vehicle.machine.keep(Problem("storageError", "no space", (), Level.FATAL)))
+    vehicle.take(vehicle.machine.set_storage_problem(Problem("storageError", "no space", (), Level.FATAL)))
     vehicle.instant(action("p", "startPause"))
     assert vehicle.halts == 1
 
@@ -894,7 +894,7 @@ def test_a_rehearsal_leaves_no_trace() -> None:
     vehicle = PureVehicle()
     before = vehicle.machine.to_json()
     order = read_order(order_json(node_actions={"a": [action("x")]}))
-    rehearsal = vehicle.machine.rehearsal()
+    rehearsal = vehicle.machine.trial_copy()
     rehearsal.receive(order)
     assert vehicle.machine.to_json() == before
     assert vehicle.machine.receive(order)
