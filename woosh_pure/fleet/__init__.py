@@ -11,7 +11,7 @@ TYPE_CHECKING = False  # as in typing, which takes longer to load than all of th
 if TYPE_CHECKING:
     from woosh_pure.fleet.actions.abilities import Task
     from woosh_pure.fleet.config import FleetConfig, VehicleConfig, load_config
-    from woosh_pure.fleet.mqtt.connection import Broker
+    from woosh_pure.fleet.mqtt.broker import Broker
     from woosh_pure.fleet.store import Store
     from woosh_pure.fleet.vehicle import Vehicle
 
@@ -20,7 +20,7 @@ __all__ = ["Broker", "FleetConfig", "Store", "Task", "Vehicle", "VehicleConfig",
 __getattr__ = late_names(
     __name__,
     {
-        "Broker": "mqtt.connection",
+        "Broker": "mqtt.broker",
         "FleetConfig": "config",
         "Store": "store",
         "Task": "actions.abilities",

@@ -31,7 +31,8 @@ from woosh_pure.fleet.messages.header import Headers
 from woosh_pure.fleet.messages.parsing import parse, read_instant_actions, read_order
 from woosh_pure.fleet.messages.schema import Invalid
 from woosh_pure.fleet.monitor import SILENT_AFTER, Watch, outline_of
-from woosh_pure.fleet.mqtt.connection import Broker, Line
+from woosh_pure.fleet.mqtt.broker import Broker
+from woosh_pure.fleet.mqtt.connection import BrokerConnection
 from woosh_pure.fleet.order.deviation import AgvPosition
 from woosh_pure.fleet.order.effects import Begin, Changed, Drive, Effect, End, Factsheet, Halt, Retry
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
@@ -112,7 +113,9 @@ class Vehicle:
             loads=() if config.marks else None,
         )
         self._machine = OrderMachine(self.limits)
-        self._line = Line(broker, config.prefix, self._connection, self._on_message, self._on_line)
+        self._mqtt = BrokerConnection(
+            broker, config.prefix, self._connection_message, self._on_message, self._on_line
+        )
         self._watch = Watch(chassis, self.facts, self._on_moved, self._on_told, self._on_described)
         self._driver = Driver(chassis, self._on_drive_ended, lambda: self.facts.position, marks=config.marks)
         self._tasks: dict[str, Task] = {}
@@ -185,7 +188,7 @@ class Vehicle:
         self._end_lease()
         self._release_lease()
         self._watch.close()
-        self._line.close()
+        self._mqtt.close()
 
     def _end_in_order(self) -> None:
         """The last word of the machine, when its thread is over. What it still asks for is being done."""
@@ -200,7 +203,7 @@ class Vehicle:
     @property
     def connected(self) -> bool:
         """Whether the line to the broker stands."""
-        return self._line.connected.is_set()
+        return self._mqtt.connected.is_set()
 
     def trigger(self, name: str) -> int:
         """Somebody has pressed the button: every waitForTrigger of this type that waits now is over.
@@ -215,7 +218,7 @@ class Vehicle:
 
     def wait_connected(self, timeout: float = 10.0) -> bool:
         """Wait for the broker; whether it is there."""
-        return self._line.connected.wait(timeout)
+        return self._mqtt.connected.wait(timeout)
 
     def _restore(self) -> None:
         kept = None if self._store is None else self._store.load()
@@ -380,7 +383,7 @@ class Vehicle:
             elif name == "visualization":
                 self._due[name] = now + self.config.visualization
                 header = self._header("visualization")
-                self._line.send("visualization", visualization_message(self.facts, header))
+                self._mqtt.send("visualization", visualization_message(self.facts, header))
             elif name == "disk":
                 del self._due[name]
                 self._save()
@@ -391,7 +394,7 @@ class Vehicle:
                 self._keep_lease()
             elif name == "line":
                 del self._due[name]
-                self._line.open()
+                self._mqtt.open()
             elif name == "silent":
                 self._due[name] = max(self._watch.heard + SILENT_AFTER, now + 0.2)
                 self._look_for_silence()
@@ -522,14 +525,14 @@ class Vehicle:
         with self._header_lock:
             return self._headers.header(topic, time.time())
 
-    def _connection(self, state: str) -> dict[str, Any]:
+    def _connection_message(self, state: str) -> dict[str, Any]:
         return {**self._header("connection"), "connectionState": state}
 
     def _publish(self) -> None:
         self._due["state"] = time.monotonic() + STATE_EVERY
         if self.connected:
             message = state_message(self._machine, self.facts, self._header("state"), self.config.version)
-            self._line.send("state", message)
+            self._mqtt.send("state", message)
             if self._journal is not None:
                 told = [f"{each.action.id} {each.status.value}" for each in self._machine.action_states[-5:]]
                 kinds = [problem.kind for problem in self._machine.problems]
@@ -545,7 +548,7 @@ class Vehicle:
             visualization=self.config.visualization,
             software=(("woosh-pure", __version__),),
         )
-        self._line.send("factsheet", message, retain=True)
+        self._mqtt.send("factsheet", message, retain=True)
 
     def _body(self) -> Body:
         config, known = self.config, self._watch.parameters

@@ -6,16 +6,12 @@ from rosproto.late import late_names
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from woosh_pure.fleet.mqtt.connection import Broker
+    from woosh_pure.fleet.mqtt.broker import Broker
+    from woosh_pure.fleet.mqtt.connection import BrokerConnection
 
-__all__ = ["Broker"]
+__all__ = ["Broker", "BrokerConnection"]
 
-__getattr__ = late_names(
-    __name__,
-    {
-        "Broker": "connection",
-    },
-)
+__getattr__ = late_names(__name__, {"Broker": "broker", "BrokerConnection": "connection"})
 
 
 def __dir__() -> list[str]:

@@ -1,17 +1,19 @@
-"""The line to the broker: paho-mqtt with what the standard asks of a connection (6.2, 6.14).
+"""A vehicle's connection with the broker: paho-mqtt, with what the standard asks for (6.2, 6.14).
 
-The last will says CONNECTIONBROKEN, then ONLINE comes, before an orderly end OFFLINE: retained, quality 1.
-All else is sent with quality 0 and is not kept while there is no broker: a state of before is no news
-afterwards, and a new one goes out with the connection. So each connection has a client of paho's own, and
-takes nothing of the one before. One thread drives the clients of all vehicles (`loop.py`).
+The last will says CONNECTIONBROKEN; ONLINE follows the connection, and OFFLINE comes before an orderly end:
+all three retained, with quality of service 1. Everything else is sent with quality 0 and is not kept while
+there is no broker: an old state is no news afterwards, and a new one goes out with the connection. So each
+connection gets a paho client of its own, which inherits nothing from the one before. One thread drives the
+clients of all vehicles (`loop.py`).
 
-The name that a broker knows us by is made of the vehicle's topics and stays: a broker that still holds a
-connection that broke ends it when the next one comes, and its CONNECTIONBROKEN is said before our ONLINE.
+The client id is derived from the vehicle's topics and never changes: a broker that still holds a broken
+connection closes it when the next one arrives, and publishes its CONNECTIONBROKEN before our ONLINE.
 
-A broker that takes connections and does not read lets messages wait: so many, then they are dropped and
-counted; when it reads again, a new state follows. When it does not answer a ping it is left.
+When a broker accepts connections but does not read, a bounded number of messages waits (`outbox.py`); the
+rest is dropped and counted, and a new state follows once it reads again. A broker that does not answer a
+ping is given up.
 
-Messages that the broker has retained are not obeyed: an order of yesterday would move the robot whenever it
+Messages that the broker has retained are not obeyed: yesterday's order would move the robot whenever it
 connects. They are counted and logged.
 """
 
@@ -21,151 +23,35 @@ import functools
 import hashlib
 import json
 import math
-import os
 import selectors
 import socket
 import ssl
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
 from typing import Any
-from urllib.parse import urlsplit
 
 from rosproto.logs import get_logger
+from rosproto.transport import Backoff
 from woosh_pure.fleet.messages.schema import MOST_BYTES
-from woosh_pure.fleet.mqtt.attempts import Waits
+from woosh_pure.fleet.mqtt.broker import Broker, tls_context
+from woosh_pure.fleet.mqtt.client import client_class, paho
 from woosh_pure.fleet.mqtt.loop import Loop, shared_loop
+from woosh_pure.fleet.mqtt.outbox import MOST_WAITING, Outbox
 
-__all__ = ["Broker", "Line", "paho"]
+__all__ = ["BrokerConnection"]
 
 _log = get_logger("woosh_pure.fleet.mqtt.connection")
 _KEEP_ALIVE = 15  # s, as 6.14 has it
 _PING_MARGIN = 0.05  # s after which paho is sure to find that the time of a ping is here
-_SENT_AWAY = (1.0, 2.0, 30.0, 0.5)  # the waits of a line that a broker takes and does not keep
-_STOOD = 2.0  # s after which a line that breaks begins anew with short waits
-MOST_WAITING = 200
-"""Messages of one vehicle that wait for a broker which does not read."""
-MOST_WAITING_BYTES = 1_000_000
-_MOST_PENDING = 100  # packets of one line that are read before the next line has its turn
+_SENT_AWAY = (1.0, 2.0, 30.0, 0.5)  # the waits of a connection that a broker accepts and does not keep
+_STOOD = 2.0  # s after which a connection that breaks begins anew with short waits
+_MOST_PENDING = 100  # packets of one connection that are read before the next has its turn
 _MOST_PACKET = MOST_BYTES + 65_600  # a message and its topic
 _END_SECONDS = 1.0  # for the broker to have our farewell
 
 
-def paho() -> Any:
-    """paho.mqtt.client.
-
-    Raises:
-        ImportError: It is not installed; the text names the extra.
-    """
-    try:
-        import paho.mqtt.client as client
-    except ImportError as error:
-        raise ImportError(
-            'VDA 5050 needs paho-mqtt 2: pip install "woosh-pure[fleet]"', name="paho"
-        ) from error
-    return client
-
-
-@functools.cache
-def _client_class() -> Any:
-    class Client(paho().Client):  # type: ignore[misc]
-        """paho's, which has no limit of its own and takes packets of up to 256 MB."""
-
-        @property
-        def incoming(self) -> int:
-            """Bytes of the packet that is being read."""
-            try:
-                return int(self._in_packet["remaining_length"])
-            except (AttributeError, KeyError):
-                return 0  # a later paho that does it otherwise: then without a limit
-
-    return Client
-
-
-@dataclass(frozen=True, slots=True, repr=False)
-class Broker:
-    """Where the broker is and how it lets us in.
-
-    Attributes:
-        url: mqtt://host:port, or mqtts:// for TLS; never with a password in it.
-        user, password: None where it asks for none.
-        ca_file, cert_file, key_file: For TLS; None takes the system's authorities and no certificate of ours.
-    """
-
-    url: str
-    user: str | None = None
-    password: str | None = None
-    ca_file: str | None = None
-    cert_file: str | None = None
-    key_file: str | None = None
-
-    def __post_init__(self) -> None:
-        expected = f"broker {_without_secrets(self.url)}: expected mqtt://HOST:PORT or mqtts://HOST:PORT"
-        try:
-            parts = urlsplit(self.url)
-            port = parts.port
-        except ValueError as error:
-            raise ValueError(f"{expected} ({error})") from None
-        beside = parts.path.strip("/") or parts.query or parts.fragment
-        if parts.scheme not in ("mqtt", "mqtts") or not parts.hostname or beside or port == 0:
-            raise ValueError(expected)
-        if parts.username or parts.password:
-            raise ValueError(
-                "the broker's address must not hold a user or password: others on this computer see it; "
-                "use $WOOSH_MQTT_USER and $WOOSH_MQTT_PASSWORD, or a file"
-            )
-        if not self.tls and (self.ca_file or self.cert_file or self.key_file):
-            raise ValueError("certificates are for TLS: write mqtts://HOST:PORT")
-
-    def __repr__(self) -> str:
-        return f"<Broker {self.url}>"
-
-    @property
-    def tls(self) -> bool:
-        """Whether the line is encrypted."""
-        return urlsplit(self.url).scheme == "mqtts"
-
-    @property
-    def host(self) -> str:
-        """Its name or address."""
-        return urlsplit(self.url).hostname or ""
-
-    @property
-    def port(self) -> int:
-        """Its port."""
-        return urlsplit(self.url).port or (8883 if self.tls else 1883)
-
-
-def _without_secrets(url: str) -> str:
-    return url.rpartition("@")[2]
-
-
-@functools.lru_cache(maxsize=4)
-def _tls(broker: Broker, files: tuple[int, ...]) -> ssl.SSLContext:
-    """One for all lines: reading the system's authorities takes 20 ms. `files` tells when they changed."""
-    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
-    if broker.ca_file is None:
-        context.load_default_certs()
-    else:
-        context.load_verify_locations(broker.ca_file)
-    if broker.cert_file is not None:
-        context.load_cert_chain(broker.cert_file, broker.key_file)
-    return context
-
-
-def _tls_of(broker: Broker) -> ssl.SSLContext:
-    """With certificates as they are now: who renews them need not start anew.
-
-    Raises:
-        OSError: A file cannot be read, or is none of certificates.
-    """
-    names = (broker.ca_file, broker.cert_file, broker.key_file)
-    return _tls(broker, tuple(os.stat(name).st_mtime_ns for name in names if name))
-
-
-class Line:
+class BrokerConnection:
     """One vehicle's connection with the broker.
 
     Args:
@@ -173,8 +59,8 @@ class Line:
         prefix: Levels of the topics, "uagv/v2/Woosh/A-17".
         connection: Makes a connection message for a state: `connection("ONLINE")`.
         received: Called with topic and payload, in the loop's thread; must not wait.
-        changed: Called with whether the line stands, in the loop's thread, and with True once more when what
-            was sent meanwhile was dropped; must not wait.
+        changed: Called with whether it is connected, in the loop's thread, and with True once more when
+            what was sent meanwhile was dropped; must not wait.
 
     Raises:
         ImportError: paho-mqtt is not installed; the text names the extra.
@@ -193,7 +79,7 @@ class Line:
         self._module = paho()
         if broker.tls:
             try:
-                _tls_of(broker)  # what is wrong with the files is said now, and not in a thread later
+                tls_context(broker)  # what is wrong with the files is said now, and not in a thread later
             except ssl.SSLError as error:
                 files = ", ".join(
                     name for name in (broker.ca_file, broker.cert_file, broker.key_file) if name
@@ -211,16 +97,15 @@ class Line:
         self._client: Any = None
         self._lock = threading.Lock()
         self._io = threading.RLock()  # held by who reads or writes: TLS allows one at a time
-        self._waiting: deque[tuple[Any, int]] = deque()  # what paho has not written yet, and its bytes
-        self._waiting_bytes = 0
+        self._outbox = Outbox()
         self._behind = False
         self._refused = ""
         self._since = math.inf  # when it was connected
         self._heard = self._wrote = 0.0
-        self._sent_away = Waits(*_SENT_AWAY)
+        self._sent_away = Backoff(*_SENT_AWAY)
 
     def __repr__(self) -> str:
-        return f"<Line {self.prefix} to {self.broker.url}>"
+        return f"<BrokerConnection {self.prefix} to {self.broker.url}>"
 
     def open(self) -> None:
         """Begin to connect; tries until `close`."""
@@ -235,7 +120,7 @@ class Line:
             return False
         payload = json.dumps(message, separators=(",", ":")).encode()
         with self._lock:
-            if not self._has_room(len(payload)):
+            if not self._outbox.has_room(len(payload)):
                 self.dropped += 1
                 first, self._behind = not self._behind, True
                 sent = False
@@ -243,8 +128,7 @@ class Line:
                 info = client.publish(f"{self.prefix}/{topic}", payload, qos=quality, retain=retain)
                 sent, first = info.rc == self._module.MQTT_ERR_SUCCESS, False
                 if sent and quality == 0:
-                    self._waiting.append((info, len(payload)))
-                    self._waiting_bytes += len(payload)
+                    self._outbox.add(info, len(payload))
         if first:
             self._tell(f"the broker {self.broker.url} does not read: what is sent is dropped until it does")
         if not (loop.inside or self._written(client)):
@@ -286,7 +170,7 @@ class Line:
     # -- what the loop asks ----------------------------------------------------------------------------------
 
     @property
-    def place(self) -> Hashable:
+    def broker_address(self) -> Hashable:
         """Lines of one broker take turns."""
         return (self.broker.host, self.broker.port)
 
@@ -300,7 +184,7 @@ class Line:
     def connect(self) -> Any:
         """In a thread of its own: a client whose connection is open, and who has asked to be let in."""
         broker = self.broker
-        client = _client_class()(
+        client = client_class()(
             self._module.CallbackAPIVersion.VERSION2, client_id=self._name(),
             protocol=self._module.MQTTv311, reconnect_on_failure=False,
         )  # fmt: skip
@@ -308,7 +192,7 @@ class Line:
         if broker.user is not None:
             client.username_pw_set(broker.user, broker.password)
         if broker.tls:
-            client.tls_set_context(_tls_of(broker))
+            client.tls_set_context(tls_context(broker))
         will = json.dumps(self._connection("CONNECTIONBROKEN"))
         client.will_set(f"{self.prefix}/connection", will, qos=1, retain=True)
         client.on_connect = self._on_connect
@@ -325,7 +209,7 @@ class Line:
         """What the broker knows us by: at most 23 letters and digits, which every broker takes."""
         return "woosh" + hashlib.sha256(self.prefix.encode()).hexdigest()[:16]
 
-    def made(self, client: Any) -> None:
+    def opened(self, client: Any) -> None:
         """A connection is open; the broker has not answered yet."""
         if self._closing:
             client.socket().close()
@@ -334,8 +218,8 @@ class Line:
         self._heard = self._wrote = time.monotonic()
         self._refused, self._since = "", math.inf
         with self._lock:
-            self._waiting.clear()
-            self._waiting_bytes, self._behind = 0, False
+            self._outbox.clear()
+            self._behind = False
         self._flush(client)
 
     def failed(self, error: Exception) -> None:
@@ -357,7 +241,7 @@ class Line:
             if client is self._client:
                 self._flush(client)
 
-    def on_time(self) -> None:
+    def on_due(self) -> None:
         """Have paho ping, or give up a broker that did not answer the last one."""
         client = self._client
         if client is not None:
@@ -370,7 +254,7 @@ class Line:
     def broken(self) -> None:
         """Something of ours has failed: begin anew."""
         self._drop()
-        self._lost("", ours="the line is made anew after a failure of our own")
+        self._lost("", ours="the connection is made anew after a failure of our own")
 
     # -- in the loop's thread --------------------------------------------------------------------------------
 
@@ -387,7 +271,8 @@ class Line:
         if size > _MOST_PACKET and client is self._client:
             self._drop()
             self._lost(
-                "", ours=f"a message of {size} bytes came, longer than {MOST_BYTES}: the line is made anew"
+                "",
+                ours=f"a message of {size} bytes came, longer than {MOST_BYTES}: the connection is made anew",
             )
 
     def _flush(self, client: Any) -> None:
@@ -410,14 +295,6 @@ class Line:
             self._told = ""
             _log.info("= %s: the broker %s reads again", self.prefix, self.broker.url)
             self._changed(True)
-
-    def _has_room(self, size: int) -> bool:
-        waiting = self._waiting
-        while waiting and waiting[0][0].is_published():
-            self._waiting_bytes -= waiting.popleft()[1]
-        return not waiting or (
-            len(waiting) < MOST_WAITING and self._waiting_bytes + size <= MOST_WAITING_BYTES
-        )
 
     def _say_farewell(self) -> None:
         client = self._client
@@ -451,7 +328,7 @@ class Line:
         self._told = ""
         _log.info("= %s: connected with %s", self.prefix, self.broker.url)
         self._since = time.monotonic()
-        self._loop.turns(self).reached(self)
+        self._loop.attempts(self).succeeded(self)
         client.subscribe([(f"{self.prefix}/order", 0), (f"{self.prefix}/instantActions", 0)])
         self.connected.set()
         self.send("connection", self._connection("ONLINE"), retain=True, quality=1)
@@ -485,26 +362,26 @@ class Line:
             self._again(there=False, wait=self._sent_away.next())
         elif stood < _STOOD:
             self._tell(
-                f"the broker {self.broker.url} ended the line as soon as it stood: {reason}; does another "
-                f"process say that it is {self.prefix}?"
+                f"the broker {self.broker.url} ended the connection as soon as it stood: {reason}; does "
+                f"another process say that it is {self.prefix}?"
             )
             self._again(there=True)
         else:
-            self._tell(f"the line to the broker {self.broker.url} is lost: {reason}")
+            self._tell(f"the connection with the broker {self.broker.url} is lost: {reason}")
             self._sent_away.reset()
             self._again(there=True, wait=0.0)
         if stands:
             self._changed(False)
 
     def _again(self, *, there: bool, wait: float | None = None) -> None:
-        """Ask for another try: at once, or after a wait of this line's own where the broker sends it away."""
+        """Ask for another try: at once, or after a wait of its own where the broker sends it away."""
         assert self._loop is not None
         now = time.monotonic()
         if wait is None:
             wait = self._sent_away.next() if there else 0.0
-        turns = self._loop.turns(self)
-        turns.failed(self, now, there=there)
-        turns.ask(self, now + wait)
+        attempts = self._loop.attempts(self)
+        attempts.failed(self, now, there=there)
+        attempts.request(self, now + wait)
 
     def _on_message(self, client: Any, data: Any, message: Any) -> None:
         topic = message.topic.rpartition("/")[2]
@@ -521,4 +398,4 @@ class Line:
 
 
 def _ignore(*given: object) -> None:
-    """A line says itself when it has written something."""
+    """A connection tells the loop itself when it has something to write."""

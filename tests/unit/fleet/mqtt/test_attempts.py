@@ -6,13 +6,13 @@ from itertools import pairwise
 
 import pytest
 
-from woosh_pure.fleet.mqtt.attempts import TOGETHER, Turns
+from woosh_pure.fleet.mqtt.attempts import TOGETHER, ConnectionAttempts
 
 
-def turns(lines: int) -> Turns[int]:
-    found: Turns[int] = Turns(uniform=lambda low, high: 0.0)
+def turns(lines: int) -> ConnectionAttempts[int]:
+    found: ConnectionAttempts[int] = ConnectionAttempts(uniform=lambda low, high: 0.0)
     for line in range(lines):
-        found.ask(line)
+        found.request(line)
     return found
 
 
@@ -22,7 +22,7 @@ def test_a_few_try_together_while_the_broker_answers() -> None:
     assert many.begin(0.0) == list(range(TOGETHER))
     assert many.begin(0.0) == []
     assert many.due() is None
-    many.reached(3)
+    many.succeeded(3)
     assert many.begin(0.0) == [TOGETHER]
 
 
@@ -32,7 +32,7 @@ def test_one_knocks_while_nobody_answers() -> None:
     now = 0.0
     for line in many.begin(now):
         many.failed(line, now, there=False)
-        many.ask(line)
+        many.request(line)
     knocks = []
     for _ in range(20):
         due = many.due()
@@ -41,7 +41,7 @@ def test_one_knocks_while_nobody_answers() -> None:
         (line,) = many.begin(now)
         knocks.append((line, now))
         many.failed(line, now, there=False)
-        many.ask(line)
+        many.request(line)
     assert [line for line, _ in knocks] == list(range(TOGETHER, TOGETHER + 20))
     gaps = [b - a for (_, a), (_, b) in pairwise(knocks)]
     assert gaps[3:] == pytest.approx([1.0] * len(gaps[3:]))
@@ -53,12 +53,12 @@ def test_all_follow_the_one_who_found_the_broker() -> None:
     many = turns(20)
     for line in many.begin(0.0):
         many.failed(line, 0.0, there=False)
-        many.ask(line)
+        many.request(line)
     due = many.due()
     assert due is not None
     (scout,) = many.begin(due)
     assert many.begin(due + 5.0) == []
-    many.reached(scout)
+    many.succeeded(scout)
     assert len(many.begin(due)) == TOGETHER
 
 
@@ -67,10 +67,10 @@ def test_who_is_sent_away_waits_for_itself() -> None:
     two = turns(1)
     assert two.begin(0.0) == [0]
     two.failed(0, 0.0, there=True)
-    two.ask(0, 30.0)
-    two.ask(1)
+    two.request(0, 30.0)
+    two.request(1)
     assert two.begin(1.0) == [1]
-    two.reached(1)
+    two.succeeded(1)
     assert two.due() == 30.0
     assert two.begin(29.0) == []
     assert two.begin(30.0) == [0]

@@ -12,7 +12,9 @@ import pytest
 
 from tests.support.stuck_broker import StuckBroker
 from woosh_pure.fleet.mqtt import connection as mqtt
-from woosh_pure.fleet.mqtt.connection import MOST_WAITING, Broker, Line
+from woosh_pure.fleet.mqtt.broker import Broker
+from woosh_pure.fleet.mqtt.connection import BrokerConnection
+from woosh_pure.fleet.mqtt.outbox import MOST_WAITING
 
 pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
 STATE = {"text": "x" * 2600}  # as long as a state with 18 nodes ahead
@@ -24,7 +26,7 @@ class Heard:
     def __init__(self, url: str, serial: str = "1") -> None:
         self.told: list[bool] = []
         self.came = threading.Condition()
-        self.line = Line(
+        self.line = BrokerConnection(
             Broker(url), f"uagv/v2/W/{serial}", lambda s: {"connectionState": s}, lambda *_: None, self._on
         )
 
@@ -63,7 +65,7 @@ def test_a_broker_that_does_not_read_costs_a_bounded_amount(opened: Any) -> None
             dropped = 0 if heard.line.send("state", STATE) else dropped + 1
             pause.wait(0.001 if dropped else 0.0)
         assert heard.line.dropped >= 100
-        assert len(heard.line._waiting) <= MOST_WAITING
+        assert len(heard.line._outbox) <= MOST_WAITING
         told = len(heard.told)
         broker.reading.set()
         heard.until(lambda: len(heard.told) > told)
@@ -136,7 +138,7 @@ def test_a_broker_that_hangs_up_at_once_is_not_stormed(
         broker.hang_up()
         heard.until(lambda: heard.told == [True, False])
         assert heard.line._loop is not None
-        assert heard.line._loop.turns(heard.line).begin(time.monotonic() + 4.0) == []
+        assert heard.line._loop.attempts(heard.line).begin(time.monotonic() + 4.0) == []
         assert broker.accepted == 1
     assert "does another process say" in caplog.text
 
