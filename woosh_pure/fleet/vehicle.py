@@ -20,22 +20,26 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.version import __version__
-from woosh_pure.fleet.abilities import Task, Triggers, abilities_of
+from woosh_pure.fleet.actions.abilities import Task, Triggers, abilities_of
+from woosh_pure.fleet.actions.log_report import Journal
+from woosh_pure.fleet.actions.map_store import MapShelf
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.driver import Driver
-from woosh_pure.fleet.effects import Begin, Changed, Drive, Effect, End, Factsheet, Halt, Retry
-from woosh_pure.fleet.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.factsheet import Body, factsheet_message
-from woosh_pure.fleet.headers import Headers
-from woosh_pure.fleet.judging import Limits, Place
-from woosh_pure.fleet.maps import MapShelf
-from woosh_pure.fleet.messages import Invalid, Order, parse, read_instant_actions, read_order
-from woosh_pure.fleet.mqtt import Broker, Line
-from woosh_pure.fleet.order import OrderMachine
-from woosh_pure.fleet.report import Journal
+from woosh_pure.fleet.messages.elements import Order
+from woosh_pure.fleet.messages.header import Headers
+from woosh_pure.fleet.messages.parsing import parse, read_instant_actions, read_order
+from woosh_pure.fleet.messages.schema import Invalid
+from woosh_pure.fleet.monitor import SILENT_AFTER, Watch, outline_of
+from woosh_pure.fleet.mqtt.broker import Broker
+from woosh_pure.fleet.mqtt.connection import BrokerConnection
+from woosh_pure.fleet.order.deviation import AgvPosition
+from woosh_pure.fleet.order.effects import Begin, Changed, Drive, Effect, End, Factsheet, Halt, Retry
+from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
+from woosh_pure.fleet.order.limits import Limits
+from woosh_pure.fleet.order.machine import OrderMachine
 from woosh_pure.fleet.state import Facts, Load, MapEntry, state_message, visualization_message
 from woosh_pure.fleet.store import Store
-from woosh_pure.fleet.watching import SILENT_AFTER, Watch, outline_of
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -109,9 +113,11 @@ class Vehicle:
             loads=() if config.marks else None,
         )
         self._machine = OrderMachine(self.limits)
-        self._line = Line(broker, config.prefix, self._connection, self._on_message, self._on_line)
+        self._mqtt = BrokerConnection(
+            broker, config.prefix, self._connection_message, self._on_message, self._on_line
+        )
         self._watch = Watch(chassis, self.facts, self._on_moved, self._on_told, self._on_described)
-        self._driver = Driver(chassis, self._on_drive_ended, lambda: self.facts.place, marks=config.marks)
+        self._driver = Driver(chassis, self._on_drive_ended, lambda: self.facts.position, marks=config.marks)
         self._tasks: dict[str, Task] = {}
         self._workers: set[threading.Thread] = set()
         self._wake = threading.Condition()
@@ -182,7 +188,7 @@ class Vehicle:
         self._end_lease()
         self._release_lease()
         self._watch.close()
-        self._line.close()
+        self._mqtt.close()
 
     def _end_in_order(self) -> None:
         """The last word of the machine, when its thread is over. What it still asks for is being done."""
@@ -197,7 +203,7 @@ class Vehicle:
     @property
     def connected(self) -> bool:
         """Whether the line to the broker stands."""
-        return self._line.connected.is_set()
+        return self._mqtt.connected.is_set()
 
     def trigger(self, name: str) -> int:
         """Somebody has pressed the button: every waitForTrigger of this type that waits now is over.
@@ -212,7 +218,7 @@ class Vehicle:
 
     def wait_connected(self, timeout: float = 10.0) -> bool:
         """Wait for the broker; whether it is there."""
-        return self._line.connected.wait(timeout)
+        return self._mqtt.connected.wait(timeout)
 
     def _restore(self) -> None:
         kept = None if self._store is None else self._store.load()
@@ -273,7 +279,7 @@ class Vehicle:
         self._call(lambda: self._drive_ended(token, arrived, text))
 
     def _drive_ended(self, token: int, arrived: bool, text: str) -> list[Effect]:
-        before = self._machine.at(self._place())
+        before = self._machine.set_position(self._place())
         return [*before, *self._machine.drive_ended(token, arrived, text)]
 
     # -- the one thread --------------------------------------------------------------------------------------
@@ -336,23 +342,23 @@ class Vehicle:
     def _take(self, order: Order) -> list[Effect]:
         """What is acknowledged is there after a restart: the disk takes an order before the machine does."""
         if self._store is not None:
-            rehearsal = self._machine.rehearsal()
+            rehearsal = self._machine.trial_copy()
             rehearsal.receive(order)
             try:
                 self._store.save(rehearsal.to_json())
             except OSError as error:
                 self._tell_disk(error)
                 text = f"the order cannot be kept on disk ({error}), so it is not taken"
-                return self._machine.refuse(order, text)
+                return self._machine.reject(order, text)
         return self._machine.receive(order)
 
-    def _place(self) -> Place | None:
-        return self.facts.place if self.facts.located and not self._lost else None
+    def _place(self) -> AgvPosition | None:
+        return self.facts.position if self.facts.located and not self._lost else None
 
     def _refresh(self, *, full: bool) -> None:
         if self._lost and not self._watch.silent:
             self._lost, full = False, True
-            self._carry_out(self._machine.stand("lost", None))
+            self._carry_out(self._machine.set_problem("lost", None))
         if full:
             before = (self.facts.emergency_stop, self.facts.bumper, self.facts.faults, self.facts.charging)
             self._watch.refresh(self._local_owner())
@@ -362,7 +368,7 @@ class Vehicle:
                 self.facts.emergency_stop, self.facts.bumper, self.facts.faults, self.facts.charging
             ):  # fmt: skip
                 self._publish()
-        self._carry_out(self._machine.at(self._place()))
+        self._carry_out(self._machine.set_position(self._place()))
         if "line" in self._due and self.facts.located and self.facts.percent is not None:
             self._due["line"] = 0.0  # ONLINE says that orders are taken
         if full:
@@ -377,7 +383,7 @@ class Vehicle:
             elif name == "visualization":
                 self._due[name] = now + self.config.visualization
                 header = self._header("visualization")
-                self._line.send("visualization", visualization_message(self.facts, header))
+                self._mqtt.send("visualization", visualization_message(self.facts, header))
             elif name == "disk":
                 del self._due[name]
                 self._save()
@@ -388,7 +394,7 @@ class Vehicle:
                 self._keep_lease()
             elif name == "line":
                 del self._due[name]
-                self._line.open()
+                self._mqtt.open()
             elif name == "silent":
                 self._due[name] = max(self._watch.heard + SILENT_AFTER, now + 0.2)
                 self._look_for_silence()
@@ -401,8 +407,8 @@ class Vehicle:
         text = f"nothing was heard of the chassis at {self.chassis.master_uri} for {SILENT_AFTER:g} s"
         hint = "check the robot and its network; it may go on with what it was told"
         problem = Problem(ErrorType.ROBOT_LOST, text, (), Level.FATAL, hint)
-        self._carry_out(self._machine.stand("lost", problem))
-        self._carry_out(self._machine.at(None))
+        self._carry_out(self._machine.set_problem("lost", problem))
+        self._carry_out(self._machine.set_position(None))
 
     # -- effects ---------------------------------------------------------------------------------------------
 
@@ -457,7 +463,7 @@ class Vehicle:
             self.facts.loads = tuple(self._loads)
         self._use_maps()
         self._watch.refresh(self._local_owner())  # a pose that was given is known now
-        return [*self._machine.action_ended(action_id, ok, text), *self._machine.at(self._place())]
+        return [*self._machine.action_ended(action_id, ok, text), *self._machine.set_position(self._place())]
 
     def _use_maps(self) -> None:
         if self._shelf is not None:
@@ -491,7 +497,7 @@ class Vehicle:
             waiting, self._unbegun = self._unbegun, []
             for effect in waiting:
                 self._begin(effect)
-            self._call(lambda: self._machine.keep(None))
+            self._call(lambda: self._machine.set_storage_problem(None))
 
     def _tell_disk(self, error: OSError) -> None:
         self._due["disk"] = time.monotonic() + _DISK_SECONDS
@@ -505,7 +511,7 @@ class Vehicle:
         _log.error("! %s: %s", self.config.prefix, text)
         hint = "make room, or let it be written; it is tried again and again"
         problem = Problem(ErrorType.STORAGE, text, (), Level.FATAL, hint)
-        self._call(lambda: self._machine.keep(problem))
+        self._call(lambda: self._machine.set_storage_problem(problem))
 
     def _forget_unbegun(self, action_id: str) -> None:
         """An action that waited for the disk is ended before it began."""
@@ -519,16 +525,16 @@ class Vehicle:
         with self._header_lock:
             return self._headers.header(topic, time.time())
 
-    def _connection(self, state: str) -> dict[str, Any]:
+    def _connection_message(self, state: str) -> dict[str, Any]:
         return {**self._header("connection"), "connectionState": state}
 
     def _publish(self) -> None:
         self._due["state"] = time.monotonic() + STATE_EVERY
         if self.connected:
             message = state_message(self._machine, self.facts, self._header("state"), self.config.version)
-            self._line.send("state", message)
+            self._mqtt.send("state", message)
             if self._journal is not None:
-                told = [f"{each.action.id} {each.status.value}" for each in self._machine.records[-5:]]
+                told = [f"{each.action.id} {each.status.value}" for each in self._machine.action_states[-5:]]
                 kinds = [problem.kind for problem in self._machine.problems]
                 node = self._machine.last_node
                 self._journal.note(f"> state {message['headerId']}: at {node}, {told}, {kinds}")
@@ -542,7 +548,7 @@ class Vehicle:
             visualization=self.config.visualization,
             software=(("woosh-pure", __version__),),
         )
-        self._line.send("factsheet", message, retain=True)
+        self._mqtt.send("factsheet", message, retain=True)
 
     def _body(self) -> Body:
         config, known = self.config, self._watch.parameters

@@ -6,7 +6,7 @@ import pytest
 
 from woosh_pure import Chassis
 from woosh_pure.fleet.config import VehicleConfig
-from woosh_pure.fleet.mqtt import Broker
+from woosh_pure.fleet.mqtt.broker import Broker
 
 pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
 
