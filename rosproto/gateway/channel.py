@@ -6,9 +6,9 @@ import time
 from collections.abc import Callable
 from typing import Protocol
 
+from rosproto.gateway.chunks import Pieces
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.gateway.outbox import Outbox
-from rosproto.gateway.pieces import Pieces
 
 __all__ = ["Channel", "Late", "Payload", "Session"]
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from rosproto.aio.pool import Pool, notify
 from rosproto.gateway.channel import Channel, Late, Payload
-from rosproto.gateway.pieces import PIECE, Pieces
+from rosproto.gateway.chunks import PIECE, Pieces
 from rosproto.logs import PeerLog
 
 __all__ = ["Outgoing", "closed_error"]

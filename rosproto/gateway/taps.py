@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from rosproto.codec import AnyMsg, message_class
 from rosproto.errors import DefinitionError, LocalProtocolError
 from rosproto.gateway.limits import GatewayLimits
-from rosproto.gateway.sample import Sample, TopicDescription
+from rosproto.gateway.message_event import Sample, TopicDescription
 from rosproto.logs import get_logger
 from rosproto.time import Time
 

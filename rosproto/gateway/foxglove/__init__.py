@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING
 from rosproto.late import late_names
 
 if TYPE_CHECKING:
-    from rosproto.gateway.foxglove.local import LocalTopic
+    from rosproto.gateway.foxglove.local_topic import LocalTopic
     from rosproto.gateway.foxglove.server import Foxglove, FoxgloveStats
 
 __all__ = ["Foxglove", "FoxgloveStats", "LocalTopic"]
 
-__getattr__ = late_names(__name__, {"Foxglove": "server", "FoxgloveStats": "server", "LocalTopic": "local"})
+__getattr__ = late_names(
+    __name__, {"Foxglove": "server", "FoxgloveStats": "server", "LocalTopic": "local_topic"}
+)

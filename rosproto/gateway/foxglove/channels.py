@@ -11,13 +11,13 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rosproto.errors import RosError
-from rosproto.gateway.foxglove.described import Described
 from rosproto.gateway.foxglove.graph import GraphView
+from rosproto.gateway.foxglove.schemas import Described
 from rosproto.gateway.foxglove.sdk import sdk
 from rosproto.gateway.taps import Receiver
 
 if TYPE_CHECKING:
-    from rosproto.gateway.foxglove.house import House
+    from rosproto.gateway.foxglove.shared import House
 
 __all__ = ["Channels", "Shown"]
 

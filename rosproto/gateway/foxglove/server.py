@@ -11,12 +11,12 @@ from urllib.parse import quote
 
 from rosproto.errors import RosTimeout
 from rosproto.gateway.access import Access, require_token_off_loopback
-from rosproto.gateway.foxglove import head
+from rosproto.gateway.foxglove import handshake as head
 from rosproto.gateway.foxglove.assets import Assets
-from rosproto.gateway.foxglove.door import Door
-from rosproto.gateway.foxglove.house import House
-from rosproto.gateway.foxglove.local import LocalTopic
+from rosproto.gateway.foxglove.local_topic import LocalTopic
+from rosproto.gateway.foxglove.proxy import Door
 from rosproto.gateway.foxglove.sdk import sdk
+from rosproto.gateway.foxglove.shared import House
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.logs import get_logger
 from rosproto.records import NamedTuple

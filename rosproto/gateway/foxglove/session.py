@@ -22,21 +22,21 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosError
-from rosproto.gateway.foxglove import head
+from rosproto.gateway.foxglove import handshake as head
 from rosproto.gateway.foxglove.channels import Channels, Shown
 from rosproto.gateway.foxglove.graph import GraphView, connection_graph
-from rosproto.gateway.foxglove.jobs import Jobs
+from rosproto.gateway.foxglove.listening_port import sealed
 from rosproto.gateway.foxglove.parameters import FollowedParameters, shown
 from rosproto.gateway.foxglove.publish import ENCODINGS, Advert, NotOpen, Refused
 from rosproto.gateway.foxglove.sdk import sdk
-from rosproto.gateway.foxglove.seal import sealed
+from rosproto.gateway.foxglove.serial_executor import Jobs
 from rosproto.gateway.foxglove.services import CallCount, sdk_service
 from rosproto.gateway.outbox import Outbox
 from rosproto.logs import get_logger
 
 if TYPE_CHECKING:
-    from rosproto.gateway.foxglove.house import House
-    from rosproto.gateway.sample import Sample, TopicDescription
+    from rosproto.gateway.foxglove.shared import House
+    from rosproto.gateway.message_event import Sample, TopicDescription
 
 __all__ = ["Session"]
 

@@ -16,7 +16,7 @@ from weakref import WeakKeyDictionary
 from rosproto.codec import decode, encode
 from rosproto.codec.layout import DTYPES, FieldLayout
 from rosproto.errors import RosError
-from rosproto.gateway.pieces import PIECE, Pieces
+from rosproto.gateway.chunks import PIECE, Pieces
 from rosproto.gateway.rosbridge.writer import Writer
 
 __all__ = ["MissingLibrary", "dumps", "publish_cbor", "publish_cbor_raw", "publish_cbor_raw_parts", "to_cbor"]

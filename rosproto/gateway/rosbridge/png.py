@@ -9,7 +9,7 @@ from __future__ import annotations
 import binascii
 from math import isqrt
 
-from rosproto.gateway.pieces import Pieces
+from rosproto.gateway.chunks import Pieces
 
 __all__ = ["PngError", "pack", "publish_png", "unpack"]
 

@@ -19,7 +19,7 @@ from json.encoder import encode_basestring_ascii as quoted
 from typing import Any
 from typing import Protocol as Structural
 
-from rosproto.gateway.pieces import Pieces, pieces_of
+from rosproto.gateway.chunks import Pieces, pieces_of
 from rosproto.gateway.rosbridge.effects import (
     CallService,
     Close,

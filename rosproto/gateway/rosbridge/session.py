@@ -24,8 +24,8 @@ from rosproto.gateway.rosbridge.calls import Calls
 from rosproto.gateway.rosbridge.effects import Effect, Id, Payload
 from rosproto.gateway.rosbridge.goals import Goals
 from rosproto.gateway.rosbridge.protocol import Protocol
-from rosproto.gateway.rosbridge.provided import ProvidedServices
 from rosproto.gateway.rosbridge.provided_actions import ProvidedActions
+from rosproto.gateway.rosbridge.provided_services import ProvidedServices
 from rosproto.gateway.rosbridge.shared import Refused, Shared, insist
 from rosproto.gateway.rosbridge.status import Level
 from rosproto.gateway.rosbridge.subscription import TopicSubscription

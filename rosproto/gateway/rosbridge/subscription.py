@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
 from rosproto.gateway.channel import Channel, Payload
-from rosproto.gateway.pieces import Pieces
+from rosproto.gateway.chunks import Pieces
+from rosproto.gateway.message_event import Sample
 from rosproto.gateway.rosbridge.cbor import publish_cbor, publish_cbor_raw, publish_cbor_raw_parts
 from rosproto.gateway.rosbridge.effects import Compression, Id, Subscribe
 from rosproto.gateway.rosbridge.png import publish_png
 from rosproto.gateway.rosbridge.protocol import publish_parts, publish_text
 from rosproto.gateway.rosbridge.values import to_json, to_json_parts
-from rosproto.gateway.sample import Sample
 
 if TYPE_CHECKING:
     from rosproto.gateway.taps import Tap

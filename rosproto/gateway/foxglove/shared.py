@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import RosError
 from rosproto.gateway.access import Access
 from rosproto.gateway.foxglove.assets import Assets
-from rosproto.gateway.foxglove.described import Described, TopicBook
 from rosproto.gateway.foxglove.graph import GraphView, GraphWatch
-from rosproto.gateway.foxglove.local import LocalTopic
+from rosproto.gateway.foxglove.local_topic import LocalTopic
 from rosproto.gateway.foxglove.parameters import ParameterView
 from rosproto.gateway.foxglove.publish import ClientTopics
+from rosproto.gateway.foxglove.schemas import Described, TopicBook
 from rosproto.gateway.foxglove.sdk import websocket
 from rosproto.gateway.foxglove.services import ServiceBook
 from rosproto.gateway.foxglove.session import Session
@@ -26,7 +26,7 @@ from rosproto.gateway.write_guard import WriteGuard
 from rosproto.logs import get_logger
 
 if TYPE_CHECKING:
-    from rosproto.gateway.sample import Sample, TopicDescription
+    from rosproto.gateway.message_event import Sample, TopicDescription
     from rosproto.node import Node
 
 __all__ = ["House"]

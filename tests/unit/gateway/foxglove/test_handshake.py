@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosproto.gateway.foxglove.head import (
+from rosproto.gateway.foxglove.handshake import (
     MOST_BYTES,
     BadRequest,
     accepted,

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rosproto.codec import encode
-from rosproto.gateway.sample import Sample, TopicDescription
+from rosproto.gateway.message_event import Sample, TopicDescription
 from rosproto.gateway.taps import Receiver
 from rosproto.logs import get_logger
 from rosproto.time import Time

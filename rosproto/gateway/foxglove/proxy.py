@@ -21,7 +21,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Protocol, cast
 
 from rosproto.errors import RosTimeout
-from rosproto.gateway.foxglove import head
+from rosproto.gateway.foxglove import handshake as head
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.logs import get_logger
 from rosproto.transport.os_errors import system_errors

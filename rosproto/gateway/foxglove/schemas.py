@@ -21,7 +21,7 @@ from rosproto.records import NamedTuple
 from rosproto.transport.deadline import Deadline
 
 if TYPE_CHECKING:
-    from rosproto.gateway.sample import TopicDescription
+    from rosproto.gateway.message_event import TopicDescription
     from rosproto.node import Node
 
 __all__ = ["Described", "TopicBook"]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rosproto.codec import decode, define, encode
-from rosproto.gateway.pieces import PIECE, Pieces, pieces_of
+from rosproto.gateway.chunks import PIECE, Pieces, pieces_of
 from rosproto.gateway.rosbridge import png
 from rosproto.gateway.rosbridge.cbor import publish_cbor_raw, publish_cbor_raw_parts
 from rosproto.gateway.rosbridge.protocol import publish_parts, publish_text

@@ -15,7 +15,8 @@ from msgdefs.std_msgs.msg import String
 from msgdefs.std_srvs.srv import SetBool
 from rosproto.codec import encode
 from rosproto.gateway import Access
-from rosproto.gateway.foxglove import seal, session
+from rosproto.gateway.foxglove import listening_port as seal
+from rosproto.gateway.foxglove import session
 from tests.support.foxglove_ground import Ground, until
 from tests.support.viewer import Viewer
 
