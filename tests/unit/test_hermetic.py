@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import socket
 import subprocess
 import sys
@@ -138,7 +137,10 @@ def test_what_is_seen_fails_the_test(tmp_path: Path) -> None:
 def test_tests_in_the_background_can_be_interrupted() -> None:
     """A shell without job control has its background programs ignore SIGINT, and all that they start does so too."""
     told = "import signal; print(signal.getsignal(signal.SIGINT) is signal.default_int_handler)"
-    for code, able in ((told, "False"), ("from tests.support.watched import plugin; plugin.begin(); " + told, "True")):
+    for code, able in (
+        (told, "False"),
+        ("from tests.support.watched import plugin; plugin.begin(); " + told, "True"),
+    ):
         begun = "import signal, subprocess, sys; signal.signal(signal.SIGINT, signal.SIG_IGN)"
         started = f"{begun}; sys.exit(subprocess.call([sys.executable, '-c', {code!r}]))"
         done = subprocess.run(
