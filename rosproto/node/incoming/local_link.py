@@ -107,10 +107,13 @@ class _Pipe:
                 )
 
     def close(self, *, deliver: bool = True) -> None:
-        with self._condition:
-            self._closed = True
-            self._condition.notify_all()
-        self._publication.detach(self)
+        # Before its thread learns of it, which detaches, too: the program is told in the thread that closes.
+        try:
+            self._publication.detach(self)
+        finally:
+            with self._condition:
+                self._closed = True
+                self._condition.notify_all()
 
     def stats(self) -> LinkStats:
         from rosproto.node.stats import LinkStats
