@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from woosh_pure.web.clients import Clients
+from woosh_pure.web.connection_slots import ConnectionSlots
 from woosh_pure.web.live.hub import Hub
-from woosh_pure.web.people import People
-from woosh_pure.web.places import Places
 from woosh_pure.web.problems import Problem
 from woosh_pure.web.workers import Workers
 
@@ -15,19 +15,19 @@ if TYPE_CHECKING:
     from woosh_pure.web.access import Access
     from woosh_pure.web.robot import Robot
 
-__all__ = ["House"]
+__all__ = ["WebContext"]
 
 
-class House:
+class WebContext:
     """What the parts of one application share.
 
     Attributes:
         robots: By name; the first one is that of the plain paths.
         access: Who may ask.
         allow_driving: Whether a page may drive by velocity.
-        people: Who is connected.
-        places: Who has a place at the server, where that is ours.
-        stops, drives, looks: Threads for each of these.
+        clients: Who is connected.
+        slots: The connections that the server has room for, where the server is ours.
+        stops, drives, reads: Threads for each of these.
         hubs: What viewers are shown, by the robot's name.
         streams, viewers: How many are open.
         closed: The server ends.
@@ -35,10 +35,10 @@ class House:
 
     def __init__(self, robots: Mapping[str, Robot], access: Access, *, allow_driving: bool) -> None:
         self.robots, self.access, self.allow_driving = dict(robots), access, allow_driving
-        self.people, self.places = People(), Places()
+        self.clients, self.slots = Clients(), ConnectionSlots()
         self.stops, self.drives = Workers("stop", 8), Workers("drive", 8)
-        self.looks = Workers("look", 8)
-        self.hubs = {name: Hub(robot, self.looks) for name, robot in self.robots.items()}
+        self.reads = Workers("read", 8)
+        self.hubs = {name: Hub(robot, self.reads) for name, robot in self.robots.items()}
         self.streams = 0
         self.viewers = 0
         self.closed = False
@@ -60,5 +60,5 @@ class House:
         self.closed = True
         for robot in self.robots.values():
             robot.close(why)
-        for workers in (self.stops, self.drives, self.looks):
+        for workers in (self.stops, self.drives, self.reads):
             workers.close()

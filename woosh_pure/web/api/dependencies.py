@@ -7,20 +7,20 @@ from typing import TYPE_CHECKING, Any, cast
 
 from fastapi import Path, Request
 
-from woosh_pure.web.people import Person
+from woosh_pure.web.clients import Client
 from woosh_pure.web.problems import MEDIA_TYPE, Problem
 
 if TYPE_CHECKING:
-    from woosh_pure.web.house import House
+    from woosh_pure.web.context import WebContext
     from woosh_pure.web.robot import Robot
 
 __all__ = [
     "PROBLEMS",
     "address_of",
-    "house_of",
+    "check_command",
+    "client_of",
+    "context_of",
     "named_robot",
-    "orderer",
-    "person_of",
     "problems",
     "robot_of",
 ]
@@ -43,14 +43,14 @@ async def named_robot(
     """Tells /openapi.json of the name in the path. Async, or a stop would wait for a thread to be free."""
 
 
-def house_of(request: Request) -> House:
+def context_of(request: Request) -> WebContext:
     """All robots."""
-    return cast("House", request.app.state.house)
+    return cast("WebContext", request.app.state.context)
 
 
 def robot_of(request: Request) -> Robot:
     """The robot of the path, or the first one."""
-    return house_of(request).robot(request.path_params.get("robot"))
+    return context_of(request).robot(request.path_params.get("robot"))
 
 
 def address_of(request: Request) -> str:
@@ -58,7 +58,7 @@ def address_of(request: Request) -> str:
     return request.client.host if request.client else "an unknown address"
 
 
-def person_of(request: Request) -> Person:
+def client_of(request: Request) -> Client:
     """Who asks.
 
     Raises:
@@ -66,23 +66,23 @@ def person_of(request: Request) -> Person:
     """
     session = request.headers.get(SESSION, "")
     if not session:
-        return Person("", f"program at {address_of(request)}", address_of(request))
-    person = house_of(request).people.by_session(session)
-    if person is None:
+        return Client("", f"program at {address_of(request)}", address_of(request))
+    client = context_of(request).clients.by_session(session)
+    if client is None:
         raise Problem(403, f"{SESSION}: this session is over; connect to api/v1/live again", "session")
-    return person
+    return client
 
 
-def orderer(request: Request, *, lease: bool = True) -> tuple[Robot, Person]:
+def check_command(request: Request, *, lease: bool = True) -> tuple[Robot, Client]:
     """Robot and person of an order that moves something: not too often, and not while another has the lease.
 
     Raises:
         Problem: It is not allowed now.
     """
-    refusal = house_of(request).access.check_rate(address_of(request), time.monotonic())
+    refusal = context_of(request).access.check_rate(address_of(request), time.monotonic())
     if refusal is not None:
         raise Problem(refusal.status, refusal.text)
-    robot, person = robot_of(request), person_of(request)
+    robot, client = robot_of(request), client_of(request)
     if lease:
-        robot.require_lease(person)
-    return robot, person
+        robot.require_lease(client)
+    return robot, client

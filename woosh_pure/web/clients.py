@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from rosproto.text import printable
 
-__all__ = ["KEPT_SECONDS", "MOST_SESSIONS", "People", "Person"]
+__all__ = ["KEPT_SECONDS", "MOST_SESSIONS", "Client", "Clients"]
 
 MOST_SESSIONS = 256
 KEPT_SECONDS = 60.0
@@ -19,72 +19,76 @@ KEPT_SECONDS = 60.0
 
 
 @dataclass(slots=True)
-class Person:
+class Client:
     """One of them.
 
     Attributes:
         session: Secret; "" for a program.
         name: As others see them; no two have the same.
         address: Where they are.
-        here: Whether the page is connected now.
-        seen: When it was connected last, by the monotonic clock.
+        connected: Whether the page is connected now.
+        last_connected: When it was connected last, by the monotonic clock.
     """
 
     session: str
     name: str
     address: str
-    here: bool = False
-    seen: float = 0.0
+    connected: bool = False
+    last_connected: float = 0.0
 
 
-class People:
+class Clients:
     """Sessions of pages, by their secret; bounded: those that went first are forgotten first."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._numbers = itertools.count(1)
-        self._known: OrderedDict[str, Person] = OrderedDict()
+        self._known: OrderedDict[str, Client] = OrderedDict()
 
-    def arrive(self, address: str, session: str = "") -> Person | None:
+    def connect(self, address: str, session: str = "") -> Client | None:
         """A page connects, or connects again; None when there are too many."""
         now = time.monotonic()
         with self._lock:
             self._forget(now)
-            person = self._known.get(session) if session else None
-            if person is None or person.here:
+            client = self._known.get(session) if session else None
+            if client is None or client.connected:
                 if len(self._known) >= MOST_SESSIONS:
                     return None
                 address = printable(address)[:60]
                 name = f"page {next(self._numbers)} at {address}"
-                person = Person(secrets.token_urlsafe(18), name, address)
-                self._known[person.session] = person
-            person.here, person.seen = True, now
-            return person
+                client = Client(secrets.token_urlsafe(18), name, address)
+                self._known[client.session] = client
+            client.connected, client.last_connected = True, now
+            return client
 
-    def leave(self, person: Person) -> None:
+    def disconnect(self, client: Client) -> None:
         """A page has gone; it may come back for a while."""
         with self._lock:
-            person.here, person.seen = False, time.monotonic()
-            if person.session in self._known:
-                self._known.move_to_end(person.session)
+            client.connected, client.last_connected = False, time.monotonic()
+            if client.session in self._known:
+                self._known.move_to_end(client.session)
 
-    def by_session(self, session: str) -> Person | None:
+    def by_session(self, session: str) -> Client | None:
         """Whose session it is, None when it is nobody's."""
         with self._lock:
             return self._known.get(session)
 
     @staticmethod
-    def program(address: str) -> Person:
+    def program(address: str) -> Client:
         """Somebody without a session: all programs at one address are one."""
         address = printable(address)[:60]
-        return Person("", f"program at {address}", address)
+        return Client("", f"program at {address}", address)
 
     def _forget(self, now: float) -> None:
-        gone = [p.session for p in self._known.values() if not p.here and now - p.seen > KEPT_SECONDS]
+        gone = [
+            p.session
+            for p in self._known.values()
+            if not p.connected and now - p.last_connected > KEPT_SECONDS
+        ]
         for session in gone:
             del self._known[session]
         while len(self._known) >= MOST_SESSIONS:
-            away = next((p.session for p in self._known.values() if not p.here), None)
+            away = next((p.session for p in self._known.values() if not p.connected), None)
             if away is None:
                 return
             del self._known[away]

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from woosh_pure.web.access import is_loopback
 
-__all__ = ["MOST", "SILENCE", "Key", "Places"]
+__all__ = ["MOST", "SILENCE", "ConnectionSlots", "Key"]
 
 MOST, RESERVED, EACH = 256, 64, 64
 """All places, those for known addresses only, and what one address can have that is not known."""
@@ -28,14 +28,14 @@ Key = tuple[str, int]
 
 
 @dataclass(slots=True)
-class _Place:
+class _Slot:
     since: float
     end: Callable[[], object]
-    asks: int = 0
-    let_in: int = 0
+    requests: int = 0
+    authorized: int = 0
 
 
-class Places:
+class ConnectionSlots:
     """Belongs to the event loop. `end`s are called here: they end a connection, and do not wait.
 
     Args:
@@ -49,75 +49,75 @@ class Places:
         self, most: int = MOST, reserved: int = RESERVED, each: int = EACH, silence: float = SILENCE
     ) -> None:
         self._most, self._reserved, self._each, self._silence = most, reserved, each, silence
-        self._places: dict[Key, _Place] = {}
+        self._slots: dict[Key, _Slot] = {}
         self._known: OrderedDict[str, float] = OrderedDict()
 
     def __len__(self) -> int:
-        return len(self._places)
+        return len(self._slots)
 
-    def come(self, key: Key, end: Callable[[], object], now: float) -> bool:
+    def admit(self, key: Key, end: Callable[[], object], now: float) -> bool:
         """A connection was opened; False when there is no place for it."""
-        self.tidy(now)
+        self.drop_silent(now)
         address, known = key[0], self._is_known(key[0], now)
-        own = sum(other[0] == address for other in self._places)
-        if not known and own >= self._each and not self._make_room(now, address):
+        own = sum(other[0] == address for other in self._slots)
+        if not known and own >= self._each and not self._evict(now, address):
             return False
         most = self._most if known else self._most - self._reserved
-        if len(self._places) >= most and not self._make_room(now):
+        if len(self._slots) >= most and not self._evict(now):
             return False
-        self._places[key] = _Place(now, end)
+        self._slots[key] = _Slot(now, end)
         return True
 
-    def gone(self, key: Key, end: Callable[[], object]) -> None:
+    def closed(self, key: Key, end: Callable[[], object]) -> None:
         """It has ended; who came after it, from the same port, has not."""
-        place = self._places.get(key)
-        if place is not None and place.end == end:
-            del self._places[key]
+        slot = self._slots.get(key)
+        if slot is not None and slot.end == end:
+            del self._slots[key]
 
-    def begin(self, key: Key, now: float, *, let_in: bool) -> None:
-        """A request has begun; `let_in`: of somebody who may ask, so it is not ended for a newcomer."""
-        place = self._places.get(key)
-        if place is not None:
-            place.asks += 1
-            place.let_in += let_in
+    def request_begins(self, key: Key, now: float, *, authorized: bool) -> None:
+        """A request has begun; `authorized`: of somebody who may ask, so it is not ended for a newcomer."""
+        slot = self._slots.get(key)
+        if slot is not None:
+            slot.requests += 1
+            slot.authorized += authorized
 
-    def know(self, address: str, now: float) -> None:
+    def remember(self, address: str, now: float) -> None:
         """Somebody there has shown the token."""
         self._known.pop(address, None)
         self._known[address] = now
         while len(self._known) > MOST_KNOWN:
             self._known.popitem(last=False)
 
-    def end(self, key: Key, now: float, *, let_in: bool) -> None:
+    def request_ends(self, key: Key, now: float, *, authorized: bool) -> None:
         """That request is over; the next may come."""
-        place = self._places.get(key)
-        if place is not None:
-            place.asks, place.let_in, place.since = place.asks - 1, place.let_in - let_in, now
+        slot = self._slots.get(key)
+        if slot is not None:
+            slot.requests, slot.authorized, slot.since = slot.requests - 1, slot.authorized - authorized, now
 
-    def tidy(self, now: float) -> None:
+    def drop_silent(self, now: float) -> None:
         """End those that have been silent for too long; to be called every second or so."""
-        for key, place in list(self._places.items()):
-            if not place.asks and now - place.since > self._silence:
-                self._drop(key)
+        for key, slot in list(self._slots.items()):
+            if not slot.requests and now - slot.since > self._silence:
+                self._close(key)
 
-    def end_all(self) -> None:
+    def drop_all(self) -> None:
         """The server ends: so do those that have not heard of it."""
-        for key in list(self._places):
-            self._drop(key)
+        for key in list(self._slots):
+            self._close(key)
 
     def _is_known(self, address: str, now: float) -> bool:
         return is_loopback(address) or now - self._known.get(address, -KNOWN_SECONDS) < KNOWN_SECONDS
 
-    def _make_room(self, now: float, address: str | None = None) -> bool:
+    def _evict(self, now: float, address: str | None = None) -> bool:
         """Take somebody's place, of one address or of any; False where everybody asks."""
-        idle = {key: place for key, place in self._places.items() if not place.let_in}
+        idle = {key: slot for key, slot in self._slots.items() if not slot.authorized}
         if address is not None:
-            idle = {key: place for key, place in idle.items() if key[0] == address}
+            idle = {key: slot for key, slot in idle.items() if key[0] == address}
         if not idle:
             return False
         crowd = Counter(key[0] for key in idle)
-        self._drop(min(idle, key=lambda key: (idle[key].asks > 0, -crowd[key[0]], idle[key].since)))
+        self._close(min(idle, key=lambda key: (idle[key].requests > 0, -crowd[key[0]], idle[key].since)))
         return True
 
-    def _drop(self, key: Key) -> None:
-        self._places.pop(key).end()
+    def _close(self, key: Key) -> None:
+        self._slots.pop(key).end()

@@ -15,10 +15,10 @@ from woosh_pure.web.access import COOKIE, Refusal
 from woosh_pure.web.problems import MEDIA_TYPE, Problem
 
 if TYPE_CHECKING:
-    from woosh_pure.web.house import House
-    from woosh_pure.web.places import Key
+    from woosh_pure.web.connection_slots import Key
+    from woosh_pure.web.context import WebContext
 
-__all__ = ["CONTENT_POLICY", "MOST_BODY", "Guard", "token_of"]
+__all__ = ["CONTENT_POLICY", "MOST_BODY", "SecurityMiddleware", "token_of"]
 
 Scope = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
@@ -60,11 +60,11 @@ def needs_token(path: str) -> bool:
     return is_api and not any(path.endswith(open_) for open_ in _OPEN_TO_ALL)
 
 
-class Guard:
+class SecurityMiddleware:
     """An ASGI middleware."""
 
-    def __init__(self, app: App, house: House) -> None:
-        self._app, self._house, self._access = app, house, house.access
+    def __init__(self, app: App, context: WebContext) -> None:
+        self._app, self._context, self._access = app, context, context.access
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """See ASGI."""
@@ -73,20 +73,20 @@ class Guard:
             return
         headers = {key.decode("latin-1"): value.decode("latin-1") for key, value in scope["headers"]}
         refusal = self._refusal(scope, headers)
-        key, let_in = _end_of(scope), refusal is None and self._is_let_in(scope)
-        places = self._house.places
-        places.begin(key, time.monotonic(), let_in=let_in)
-        if let_in and self._access.needs_token:
-            places.know(key[0], time.monotonic())
+        key, authorized = _end_of(scope), refusal is None and self._is_authorized(scope)
+        slots = self._context.slots
+        slots.request_begins(key, time.monotonic(), authorized=authorized)
+        if authorized and self._access.needs_token:
+            slots.remember(key[0], time.monotonic())
         send = _Sending(send)
         try:
             await self._pass(scope, receive, send, headers, refusal)
         except asyncio.CancelledError:
-            if not self._house.closed:
+            if not self._context.closed:
                 raise
             await _say_good_bye(scope, send)  # it took longer than the server waits: no error of ours
         finally:
-            places.end(key, time.monotonic(), let_in=let_in)
+            slots.request_ends(key, time.monotonic(), authorized=authorized)
 
     async def _pass(
         self, scope: Scope, receive: Receive, send: Send, headers: dict[str, str], refusal: Refusal | None
@@ -105,7 +105,7 @@ class Guard:
             return
         await self._app(scope, _limited(receive), answer)
 
-    def _is_let_in(self, scope: Scope) -> bool:
+    def _is_authorized(self, scope: Scope) -> bool:
         """Whoever asks may ask: what is open to all shows nothing of that, where there is a token."""
         return not self._access.needs_token or needs_token(_path(scope))
 

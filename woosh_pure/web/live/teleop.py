@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
     from woosh_pure.velocity.drive import Drive
 
-__all__ = ["MOST_ANGULAR", "MOST_LINEAR", "Seat"]
+__all__ = ["MOST_ANGULAR", "MOST_LINEAR", "Teleop"]
 
 MOST_LINEAR, MOST_ANGULAR = 0.3, 0.5
 """m/s and rad/s that a page may drive; the chassis's own limits hold below these."""
@@ -21,7 +21,7 @@ ZEROS_SECONDS = 2.5
 """Seconds that somebody who holds again waits for the zeros of before, which `leave` gives two."""
 
 
-class Seat:
+class Teleop:
     """Safe from any thread. `open` and `leave` block for a while; `steer` and `end` do not."""
 
     def __init__(self, chassis: Chassis) -> None:
@@ -60,12 +60,12 @@ class Seat:
         try:
             drive = self._begin()
         except BaseException:
-            self._is_free(None)
+            self._release(None)
             raise
         with self._lock:
             self._drive, closed = drive, self._closed
         if closed:
-            self.leave(closed)
+            self.finish(closed)
             raise Problem(409, closed, "busy")
 
     def _begin(self) -> Drive:
@@ -81,7 +81,7 @@ class Seat:
             )
         return drive.__enter__()
 
-    def _is_free(self, drive: Drive | None) -> None:
+    def _release(self, drive: Drive | None) -> None:
         with self._lock:
             if self._drive is drive:
                 self._drive, self._driver = None, None
@@ -103,13 +103,13 @@ class Seat:
             valid_for=valid_for,
         )
 
-    def end(self, why: str) -> None:
+    def halt(self, why: str) -> None:
         """The drive is over: its thread sends zero at once. Does not wait; `leave` does."""
         drive = self._drive
         if drive is not None:
             drive.halt(why)
 
-    def leave(self, why: str) -> None:
+    def finish(self, why: str) -> None:
         """End the drive, and wait with a bound until its zeros have been sent."""
         drive = self._drive
         try:
@@ -120,11 +120,11 @@ class Seat:
             pass  # the link is gone: zero is the first thing sent when it is back
         finally:
             if drive is not None:
-                self._is_free(drive)
+                self._release(drive)
 
     def close(self, why: str) -> None:
         """Nobody sits down any more; who sits drives no longer. Does not wait."""
         with self._lock:
             self._closed = why
             self._lock.notify_all()
-        self.end(why)
+        self.halt(why)
