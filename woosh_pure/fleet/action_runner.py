@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
-from woosh_pure.fleet.actions.abilities import Doing, Task
+from woosh_pure.fleet.actions.task import Handler, Task
 from woosh_pure.fleet.order.effects import Begin
 from woosh_pure.fleet.state import Load
 
@@ -36,7 +36,7 @@ class ActionRunner:
     def __init__(
         self,
         chassis: Chassis,
-        handlers: Mapping[str, Doing],
+        handlers: Mapping[str, Handler],
         ended: Callable[[str, bool, str], object],
     ) -> None:
         self._chassis, self._handlers, self._ended = chassis, handlers, ended

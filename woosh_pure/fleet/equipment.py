@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from woosh_pure.fleet.actions.abilities import Doing, Triggers, abilities_of
+from woosh_pure.fleet.actions.abilities import abilities_of
 from woosh_pure.fleet.actions.log_report import Journal
-from woosh_pure.fleet.actions.map_store import MapShelf
+from woosh_pure.fleet.actions.map_store import MapStore
+from woosh_pure.fleet.actions.task import Handler
+from woosh_pure.fleet.actions.triggers import Triggers
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.order.limits import Limits
 from woosh_pure.fleet.state import Facts, MapEntry
@@ -26,15 +28,15 @@ class Equipment:
         facts: What its state tells.
         triggers: What waitForTrigger waits for.
         journal: Where logReport writes; None where nothing is kept.
-        shelf: Its maps; None where the fleet manager may not change them.
+        maps: Its maps; None where the fleet manager may not change them.
     """
 
     limits: Limits
-    handlers: Mapping[str, Doing]
+    handlers: Mapping[str, Handler]
     facts: Facts
     triggers: Triggers
     journal: Journal | None
-    shelf: MapShelf | None
+    maps: MapStore | None
 
 
 def equipment_of(config: VehicleConfig, store: Store | None, report: Callable[[str], str]) -> Equipment:
@@ -49,16 +51,16 @@ def equipment_of(config: VehicleConfig, store: Store | None, report: Callable[[s
         ValueError: An action of the configuration cannot be loaded.
     """
     own = MapEntry(config.map_id, config.map_version)
-    journal = shelf = None
+    journal = maps = None
     if store is not None:
         journal = Journal(store.path.parent / "logs", store.path.stem)
         if config.map_actions:
-            shelf = MapShelf(store.path.parent / "maps" / store.path.stem, own)
+            maps = MapStore(store.path.parent / "maps" / store.path.stem, own)
     triggers = Triggers()
-    found = abilities_of(config, shelf=shelf, report=None if store is None else report, triggers=triggers)
+    found = abilities_of(config, maps=maps, report=None if store is None else report, triggers=triggers)
     limits = Limits(
         abilities={name: ability for name, (ability, _) in found.items()},
-        maps=(config.map_id,) if shelf is None else (shelf.active,),
+        maps=(config.map_id,) if maps is None else (maps.active,),
         tolerance=config.tolerance,
         turn_tolerance=config.turn_tolerance,
         marks=config.marks,
@@ -68,5 +70,5 @@ def equipment_of(config: VehicleConfig, store: Store | None, report: Callable[[s
         map_id=config.map_id, maps=(own,), zone_set=config.zone_set, loads=() if config.marks else None
     )
     return Equipment(
-        limits, {name: doing for name, (_, doing) in found.items()}, facts, triggers, journal, shelf
+        limits, {name: handler for name, (_, handler) in found.items()}, facts, triggers, journal, maps
     )

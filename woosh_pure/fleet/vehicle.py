@@ -78,7 +78,7 @@ class Vehicle:
     ) -> None:
         self.chassis, self.config = chassis, config
         equipment = equipment_of(config, store, self._report)
-        self._journal, self._shelf, self._triggers = equipment.journal, equipment.shelf, equipment.triggers
+        self._journal, self._maps, self._triggers = equipment.journal, equipment.maps, equipment.triggers
         self.limits, self.facts = equipment.limits, equipment.facts
         self._inbox = Inbox()
         self._due = self._inbox.due
@@ -114,8 +114,8 @@ class Vehicle:
         if self._thread is None:
             self._monitor.open()  # what it hears comes while a drive of before is ended
             self._restore()
-            if self._shelf is not None:
-                self._shelf.confirm(self.chassis)
+            if self._maps is not None:
+                self._maps.confirm(self.chassis)
                 self._use_maps()
             threading.Thread(target=self._learn_outline, name="woosh:outline", daemon=True).start()
             self._inbox.flag("told")
@@ -358,9 +358,9 @@ class Vehicle:
         ]
 
     def _use_maps(self) -> None:
-        if self._shelf is not None:
-            self.facts.maps, self.facts.map_id = self._shelf.entries, self._shelf.active
-            self.limits = replace(self.limits, maps=(self._shelf.active,))
+        if self._maps is not None:
+            self.facts.maps, self.facts.map_id = self._maps.entries, self._maps.active
+            self.limits = replace(self.limits, maps=(self._maps.active,))
             self._machine.limits = replace(self._machine.limits, maps=self.limits.maps)
 
     def _report(self, reason: str) -> str:
