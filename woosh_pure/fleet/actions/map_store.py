@@ -3,8 +3,8 @@
 A chassis has one map at a time. The one that it has when we come is its own, under the name in the
 configuration; others are only stored. `enableMap` of another version of the map in use replaces it
 (`set_map`, with the pose that the robot has); of a map that is not in use it only marks it, and
-`initPosition` with its id takes the robot there. So a map that is ENABLED and not in use changes nothing, and
-orders are for the map in use.
+`initPosition` with its id, instant or at a node of an order, takes the robot there. So a map that is ENABLED
+and not in use changes nothing by itself.
 """
 
 from __future__ import annotations
@@ -59,6 +59,11 @@ class MapStore:
     def enabled(self, map_id: str) -> MapEntry | None:
         """The version of a map that is enabled."""
         return next((each for each in self.entries if each.map_id == map_id and each.enabled), None)
+
+    @property
+    def enabled_ids(self) -> tuple[str, ...]:
+        """Ids of the maps of which a version is enabled; the one in use is among them."""
+        return tuple(dict.fromkeys([self.active, *(each.map_id for each in self.entries if each.enabled)]))
 
     def add(self, map_id: str, version: str, grid: GridMap) -> None:
         """Store a map, DISABLED.
