@@ -23,11 +23,11 @@ HOLDS = {
     "on an address that others reach only with a token": [
         "unit/gateway/foxglove/test_server.py::test_others_than_this_computer_need_a_token",
         "unit/gateway/foxglove/test_server.py::test_strangers_stay_outside",
-        "unit/gateway/foxglove/test_head.py::test_the_token",
+        "unit/gateway/foxglove/test_handshake.py::test_the_token",
     ],
     "unless its origin is open": [
-        "unit/gateway/foxglove/test_head.py::test_pages_from_elsewhere",
-        "unit/gateway/foxglove/test_head.py::test_another_name_for_this_computer_is_no_way_in",
+        "unit/gateway/foxglove/test_handshake.py::test_pages_from_elsewhere",
+        "unit/gateway/foxglove/test_handshake.py::test_another_name_for_this_computer_is_no_way_in",
     ],
     "Zero follows a viewer that drove and went or fell silent": [
         "unit/gateway/foxglove/test_server.py::test_zero_follows_a_client_that_drove",
@@ -49,11 +49,11 @@ HOLDS = {
         "unit/gateway/foxglove/test_assets.py::test_what_is_not_there_or_leads_out_or_is_too_large",
     ],
     "gets nothing done and ends the session": [
-        "unit/gateway/foxglove/test_seal.py::test_where_the_port_stays_open_the_first_is_not_taken_for_the_viewer",
+        "unit/gateway/foxglove/test_listening_port.py::test_where_the_port_stays_open_the_first_is_not_taken_for_the_viewer",
     ],
     "before anything is offered, and one who was there before": [
-        "unit/gateway/foxglove/test_seal.py::test_the_port_is_closed_when_the_viewer_is_there",
-        "unit/gateway/foxglove/test_seal.py::test_who_was_there_before_ends_it",
+        "unit/gateway/foxglove/test_listening_port.py::test_the_port_is_closed_when_the_viewer_is_there",
+        "unit/gateway/foxglove/test_listening_port.py::test_who_was_there_before_ends_it",
     ],
     "a page from a file says": [
         "unit/gateway/foxglove/test_server.py::test_strangers_stay_outside",

@@ -131,3 +131,19 @@ def test_what_is_seen_fails_the_test(tmp_path: Path) -> None:
     assert done.returncode == 1, done.stdout + done.stderr
     assert "2 passed, 1 error" in done.stdout
     assert "profile.json" in done.stdout
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no signals that are ignored from the start")
+def test_tests_in_the_background_can_be_interrupted() -> None:
+    """A shell without job control has its background programs ignore SIGINT, and all that they start does so too."""
+    told = "import signal; print(signal.getsignal(signal.SIGINT) is signal.default_int_handler)"
+    for code, able in (
+        (told, "False"),
+        ("from tests.support.watched import plugin; plugin.begin(); " + told, "True"),
+    ):
+        begun = "import signal, subprocess, sys; signal.signal(signal.SIGINT, signal.SIG_IGN)"
+        started = f"{begun}; sys.exit(subprocess.call([sys.executable, '-c', {code!r}]))"
+        done = subprocess.run(
+            [sys.executable, "-c", started], cwd=ROOT, capture_output=True, text=True, timeout=60
+        )
+        assert done.stdout.strip() == able, done.stderr
