@@ -15,12 +15,14 @@ import os
 import threading
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosproto.logs import get_logger
 from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.state import MapEntry
-from woosh_pure.gridmap import GridMap
+
+if TYPE_CHECKING:
+    from woosh_pure.gridmap import GridMap
 
 __all__ = ["MapStore"]
 
@@ -125,7 +127,7 @@ class MapStore:
             sheet = self._place(map_id, version)[0]
             if self.find(map_id, version) is None or not sheet.exists():
                 raise ChassisError(f"map {map_id} {version} is not on the vehicle; download it first")
-            chassis.set_map(GridMap.load(sheet), pose)
+            chassis.set_map(_loaded(sheet), pose)
             self.active, self.version = map_id, version
             self._save()
 
@@ -135,7 +137,7 @@ class MapStore:
             if (self.active, self.version) == (self.own.map_id, self.own.version):
                 return
             try:
-                given = GridMap.load(self._place(self.active, self.version)[0])
+                given = _loaded(self._place(self.active, self.version)[0])
                 same = _alike(chassis.get_map(), given)
                 why = "it has another"
             except Exception as error:
@@ -187,6 +189,14 @@ class MapStore:
         self._entries = there
         if any((each.map_id, each.version) == (active, version) for each in there):
             self.active, self.version = str(active), str(version)
+
+
+def _loaded(sheet: Path) -> GridMap:
+    from woosh_pure.gridmap import (
+        GridMap,  # late: it needs numpy, which takes longer to load than all of this
+    )
+
+    return GridMap.load(sheet)
 
 
 def _alike(one: GridMap, other: GridMap) -> bool:
