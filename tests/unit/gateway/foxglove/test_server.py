@@ -259,7 +259,7 @@ def test_zero_follows_a_client_that_drove(ground: Ground) -> None:
     assert encode(heard.next(5)) == ZERO, "it has gone"
     for _ in range(4):
         assert encode(heard.next(5)) == ZERO
-    assert server.stats().zeros == 10
+    until(lambda: server.stats().zeros == 10, "not all were counted")  # after they are sent
     until(lambda: ground.publishers("/cmd_vel") == [], "its publisher stays")
     assert time.monotonic() - gone < 10
 
@@ -373,10 +373,11 @@ def test_a_client_that_does_not_read_gets_the_newest_later(ground: Ground) -> No
         publisher.publish(data=f"{number:04d}{body}")
         assert quick.message("/cloud")[4:8] == f"{number:04d}".encode()
     until(lambda: any(client.dropped for client in server.clients), "nothing was dropped")
-    dropped = max(sum(client.dropped.values()) for client in server.clients)
     seen = [slow.message("/cloud")[4:8]]
     while seen[-1] != b"0039":
         seen.append(slow.message("/cloud")[4:8])
+    # The other one may have had its last message before the last but one was dropped here.
+    dropped = max(sum(client.dropped.values()) for client in server.clients)
     assert seen == sorted(seen)
     assert len(seen) + dropped == 40
 
