@@ -12,7 +12,7 @@ import importlib
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any, BinaryIO, Literal, cast
+from typing import Any, Literal, cast
 
 from rosproto.bag.bag_file import BagFile
 from rosproto.bag.limits import BagLimits
@@ -20,7 +20,7 @@ from rosproto.bag.mcap.reader import McapReader
 from rosproto.bag.opening import open_bag
 from rosproto.bag.reader import BagReader
 from rosproto.bag.records import ChunkInfo, Connection
-from rosproto.bag.remote import is_remote, open_remote, remote_files
+from rosproto.bag.remote import is_remote, remote_files
 from rosproto.errors import BagError
 
 __all__ = ["PIECE_BYTES", "Damaged", "Files", "Partition", "cluster_module", "partitions"]
@@ -116,7 +116,7 @@ def partitions(
     found: list[Partition] = []
     seen: set[str] = set()
     for path in _paths(files):
-        with _opened(path, limits) as bag:
+        with open_bag(path, limits=limits) as bag:
             if bag._lost and damaged == "raise":
                 raise BagError(
                     f'messages are missing ({"; ".join(bag.damage)}); damaged="skip" takes the others',
@@ -217,37 +217,11 @@ def _local(path: str) -> list[str]:
     return sorted(glob.glob(path, recursive=True))
 
 
-def _opened(path: str, limits: BagLimits | None) -> BagReader:
-    if not is_remote(path):
-        return open_bag(path, limits=limits)
-    file = open_remote(path)
-    try:
-        return _closing(open_bag(file, limits=limits), file)
-    except BaseException:
-        file.close()
-        raise
-
-
-def _closing(bag: BagReader, file: BinaryIO) -> BagReader:
-    """Let the reader close the file when it is closed."""
-    bag._source.own(file)
-    return bag
-
-
-def _source_of(piece: Partition) -> BagFile:
-    if not is_remote(piece.file):
-        return BagFile(piece.file)
-    file = open_remote(piece.file)
-    source = BagFile(file)
-    source.own(file)
-    return source
-
-
 class _BagPiece(BagReader):
     """A reader that is given the index instead of reading it."""
 
     def __init__(self, piece: Partition) -> None:
-        self._source = _source_of(piece)
+        self._source = BagFile(piece.file)
         self._skip = piece.damaged == "skip"
         self._spans = dict(zip([chunk.pos for chunk in piece.chunks], piece.spans, strict=True))
         self._told(piece)
@@ -265,3 +239,4 @@ class _McapPiece(McapReader, _BagPiece):
     def __init__(self, piece: Partition) -> None:
         _BagPiece.__init__(self, piece)
         self._loose = set(cast("tuple[int, ...]", piece.loose))
+        self._packed = {}  # a piece is read, nobody asks how it is compressed

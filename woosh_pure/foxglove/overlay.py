@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 __all__ = ["Overlay", "OverlayState"]
 
 MOST_FAULTS, MOST_MARKS = 8, 500
-TEXT_HEIGHT = 0.25  # m
+TEXT_HEIGHT = 0.3  # m: at the distance of the layout's camera letters are 13 pixels high
 GREEN, AMBER, RED, BLUE, GREY = (
     (0.2, 0.8, 0.3),
     (1.0, 0.7, 0.0),
-    (0.95, 0.2, 0.2),
+    (1.0, 0.4, 0.4),  # light enough to be read on the black that viewers put behind texts
     (0.25, 0.55, 1.0),
     (0.6, 0.6, 0.6),
 )
@@ -113,9 +113,11 @@ class Overlay:
         made = []
         for number, fault in enumerate(state.faults[:MOST_FAULTS]):
             words = fault.chinese if self._language == "zh" else fault.english
-            # So far apart that the lines do not cover each other from 40 degrees above, as in the layout.
-            height = 1.35 + 2.0 * TEXT_HEIGHT * number
-            made.append(_text("fault", number, _at(where, height), f"{words} ({fault.code:012d})", RED))
+            code = f"{fault.code:012d}"
+            line = words if code in words else f"{words} ({code})"  # unknown codes are their own words
+            # Far enough apart that no line covers another from 40 degrees above, as the layout looks at them.
+            height = 1.4 + 2.0 * TEXT_HEIGHT * number
+            made.append(_text("fault", number, _at(where, height), line, RED))
         return made
 
     def _marks(self, marks: Sequence[UserMark]) -> list[Any]:

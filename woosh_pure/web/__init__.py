@@ -59,7 +59,7 @@ def app(
 
     require()
     from woosh_pure.web.build import build
-    from woosh_pure.web.house import House
+    from woosh_pure.web.context import WebContext
     from woosh_pure.web.robot import Robot
 
     robots = dict(chassis) if isinstance(chassis, Mapping) else {name or "robot": chassis}
@@ -84,11 +84,11 @@ def app(
         )
         for each, one in robots.items()
     }
-    return build(House(made, access, allow_driving=allow_driving), origins=origins)
+    return build(WebContext(made, access, allow_driving=allow_driving), origins=origins)
 
 
 def close(app: FastAPI, why: str = "the server ends") -> None:
     """End what an application of `app` has begun and moves the robot by velocity, at once; and its
     recordings.
     """
-    app.state.house.close(why)
+    app.state.context.close(why)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from woosh_pure.feed.feed import Reading
     from woosh_pure.values.state import Image
 
-__all__ = ["FEEDS", "CameraDesk", "jpeg_of", "png_of"]
+__all__ = ["FEEDS", "SharedCamera", "jpeg_of", "png_of"]
 
 FEEDS = {"color": "camera", "depth": "depth"}
 MOST_WIDTH, QUALITY = 640, 70
@@ -58,14 +58,14 @@ def jpeg_of(image: Image, width: int = MOST_WIDTH, quality: int = QUALITY) -> by
     return out.getvalue()
 
 
-class CameraDesk:
+class SharedCamera:
     """One camera ("color" or "depth") of one robot. Safe from any thread."""
 
     def __init__(self, chassis: Chassis, source: str) -> None:
         self._chassis, self._row = chassis, interface.find(FEEDS[source])
         self._lock = threading.Lock()
         self._feed: Feed[Any] | None = None
-        self._lookers = 0
+        self._viewers = 0
         self._left = 0.0
 
     @property
@@ -73,22 +73,22 @@ class CameraDesk:
         """Whether it is subscribed now."""
         return self._feed is not None
 
-    def look(self) -> None:
+    def add_viewer(self) -> None:
         """Somebody begins to look; blocks while it is subscribed."""
         with self._lock:
-            self._lookers += 1
+            self._viewers += 1
             if self._feed is None:
                 self._feed = Feed(self._row, lambda: self._chassis.node).open()
 
-    def leave(self) -> None:
-        """Somebody looks away; `tidy` ends the subscription then."""
+    def remove_viewer(self) -> None:
+        """Somebody looks away; `close_idle` ends the subscription then."""
         with self._lock:
-            self._lookers, self._left = max(0, self._lookers - 1), time.monotonic()
+            self._viewers, self._left = max(0, self._viewers - 1), time.monotonic()
 
-    def tidy(self, linger: float = LINGER) -> None:
+    def close_idle(self, linger: float = LINGER) -> None:
         """End the subscription when nobody has looked for a while."""
         with self._lock:
-            if self._lookers or self._feed is None or time.monotonic() - self._left < linger:
+            if self._viewers or self._feed is None or time.monotonic() - self._left < linger:
                 return
             feed, self._feed = self._feed, None
         feed.close()
@@ -104,10 +104,10 @@ class CameraDesk:
         Raises:
             RosTimeout: None came in time.
         """
-        self.look()
+        self.add_viewer()
         try:
             feed = self._feed
             assert feed is not None
             return feed.wait(timeout, new=False)
         finally:
-            self.leave()
+            self.remove_viewer()

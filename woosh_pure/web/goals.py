@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from woosh_pure.outcome import Outcome
     from woosh_pure.web.journal import Journal
 
-__all__ = ["Goal", "GoalDesk"]
+__all__ = ["Goal", "GoalManager"]
 
 MOST_KEPT, MOST_RUNNING = 200, 8
 
@@ -91,7 +91,7 @@ class Goal:
         return "not known" if self.error else "paused" if self.paused else "running"
 
 
-class GoalDesk:
+class GoalManager:
     """The goals of one robot, the last 200. Safe from any thread."""
 
     def __init__(self, journal: Journal) -> None:
@@ -126,11 +126,11 @@ class GoalDesk:
                     break
                 del self._goals[old]
         threading.Thread(
-            target=self._attend, args=(goal,), name=f"woosh:web goal {number}", daemon=True
+            target=self._wait_for_end, args=(goal,), name=f"woosh:web goal {number}", daemon=True
         ).start()
         return goal
 
-    def _attend(self, goal: Goal) -> None:
+    def _wait_for_end(self, goal: Goal) -> None:
         """Wait for the end: its time runs out here, whether somebody waits outside or not."""
         try:
             outcome = goal.handle.wait(raises=False)

@@ -11,7 +11,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from woosh_pure.web.places import Key, Places
+    from woosh_pure.web.connection_slots import ConnectionSlots, Key
 
 __all__ = ["Listener"]
 
@@ -25,12 +25,12 @@ class Listener(socket.socket):
         OSError: The address cannot be listened at; the text says what to do.
     """
 
-    def __init__(self, bind: str, port: int, places: Places) -> None:
+    def __init__(self, bind: str, port: int, slots: ConnectionSlots) -> None:
         host = bind.strip("[]")
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
         # The protocol is named because asyncio sends small messages at once only where it is (TCP_NODELAY).
         super().__init__(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
-        self._places = places
+        self._slots = slots
         try:
             if hasattr(socket, "SO_REUSEADDR") and os.name == "posix":
                 self.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -48,8 +48,8 @@ class Listener(socket.socket):
         while True:
             accepted, address = super().accept()
             connection = _Connection(accepted.family, accepted.type, accepted.proto, fileno=accepted.detach())
-            connection.key, connection.places = (str(address[0]), int(address[1])), self._places
-            if self._places.come(connection.key, connection.end, time.monotonic()):
+            connection.key, connection.slots = (str(address[0]), int(address[1])), self._slots
+            if self._slots.admit(connection.key, connection.end, time.monotonic()):
                 return connection, address
             connection.end()
             connection.close()
@@ -59,7 +59,7 @@ class _Connection(socket.socket):
     """Gives its place back when it is closed."""
 
     key: Key
-    places: Places
+    slots: ConnectionSlots
 
     def end(self) -> None:
         """End it from our side; whoever reads it sees that, and closes it."""
@@ -72,4 +72,4 @@ class _Connection(socket.socket):
     def close(self) -> None:
         """Close, and leave."""
         super().close()
-        self.places.gone(self.key, self.end)
+        self.slots.closed(self.key, self.end)

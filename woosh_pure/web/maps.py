@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from woosh_pure.geometry import Pose2D
     from woosh_pure.maps.gridmap import GridMap
 
-__all__ = ["KnownMap", "MapDesk", "WebMark", "marks_of"]
+__all__ = ["KnownMap", "MapCache", "WebMark", "marks_of"]
 
 FRESH = 30.0
 """Seconds after which the map is asked for again when somebody looks."""
@@ -86,7 +86,7 @@ class KnownMap:
         )
 
 
-class MapDesk:
+class MapCache:
     """Fetches and keeps the map; one asks at a time, the others wait for that answer. Blocking."""
 
     def __init__(self, chassis: Chassis) -> None:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rosproto.recording import Recorder
     from woosh_pure.chassis import Chassis
 
-__all__ = ["Recording", "RecordingDesk"]
+__all__ = ["Recording", "RecordingManager"]
 
 MOST_SECONDS, MOST_BYTES, LEAST_FREE, MOST_KEPT = 3600.0, 1 << 30, 1 << 29, 20
 
@@ -66,7 +66,7 @@ class Recording:
         }
 
 
-class RecordingDesk:
+class RecordingManager:
     """The recordings of one robot. Safe from any thread; everything but `as_json` blocks a little.
 
     Args:
@@ -87,7 +87,7 @@ class RecordingDesk:
             BagError: It cannot be written.
         """
         from rosproto.recording import Recorder
-        from woosh_pure.interface.recorded import selection_of
+        from woosh_pure.interface.recorded_topics import selection_of
 
         with self._lock:
             for one in self._all.values():

@@ -56,7 +56,7 @@ class WebServer:
         import uvicorn
 
         self.app = app
-        if not is_loopback(bind) and not app.state.house.access.needs_token:
+        if not is_loopback(bind) and not app.state.context.access.needs_token:
             raise ValueError(
                 f"--bind {bind} lets others in: that takes a token (--token, made by chance, "
                 "at least 8 letters)"
@@ -66,8 +66,8 @@ class WebServer:
         for file in (tls_cert, tls_key):
             if file is not None:
                 Path(file).open("rb").close()
-        self._places = app.state.house.places
-        self._socket = Listener(bind, port, self._places)
+        self._slots = app.state.context.slots
+        self._socket = Listener(bind, port, self._slots)
         self.port = int(self._socket.getsockname()[1])
         self.scheme = "https" if tls_cert else "http"
         shown = "127.0.0.1" if bind == "0.0.0.0" else "[::1]" if bind == "::" else bind
@@ -116,9 +116,9 @@ class WebServer:
     async def _tidy(self) -> None:
         while not self._server.should_exit:
             await asyncio.sleep(0.1)
-            self._places.tidy(time.monotonic())
+            self._slots.drop_silent(time.monotonic())
         await asyncio.sleep(LEAVE_SECONDS)
-        self._places.end_all()
+        self._slots.drop_all()
 
     def __enter__(self) -> WebServer:
         self._thread.start()
@@ -142,7 +142,7 @@ class WebServer:
 
     def close(self) -> None:
         """Zero velocity first, then the server; bounded. May be called again."""
-        self.app.state.house.close("the server ends")
+        self.app.state.context.close("the server ends")
         self._server.should_exit = True
         if self._thread.is_alive():
             self._thread.join(END_SECONDS)

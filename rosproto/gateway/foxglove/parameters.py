@@ -49,7 +49,7 @@ def _text(value: bytes) -> str:
     return value.decode("utf-8", "replace")
 
 
-def shown(name: str, value: object) -> Any:
+def sdk_parameter(name: str, value: object) -> Any:
     """A parameter for the SDK; without a value one that is not set."""
     fg = sdk()
     if value is None:
@@ -180,7 +180,7 @@ class FollowedParameters:
             if self._access.may_read("parameter", name) is None
         ]
         if pairs and not self._closed:
-            self._tell([shown(name, one) for name, one in pairs[:MOST]])
+            self._tell([sdk_parameter(name, one) for name, one in pairs[:MOST]])
 
     @staticmethod
     def _end(subscriptions: Iterable[ParameterSubscription]) -> None:

@@ -11,17 +11,18 @@ from urllib.parse import quote
 
 from rosproto.errors import RosTimeout
 from rosproto.gateway.access import Access, require_token_off_loopback
-from rosproto.gateway.foxglove import head
+from rosproto.gateway.foxglove import handshake
 from rosproto.gateway.foxglove.assets import Assets
-from rosproto.gateway.foxglove.door import Door
-from rosproto.gateway.foxglove.house import House
-from rosproto.gateway.foxglove.local import LocalTopic
+from rosproto.gateway.foxglove.local_topic import LocalTopic
+from rosproto.gateway.foxglove.proxy import Proxy
 from rosproto.gateway.foxglove.sdk import sdk
+from rosproto.gateway.foxglove.shared import Shared
 from rosproto.gateway.limits import GatewayLimits
 from rosproto.logs import get_logger
 from rosproto.records import NamedTuple
 
 if TYPE_CHECKING:
+    from rosproto.gateway.foxglove.session import Session
     from rosproto.node import Node
 
 __all__ = ["ClientFacts", "Foxglove", "FoxgloveStats"]
@@ -122,7 +123,7 @@ class Foxglove:
         self._tls, self._token = tls is not None, token
         self._origins = tuple(origins)
         self._closed = False
-        self._house = House(
+        self._shared = Shared(
             node,
             name=name or f"rosproto {node.name}",
             access=self.access,
@@ -131,29 +132,29 @@ class Foxglove:
             assets=Assets(assets),
         )
         try:
-            self._door = Door(
-                host, port, tls=tls, judge=self._judge, make=self._house.receive, limits=self.limits,
-                prepare=self._prepare,
+            self._proxy = Proxy(
+                host, port, tls=tls, check=self._check, make_session=self._shared.new_session,
+                limits=self.limits, prepare=self._prepare,
             )  # fmt: skip
         except BaseException:
-            self._house.close(1.0)
+            self._shared.close(1.0)
             raise
         node.add_closer(self.close)
         _log.info("= foxglove: serving %s at %s", node.name, self.url)
 
-    def _prepare(self, door: Door) -> None:
-        self._house.pool = door.pool
-        self._house.later = lambda seconds, call: door.call(door.loop.call_later, seconds, call)
+    def _prepare(self, proxy: Proxy) -> None:
+        self._shared.pool = proxy.pool
+        self._shared.later = lambda seconds, call: proxy.call(proxy.loop.call_later, seconds, call)
 
-    def _judge(self, request: head.Request) -> str:
-        return head.judged(request, bound=self.host, origins=self._origins, token=self._token)
+    def _check(self, request: handshake.Request) -> str:
+        return handshake.check_request(request, bound=self.host, origins=self._origins, token=self._token)
 
     # -- facts ----------------------------------------------------------------------------------------------
 
     @property
     def port(self) -> int:
         """Where it listens."""
-        return self._door.port
+        return self._proxy.port
 
     @property
     def url(self) -> str:
@@ -169,26 +170,23 @@ class Foxglove:
     @property
     def clients(self) -> tuple[ClientFacts, ...]:
         """Who is connected."""
-        return tuple(
-            ClientFacts(one.peer, one.topics, one.sent, one.sent_bytes, one.dropped, one.published, one.since)
-            for one in self._house.sessions
-        )
+        return tuple(_facts(session) for session in self._shared.sessions)
 
     def stats(self) -> FoxgloveStats:
         """How it stands now."""
-        house, door = self._house, self._door
+        shared, proxy = self._shared, self._proxy
         return FoxgloveStats(
-            clients=len(house.sessions),
-            accepted=door.accepted,
-            refused=door.refused,
-            stalled=door.stalled,
-            refusals=house.refusals,
-            topics=house.taps.topics,
-            zeros=house.guard.zeros,
+            clients=len(shared.sessions),
+            accepted=proxy.accepted,
+            refused=proxy.refused,
+            stalled=proxy.stalled,
+            refusals=shared.refusals,
+            topics=shared.taps.topics,
+            zeros=shared.guard.zeros,
         )
 
     def __repr__(self) -> str:
-        state = "closed" if self._closed else f"{len(self._house.sessions)} clients"
+        state = "closed" if self._closed else f"{len(self._shared.sessions)} clients"
         return f"<Foxglove {self.url}, {state}>"
 
     # -- the end --------------------------------------------------------------------------------------------
@@ -204,10 +202,10 @@ class Foxglove:
         self._closed = True
         self.node.remove_closer(self.close)
         end = time.monotonic() + timeout
-        self._house.guard.close()
-        self._house.say_goodbye()
-        self._door.close(max(0.1, end - time.monotonic()))
-        self._house.close(max(0.1, end - time.monotonic()))
+        self._shared.guard.close()
+        self._shared.stop()
+        self._proxy.close(max(0.1, end - time.monotonic()))
+        self._shared.close(max(0.1, end - time.monotonic()))
         if time.monotonic() > end + 1.0:
             raise RosTimeout(f"closing the Foxglove server took longer than {timeout:g} s")
 
@@ -216,3 +214,16 @@ class Foxglove:
 
     def __exit__(self, *exc_info: object) -> None:
         self.close()
+
+
+def _facts(session: Session) -> ClientFacts:
+    sender = session.sender
+    return ClientFacts(
+        session.peer,
+        session.topics,
+        sender.sent,
+        sender.sent_bytes,
+        sender.dropped,
+        session.publications.published,
+        session.since,
+    )

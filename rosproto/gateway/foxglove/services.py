@@ -25,7 +25,7 @@ from rosproto.transport.deadline import Deadline
 if TYPE_CHECKING:
     from rosproto.node import Node
 
-__all__ = ["CallCount", "ServiceBook", "sdk_service"]
+__all__ = ["CallCount", "ServiceTypes", "sdk_service"]
 
 _log = get_logger("rosproto.gateway")
 
@@ -34,7 +34,7 @@ AGAIN_AFTER = 30.0
 ENCODING = "ros1"
 
 
-class ServiceBook:
+class ServiceTypes:
     """The types of services.
 
     Args:

@@ -24,8 +24,8 @@ from rosproto.gateway.rosbridge.calls import Calls
 from rosproto.gateway.rosbridge.effects import Effect, Id, Payload
 from rosproto.gateway.rosbridge.goals import Goals
 from rosproto.gateway.rosbridge.protocol import Protocol
-from rosproto.gateway.rosbridge.provided import ProvidedServices
 from rosproto.gateway.rosbridge.provided_actions import ProvidedActions
+from rosproto.gateway.rosbridge.provided_services import ProvidedServices
 from rosproto.gateway.rosbridge.shared import Refused, Shared, insist
 from rosproto.gateway.rosbridge.status import Level
 from rosproto.gateway.rosbridge.subscription import TopicSubscription
@@ -58,8 +58,8 @@ class RosbridgeSession:
         self._publications: dict[str, Publication] = {}
         self._advertised: dict[str, set[Id]] = {}
         self._calls = Calls(shared, self)
-        self._provided = ProvidedServices(shared, self)
-        self._provided_actions = ProvidedActions(shared, self)
+        self._services = ProvidedServices(shared, self)
+        self._actions = ProvidedActions(shared, self)
         self._goals = Goals(shared, self)
         self._perform: dict[type, Callable[[Any], None]] = {
             effects.Subscribe: self._subscribe,
@@ -68,15 +68,15 @@ class RosbridgeSession:
             effects.Unadvertise: self._unadvertise,
             effects.Publish: self._publish,
             effects.CallService: self._calls.call,
-            effects.AdvertiseService: self._provided.advertise,
-            effects.UnadvertiseService: self._provided.unadvertise,
-            effects.ServiceResponse: self._provided.respond,
+            effects.AdvertiseService: self._services.advertise,
+            effects.UnadvertiseService: self._services.unadvertise,
+            effects.ServiceResponse: self._services.respond,
             effects.SendActionGoal: self._goals.send,
             effects.CancelActionGoal: self._goals.cancel,
-            effects.AdvertiseAction: self._provided_actions.advertise,
-            effects.UnadvertiseAction: self._provided_actions.unadvertise,
-            effects.ActionFeedback: self._provided_actions.feedback,
-            effects.ActionResult: self._provided_actions.result,
+            effects.AdvertiseAction: self._actions.advertise,
+            effects.UnadvertiseAction: self._actions.unadvertise,
+            effects.ActionFeedback: self._actions.feedback,
+            effects.ActionResult: self._actions.result,
             effects.Auth: self._authenticate,
         }
 
@@ -246,8 +246,8 @@ class RosbridgeSession:
         for subscription in list(self._subscriptions.values()):
             subscription.close()
         self._shared.tf.gone(self)
-        self._provided.close()
-        self._provided_actions.close()
+        self._services.close()
+        self._actions.close()
         self._goals.close()
         self._calls.close()
         self._publications.clear()

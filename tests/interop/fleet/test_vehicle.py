@@ -138,7 +138,7 @@ def test_a_retained_order_is_not_obeyed(tmp_path: Path) -> None:
             master.until(lambda s: s["operatingMode"] == "AUTOMATIC")
             master.instant("now", "stateRequest")
             assert master.until(lambda s: "now" in statuses(s))["orderId"] == ""
-            assert ours._line.retained == 1
+            assert ours._mqtt.retained == 1
 
 
 @pytest.mark.parametrize("topic", ["order", "instantActions"])
@@ -447,7 +447,7 @@ def test_a_broker_with_tls_and_a_password(tmp_path: Path) -> None:
             ((None, None, files[0]), False),
         ):
             vehicle = Vehicle(Chassis("127.0.0.1:1"), CONFIG, Broker(url, *given))
-            vehicle._line.open()
+            vehicle._mqtt.open()
             try:
                 assert vehicle.wait_connected(10.0 if comes_in else 1.5) is comes_in
             finally:

@@ -148,9 +148,9 @@ def test_a_decoder_is_made_by_the_link() -> None:
     """It takes 2 ms, and no constructor waits for that."""
     with Master() as master, Node("/n", master_uri=master.uri, rosout=False) as node:
         subscription: Subscription = node.subscriber("/nobody", "sensor_msgs/CameraInfo")._subscription
-        assert "sink" not in vars(subscription)
-        first = subscription.sink
-        assert subscription.sink is first
+        assert "delivery" not in vars(subscription)
+        first = subscription.delivery
+        assert subscription.delivery is first
         with pytest.raises(AttributeError, match="nothing"):
             _ = subscription.nothing
 

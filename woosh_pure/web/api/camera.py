@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from fastapi import APIRouter, Query, Request, Response
 
-from woosh_pure.web.api.asking import PROBLEMS, robot_of
+from woosh_pure.web.api.dependencies import PROBLEMS, robot_of
 from woosh_pure.web.camera import jpeg_of, png_of
 
 __all__ = ["router"]

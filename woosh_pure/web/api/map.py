@@ -11,8 +11,8 @@ from fastapi import APIRouter, Request, Response
 from rosproto.numeric import encode_png
 from woosh_pure.maps.gridmap_message import grid_from_message
 from woosh_pure.web import models
-from woosh_pure.web.api.asking import PROBLEMS, robot_of
-from woosh_pure.web.live import look
+from woosh_pure.web.api.dependencies import PROBLEMS, robot_of
+from woosh_pure.web.live import robot_state
 from woosh_pure.web.live.costmap import TOPIC
 from woosh_pure.web.problems import Problem
 
@@ -50,7 +50,7 @@ def get_plan(request: Request) -> dict[str, Any]:
     """The path that is being driven; empty when there is none."""
     robot = robot_of(request)
     robot.feed("plan").open()
-    return {"points": look.path_points(robot)}
+    return {"points": robot_state.path_points(robot)}
 
 
 def get_costmap_png(request: Request) -> Response:

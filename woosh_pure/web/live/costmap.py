@@ -32,7 +32,7 @@ class Costmap:
         self._subscriber: rosproto.Subscriber | None = None
         self._newest: Any = None
 
-    def look(self, on: bool) -> None:
+    def set_wanted(self, on: bool) -> None:
         """Subscribe, or end that."""
         with self._lock:
             if on and self._subscriber is None:

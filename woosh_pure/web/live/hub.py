@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from woosh_pure.web.camera import jpeg_of
-from woosh_pure.web.live import look
+from woosh_pure.web.live import robot_state
 from woosh_pure.web.live.costmap import Costmap
 from woosh_pure.web.live.frames import camera_frame, scan_frame
 from woosh_pure.web.snapshot import ages, pose_part, state_parts
@@ -44,7 +44,7 @@ def text_of(document: Any) -> str:
     return json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
-async def _kept_up(loop: Callable[[], Awaitable[None]]) -> None:
+async def _keep_running(loop: Callable[[], Awaitable[None]]) -> None:
     """A loop for as long as somebody looks; what fails in it nobody foresaw, and is no reason to show
     nothing.
     """
@@ -70,11 +70,11 @@ class Hub:
         self._viewers: set[Callable[[], None]] = set()
         self._version = 0
         self._tasks: list[asyncio.Task[None]] = []
-        self._looking = dict.fromkeys(("color", "depth", "costmap"), 0)
+        self._watched = dict.fromkeys(("color", "depth", "costmap"), 0)
         self._costmap = Costmap(robot)
         self._seen: dict[str, float] = {}
         self._counts: deque[tuple[float, dict[str, int]]] = deque(maxlen=60)
-        self._mounting: tuple[str, look.Mounting] | None = None
+        self._mounting: tuple[str, robot_state.Mounting] | None = None
 
     # -- viewers ---------------------------------------------------------------------------------------------
 
@@ -82,9 +82,14 @@ class Hub:
         """A viewer comes; `wake()` is called when something is new."""
         self._viewers.add(wake)
         if not self._tasks:
-            cameras = [partial(self._camera, source) for source in self.robot.cameras]
-            loops: list[Callable[[], Awaitable[None]]] = [self._quick, self._slow, self._maps, *cameras]
-            self._tasks = [asyncio.ensure_future(_kept_up(loop)) for loop in loops]
+            cameras = [partial(self._camera_loop, source) for source in self.robot.cameras]
+            loops: list[Callable[[], Awaitable[None]]] = [
+                self._fast_loop,
+                self._slow_loop,
+                self._map_loop,
+                *cameras,
+            ]
+            self._tasks = [asyncio.ensure_future(_keep_running(loop)) for loop in loops]
 
     def leave(self, wake: Callable[[], None]) -> None:
         """A viewer goes; with the last one everything rests."""
@@ -96,17 +101,17 @@ class Hub:
             self.newest.clear()  # what is old must not be the first thing the next viewer sees
             self._seen.clear()
             for camera in self.robot.cameras.values():
-                self._workers.run(camera.tidy, 0.0)
+                self._workers.run(camera.close_idle, 0.0)
 
-    async def look(self, what: str, on: bool) -> None:
+    async def watch(self, what: str, on: bool) -> None:
         """A viewer begins or ends to look at "color", "depth" or "costmap"."""
-        self._looking[what] = max(0, self._looking[what] + (1 if on else -1))
+        self._watched[what] = max(0, self._watched[what] + (1 if on else -1))
         if what == "costmap":
-            await self._try(partial(self._costmap.look, self._looking[what] > 0))
+            await self._in_thread(partial(self._costmap.set_wanted, self._watched[what] > 0))
             return
         camera = self.robot.cameras[what]
-        await self._try(camera.look if on else camera.leave)
-        if not self._looking[what]:
+        await self._in_thread(camera.add_viewer if on else camera.remove_viewer)
+        if not self._watched[what]:
             self.newest.pop(f"camera {what}", None)
 
     def put(self, kind: str, content: str | bytes, *, again: bool = False) -> None:
@@ -124,10 +129,10 @@ class Hub:
 
     # -- loops -----------------------------------------------------------------------------------------------
 
-    async def _quick(self) -> None:
+    async def _fast_loop(self) -> None:
         """What is heard, many times a second."""
         robot, due = self.robot, 0.0
-        await self._try(robot.listen)
+        await self._in_thread(robot.listen)
         while True:
             before, now = self._version, time.monotonic()
             readings = robot.readings()
@@ -140,54 +145,54 @@ class Hub:
             if now >= due:
                 due = now + 0.5
                 self._ages(readings, now)
-            self._lost(now)
+            self._check_silence(now)
             if self._version != before:
                 self.wake()
             await asyncio.sleep(TICK)
 
-    async def _slow(self) -> None:
+    async def _slow_loop(self) -> None:
         """What takes a moment to find out: in a thread."""
         robot = self.robot
         self.put("marks", text_of({"t": "marks", "marks": [mark.as_json() for mark in robot.marks]}))
-        outline = {"t": "footprint", "points": look.round_outline(), "assumed": True}
+        outline = {"t": "footprint", "points": robot_state.round_outline(), "assumed": True}
         self.put("footprint", text_of(outline))
         while True:
-            await self._try(robot.listen)  # again, where the robot was not there yet
-            parts = await self._try(lambda: look.slow_parts(robot))
+            await self._in_thread(robot.listen)  # again, where the robot was not there yet
+            parts = await self._in_thread(lambda: robot_state.slow_parts(robot))
             for part, value in (parts or {}).items():
                 self.put(part, text_of(value))
-            self.put("driver", text_of(robot.seat.driver))
-            points = await self._try(lambda: look.path_points(robot))
+            self.put("driver", text_of(robot.teleop.driver))
+            points = await self._in_thread(lambda: robot_state.path_points(robot))
             if points is not None:
                 self.put("plan", text_of({"t": "plan", "points": points}))
-            frame = await self._try(self._costmap.frame)
-            if frame is not None and self._looking["costmap"]:
+            frame = await self._in_thread(self._costmap.frame)
+            if frame is not None and self._watched["costmap"]:
                 self.put("costmap", frame)
             for camera in robot.cameras.values():
-                await self._try(camera.tidy)
+                await self._in_thread(camera.close_idle)
             self.wake()
             await asyncio.sleep(SLOW)
 
-    async def _maps(self) -> None:
+    async def _map_loop(self) -> None:
         while True:
-            known = await self._try(self.robot.map.get)
+            known = await self._in_thread(self.robot.map.get)
             if known is not None:
                 self.put("map", text_of({"t": "map", **known.as_json()}))
                 self.wake()
             await asyncio.sleep(MAP_EVERY)
 
-    async def _camera(self, source: str) -> None:
+    async def _camera_loop(self, source: str) -> None:
         camera = self.robot.cameras[source]
         while True:
-            reading = camera.newest() if self._looking[source] else None
+            reading = camera.newest() if self._watched[source] else None
             if reading is not None and self._is_new(source, reading.received):
-                jpeg = await self._try(partial(jpeg_of, reading.value))
-                if jpeg is not None and self._looking[source]:
+                jpeg = await self._in_thread(partial(jpeg_of, reading.value))
+                if jpeg is not None and self._watched[source]:
                     self.put(f"camera {source}", camera_frame(source, jpeg), again=True)
                     self.wake()
-            await asyncio.sleep(CAMERA_EVERY if self._looking[source] else 0.2)
+            await asyncio.sleep(CAMERA_EVERY if self._watched[source] else 0.2)
 
-    async def _try(self, ask: Callable[[], Any]) -> Any:
+    async def _in_thread(self, ask: Callable[[], Any]) -> Any:
         """In a thread; None when the robot does not answer: what is not known is shown by its age."""
         try:
             return await self._workers.run(ask)
@@ -213,7 +218,7 @@ class Hub:
         self._seen["scan"] = scan.received
         value = scan.value
         if self._mounting is None or self._mounting[0] != value.frame:
-            mounted = await self._try(partial(look.laser_mounting, self.robot, value))
+            mounted = await self._in_thread(partial(robot_state.laser_mounting, self.robot, value))
             if mounted is None:
                 return
             self._mounting = (value.frame, mounted)
@@ -236,10 +241,10 @@ class Hub:
             rates = {name: round((counts[name] - before[name]) / (now - then), 1) for name in names}
             self.put("rates", text_of(rates))
 
-    def _lost(self, now: float) -> None:
+    def _check_silence(self, now: float) -> None:
         heard = [
             r.received
-            for r in (self.robot.feed(n).known for n in (*look.LASER_FEEDS, "velocity", "pose"))
+            for r in (self.robot.feed(n).known for n in (*robot_state.LASER_FEEDS, "velocity", "pose"))
             if r
         ]
         began = self._seen.setdefault("began", now)

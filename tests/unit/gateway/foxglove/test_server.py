@@ -446,9 +446,9 @@ def test_many_who_come_and_go_leave_nothing(ground: Ground) -> None:
             viewer.socket.socket.close()
     until(lambda: server.stats().clients == 0 and not server.stats().topics, str(server.stats()), 20.0)
     until(lambda: ground.subscribers("/chatter") == [], "still subscribed")
-    # The door's own threads are made as they are needed, and stay.
+    # The proxy's worker threads are started when they are needed, and stay.
     until(lambda: ours() <= threads | WORKERS, "threads stay")
-    assert len(server._door.visitors) == 0
+    assert len(server._proxy.connections) == 0
 
 
 def test_closing_is_quick_and_says_goodbye(ground: Ground) -> None:
