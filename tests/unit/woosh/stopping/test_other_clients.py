@@ -10,8 +10,8 @@ import pytest
 
 from rosproto.errors import RosTimeout
 from rosproto.transport import Deadline
-from woosh_pure.stopping import others
-from woosh_pure.stopping.others import OtherPrograms
+from woosh_pure.stopping import other_clients
+from woosh_pure.stopping.other_clients import OtherPrograms
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.velocity.other_drivers import OtherDriver
 
@@ -24,7 +24,7 @@ class Graph:
         self.looks: Callable[[int], list[str]] = lambda look: []
         self._look = 0
         self._lock = threading.Lock()
-        monkeypatch.setattr(others, "other_drivers", self._drivers)
+        monkeypatch.setattr(other_clients, "other_drivers", self._drivers)
         monkeypatch.setattr(
             OtherPrograms, "_ask_to_end", lambda programs, driver: self.asked.append(driver.node)
         )
@@ -59,7 +59,7 @@ def test_who_comes_for_a_moment_to_send_zeros_is_neither_asked_nor_blamed(graph:
 def test_a_program_that_something_starts_again_is_asked_again(
     graph: Graph, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(others, "_LOOK_AGAIN", 0.1)
+    monkeypatch.setattr(other_clients, "_LOOK_AGAIN", 0.1)
     graph.looks = lambda look: ["/driver"] if look < 3 else [] if "/again" in graph.asked else ["/again"]
     report = graph.end_them()
     assert (report.problems, report.cancelled) == ([], ["the program /driver", "the program /again"])
@@ -69,8 +69,8 @@ def test_a_program_that_something_starts_again_is_asked_again(
 def test_who_came_too_late_to_be_asked_is_not_said_to_have_been(
     graph: Graph, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(others, "_LEAST", 0.2)
-    monkeypatch.setattr(others, "_LOOK_AGAIN", 60.0)
+    monkeypatch.setattr(other_clients, "_LEAST", 0.2)
+    monkeypatch.setattr(other_clients, "_LOOK_AGAIN", 60.0)
     graph.looks = lambda look: ["/driver"] if look < 2 else ["/driver", "/late"]
     report = graph.end_them(0.0)
     assert report.cancelled == []
