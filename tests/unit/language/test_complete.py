@@ -46,7 +46,7 @@ FOR_PROGRAMS = [
     r"for degrees say degrees=True",
     r"^step mode \S+ is not known",
     r"give a positive speed; the sign",
-    r"^(feedback_timeout|seconds|valid_for)=",
+    r"^(feedback_timeout|seconds|since|valid_for)=",
     r"(m/s|rad/s) is more than the limit",
     r"^task type |^mark \S+: give its name as text|^a task needs a mark or poses|^direction \S+: expected load",
     r"expected a whole number of",
