@@ -29,7 +29,7 @@ from woosh_pure.fleet.messages.parsing import parse, read_instant_actions, read_
 from woosh_pure.fleet.messages.schema import Invalid
 from woosh_pure.fleet.monitor import SILENT_AFTER, ChassisMonitor
 from woosh_pure.fleet.mqtt.broker import Broker
-from woosh_pure.fleet.order.deviation import AgvPosition
+from woosh_pure.fleet.order.deviation import AgvPosition, within_deviation
 from woosh_pure.fleet.order.effects import Begin, Changed, Drive, Effect, End, Factsheet, Halt, Retry
 from woosh_pure.fleet.order.errors import Problem
 from woosh_pure.fleet.order.machine import OrderMachine
@@ -203,8 +203,15 @@ class Vehicle:
             self._inbox.flag("connected")
 
     def _on_moved(self) -> None:
-        if self._machine.driving or self._lost or not self.facts.located or self.facts.moving != self._moving:
+        """Ten times a second for each robot that drives: the thread is only woken up for what may matter."""
+        facts = self.facts
+        if self._lost or not facts.located or facts.moving != self._moving or self._at_node():
             self._inbox.flag("moved")
+
+    def _at_node(self) -> bool:
+        """Whether the drive under way has come into the range of its node."""
+        drive = self._machine.drive
+        return drive is not None and within_deviation(self.facts.position, drive.node, self.limits)
 
     def _on_told(self) -> None:
         self._inbox.flag("told")
