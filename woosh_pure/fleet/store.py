@@ -1,4 +1,4 @@
-"""What must outlive a vehicle's process: one file of JSON for each vehicle, replaced as a whole."""
+"""What has to survive a vehicle's process: one JSON file for each vehicle, always replaced as a whole."""
 
 from __future__ import annotations
 
@@ -53,13 +53,13 @@ class Store:
         return found if isinstance(found, dict) else None
 
     def put_aside(self, why: str) -> None:
-        """Keep a file that makes no sense under another name."""
+        """Move an unusable file aside, under another name."""
         aside = self.path.with_suffix(".broken")
         _log.warning("! %s cannot be used (%s); it is kept as %s", self.path, why, aside)
         os.replace(self.path, aside)
 
     def save(self, data: dict[str, Any]) -> None:
-        """Replace it, when it differs.
+        """Replace the file if its content differs.
 
         Raises:
             OSError: The disk is full, or the folder cannot be written.
