@@ -169,6 +169,18 @@ def test_a_command_that_is_not_refreshed_lapses(sim, real_time, chassis, until):
         until(lambda: sim.world.body.velocity.vx > 0.02)
 
 
+def test_a_command_that_was_on_its_way_counts_from_when_it_was_made(sim, real_time, chassis, until):
+    with chassis.velocity(bypasses_protection=True) as drive:
+        drive.set(0.2, valid_for=5.0, since=time.monotonic() - 10.0)  # it lapsed long ago
+        with pytest.raises(ValueError, match="since=nan"):
+            drive.set(0.2, since=math.nan)
+        with pytest.raises(AssertionError):
+            until(lambda: drive.sending.vx > 0.0, timeout=0.3)
+        drive.set(0.2, valid_for=3.0, since=time.monotonic() + 100.0)  # nothing was made in the future
+        until(lambda: sim.world.body.velocity.vx > 0.02)
+        until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0))
+
+
 def test_an_emergency_stop_ends_a_drive_and_releasing_it_resumes_nothing(sim, real_time, chassis, until):
     with (  # noqa: PT012
         pytest.raises(MotionRefused, match="emergency stop") as caught,

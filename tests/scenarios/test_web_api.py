@@ -409,6 +409,38 @@ def test_odd_methods_get_a_sentence(web: Served) -> None:
         assert web.get(path).status in (404, 405), "nothing moves or stops by a GET"
 
 
+def test_common_mistakes_are_answered_with_what_to_do(web: Served) -> None:
+    for path, takes in (("stop", "POST"), ("goals", "GET and POST")):
+        other = web.get(path) if path == "stop" else web.ask("PUT", path)
+        assert (other.status, other.headers["allow"]) == (405, takes.replace(" and ", ", "))
+        assert f"takes {takes}, not" in other.problem
+    assert "/openapi.json describes the API" in web.get("statu").problem
+    goal = b'{"kind": "mark", "mark": "A1"}'
+    form = web.post("goals", goal, headers={"content-type": "application/x-www-form-urlencoded"})
+    assert (
+        form.problem == "the body is application/x-www-form-urlencoded: send content-type: application/json"
+    )
+    assert "the body is of no type" in web.post("goals", goal).problem
+    assert "a body is missing: send a JSON object" in web.post("goals").problem
+    quotes = web.post("goals", b"{'kind': 'mark'}", headers={"content-type": "application/json"})
+    assert "the body is no JSON: Expecting property name" in quotes.problem
+    assert "(at character 1)" in quotes.problem
+
+
+def test_files_that_are_no_certificate_are_refused_before_the_server_starts(
+    chassis: Chassis, tmp_path: Path
+) -> None:
+    from woosh_pure import web
+    from woosh_pure.web.serve import WebServer
+
+    wrong = tmp_path / "wrong.pem"
+    wrong.write_text("no certificate")
+    with pytest.raises(ValueError, match=r"wrong\.pem: it is no PEM certificate with its unencrypted key"):
+        WebServer(web.app(chassis), port=0, tls_cert=wrong)
+    with pytest.raises(FileNotFoundError):
+        WebServer(web.app(chassis), port=0, tls_cert=tmp_path / "missing.pem")
+
+
 def test_errors_of_the_robot_are_problems_with_its_sentence(web: Served) -> None:
     refused = web.post("goals", {"kind": "mark", "mark": "no such mark"})
     assert refused.status == 409

@@ -66,7 +66,15 @@ class Drive:
         """Nodes that can send velocities, too, as last seen."""
         return self.drive.others
 
-    def set(self, vx: float, wz: float = 0.0, *, vy: float = 0.0, valid_for: float = 0.5) -> None:
+    def set(
+        self,
+        vx: float,
+        wz: float = 0.0,
+        *,
+        vy: float = 0.0,
+        valid_for: float = 0.5,
+        since: float | None = None,
+    ) -> None:
         """Command a body velocity that lapses by itself, as `woosh_pure.velocity.Drive.set`; does not wait.
 
         Args:
@@ -74,12 +82,14 @@ class Drive:
             wz: Yaw rate, rad/s, counter-clockwise positive.
             vy: Speed to the left, m/s; only an omnidirectional base has it.
             valid_for: Seconds until a zero velocity follows, at most 5.
+            since: When the command was made, by `time.monotonic()`, if it was on its way for a while;
+                `valid_for` counts from then. None means now.
 
         Raises:
             ValueError: A value is not finite or exceeds `limits`. The robot goes on with the last command.
             ConnectionLost, MotionRefused: The drive is over, and why.
         """
-        self.drive.set(vx, wz, vy=vy, valid_for=valid_for)
+        self.drive.set(vx, wz, vy=vy, valid_for=valid_for, since=since)
 
     async def hold(self, vx: float, wz: float = 0.0, *, vy: float = 0.0, seconds: float) -> None:
         """Keep a velocity for `seconds`, then zero; raises as soon as the drive is over (see `set`).

@@ -128,7 +128,15 @@ class Drive:
         if kind is None and self._error is not None and not self._told:
             raise self._error
 
-    def set(self, vx: float, wz: float = 0.0, *, vy: float = 0.0, valid_for: float = 0.5) -> None:
+    def set(
+        self,
+        vx: float,
+        wz: float = 0.0,
+        *,
+        vy: float = 0.0,
+        valid_for: float = 0.5,
+        since: float | None = None,
+    ) -> None:
         """Command a body velocity that lapses by itself.
 
         Call again before `valid_for` has passed to keep moving.
@@ -138,6 +146,8 @@ class Drive:
             wz: Yaw rate, rad/s, counter-clockwise positive.
             vy: Speed to the left, m/s; only an omnidirectional base has it.
             valid_for: Seconds until a zero velocity follows, at most 5.
+            since: When the command was made, by `time.monotonic()`, if it was on its way for a while (through
+                a network, a queue): `valid_for` counts from then. None means now.
 
         Raises:
             ValueError: A value is not finite or exceeds `limits`. The robot goes on with the last command.
@@ -146,10 +156,14 @@ class Drive:
             MotionRefused: The drive is over: `stop()` was called, the block was left, or the robot was
                 stopped by other means (emergency stop, manual mode, a severe fault); `error.readiness` tells.
         """
+        now = time.monotonic()  # before anything can delay this thread, or a delay would prolong the command
+        made = now if since is None else min(as_float(since), now)
+        if not math.isfinite(made):
+            raise ValueError(f"since={since}: expected a time by time.monotonic(), or None for now")
         self._raise_if_over()
         velocity = Velocity(vx, vy, wz)
         with self._lock:
-            self._shaper.command(velocity, time.monotonic(), valid_for)
+            self._shaper.command(velocity, made, valid_for)
 
     def hold(self, vx: float, wz: float = 0.0, *, vy: float = 0.0, seconds: float) -> None:
         """Keep a velocity for `seconds`, then zero; raises at once when the drive is over (see `set`).
@@ -261,7 +275,7 @@ class Drive:
 
     def _run(self) -> None:
         try:
-            while not self._over.wait(1.0 / _RATE):
+            while not self._over.wait(self._seconds_to_next()):
                 problem = self._watch.problem(self.sending)
                 if problem is not None:
                     if isinstance(problem, ConnectionLost):
@@ -275,6 +289,10 @@ class Drive:
             self._end(ConnectionLost(f"the drive is over: sending failed: {error}"))
         finally:
             self._send_zeros()
+
+    def _seconds_to_next(self) -> float:
+        with self._lock:
+            return self._shaper.seconds_to_next(time.monotonic(), 1.0 / _RATE)
 
     def _send_zeros(self) -> None:
         for _ in range(_ZEROS):

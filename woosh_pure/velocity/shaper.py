@@ -14,6 +14,8 @@ DEFAULT_LINEAR = 0.3
 """m/s, where /driver_base/parameter is silent."""
 DEFAULT_ANGULAR = 0.5
 """rad/s, where /driver_base/parameter is silent."""
+_AFTER = 1e-3
+"""Seconds after the end of a command at which to wake: never a moment before it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +75,11 @@ class Shaper:
     def lapsed(self, now: float) -> bool:
         """True when the last command is no longer valid."""
         return now > self._until
+
+    def seconds_to_next(self, now: float, period: float) -> float:
+        """Seconds until something is to be sent: one `period`, or less if the command lapses before that."""
+        left = self._until - now
+        return left + _AFTER if self.sent != Velocity() and 0.0 <= left < period else period
 
     def next(self, now: float) -> Velocity:
         """The velocity to send at `now`. A lapsed command is zero at once, without a ramp."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from starlette.exceptions import HTTPException
 from starlette.middleware.cors import CORSMiddleware
 
 from rosproto.errors import RosError
+from rosproto.text import printable
 from rosproto.version import __version__
 from woosh_pure.web import models
 from woosh_pure.web.api import camera, feeds, goals, lease, live, login, recordings, status, stop
@@ -122,13 +124,52 @@ async def _on_error(request: Request, error: Exception) -> JSONResponse:
 async def _on_invalid(request: Request, error: Exception) -> JSONResponse:
     wrong = []
     for one in getattr(error, "errors", list)()[:10]:
+        if body := _wrong_body(request, one):
+            wrong.append(body)
+            continue
         where = ".".join(str(part) for part in one.get("loc", ()) if part != "body")[:100]
         wrong.append(f"{where}: {one.get('msg', '')}" if where else str(one.get("msg", "")))
     return _answer(request, Problem(422, "; ".join(wrong)[:1000] or "the request makes no sense", "invalid"))
 
 
+def _wrong_body(request: Request, error: dict[str, Any]) -> str:
+    """What is wrong with a body as a whole; "" if it is JSON, as it should be."""
+    if error.get("type") == "json_invalid":
+        reason, at = error.get("ctx", {}).get("error", ""), error.get("loc", ("", "?"))[-1]
+        return f"the body is no JSON: {reason} (at character {at})"
+    if tuple(error.get("loc", ())) != ("body",):
+        return ""
+    if error.get("type") == "missing":
+        return "a body is missing: send a JSON object, with the header content-type: application/json"
+    kind = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    if kind == "application/json":
+        return ""
+    return f"the body is {printable(kind[:60]) or 'of no type'}: send content-type: application/json"
+
+
 async def _on_http(request: Request, error: Exception) -> JSONResponse:
     status = int(getattr(error, "status_code", 500))
-    words = {404: "there is nothing at this address", 405: "this address does not take this method"}
+    if methods := _other_methods(request):  # the page's files stand behind the API, and know only their own
+        status = 405
+    words = {
+        404: "there is nothing at this address; /openapi.json describes the API",
+        405: f"this address takes {' and '.join(methods)}, not {request.method}"
+        if methods
+        else "this address does not take this method",
+    }
     text = words.get(status) or str(getattr(error, "detail", "")) or "the request was refused"
-    return _answer(request, Problem(status, text))
+    answer = _answer(request, Problem(status, text))
+    if methods:
+        answer.headers["allow"] = ", ".join(methods)
+    return answer
+
+
+def _other_methods(request: Request) -> list[str]:
+    """The methods of the API at this path, if the request's own is not one of them."""
+    path = request.url.path.removeprefix(str(request.scope.get("root_path", "")))
+    path = re.sub(r"^/robots/[^/]+(?=/api/v1/)", "", path)
+    for template, operations in request.app.openapi()["paths"].items():
+        if re.fullmatch(re.sub(r"\\{\w+\\}", "[^/]+", re.escape(template)), path):
+            methods = sorted(operation.upper() for operation in operations)
+            return [] if request.method in methods else methods
+    return []

@@ -38,9 +38,11 @@ class Listener(socket.socket):
             self.listen(128)
         except OSError as error:
             self.close()
+            foreign = error.errno in (errno.EADDRNOTAVAIL, None) or isinstance(error, socket.gaierror)
+            advice = "--bind takes an address of this computer" if foreign else "give another --port"
             raise OSError(
                 error.errno or errno.EINVAL,
-                f"cannot listen at {bind} port {port}: {error.strerror or error}; give another --port",
+                f"cannot listen at {bind} port {port}: {error.strerror or error}; {advice}",
             ) from error
 
     def accept(self) -> tuple[socket.socket, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import ssl
 import threading
 import time
 from pathlib import Path
@@ -37,7 +38,8 @@ class WebServer:
         tls_key: Key file, if the key is not in the certificate file.
 
     Raises:
-        ValueError: Other computers could reach the server, and there is no token.
+        ValueError: Other computers could reach the server, and there is no token; or the TLS files hold no
+            certificate with its key.
         OSError: Listening on the address failed, or a TLS file cannot be read.
     """
 
@@ -63,9 +65,8 @@ class WebServer:
             )
         if tls_key and not tls_cert:
             raise ValueError("a TLS key without a certificate; give both")
-        for file in (tls_cert, tls_key):
-            if file is not None:
-                Path(file).open("rb").close()
+        if tls_cert:
+            _check_tls(tls_cert, tls_key)
         self._slots = app.state.context.slots
         self._socket = Listener(bind, port, self._slots)
         self.port = int(self._socket.getsockname()[1])
@@ -150,6 +151,20 @@ class WebServer:
             self._server.force_exit = True
             self._thread.join(END_SECONDS)
         self._socket.close()
+
+
+def _check_tls(cert: str | Path, key: str | Path | None) -> None:
+    """Fail here, and not in the server's thread, if the files are missing or do not fit."""
+    for file in (cert, key):
+        if file is not None:
+            Path(file).open("rb").close()
+    try:
+        ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(cert, key, password="")
+    except ssl.SSLError as error:
+        wrong = f"{cert} and {key}: they are" if key else f"{cert}: it is"
+        raise ValueError(
+            f"{wrong} no PEM certificate with its unencrypted key ({error.reason or 'not PEM'})"
+        ) from error
 
 
 def _run_alone(main: Coroutine[Any, Any, None]) -> None:

@@ -172,6 +172,18 @@ def test_a_refused_command_changes_nothing():
     assert shaper.wanted == Velocity(0.2)
 
 
+def test_a_drive_wakes_at_the_end_of_a_command_and_not_a_period_later():
+    shaper = Shaper(DriveLimits())
+    assert shaper.seconds_to_next(0.0, 0.05) == 0.05
+    shaper.command(Velocity(0.2), 0.0, 0.3)
+    shaper.next(0.0)
+    assert shaper.seconds_to_next(0.2, 0.05) == 0.05
+    woken = 0.27 + shaper.seconds_to_next(0.27, 0.05)
+    assert 0.3 < woken < 0.305
+    assert shaper.next(woken) == Velocity()
+    assert shaper.seconds_to_next(woken, 0.05) == 0.05, "zero was sent: no hurry any more"
+
+
 def test_only_an_arrival_is_true():
     for kind in OutcomeKind:
         outcome = Outcome(kind, "goal", "why", 9, None, 1.5)

@@ -80,7 +80,14 @@ def run(args: Namespace, out: Output) -> int:
             marks=_marks(args, out),
             recordings=args.recordings,
         )
-        server = WebServer(app, bind=args.bind, port=args.port, tls_cert=args.tls_cert, tls_key=args.tls_key)
+        try:
+            server = WebServer(
+                app, bind=args.bind, port=args.port, tls_cert=args.tls_cert, tls_key=args.tls_key
+            )
+        except OSError as error:
+            if error.filename:  # a file of TLS
+                raise
+            raise CommandError(error.strerror or str(error)) from error
         stack.enter_context(server)
         page = server.url + (f"#token={args.token}" if args.token else "")
         out.line(f"the page: {page}")

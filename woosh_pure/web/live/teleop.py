@@ -89,8 +89,9 @@ class Teleop:
                 self._drive, self._driver = None, None
                 self._lock.notify_all()
 
-    def steer(self, vx: float, wz: float, valid_for: float) -> None:
-        """Drive for another `valid_for` seconds. Velocities are reduced to the limits.
+    def steer(self, vx: float, wz: float, valid_for: float, since: float | None = None) -> None:
+        """Drive for another `valid_for` seconds, counted from `since` by `time.monotonic()`. Velocities are
+        reduced to the limits.
 
         Raises:
             RosError: The drive is over; the message says why.
@@ -103,6 +104,7 @@ class Teleop:
             math.copysign(min(abs(vx), linear), vx),
             math.copysign(min(abs(wz), angular), wz),
             valid_for=valid_for,
+            since=since,
         )
 
     def halt(self, why: str) -> None:

@@ -236,7 +236,8 @@ class Viewer:
         if kind == "ack":
             self._ack(message.get("n"))
         elif kind == "beat":
-            self._apply(self._dead_man.beat(*_control_fields(message), time.monotonic()))
+            now = time.monotonic()
+            self._apply(self._dead_man.beat(*_control_fields(message), now), now)
             self._keep_lease()
         elif kind == "press":
             self._press(*_control_fields(message))
@@ -319,11 +320,11 @@ class Viewer:
             return "busy", f"{driver} drives, or has just let go"
         return None
 
-    def _apply(self, verdict: Verdict) -> None:
-        """Do what the dead-man switch says, without waiting."""
+    def _apply(self, verdict: Verdict, now: float | None = None) -> None:
+        """Do what the dead-man switch says, without waiting; `now` is the time at which it decided."""
         if verdict.act == "drive":
             try:
-                self._robot.teleop.steer(verdict.vx, verdict.wz, verdict.valid_for)
+                self._robot.teleop.steer(verdict.vx, verdict.wz, verdict.valid_for, now)
             except (RosError, ValueError) as error:
                 self._drive_failed(error)
         elif verdict.act == "open":
@@ -356,11 +357,12 @@ class Viewer:
             return
         self._driving = True
         entry = self._robot.journal.begin(name, "drive")
-        verdict = self._dead_man.opened(time.monotonic())
+        now = time.monotonic()
+        verdict = self._dead_man.opened(now)
         if self._dead_man.state == "driving":
             self._tell({"t": "drive", "state": "driving", "reason": "", "text": "", "limits": teleop.limits})
         self._drive_entry = entry
-        self._apply(verdict)
+        self._apply(verdict, now)
 
     def _abandon(self, opening: asyncio.Future[None], why: str) -> None:
         """End a drive that is no longer wanted, if it was opened. If it was not, another's drive may be open,

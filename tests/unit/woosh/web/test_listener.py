@@ -36,3 +36,15 @@ def test_small_messages_are_sent_at_once() -> None:
         assert loop.run_until_complete(serve())
     finally:
         loop.close()
+
+
+def test_an_address_of_another_computer_is_told_from_a_port_in_use() -> None:
+    with (
+        Listener("127.0.0.1", 0, ConnectionSlots()) as listener,
+        pytest.raises(OSError, match="give another --port"),
+    ):
+        Listener("127.0.0.1", listener.getsockname()[1], ConnectionSlots())
+    with pytest.raises(OSError, match="--bind takes an address of this computer"):
+        Listener("192.0.2.1", 0, ConnectionSlots())  # RFC 5737: nobody has it
+    with pytest.raises(OSError, match="--bind takes an address of this computer"):
+        Listener("no-such-name.invalid", 0, ConnectionSlots())
