@@ -23,11 +23,11 @@ HOLDS = {
     "on an address that others reach only with a token": [
         "unit/gateway/foxglove/test_server.py::test_others_than_this_computer_need_a_token",
         "unit/gateway/foxglove/test_server.py::test_strangers_stay_outside",
-        "unit/gateway/foxglove/test_head.py::test_the_token",
+        "unit/gateway/foxglove/test_handshake.py::test_the_token",
     ],
     "unless its origin is open": [
-        "unit/gateway/foxglove/test_head.py::test_pages_from_elsewhere",
-        "unit/gateway/foxglove/test_head.py::test_another_name_for_this_computer_is_no_way_in",
+        "unit/gateway/foxglove/test_handshake.py::test_pages_from_elsewhere",
+        "unit/gateway/foxglove/test_handshake.py::test_another_name_for_this_computer_is_no_way_in",
     ],
     "Zero follows a viewer that drove and went or fell silent": [
         "unit/gateway/foxglove/test_server.py::test_zero_follows_a_client_that_drove",
@@ -49,11 +49,11 @@ HOLDS = {
         "unit/gateway/foxglove/test_assets.py::test_what_is_not_there_or_leads_out_or_is_too_large",
     ],
     "gets nothing done and ends the session": [
-        "unit/gateway/foxglove/test_seal.py::test_where_the_port_stays_open_the_first_is_not_taken_for_the_viewer",
+        "unit/gateway/foxglove/test_listening_port.py::test_where_the_port_stays_open_the_first_is_not_taken_for_the_viewer",
     ],
     "before anything is offered, and one who was there before": [
-        "unit/gateway/foxglove/test_seal.py::test_the_port_is_closed_when_the_viewer_is_there",
-        "unit/gateway/foxglove/test_seal.py::test_who_was_there_before_ends_it",
+        "unit/gateway/foxglove/test_listening_port.py::test_the_port_is_closed_when_the_viewer_is_there",
+        "unit/gateway/foxglove/test_listening_port.py::test_who_was_there_before_ends_it",
     ],
     "a page from a file says": [
         "unit/gateway/foxglove/test_server.py::test_strangers_stay_outside",
@@ -309,17 +309,17 @@ HOLDS = {
     ],
     "is answered with `validationError` and changes nothing": [
         "interop/fleet/test_vehicle.py::test_what_does_not_fit_is_answered",
-        "unit/fleet/test_messages.py::test_any_value_at_any_place_is_read_or_invalid",
-        "unit/fleet/test_order.py::test_a_malformed_order_is_a_validation_error",
+        "unit/fleet/messages/test_parsing.py::test_any_value_at_any_place_is_read_or_invalid",
+        "unit/fleet/order/test_rejection.py::test_a_malformed_order_is_a_validation_error",
     ],
     "an order of more than 1000 nodes, and what comes while 100 messages wait": [
-        "unit/fleet/test_messages.py::test_what_is_no_object_of_json_is_invalid",
-        "unit/fleet/test_messages.py::test_an_order_of_too_many_nodes_is_invalid",
+        "unit/fleet/messages/test_parsing.py::test_what_is_no_object_of_json_is_invalid",
+        "unit/fleet/messages/test_parsing.py::test_an_order_of_too_many_nodes_is_invalid",
         "unit/fleet/test_vehicle.py::test_a_flood_of_messages_is_bounded",
         "interop/fleet/test_floods.py::test_a_flood_of_nonsense_is_survived",
     ],
     "at most 200 messages or 1 MB for a vehicle": [
-        "unit/fleet/test_mqtt.py::test_a_broker_that_does_not_read_costs_a_bounded_amount",
+        "unit/fleet/mqtt/test_connection.py::test_a_broker_that_does_not_read_costs_a_bounded_amount",
     ],
     "ends the line to the broker before it is in memory": [
         "interop/fleet/test_floods.py::test_a_message_that_is_too_long_ends_the_line_and_nothing_else",
@@ -329,7 +329,7 @@ HOLDS = {
         "unit/fleet/test_config.py::test_secrets_are_in_a_file_of_ones_own",
     ],
     "get their parameters on standard input, through no shell": [
-        "unit/fleet/test_abilities.py::test_a_program_gets_the_parameters_and_gives_the_result",
+        "unit/fleet/actions/test_abilities.py::test_a_program_gets_the_parameters_and_gives_the_result",
     ],
     "given up for each new one, then the longest idle one": [
         "unit/transport/test_tcp_server.py::test_pending_handshakes_bounds_the_unready_and_drops_the_oldest",
@@ -345,6 +345,12 @@ HOLDS = {
         "unit/gateway/test_websocket_server.py::test_pages_from_elsewhere_are_refused",
         "unit/gateway/test_access.py::test_origins",
         "unit/gateway/test_access.py::test_hosts",
+    ],
+    "With `--authenticate` a rosbridge client is served only after the service": [
+        "unit/gateway/test_rosbridge.py::test_a_client_is_served_after_its_credentials_are_accepted",
+        "unit/gateway/test_rosbridge.py::test_anything_else_ends_the_connection",
+        "unit/gateway/test_rosbridge.py::test_without_the_service_nobody_is_served",
+        "unit/gateway/test_rosbridge.py::test_credentials_have_to_come_in_time",
     ],
     "Nothing is written through a gateway unless a pattern opens it": [
         "unit/gateway/test_access.py::test_everything_is_read_and_nothing_written_at_first",

@@ -48,6 +48,7 @@ _log = get_logger("woosh_pure.chassis")
 _SETTLED = 0.3
 # Bounds of what Ctrl-C does not end: the parts have their own bounds, which these do not cut off.
 _CLOSE_SECONDS, _STOP_SECONDS = 30.0, 20.0
+_CANCEL_SECONDS, _LATE_SECONDS = 3.0, 1.0  # for `close` to cancel goals; for what it finds then
 
 
 class Chassis(Readings, Moving, Localisation, Peripherals):
@@ -139,9 +140,9 @@ class Chassis(Readings, Moving, Localisation, Peripherals):
     def _close(self) -> None:
         running = self._core.running
         running.note_end("this Chassis is closed")
-        problems = running.end_all("the Chassis was closed")
+        problems = running.end_all("the Chassis was closed", _CANCEL_SECONDS)
         if running.drives or (running.goals and not running.leave):
-            problems = running.end_all("the Chassis was closed", 1.0)
+            problems = running.end_all("the Chassis was closed", _LATE_SECONDS)
         self._core.close()
         if problems:
             raise ConnectionLost(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosTimeout
 from rosproto.numbers import as_float, whole
-from woosh_pure.connection.begun import current
+from woosh_pure.connection.call_scope import current
 from woosh_pure.enums import LedState, NavDirection, NavigationMode
 from woosh_pure.errors import StaleState
 from woosh_pure.firmware.limits import require_message
@@ -84,8 +84,8 @@ class Peripherals:
             heard = [p for p in publishers if p.connections]
         for publisher in heard:
             require_message(publisher.topic, publisher, message)
-            if (begun := current()) is not None:
-                begun.require_wanted(publisher.topic)
+            if (scope := current()) is not None:
+                scope.require_wanted(publisher.topic)
             publisher.publish(message)
             publisher.flush(self._core.connection.timeout)
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.bag.bag_file import BagFile, Unreachable
 from rosproto.bag.chunk import ChunkData, plain_data, read_chunk
-from rosproto.bag.few import Found, few_alone, few_messages, few_places
+from rosproto.bag.large_messages import Found, few_alone, few_messages, few_places
 from rosproto.bag.merge import Batch, merge
 from rosproto.bag.read_ahead import Following, ReadAhead
 from rosproto.bag.records import ChunkInfo

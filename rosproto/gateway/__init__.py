@@ -15,12 +15,12 @@ from rosproto.late import late_names
 
 if TYPE_CHECKING:
     from rosproto.gateway.access import Access, Refusal
-    from rosproto.gateway.foxglove.local import LocalTopic
+    from rosproto.gateway.foxglove.local_topic import LocalTopic
     from rosproto.gateway.foxglove.server import ClientFacts, Foxglove, FoxgloveStats
     from rosproto.gateway.limits import GatewayLimits
+    from rosproto.gateway.message_event import MessageEvent, TopicDescription
     from rosproto.gateway.outbox import Outbox
     from rosproto.gateway.rosbridge.server import Rosbridge
-    from rosproto.gateway.sample import Sample, TopicDescription
     from rosproto.gateway.taps import Tap, Taps
 
 __all__ = [
@@ -30,10 +30,10 @@ __all__ = [
     "FoxgloveStats",
     "GatewayLimits",
     "LocalTopic",
+    "MessageEvent",
     "Outbox",
     "Refusal",
     "Rosbridge",
-    "Sample",
     "Tap",
     "Taps",
     "TopicDescription",
@@ -46,14 +46,14 @@ __getattr__ = late_names(
         "ClientFacts": "foxglove.server",
         "Foxglove": "foxglove.server",
         "FoxgloveStats": "foxglove.server",
-        "LocalTopic": "foxglove.local",
+        "LocalTopic": "foxglove.local_topic",
         "GatewayLimits": "limits",
         "Outbox": "outbox",
         "Refusal": "access",
         "Rosbridge": "rosbridge.server",
-        "Sample": "sample",
+        "MessageEvent": "message_event",
         "Tap": "taps",
         "Taps": "taps",
-        "TopicDescription": "sample",
+        "TopicDescription": "message_event",
     },
 )

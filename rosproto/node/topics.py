@@ -145,7 +145,7 @@ class TopicTable:
                 on_error=on_error,
                 inline=inline,
                 site=site,
-                renew=subscription.renew_sink,
+                renew=subscription.renew_delivery,
             )
             subscriber = Subscriber(
                 self._context,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from rosproto.late import late_names
 from rosproto.transport.address import is_loopback, local_address_towards, make_uri, parse_uri
+from rosproto.transport.backoff import Backoff
 from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.host_names import HostNames, hosts_advice, parse_host_names
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from rosproto.transport.open_files import allow_open_files
 
 __all__ = [
+    "Backoff",
     "Deadline",
     "HostNames",
     "Peer",

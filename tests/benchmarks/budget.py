@@ -198,7 +198,7 @@ def calling(count: int) -> float:
     """Seconds from the end of a read to that of a callback that does nothing."""
     cls, frame = a_frame()
     decode = decoder(cls)
-    sink = type("Holder", (), {"sink": None})()
+    sink = type("Holder", (), {"delivery": None})()
     reader = FrameReader(Null(frame, count), 1 << 30)  # type: ignore[arg-type]
     reader._no_rest_until = float("inf")
     reader._frames.buffer[: len(frame)] = frame

@@ -115,7 +115,10 @@ def _bare_receive() -> Any:
         TcprosLink._receive,
         (", revised = self", " = self"),
         (", self._revised\n", "\n"),
-        ("subscription.sink if revised is None else subscription.sink_for(revised)", "subscription.sink"),
+        (
+            "subscription.delivery if revised is None else subscription.delivery_for(revised)",
+            "subscription.delivery",
+        ),
     )
 
 

@@ -11,8 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.fleet import LIMITS, PureVehicle, action, order_json
-from woosh_pure.fleet.messages import read_order
-from woosh_pure.fleet.order import Begin, Drive, End, OrderMachine
+from woosh_pure.fleet.messages.parsing import read_order
+from woosh_pure.fleet.order.effects import Begin, Drive, End
+from woosh_pure.fleet.order.machine import OrderMachine
 
 TYPES = ("beep", "weld", "dock", "park")
 BLOCKING = ("NONE", "SOFT", "HARD")
@@ -43,7 +44,7 @@ class Watched(PureVehicle):
                     r["action"]["actionId"] == name and r["status"] != "WAITING"
                     for r in self.saved["records"]
                 )
-                record = next(r for r in machine.records if r.action.id == name)
+                record = next(r for r in machine.action_states if r.action.id == name)
                 assert not (record.of_order and machine.held), "of an order that waits after a restart"
                 assert "HARD" not in self.running.values(), "beside a HARD action"
                 if record.blocking == "HARD":
@@ -58,7 +59,7 @@ class Watched(PureVehicle):
                 assert not machine.paused
                 assert not machine.held
                 assert machine.mode == "AUTOMATIC"
-                assert machine.place is not None
+                assert machine.position is not None
             elif isinstance(effect, End):
                 self.to_end.add(effect.action_id)
 
@@ -92,7 +93,7 @@ class World:
             self.vehicle.take(self.vehicle.machine.receive(read_order(data)))
 
     def new_order(self) -> None:
-        here = self.vehicle.machine.place
+        here = self.vehicle.machine.position
         start = "a" if here is None else chr(ord("a") + round(here.x / 2.0))
         self.order(self.name(), 0, start, 0)
 
@@ -136,8 +137,8 @@ class World:
         assert position is not None
         if vehicle.halting or fate < 0.1:
             vehicle.stop()
-        elif fate < 0.3 and vehicle.machine.place is not None:
-            vehicle.place((vehicle.machine.place.x + position.x) / 2.0)
+        elif fate < 0.3 and vehicle.machine.position is not None:
+            vehicle.place((vehicle.machine.position.x + position.x) / 2.0)
         elif fate < 0.45:
             vehicle.place(position.x + 0.4)
         else:
@@ -154,7 +155,7 @@ class World:
         """kill -9, and another process with what was on disk; what it ran is gone with it."""
         old = self.vehicle
         kept = json.loads(json.dumps(old.saved))
-        place, mode = old.machine.place, old.machine.mode
+        place, mode = old.machine.position, old.machine.mode
         new = Watched.__new__(Watched)
         new.running, new.to_end, new.ever = {}, set(), old.ever
         PureVehicle.__init__(
@@ -202,7 +203,7 @@ class World:
         elif kind == "beep":
             self.instant("beep", self.random.choice(BLOCKING))
         elif kind == "lost":
-            vehicle.take(vehicle.machine.at(None))
+            vehicle.take(vehicle.machine.set_position(None))
         elif kind == "mode":
             vehicle.take(vehicle.machine.set_mode(self.random.choice(("MANUAL", "AUTOMATIC"))))
         elif kind == "die":
@@ -221,7 +222,7 @@ class World:
         for _ in range(300):
             if vehicle.machine.paused or vehicle.machine.held:
                 vehicle.instant(action(self.name(), "stopPause"))
-            if vehicle.machine.place is None:
+            if vehicle.machine.position is None:
                 vehicle.place(0.0)
             vehicle.take(vehicle.machine.retry())
             if vehicle.running:
@@ -258,7 +259,7 @@ def test_master_and_vehicle_agree_in_the_end(seed: int, steps: int) -> None:
     assert not machine.driving
     assert not any(node.released for node in machine.nodes), "the base was not finished"
     assert (machine.last_node, machine.last_sequence) == machine.decision_point
-    unfinished = [r for r in machine.records if not r.status.final]
+    unfinished = [r for r in machine.action_states if not r.status.final]
     ahead = {each.sequence for each in (*machine.nodes, *machine.edges)}
     assert all(r.status.value == "WAITING" and r.sequence in ahead for r in unfinished), unfinished
     check_way(vehicle, machine)
@@ -271,7 +272,7 @@ def next_order_is_taken(world: World) -> bool:
     if vehicle.machine.executing:
         vehicle.instant(action(world.name(), "cancelOrder"))
         world.settle()
-    place = vehicle.machine.place
+    place = vehicle.machine.position
     assert place is not None
     nearest = chr(ord("a") + round(place.x / 2.0))
     vehicle.order("last", 0, nearest, deviation=1.5)

@@ -215,7 +215,7 @@ def run_case(case: Case, words: list[str], place: SimpleNamespace) -> None:
     with sim.lock:
         sim.world.body.pose = Pose2D(0.0, 0.0, 0.0)
         sim.world.body.velocity = Velocity(0.0, 0.0, 0.0)
-        sim.world.localization_running = True
+        sim.world.localization.running = True
         assert sim.world.initial_pose(Pose2D(0.0, 0.0, 0.0))
     with contextlib.ExitStack() as stack:
         if "--split" in words:  # goes on until somebody ends it

@@ -13,7 +13,7 @@ import rosproto
 from rosproto.bag import BagReader
 from rosproto.recording import Player
 from woosh_pure.cli import main
-from woosh_pure.interface.recorded import HEAVY, selection_of
+from woosh_pure.interface.recorded_topics import HEAVY, selection_of
 from woosh_pure.interface.table import find, topics
 
 

@@ -386,7 +386,7 @@ def test_a_chassis_that_dies_is_an_error_within_seconds(until, monkeypatch, what
                     drive.set(0.1, valid_for=5.0)
                 else:
                     handle = chassis.go_to(2.5, 0.0) if what == "goal" else chassis.go_to_mark("B1")
-                    chassis._core.clients.action("/move_base")._status_timeout = 0.5
+                    chassis._core.clients.action("/move_base")._goals._status_timeout = 0.5
                 chassis.measured_velocity.wait_for(lambda v: not v.is_standing(), 10.0)
                 robot.kill()
                 if what == "velocity":

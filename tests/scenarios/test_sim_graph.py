@@ -123,8 +123,15 @@ def test_a_link_that_drops_in_the_middle_of_a_goal_and_comes_back_loses_nothing(
     assert handle.wait(30.0).arrived
 
 
+@pytest.fixture
+def impatient(monkeypatch):
+    """Nobody will answer: closing does not wait long for it."""
+    monkeypatch.setattr("woosh_pure.chassis._CANCEL_SECONDS", 0.4)
+    monkeypatch.setattr("woosh_pure.chassis._LATE_SECONDS", 0.2)
+
+
 def test_a_link_that_stays_away_is_a_lost_connection_and_leaving_says_what_was_not_cancelled(
-    sim, real_time, until, monkeypatch
+    sim, real_time, until, monkeypatch, impatient
 ):
     monkeypatch.setattr("woosh_pure.feed.feeds._LOST_AFTER", 0.5)
     chassis = Chassis(sim.master_uri)
@@ -138,7 +145,7 @@ def test_a_link_that_stays_away_is_a_lost_connection_and_leaving_says_what_was_n
 
 
 @pytest.mark.parametrize("arrived", [True, False], ids=["under way", "on its way"])
-def test_a_cancel_that_nobody_confirms_is_not_taken_for_done(sim, real_time, until, arrived):
+def test_a_cancel_that_nobody_confirms_is_not_taken_for_done(sim, real_time, until, impatient, arrived):
     """A cancel is a message; on a dead link it is sent, and arrives nowhere. A goal that may still arrive is not done."""
     chassis = Chassis(sim.master_uri)
     chassis.measured_velocity.wait(5.0)
@@ -148,7 +155,7 @@ def test_a_cancel_that_nobody_confirms_is_not_taken_for_done(sim, real_time, unt
     handle = chassis.go_to(2.5, 0.0)
     if arrived:
         until(lambda: not sim.world.body.velocity.is_standing())
-    chassis._core.clients.action("/move_base")._status_timeout = 0.5
+    chassis._core.clients.action("/move_base")._goals._status_timeout = 0.5
     sim.drop_link(60.0)
     assert handle.wait(20.0, raises=False).kind is OutcomeKind.CONNECTION_LOST
     with pytest.raises(ConnectionLost, match="cannot be heard"):

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from woosh_pure.fleet.actions import Ability, Parameter, Scope
-from woosh_pure.fleet.judging import Limits, Place
-from woosh_pure.fleet.messages import read_instant_actions, read_order
-from woosh_pure.fleet.order import Begin, Changed, Drive, Effect, End, Halt, OrderMachine, Retry
-from woosh_pure.fleet.standard import PARAMETERS, SCOPES
+from woosh_pure.fleet.actions.predefined import PARAMETERS, SCOPES
+from woosh_pure.fleet.messages.parsing import read_instant_actions, read_order
+from woosh_pure.fleet.order.actions import Ability, Parameter, Scope
+from woosh_pure.fleet.order.deviation import AgvPosition
+from woosh_pure.fleet.order.effects import Begin, Changed, Drive, Effect, End, Halt, Retry
+from woosh_pure.fleet.order.limits import Limits
+from woosh_pure.fleet.order.machine import OrderMachine
 
 __all__ = ["LIMITS", "PureVehicle", "action", "instant", "order_json"]
 
@@ -155,7 +157,7 @@ class PureVehicle:
 
     def place(self, x: float, theta: float = 0.0) -> None:
         """Stand at x."""
-        self.take(self.machine.at(Place(x, 0.0, theta)))
+        self.take(self.machine.set_position(AgvPosition(x, 0.0, theta)))
 
     def arrive(self) -> None:
         """The drive under way ends at its node."""
@@ -180,7 +182,7 @@ class PureVehicle:
 
     def status(self, action_id: str) -> str:
         """How an action stands; "" when it is not known."""
-        return next((r.status.value for r in self.machine.records if r.action.id == action_id), "")
+        return next((r.status.value for r in self.machine.action_states if r.action.id == action_id), "")
 
     @property
     def problems(self) -> list[str]:

@@ -17,7 +17,7 @@ from typing import Any, Generic, TypeVar
 from weakref import WeakSet
 
 from rosproto.aio import Pool
-from woosh_pure.connection.begun import Begun, beginning
+from woosh_pure.connection.call_scope import CallScope, call_scope
 
 __all__ = ["Calls", "Later"]
 
@@ -38,22 +38,22 @@ class Calls:
 
     async def call(self, function: Callable[[], T]) -> T:
         """Call a verb. What it has begun when the task is cancelled is ended."""
-        begun = Begun()
+        scope = CallScope()
 
         def work() -> T:
-            with beginning(begun):
+            with call_scope(scope):
                 return function()
 
         try:
-            result = await self._pool.run(work, cancel=begun.refuse, dispose=lambda _: begun.end())
+            result = await self._pool.run(work, cancel=scope.refuse, dispose=lambda _: scope.end())
         except asyncio.CancelledError:
-            if begun:
-                await self.finish(begun.end)
+            if scope:
+                await self.finish(scope.end)
             raise
         except GeneratorExit:  # the loop is closed: nobody awaits any more
-            self.let_go(begun.end)
+            self.let_go(scope.end)
             raise
-        self.begun.update(begun.things)
+        self.begun.update(scope.things)
         return result
 
     async def or_end(self, function: Callable[[], T], end: Callable[[], object]) -> T:

@@ -195,14 +195,19 @@ class Feed(Generic[T]):
                     return value
 
     async def __aiter__(self) -> AsyncIterator[T]:
-        """Values as they come; a slow loop skips to the newest. Ends when the chassis is closed."""
-        async with _Values(self.feed, self._calls, 1, known=True) as values:
-            while True:
-                try:
-                    value = await values.next(Deadline(None), None)
-                except ConnectionLost:
-                    return
-                yield value
+        """Values as they come; a slow loop skips to the newest. Ends when the chassis is closed, or its node.
+
+        Raises:
+            ConnectionLost: It was closed before, and nothing was ever heard here; or there is no master.
+        """
+        may_end = not self.feed.closed or self.feed.known is not None
+        try:
+            async with _Values(self.feed, self._calls, 1, known=True) as values:
+                while True:
+                    yield await values.next(Deadline(None), None)
+        except ConnectionLost:  # also when it was closed between the first turn of the loop and subscribing
+            if not may_end or not self.feed.closed:
+                raise
 
 
 class _Values(Generic[T]):

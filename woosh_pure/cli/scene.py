@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
-from woosh_pure.feed.placed import known_path, scan_in_map
+from woosh_pure.feed.frames import known_path, scan_in_map
 
 if TYPE_CHECKING:
     import numpy as np

@@ -14,7 +14,7 @@ from rosproto.codec import ValuesLost
 from rosproto.errors import RosTimeout
 from rosproto.node import Cancellation
 from rosproto.transport import Deadline
-from woosh_pure.connection.begun import current
+from woosh_pure.connection.call_scope import current
 from woosh_pure.connection.connection import Connection
 from woosh_pure.enums import TaskCommand
 from woosh_pure.firmware.limits import limit_error, require_message
@@ -81,8 +81,8 @@ class Clients:
         publisher = self.publisher(topic, type(message))
         self.require_connection(publisher, topic, timeout)
         require_message(topic, publisher, message)
-        if (begun := current()) is not None:
-            begun.require_wanted(topic)
+        if (scope := current()) is not None:
+            scope.require_wanted(topic)
         publisher.publish(message)
         publisher.flush(self._connection.timeout)
 
@@ -116,10 +116,10 @@ class Clients:
         """
         client, seconds = self.service(name), self._connection.timeout if timeout is None else timeout
         # What cancels a task must go out, whoever has gone.
-        begun = None if name == "/exec_task" else current()
+        scope = None if name == "/exec_task" else current()
         try:
-            if begun is not None:
-                return client.call_cancellable(begun.calling, None, seconds, **fields)
+            if scope is not None:
+                return client.call_cancellable(scope.calling, None, seconds, **fields)
             return client.call(timeout=seconds, **fields)
         except ValuesLost as error:
             lack = f"no field for {', '.join(error.fields)}"
@@ -139,7 +139,7 @@ class Clients:
     def call_found(self, name: str, type_name: str, *, timeout: float | None = None, **fields: Any) -> Any:
         """Call a service that is in no row of the interface under this name."""
         with self._connection.open_node().service_client(name, service_type(type_name)) as client:
-            cancellation = Cancellation() if (begun := current()) is None else begun.calling
+            cancellation = Cancellation() if (scope := current()) is None else scope.calling
             seconds = self._connection.timeout if timeout is None else timeout
             return client.call_cancellable(cancellation, None, seconds, **fields)
 

@@ -430,14 +430,14 @@ class Feed(Generic[T]):
         )
 
     def __iter__(self) -> Iterator[T]:
-        """Values as they come; a slow loop skips to the newest. Ends when the chassis is closed."""
+        """Values as they come; a slow loop skips to the newest. Ends with the chassis, or its node."""
         self.connect()
         seen = 0
         while True:
             with self._condition:
-                while self._count == seen and not self._closed:
+                while self._count == seen and not self.closed:
                     self._condition.wait(_SLICE)
-                if self._closed:
+                if self.closed:
                     return
                 seen = self._count
                 value = self._history[-1].value

@@ -9,9 +9,9 @@ from rosproto.late import late_names
 
 TYPE_CHECKING = False  # as in typing, which takes longer to load than all of this
 if TYPE_CHECKING:
-    from woosh_pure.fleet.abilities import Task
+    from woosh_pure.fleet.actions.task import Task
     from woosh_pure.fleet.config import FleetConfig, VehicleConfig, load_config
-    from woosh_pure.fleet.mqtt import Broker
+    from woosh_pure.fleet.mqtt.broker import Broker
     from woosh_pure.fleet.store import Store
     from woosh_pure.fleet.vehicle import Vehicle
 
@@ -20,10 +20,10 @@ __all__ = ["Broker", "FleetConfig", "Store", "Task", "Vehicle", "VehicleConfig",
 __getattr__ = late_names(
     __name__,
     {
-        "Broker": "mqtt",
+        "Broker": "mqtt.broker",
         "FleetConfig": "config",
         "Store": "store",
-        "Task": "abilities",
+        "Task": "actions.task",
         "Vehicle": "vehicle",
         "VehicleConfig": "config",
         "load_config": "config",

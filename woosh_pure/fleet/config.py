@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from woosh_pure.fleet.mqtt import Broker
+from woosh_pure.fleet.mqtt.broker import Broker
 from woosh_pure.geometry import Footprint
 
 __all__ = ["VERSIONS", "FleetConfig", "VehicleConfig", "load_config", "secrets"]

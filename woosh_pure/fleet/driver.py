@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from woosh_pure.enums import NavDirection, NavigationMode
-from woosh_pure.fleet.judging import Place
-from woosh_pure.fleet.messages import Edge, Node
-from woosh_pure.fleet.order import Drive
+from woosh_pure.fleet.messages.elements import Edge, Node
+from woosh_pure.fleet.order.deviation import AgvPosition
+from woosh_pure.fleet.order.effects import Drive
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
@@ -41,7 +41,7 @@ class Driver:
         self,
         chassis: Chassis,
         ended: Callable[[int, bool, str], object],
-        place: Callable[[], Place | None],
+        place: Callable[[], AgvPosition | None],
         *,
         marks: bool = False,
     ) -> None:

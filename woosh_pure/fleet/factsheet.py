@@ -11,9 +11,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from woosh_pure.fleet import messages
-from woosh_pure.fleet.actions import OWN, Ability
-from woosh_pure.fleet.judging import Limits
+from woosh_pure.fleet.messages import schema
+from woosh_pure.fleet.order.actions import BUILT_IN, Ability
+from woosh_pure.fleet.order.limits import Limits
 
 __all__ = ["Body", "factsheet_message"]
 
@@ -114,7 +114,7 @@ def factsheet_message(
     """
     later = not version.startswith("2.0")
     length, width = body.size
-    abilities = {**limits.abilities, **OWN}
+    abilities = {**limits.abilities, **BUILT_IN}
     timing = {"minOrderInterval": 0.1, "minStateInterval": 0.1, "defaultStateInterval": 30.0}
     if visualization > 0.0:
         timing["visualizationInterval"] = visualization
@@ -130,12 +130,12 @@ def factsheet_message(
             "width": width, "length": length,
         },
         "protocolLimits": {
-            "maxStringLens": {"msgLen": messages.MOST_BYTES, "idLen": messages.LONGEST_ID,
+            "maxStringLens": {"msgLen": schema.MOST_BYTES, "idLen": schema.LONGEST_ID,
             "idNumericalOnly": False}, "maxArrayLens": {
-                "order.nodes": messages.MOST_NODES, "order.edges": messages.MOST_NODES - 1,
-                "node.actions": messages.MOST_ACTIONS, "edge.actions": messages.MOST_ACTIONS,
-                "actions.actionsParameters": messages.MOST_PARAMETERS, "instantActions":
-                messages.MOST_ACTIONS,
+                "order.nodes": schema.MOST_NODES, "order.edges": schema.MOST_NODES - 1,
+                "node.actions": schema.MOST_ACTIONS, "edge.actions": schema.MOST_ACTIONS,
+                "actions.actionsParameters": schema.MOST_PARAMETERS, "instantActions":
+                schema.MOST_ACTIONS,
             },
             "timing": timing,
         },

@@ -7,12 +7,12 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Any
 
-from woosh_pure.fleet.errors import ErrorType, Level, Problem
-from woosh_pure.fleet.judging import Place
-from woosh_pure.fleet.messages import Node
-from woosh_pure.fleet.order import OrderMachine
+from woosh_pure.fleet.messages.elements import Node
+from woosh_pure.fleet.order.deviation import AgvPosition
+from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
+from woosh_pure.fleet.order.order_state import OrderState
 
-__all__ = ["Facts", "Load", "MapEntry", "operating_mode", "state_message", "visualization_message"]
+__all__ = ["Facts", "Load", "MapEntry", "state_message", "visualization_message"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class Facts:
     """What is known of the chassis.
 
     Attributes:
-        place: m and rad in the map; None while it was not heard.
+        position: m and rad in the map; None while it was not heard.
         located: Whether the robot knows where it is.
         velocity: vx, vy in m/s, wz in rad/s; None while it was not heard.
         percent, voltage, charging: Of the battery; None while it was not heard.
@@ -59,7 +59,7 @@ class Facts:
         information: (type, text) pairs for people.
     """
 
-    place: Place | None = None
+    position: AgvPosition | None = None
     located: bool = False
     velocity: tuple[float, float, float] | None = None
     percent: float | None = None
@@ -75,6 +75,11 @@ class Facts:
     information: tuple[tuple[str, str], ...] = field(default_factory=tuple)
 
     @property
+    def alarms(self) -> tuple[object, ...]:
+        """What a state is sent for when it changes, whatever else has changed."""
+        return self.emergency_stop, self.bumper, self.faults, self.charging
+
+    @property
     def moving(self) -> bool:
         """Whether the robot drives or turns."""
         return self.velocity is not None and (
@@ -82,19 +87,11 @@ class Facts:
         )
 
 
-def operating_mode(robot_mode: int, *, owner: str = "") -> str:
-    """The operating mode of a robot_mode: 2 is manual, 3 maintenance; a local driver who has the robot
-    makes it MANUAL, whatever its key says."""
-    if robot_mode == 3:
-        return "SERVICE"
-    return "MANUAL" if robot_mode == 2 or owner else "AUTOMATIC"
-
-
 def _position(facts: Facts) -> dict[str, Any] | None:
-    if facts.place is None:
+    if facts.position is None:
         return None
     return {
-        "x": facts.place.x, "y": facts.place.y, "theta": facts.place.theta, "mapId": facts.map_id,
+        "x": facts.position.x, "y": facts.position.y, "theta": facts.position.theta, "mapId": facts.map_id,
         "positionInitialized": facts.located,
     }  # fmt: skip
 
@@ -115,9 +112,7 @@ def _node_state(node: Node) -> dict[str, Any]:
     return found
 
 
-def state_message(
-    machine: OrderMachine, facts: Facts, header: dict[str, Any], version: str
-) -> dict[str, Any]:
+def state_message(machine: OrderState, facts: Facts, header: dict[str, Any], version: str) -> dict[str, Any]:
     """The state as it is now, of a version of the standard."""
     later = not version.startswith("2.0")
     problems = [*_of_chassis(facts), *machine.problems]
@@ -135,7 +130,7 @@ def state_message(
         "driving": facts.moving,
         "paused": machine.paused or machine.held,
         "newBaseRequest": machine.wants_base,
-        "actionStates": [record.to_state() for record in machine.records],
+        "actionStates": [record.to_state() for record in machine.action_states],
         "batteryState": _battery(facts),
         "operatingMode": machine.mode,
         "errors": [problem.to_json(hints=later) for problem in problems],

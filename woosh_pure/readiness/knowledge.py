@@ -6,7 +6,7 @@ import threading
 import time
 from typing import TYPE_CHECKING, Any
 
-from woosh_pure.connection.begun import current
+from woosh_pure.connection.call_scope import current
 from woosh_pure.errors import MotionRefused
 from woosh_pure.faults import ActiveFaults, Faults, StatusCode
 from woosh_pure.outcome import Outcome, OutcomeKind
@@ -72,8 +72,8 @@ class Knowledge:
 
     def readiness(self) -> Readiness:
         """What is known against moving; the first call waits until its links are connected."""
-        if (begun := current()) is not None:
-            begun.require_wanted("readiness")  # `wait_until_ready` asks again and again
+        if (scope := current()) is not None:
+            scope.require_wanted("readiness")  # `wait_until_ready` asks again and again
         self._listen("battery", "status", "status_code", "inputs")
         self.other_goals.listen(self._connection.open_node())
         return self.known_readiness()

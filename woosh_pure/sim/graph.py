@@ -14,7 +14,7 @@ from woosh_pure.firmware.revisions import Firmware
 from woosh_pure.interface.table import Row
 from woosh_pure.sim.costmap import TOPIC as COSTMAP
 from woosh_pure.sim.network import Network, RobotNode
-from woosh_pure.sim.revised import revised_action, revised_listener, revised_service
+from woosh_pure.sim.older_firmware import revised_action, revised_listener, revised_service
 
 __all__ = ["Graph", "Handlers"]
 

@@ -181,7 +181,7 @@ class Server:
         """The poses in the map; None when one makes no sense there. With the world locked."""
         if not all(_finite(pose.x, pose.y, pose.yaw) for pose in poses):
             return None
-        found = [self._world.in_map(pose) for pose in poses]
+        found = [self._world.localization.in_map(pose) for pose in poses]
         good = [pose for pose in found if pose is not None]
         return good if len(good) == len(poses) else None
 

@@ -75,8 +75,11 @@ class TaskWorld(Protocol):
     bumper: bool
     robot_mode: RobotMode
     work_mode: WorkMode
-    located: bool
     cable_plugged: bool
+
+    @property
+    def located(self) -> bool:
+        """Whether the robot knows where it is."""
 
     @property
     def robot_state(self) -> RobotState:

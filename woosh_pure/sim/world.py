@@ -8,17 +8,17 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from itertools import pairwise
 
-from woosh_pure.enums import NavigationMode, RobotMode, RobotState, TaskState, TaskType, WorkMode
-from woosh_pure.geometry import Pose2D, Velocity, normalize_angle
+from woosh_pure.enums import RobotMode, RobotState, TaskState, TaskType, WorkMode
+from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.motion.steps import Step
+from woosh_pure.sim.avoidance import Avoidance, NavigationSettings
 from woosh_pure.sim.battery import SimulatedBattery
 from woosh_pure.sim.body import Body
-from woosh_pure.sim.braking import leaves_room_to_stop
+from woosh_pure.sim.localization import Localization
 from woosh_pure.sim.motions import Motion, MotionState, PathMotion, StepMotion
 from woosh_pure.sim.planner import Planner
 from woosh_pure.sim.settings import Settings
@@ -29,20 +29,10 @@ from woosh_pure.sim.tasks import StatusRecord, TaskMachine
 __all__ = ["NavigationSettings", "World"]
 
 _CLEARANCE = 0.05  # m that planned paths keep from everything
-_LOCATED, _LOST = 130103000000, 130103000012
+_LOST = 130103000012
 _INITIALISED, _NOT_INITIALISED = 140200000000, 140201000022
-_STEP_BLOCKED, _STEP_BLOCK_TIMEOUT = 130701000021, 130701000032
-_NAV_BLOCKED, _NAV_FAILED, _NAV_REACHED = 130104000011, 130104000042, 130104000041
+_NAV_REACHED = 130104000041
 _ESTOP, _ESTOP_RELEASED, _BUMPER, _BUMPER_RELEASED = 110201000013, 110201000000, 110202000013, 110202000000
-
-
-@dataclass(frozen=True, slots=True)
-class NavigationSettings:
-    """What /navigation_mode has set."""
-
-    mode: NavigationMode = NavigationMode.FUZZY_AVOIDANCE
-    waiting_timeout: float = 0.0
-    max_speed: float = 0.0
 
 
 class World:
@@ -53,8 +43,9 @@ class World:
         body, battery, tasks, site: The parts.
         around: What stands around.
         motion: What moves the base now, None when nothing does.
-        emergency_stop, cable_plugged, robot_mode, work_mode, located: State a test may set through the
-            methods.
+        localization: Where the robot believes it is.
+        avoidance: What its navigation does about obstacles.
+        emergency_stop, cable_plugged, robot_mode, work_mode: State a test may set through the methods.
     """
 
     def __init__(self, site: Site | None = None, settings: Settings | None = None) -> None:
@@ -71,6 +62,7 @@ class World:
         self.around = Surroundings(self.site.grid, self.settings.radius)
         self.costmaps_enabled = True
         self.navigation = NavigationSettings()
+        self.avoidance = Avoidance(self)
         self.motion: Motion | None = None
         self.paused_step: StepMotion | None = None
         self.emergency_stop = False
@@ -79,10 +71,7 @@ class World:
         self.bumper = False
         self.robot_mode = RobotMode.AUTOMATIC
         self.work_mode = WorkMode.TASK
-        self.located = self.settings.located
-        self.localization_running = True
-        self._belief_offset = (0.0, 0.0, 0.0)
-        self._lost_at: tuple[Pose2D, Pose2D] | None = None
+        self.localization = Localization(self.body, self.settings.located, self.report)
         self._command = Velocity()
         self._command_smooth = True
         self._command_time = -math.inf
@@ -146,27 +135,14 @@ class World:
         )  # fmt: skip
 
     @property
-    def believed_pose(self) -> Pose2D:
-        """Where the localisation says the robot is; dead reckoning while it is lost."""
-        pose = self.body.pose
-        if self._lost_at is not None:
-            belief, odometry = self._lost_at
-            return _compose(belief, odometry, self.body.odometry)
-        dx, dy, dyaw = self._belief_offset
-        return Pose2D(pose.x + dx, pose.y + dy, normalize_angle(pose.yaw + dyaw))
+    def located(self) -> bool:
+        """Whether the robot knows where it is."""
+        return self.localization.located
 
-    def in_map(self, pose: Pose2D) -> Pose2D | None:
-        """A pose of a command, in the map; None for a frame this robot does not have."""
-        frame = pose.frame.lstrip("/")
-        if frame == "map":
-            return pose
-        belief = self.believed_pose
-        if frame == "base_link":
-            return belief.transformed(pose.x, pose.y, pose.yaw)
-        if frame == "odom":
-            odometry = self.body.odometry
-            return _compose(belief, odometry, replace(pose, frame="odom"))
-        return None
+    @property
+    def believed_pose(self) -> Pose2D:
+        """Where the robot believes it is."""
+        return self.localization.pose
 
     # -- commands --------------------------------------------------------------------------------------------
 
@@ -185,7 +161,7 @@ class World:
     ) -> Motion:
         """Drive to the last pose of `target`, over the others when `keep_path`; the motion tells how it
         ends."""
-        path = [self.body.pose, *target] if keep_path else self._way_to(target[-1])
+        path = [self.body.pose, *target] if keep_path else self.avoidance.way_to(target[-1])
         motion = PathMotion(owner, path or [target[-1]], self._speed(), point_by_point=point_by_point)
         motion.clear = partial(self.around.is_clear, more=0.03)
         refused = self._cannot_move()
@@ -243,23 +219,6 @@ class World:
         """A path on the map, around the obstacles the costmaps know."""
         return self.planner.plan(start, goal, self.around.seen, tolerance)
 
-    def _way_to(self, goal: Pose2D, *, cramped: bool = False) -> list[Pose2D] | None:
-        """A path from here. Where the robot stands too near to something for the cells of the planner, or was
-        found to be cramped, it first drives off from it, straight."""
-        here = self.body.pose
-        path = self.plan(here, goal)
-        free = self.planner.is_free(here.x, here.y, self.around.seen)
-        clear = partial(self.around.is_clear, step=0.005)
-        if path is None or (not cramped and (free or all(clear(a, b) for a, b in pairwise(path[:4])))):
-            return path
-        for k in range(16 * 5):
-            turn, away = (k % 16) * math.pi / 8.0, 0.1 * (1 + k // 16)
-            place = Pose2D(here.x + away * math.cos(turn), here.y + away * math.sin(turn))
-            if self.planner.is_free(place.x, place.y, self.around.seen) and clear(here, place):
-                rest = self.plan(place, goal)
-                return path if rest is None else [here, *rest]
-        return path
-
     def clear_costmaps(self) -> None:
         """Forget obstacles; those in sight come back with the next step."""
         self.around.seen = []
@@ -271,31 +230,16 @@ class World:
         self.initial_pose(pose)
 
     def initial_pose(self, pose: Pose2D) -> bool:
-        """A hint where the robot is: near the truth the localisation converges, otherwise it stays lost.
-
-        Returns:
-            Whether it was taken.
-        """
-        truth = self.body.pose
-        near = math.hypot(pose.x - truth.x, pose.y - truth.y) < 1.0 and abs(pose.angle_to(truth)) < 0.6
-        if near and self.localization_running:
-            self.located, self._lost_at = True, None
-            self._belief_offset = (0.0, 0.0, 0.0)
-            self.report(_LOCATED)
-            return True
-        self.report(140201000022)
-        return False
+        """A hint where the robot is; returns whether it was taken (`Localization.take_hint`)."""
+        return self.localization.take_hint(pose)
 
     def run_localization(self, on: bool) -> None:
         """/start_localization."""
-        if self.localization_running and not on:
+        if on:
+            self.localization.start()
+        elif self.localization.running:
             self.lose_localization()
-        elif on and not self.localization_running:
-            self.localization_running = True
-            self.report(130103000021)
-            self.initial_pose(self.believed_pose)
-            return
-        self.localization_running = on
+            self.localization.running = False
 
     # -- things that happen to a robot -----------------------------------------------------------------------
 
@@ -312,9 +256,7 @@ class World:
 
     def lose_localization(self) -> None:
         """The robot no longer knows where it is."""
-        self._lost_at = (self.believed_pose, self.body.odometry)
-        self.located = False
-        self.report(_LOST)
+        self.localization.lose()
         if self.motion is not None and self.motion.owner != "step":
             self.end_motion(self.motion, MotionState.FAILED, _LOST)
         self.tasks.fail("localisation lost")
@@ -388,28 +330,8 @@ class World:
         if fresh or (self.motion is None and not self._holding):
             return commanded, not self._command_smooth
         if self.motion is None or self.motion.state is not MotionState.RUNNING:
-            return Velocity(), not (self._command_smooth and self._leaves_room(Velocity(), dt))
-        if self._blocked(self.motion, dt):
-            return Velocity(), True
-        return self._guarded(self.motion, dt)
-
-    def _guarded(self, motion: Motion, dt: float) -> tuple[Velocity, bool]:
-        """What a motion wants; where it could not stop after it, the brakes instead."""
-        wanted = motion.command(self.body, dt)
-        if isinstance(motion, StepMotion) and not motion.avoid:
-            return wanted, False
-        if self._leaves_room(wanted, dt):
-            if wanted.vx and isinstance(motion, PathMotion):
-                motion.cramped_for = 0.0
-            return wanted, False
-        if not self.body.velocity.is_standing(0.01, math.inf):
-            return Velocity(), True
-        if isinstance(motion, PathMotion) and abs(wanted.wz) < 0.1:  # turned as it should, and no room ahead
-            self._find_another_way(motion, dt)
-        return Velocity(0.0, 0.0, wanted.wz), False
-
-    def _leaves_room(self, wanted: Velocity, dt: float) -> bool:
-        return leaves_room_to_stop(self.body, wanted, dt, self.around.touches)
+            return Velocity(), not (self._command_smooth and self.avoidance.leaves_room(Velocity(), dt))
+        return self.avoidance.velocity(self.motion, dt)
 
     def _commanded(self) -> Velocity:
         silent = self.time - self._command_time > self.settings.silence_seconds
@@ -459,65 +381,3 @@ class World:
         if self.cable_plugged:
             return 140801000261
         return 140201000022 if needs_location and not self.located else 0
-
-    # -- obstacles -------------------------------------------------------------------------------------------
-
-    def _blocked(self, motion: Motion, dt: float) -> bool:
-        if isinstance(motion, StepMotion):
-            return motion.avoid and self._step_blocked(motion, dt)
-        return isinstance(motion, PathMotion) and self._path_blocked(motion, dt)
-
-    def _step_blocked(self, motion: StepMotion, dt: float) -> bool:
-        d = motion.current.direction()
-        if not (d.vx or d.vy) or not self.around.obstructed(self.body.pose, d, 0.25):
-            motion.blocked_for = 0.0
-            return False
-        return self._wait_for_room(motion, dt, _STEP_BLOCKED, _STEP_BLOCK_TIMEOUT)
-
-    def _path_blocked(self, motion: PathMotion, dt: float) -> bool:
-        # Standing, it may turn away from what is in front of it.
-        ahead = 0.0 if self.body.velocity.vx < 0.01 and motion.blocked_for == 0.0 else 0.5
-        pose = self.body.pose
-        if not self.around.seen or not self.around.obstructed(pose, Velocity(1.0), ahead):
-            motion.blocked_for = 0.0
-            return False
-        patience = {
-            NavigationMode.STOP_AND_WAIT: math.inf,
-            NavigationMode.WAIT_THEN_AVOID: self.navigation.waiting_timeout,
-        }
-        if (
-            motion.blocked_for >= patience.get(self.navigation.mode, 0.0)
-            and int(motion.blocked_for / dt) % 25 == 0
-        ):
-            path = self._way_to(motion.goal)
-            if path is not None:
-                motion.path = path[1:]
-                motion.blocked_for = 0.0
-                return False
-        return self._wait_for_room(motion, dt, _NAV_BLOCKED, _NAV_FAILED)
-
-    def _find_another_way(self, motion: PathMotion, dt: float) -> None:
-        """It stands too near to something to go on: plan from here, now and every half second."""
-        if motion.cramped_for == 0.0:
-            self.report(_NAV_BLOCKED)
-        if round(motion.cramped_for / dt) % 25 == 0:
-            path = self._way_to(motion.goal, cramped=True)
-            motion.path = motion.path if path is None else path[1:]
-        motion.cramped_for += dt
-        if motion.cramped_for > self.settings.obstacle_patience:
-            motion.end(MotionState.FAILED, _NAV_FAILED)
-
-    def _wait_for_room(self, motion: Motion, dt: float, blocked: int, failed: int) -> bool:
-        if motion.blocked_for == 0.0:
-            self.report(blocked)
-        motion.blocked_for += dt
-        waits = self.navigation.mode is NavigationMode.STOP_AND_WAIT and isinstance(motion, PathMotion)
-        if motion.blocked_for > self.settings.obstacle_patience and not waits:
-            motion.end(MotionState.FAILED, failed)
-        return True
-
-
-def _compose(belief: Pose2D, odometry_then: Pose2D, odometry_now: Pose2D) -> Pose2D:
-    dx, dy = odometry_now.x - odometry_then.x, odometry_now.y - odometry_then.y
-    c, s = math.cos(-odometry_then.yaw), math.sin(-odometry_then.yaw)
-    return belief.transformed(c * dx - s * dy, s * dx + c * dy, odometry_then.angle_to(odometry_now))

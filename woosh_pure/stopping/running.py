@@ -16,7 +16,7 @@ from typing import Protocol
 
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
-from woosh_pure.connection.begun import current
+from woosh_pure.connection.call_scope import current
 from woosh_pure.errors import MotionRefused
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
 from woosh_pure.stopping.keeper import Job, Keeper, begin
@@ -221,8 +221,8 @@ class Running:
                 self.require_free_base(goal.description)
                 late = [o for o in self._goals if o.holds_the_base and o not in ended and not o._replaced_by]
                 self._make_way(goal, late, check=True, replace=False)
-            if (begun := current()) is not None:
-                begun.add(goal, goal.description, lambda: goal.cancel(5.0))
+            if (scope := current()) is not None:
+                scope.add(goal, goal.description, lambda: goal.cancel(5.0))
             self._will_move()
             self._goals.append(goal)
 
@@ -308,8 +308,8 @@ class Running:
                 )
             if any(not other.finished for other in self._drives):
                 raise MotionRefused("another velocity block is open on this Chassis; leave it first")
-            if (begun := current()) is not None:
-                begun.add(drive, "velocity", drive.abandon)
+            if (scope := current()) is not None:
+                scope.add(drive, "velocity", drive.abandon)
             self._will_move()
             self._drives = [drive]
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from rosproto.errors import RosError
 from rosproto.numbers import as_float
 from rosproto.transport import Deadline
-from woosh_pure.stopping.others import OtherPrograms, cancel_others
+from woosh_pure.stopping.other_clients import OtherPrograms, cancel_others
 from woosh_pure.stopping.registrations import Registrations
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.stopping.running import cancel_goals

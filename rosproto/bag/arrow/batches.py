@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from rosproto.bag.arrow.alike import Alike, NotAlike
 from rosproto.bag.arrow.arrays import from_numpy
 from rosproto.bag.arrow.columns import Columns, Misfit
 from rosproto.bag.arrow.library import pyarrow
 from rosproto.bag.arrow.schema import layout_of, schema_of, time_name, wanted_fields
+from rosproto.bag.arrow.uniform import NotUniform, Uniform
 from rosproto.bag.records import NS
 from rosproto.bag.stamps import to_ns
 from rosproto.errors import BagError
@@ -164,8 +164,8 @@ def _arrays(parts: list[bytes], layout: Layout, want: Want) -> dict[str, Any]:
     sizes = {len(part) for part in parts}
     if len(sizes) == 1:
         try:
-            return Alike(blob, len(parts)).take(layout, want)
-        except NotAlike:
+            return Uniform(blob, len(parts)).take(layout, want)
+        except NotUniform:
             pass
     ends = np.cumsum([len(part) for part in parts], dtype=np.int64)
     starts = np.concatenate([np.zeros(1, np.int64), ends[:-1]])

@@ -1,7 +1,7 @@
 """Delivers received messages: each is decoded once, and handed to every subscriber of the topic.
 
-A `Sink` is fixed for one set of subscribers; a subscription makes another with each that comes or leaves, so
-links need no lock to ask for it.
+A `Delivery` is fixed for one set of subscribers; a subscription makes another with each that comes or
+leaves, so links need no lock to ask for it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rosproto.node.context import Context
     from rosproto.node.incoming.recipient import Recipient
 
-__all__ = ["RevisedSink", "Sink", "Topic", "encoded", "raw_message"]
+__all__ = ["Delivery", "RevisedDelivery", "Topic", "encoded", "raw_message"]
 
 
 class Topic(Protocol):
@@ -34,7 +34,7 @@ class Topic(Protocol):
         """Note an error, and tell who asked to be told."""
 
 
-class Sink:
+class Delivery:
     """How received bytes are treated, fixed for one set of subscribers; links ask for it with every read.
 
     Attributes:
@@ -93,8 +93,8 @@ class Sink:
         for recipient in self._recipients:
             recipient.offer(batch, stamp)
 
-    def deliver_to_newcomers(self, before: Sink, batch: Sequence[Any], header: dict[str, str]) -> None:
-        """Hand messages that were received for another sink to those subscribers whom that one lacks."""
+    def deliver_to_newcomers(self, before: Delivery, batch: Sequence[Any], header: dict[str, str]) -> None:
+        """Hand messages that were received for an earlier delivery to those subscribers that it lacks."""
         stamp = self._now()
         for recipient in self._recipients:
             if recipient not in before._recipients:
@@ -116,8 +116,8 @@ class Sink:
         return message
 
 
-class RevisedSink(Sink):
-    """As `Sink`, for a publisher of another revision.
+class RevisedDelivery(Delivery):
+    """As `Delivery`, for a publisher of another revision.
 
     A message that cannot be carried over is dropped, told of and counted, and the link lives on.
     """

@@ -37,7 +37,7 @@ _WAIT_ALL = getattr(socket, "MSG_WAITALL", 0) if sys.platform != "win32" else 0
 class HasSink(Protocol):
     """A subscription, as far as reading goes."""
 
-    sink: Any
+    delivery: Any
 
 
 class FrameReader:
@@ -113,8 +113,8 @@ class FrameReader:
     ) -> None:
         """Wait for messages that come alone, and hand each to `take`; return when anything else came.
 
-        What came then waits for `receive`: several messages, a part of one, or one for another sink than the
-        holder's when this was called. By far the most messages come alone, after a wait in which the
+        What came then waits for `receive`: several messages, a part of one, or one for another delivery than
+        the holder's when this was called. By far the most messages come alone, after a wait in which the
         processor's caches were used by others: every function and object on their way costs more there than
         it takes when it is called often (a round trip takes 3 to 7 % less time than by `receive`).
 
@@ -122,7 +122,7 @@ class FrameReader:
             decode, owns: As for `receive`.
             take: Called with each message.
             header: Given to each as `_connection_header`.
-            holder: Whose `sink` tells who is to get the messages.
+            holder: Whose `delivery` tells who is to get the messages.
 
         Raises:
             ConnectionLost, CodecError, OSError: As `receive`.
@@ -133,12 +133,12 @@ class FrameReader:
         if frames.count - self._seen >= LOOK_AFTER:
             self._look()
         view, recv_into = frames.space(), self._sock.recv_into
-        sink, buffer = holder.sink, frames.buffer
+        delivery, buffer = holder.delivery, frames.buffer
         room = len(buffer)
         while True:
             for _ in range(LOOK_AFTER):
                 end = recv_into(buffer)
-                if 3 < end < room and _length(buffer)[0] == end - 4 and holder.sink is sink:
+                if 3 < end < room and _length(buffer)[0] == end - 4 and holder.delivery is delivery:
                     self.bytes += end
                     frames.count += 1
                     message = decode(bytes(view[4:end]), 0, end - 4) if owns else decode(buffer, 4, end)

@@ -107,10 +107,13 @@ class _Pipe:
                 )
 
     def close(self, *, deliver: bool = True) -> None:
-        with self._condition:
-            self._closed = True
-            self._condition.notify_all()
-        self._publication.detach(self)
+        # Before its thread learns of it, which detaches, too: the program is told in the thread that closes.
+        try:
+            self._publication.detach(self)
+        finally:
+            with self._condition:
+                self._closed = True
+                self._condition.notify_all()
 
     def stats(self) -> LinkStats:
         from rosproto.node.stats import LinkStats
@@ -194,13 +197,13 @@ class LocalLink(PublisherLink):
                     f"{self.topic}: the publisher {self.caller_id} was closed", peer=self.uri
                 )
             revised = self._revised
-            sink = subscription.sink if revised is None else subscription.sink_for(revised)
+            delivery = subscription.delivery if revised is None else subscription.delivery_for(revised)
             self._messages += len(frames)
             self._bytes += sum(map(len, frames))
-            if sink.newest is not None and len(frames) > sink.newest:
-                subscription.skipped += len(frames) - sink.newest
-                frames = frames[-sink.newest :]
-            sink.deliver([sink.decode(frame, 4, len(frame)) for frame in frames], header, self)
+            if delivery.newest is not None and len(frames) > delivery.newest:
+                subscription.skipped += len(frames) - delivery.newest
+                frames = frames[-delivery.newest :]
+            delivery.deliver([delivery.decode(frame, 4, len(frame)) for frame in frames], header, self)
 
     def _interrupt(self) -> None:
         pipe = self._pipe

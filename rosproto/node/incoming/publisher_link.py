@@ -22,7 +22,7 @@ from rosproto.errors import (
 )
 from rosproto.logs import get_logger
 from rosproto.node.events import Event, EventKind, without_frames
-from rosproto.node.incoming.delivery import Sink, Topic
+from rosproto.node.incoming.delivery import Delivery, Topic
 from rosproto.node.incoming.link_state import LEAST, STEADY, LinkEvent, LinkState, Pauses, next_state
 from rosproto.protocol.handshake import HandshakeRefused
 from rosproto.transport.os_errors import program_ends, translate
@@ -49,7 +49,7 @@ class LinkOwner(Topic, Protocol):
     """A subscription, as far as its links go; see `Subscription`."""
 
     type: TopicType
-    sink: Sink
+    delivery: Delivery
     skipped: int
     tcp_nodelay: bool
     unreliable: bool
@@ -61,8 +61,8 @@ class LinkOwner(Topic, Protocol):
     def learn(self, reply: PublisherReply, peer: str) -> RevisedType | None:
         """How to decode this publisher's messages; None: as the type that is asked for."""
 
-    def sink_for(self, revised: RevisedType) -> Sink:
-        """As `sink`, for a publisher of another revision."""
+    def delivery_for(self, revised: RevisedType) -> Delivery:
+        """As `delivery`, for a publisher of another revision."""
 
     def forget_revised(self, revised: RevisedType) -> None:
         """The session that needed it is over."""

@@ -1,4 +1,4 @@
-"""Who gets the messages of a topic: one subscriber's inbox or callback, as links and sinks see it."""
+"""Who gets the messages of a topic: one subscriber's inbox or callback, as links and deliveries see it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Recipient:
         on_error: Called with each error of a link.
         inline: Call back in the thread that received the message, however long it takes.
         site: Where the program made it: the first call waits until that has returned.
-        renew: Called when the subscription's sink has to be made anew.
+        renew: Called when the subscription's delivery has to be made anew.
 
     Attributes:
         inbox: What was received and not taken yet.

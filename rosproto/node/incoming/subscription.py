@@ -20,7 +20,7 @@ from rosproto.codec import AnyMsg
 from rosproto.errors import LocalProtocolError, Md5sumMismatch
 from rosproto.node.graph import replies
 from rosproto.node.graph.registration import Announcement
-from rosproto.node.incoming.delivery import RevisedSink, Sink, encoded
+from rosproto.node.incoming.delivery import Delivery, RevisedDelivery, encoded
 from rosproto.node.incoming.links import make_link
 from rosproto.node.revisions.revisions import RevisedType, note_differences, revised_type
 from rosproto.node.revisions.topic_types import ANY, TopicType, learn_type
@@ -49,12 +49,12 @@ class Subscription:
         links: One per publisher, by its URI in canonical form.
         errors: The last errors of links and handshakes, the newest last.
         skipped: Messages of past sessions not decoded because nobody keeps as many.
-        sink: What becomes of messages, for the present set of subscribers; another object for another set.
+        delivery: How messages are handed out, for the present set of subscribers; renewed with the set.
         unfit: Messages of other revisions dropped because a value did not fit.
     """
 
     kind = "subscriber"
-    sink: Sink
+    delivery: Delivery
 
     def __init__(
         self, context: Context, name: str, type_: TopicType, *, tcp_nodelay: bool, unreliable: bool = False
@@ -74,18 +74,18 @@ class Subscription:
         self._latched: dict[object, Any] = {}  # by link
         self._generation = 0
         self._closed = False
-        self._revised_sinks: dict[RevisedType, Sink] = {}
+        self._revised_deliveries: dict[RevisedType, Delivery] = {}
 
     if not TYPE_CHECKING:  # to a checker, a name that is missing here is a mistake
 
         def __getattr__(self, name: str) -> Any:
-            """`sink`, made when a link first asks: its decoder takes 2 ms; no constructor waits for it."""
-            if name != "sink":
+            """`delivery`, made when a link first asks: the decoder takes 2 ms, too long for a constructor."""
+            if name != "delivery":
                 raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
             with self._condition:
-                if "sink" not in vars(self):
-                    self.sink = Sink(self, self._recipients, self._decode_type)
-                return vars(self)["sink"]
+                if "delivery" not in vars(self):
+                    self.delivery = Delivery(self, self._recipients, self._decode_type)
+                return vars(self)["delivery"]
 
     # -- master ---------------------------------------------------------------------------------------------
 
@@ -167,7 +167,7 @@ class Subscription:
             if not recipient.type.is_wildcard and self._decode_type.is_wildcard:
                 self._adopt(recipient.type)
             self._recipients.append(recipient)
-            self.renew_sink()
+            self.renew_delivery()
             latched = list(self._latched.values())
         for message in latched:
             recipient.offer([self._as_wanted(message, recipient.raw)], self.context.wall_time())
@@ -187,31 +187,32 @@ class Subscription:
         with self._condition:
             if recipient in self._recipients:
                 self._recipients.remove(recipient)
-            self.renew_sink()
+            self.renew_delivery()
             return not self._recipients
 
     def _adopt(self, type_: TopicType) -> None:
         """A definite type beside wildcards: from now on it is what is asked for."""
         self.type = self._decode_type = type_
 
-    def renew_sink(self) -> None:
+    def renew_delivery(self) -> None:
         """The subscribers, or what they keep, are others now."""
         with self._condition:
-            vars(self).pop("sink", None)
-            self._revised_sinks = {}
+            vars(self).pop("delivery", None)
+            self._revised_deliveries = {}
 
-    def sink_for(self, revised: RevisedType) -> Sink:
-        """As `sink`, for a publisher that sends another revision of the type."""
-        sink = self._revised_sinks.get(revised)
-        if sink is None:
+    def delivery_for(self, revised: RevisedType) -> Delivery:
+        """As `delivery`, for a publisher that sends another revision of the type."""
+        delivery = self._revised_deliveries.get(revised)
+        if delivery is None:
             with self._condition:
-                sink = self._revised_sinks[revised] = RevisedSink(self, self._recipients, revised)
-        return sink
+                delivery = RevisedDelivery(self, self._recipients, revised)
+                self._revised_deliveries[revised] = delivery
+        return delivery
 
     def forget_revised(self, revised: RevisedType) -> None:
         """The session that needed it is over; the next one makes its own."""
         with self._condition:
-            self._revised_sinks.pop(revised, None)
+            self._revised_deliveries.pop(revised, None)
 
     @property
     def recipients(self) -> list[Recipient]:
@@ -245,7 +246,7 @@ class Subscription:
         with self._condition:
             if self._decode_type.is_wildcard:
                 self._decode_type = learned
-                self.renew_sink()
+                self.renew_delivery()
             known = self._decode_type
         return None if known.md5sum == learned.md5sum else self._revise(reply, peer, known)
 

@@ -128,23 +128,23 @@ class TcprosLink(PublisherLink):
         latching = header.get("latching") == "1"  # then `deliver` remembers the message
         plain = revised is None and not latching
         while True:
-            present = subscription.sink
+            present = subscription.delivery
             if plain and present.offer_one is not None:
                 reader.receive_singles(present.decode, present.owns, present.offer_one, header, subscription)
-                present = subscription.sink  # what came is for whoever is there now
-            sink = present if revised is None else subscription.sink_for(revised)
-            batch = reader.receive(sink.decode, sink.owns, sink.newest)
-            if subscription.sink is not present:
+                present = subscription.delivery  # what came is for whoever is there now
+            delivery = present if revised is None else subscription.delivery_for(revised)
+            batch = reader.receive(delivery.decode, delivery.owns, delivery.newest)
+            if subscription.delivery is not present:
                 # Somebody subscribed while we waited for this, and has been told that the topic is open.
-                renewed = subscription.sink if revised is None else subscription.sink_for(revised)
-                renewed.deliver_to_newcomers(sink, batch, header)
-            if len(batch) > 1 or latching or sink.offer_one is None:
-                sink.deliver(batch, header, self)
+                renewed = subscription.delivery if revised is None else subscription.delivery_for(revised)
+                renewed.deliver_to_newcomers(delivery, batch, header)
+            if len(batch) > 1 or latching or delivery.offer_one is None:
+                delivery.deliver(batch, header, self)
             else:
                 # By far the most frequent case: after the wait for a message every call costs its latency.
                 message = batch[0]
                 message._connection_header = header
-                sink.offer_one(message)
+                delivery.offer_one(message)
 
     def _interrupt(self) -> None:
         sock = self._sock

@@ -137,8 +137,9 @@ class UdprosLink(TcprosLink):
         if body is None:
             return
         self._messages += 1
-        sink = self.subscription.sink if self._revised is None else self.subscription.sink_for(self._revised)
-        sink.deliver([sink.decode(body, 0, len(body))], self.header, self)
+        subscription, revised = self.subscription, self._revised
+        delivery = subscription.delivery if revised is None else subscription.delivery_for(revised)
+        delivery.deliver([delivery.decode(body, 0, len(body))], self.header, self)
 
     def _ask_whether_connected(self, sock: socket.socket) -> None:
         """Raises ConnectionLost when the publisher does not have us among its connections, or is gone.

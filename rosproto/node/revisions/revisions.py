@@ -18,7 +18,7 @@ from rosproto.errors import CodecError, DefinitionError, Md5sumMismatch
 from rosproto.logs import PeerLog, get_logger
 from rosproto.msg import bundled
 from rosproto.msg.user_folder import is_learned
-from rosproto.node.revisions.fetched import FetchedRevisions, Learn
+from rosproto.node.revisions.definition_lookup import DefinitionLookup, Learn
 from rosproto.node.revisions.topic_types import TopicType
 from rosproto.protocol.handshake import is_md5sum
 from rosproto.records import NamedTuple
@@ -67,7 +67,7 @@ class Revisions:
         self._folders = [*(bundled().fork([path]) for path in own), *self._learned_folders]
         # The user's types mean what the user's folders together say: one may use a type of the next.
         self._own = None if not own else self._folders[0] if len(own) == 1 else bundled().fork(own)
-        self.fetched = FetchedRevisions()
+        self.fetched = DefinitionLookup()
         # Under md5sums, which come from peers. What a text they sent defines is kept by `define`, and only
         # what others are to have too, by `learn`, here.
         self._found: BoundedCache[tuple[type, str], _Found] = BoundedCache(MOST_FOUND)
@@ -194,7 +194,7 @@ class NoRevisions(Revisions):
         return None
 
 
-class _AskNobody(FetchedRevisions):
+class _AskNobody(DefinitionLookup):
     def fetch(
         self, caller: Caller, learn: Learn, topic: str, ours: type[Message], md5sum: str
     ) -> type[Message] | None:

@@ -14,8 +14,8 @@ from tests.support.fleet_master import Master, came_back, errors, order_over, st
 from tests.support.light_chassis import LightChassis, moving
 from tests.support.mosquitto import Mosquitto, mosquitto
 from woosh_pure.fleet import Broker, Store, Vehicle, VehicleConfig
-from woosh_pure.fleet.messages import MOST_BYTES
-from woosh_pure.fleet.vehicle import MOST_MESSAGES
+from woosh_pure.fleet.inbox import MOST_MESSAGES
+from woosh_pure.fleet.messages.schema import MOST_BYTES
 
 pytestmark = [pytest.mark.interop, pytest.mark.slow]
 pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
@@ -58,7 +58,7 @@ def test_a_flood_of_nonsense_is_survived(hall: Any) -> None:
         vandal.prefix = master.prefix
         for number in range(FLOOD):
             vandal.send(("order", "instantActions")[number % 2], pieces[number % len(pieces)])
-            most = max(most, len(ours._messages))
+            most = max(most, ours._inbox.waiting_messages)
         deadline = time.monotonic() + 30.0
         while vandal.client.want_write():
             assert time.monotonic() < deadline
@@ -83,14 +83,14 @@ def test_a_message_that_is_too_long_ends_the_line_and_nothing_else(
     """Before all of it is in memory; it is told in a sentence, and the vehicle comes back."""
     _, master, ours = hall
     read: list[int] = []
-    drop = ours._line._drop
+    drop = ours._mqtt._drop
 
     def dropped() -> None:
-        if ours._line._client is not None:
-            read.append(len(ours._line._client._in_packet["packet"]))
+        if ours._mqtt._client is not None:
+            read.append(len(ours._mqtt._client._in_packet["packet"]))
         drop()
 
-    monkeypatch.setattr(ours._line, "_drop", dropped)
+    monkeypatch.setattr(ours._mqtt, "_drop", dropped)
     master.send("order", b"x" * (40 * MOST_BYTES))
     master.until(lambda _: came_back(master), topic="connection")
     assert "longer than" in caplog.text

@@ -72,6 +72,14 @@ def moved(hall: Hall) -> None:
 def test_it_comes_online_and_leaves_in_order(hall: Hall) -> None:
     """ONLINE and OFFLINE are retained; header ids go up by one; the factsheet tells the robot's outline."""
     hall.master.until(lambda c: c["connectionState"] == "ONLINE", topic="connection")
+    # The first factsheet may come before the navigation has told both; another follows then.
+    hall.master.until(
+        lambda f: (
+            f["physicalParameters"]["speedMax"] > 0.0
+            and f["physicalParameters"]["length"] == pytest.approx(0.8)
+        ),
+        topic="factsheet",
+    )
     hall.vehicle.close()
     hall.master.until(lambda c: c["connectionState"] == "OFFLINE", topic="connection")
     ids = [state["headerId"] for state in hall.master.all()]
@@ -130,7 +138,7 @@ def test_a_retained_order_is_not_obeyed(tmp_path: Path) -> None:
             master.until(lambda s: s["operatingMode"] == "AUTOMATIC")
             master.instant("now", "stateRequest")
             assert master.until(lambda s: "now" in statuses(s))["orderId"] == ""
-            assert ours._line.retained == 1
+            assert ours._mqtt.retained == 1
 
 
 @pytest.mark.parametrize("topic", ["order", "instantActions"])
@@ -439,7 +447,7 @@ def test_a_broker_with_tls_and_a_password(tmp_path: Path) -> None:
             ((None, None, files[0]), False),
         ):
             vehicle = Vehicle(Chassis("127.0.0.1:1"), CONFIG, Broker(url, *given))
-            vehicle._line.open()
+            vehicle._mqtt.open()
             try:
                 assert vehicle.wait_connected(10.0 if comes_in else 1.5) is comes_in
             finally:

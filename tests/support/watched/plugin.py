@@ -10,6 +10,7 @@ import atexit
 import json
 import os
 import shutil
+import signal
 import site
 import subprocess
 import sys
@@ -56,6 +57,7 @@ def begin() -> None:
     before = json.loads(os.environ.get(hermetic.VARIABLE) or "{}")
     guarded = before.get("guarded") or _folders_of_the_user()
     _own_folders_stay_importable()
+    _be_interruptible()
     os.environ.setdefault(CACHE, os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))
     os.environ.setdefault("WOOSH_WINDOWS", os.environ[CACHE] + "/woosh-pure-windows")
     base = Path(tempfile.mkdtemp(prefix="woosh-tests-"))
@@ -111,6 +113,19 @@ def _own_folders_stay_importable() -> None:
     """What was installed with `pip install --user` lies in the home that is."""
     if site.ENABLE_USER_SITE:
         os.environ.setdefault("PYTHONUSERBASE", site.getuserbase())
+
+
+def _be_interruptible() -> None:
+    """A shell without job control starts what runs in the background (`pytest &`) with SIGINT ignored, nohup
+    with SIGHUP.
+
+    Whoever tests these would find them lost, and so would every program that a test starts: they inherit it. A
+    function that does nothing is not inherited, and leaves to `nohup pytest` what it is for.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    if os.name != "nt" and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, lambda *_: None)
 
 
 def _remove(folder: Path, owner: int) -> None:

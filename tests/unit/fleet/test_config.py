@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from woosh_pure import Chassis
-from woosh_pure.fleet.abilities import abilities_of
+from woosh_pure.fleet.actions.abilities import abilities_of
 from woosh_pure.fleet.config import FleetConfig, VehicleConfig, load_config, secrets
-from woosh_pure.fleet.mqtt import Broker
+from woosh_pure.fleet.mqtt.broker import Broker
 from woosh_pure.fleet.vehicle import Vehicle
 
 TOML = """
@@ -126,7 +126,7 @@ def test_secrets_are_in_the_environment(monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_without_the_library_the_error_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     """And what to type."""
-    from woosh_pure.fleet.mqtt import paho
+    from woosh_pure.fleet.mqtt.client import paho
 
     for name in [name for name in sys.modules if name.partition(".")[0] == "paho"]:
         monkeypatch.setitem(sys.modules, name, None)

@@ -8,19 +8,20 @@ from dataclasses import replace
 import pytest
 
 from tests.support.fleet import LIMITS, PureVehicle, action, order_json
-from woosh_pure.fleet.errors import Problem
 from woosh_pure.fleet.factsheet import Body, factsheet_message
-from woosh_pure.fleet.headers import Headers
-from woosh_pure.fleet.judging import Place
-from woosh_pure.fleet.messages import read_order
-from woosh_pure.fleet.state import Facts, Load, MapEntry, operating_mode, state_message, visualization_message
+from woosh_pure.fleet.messages.header import Headers
+from woosh_pure.fleet.messages.parsing import read_order
+from woosh_pure.fleet.order.deviation import AgvPosition
+from woosh_pure.fleet.order.errors import Problem
+from woosh_pure.fleet.order.operating_mode import operating_mode
+from woosh_pure.fleet.state import Facts, Load, MapEntry, state_message, visualization_message
 
 HEADER = Headers("2.1.0", "Woosh", "1").header("state", 0.0)
 
 
 def facts() -> Facts:
     return Facts(
-        place=Place(1.0, 2.0, 0.5), located=True, velocity=(0.3, 0.0, 0.0), percent=80.0, voltage=25.0,
+        position=AgvPosition(1.0, 2.0, 0.5), located=True, velocity=(0.3, 0.0, 0.0), percent=80.0, voltage=25.0,
         map_id="hall", maps=(MapEntry("hall"),), loads=(Load("l1"),), faults=(("a fault", True),),
         emergency_stop=True,
     )  # fmt: skip
@@ -54,7 +55,7 @@ def test_a_state_tells_order_actions_and_chassis() -> None:
 def test_what_version_two_nought_does_not_know_is_left_out() -> None:
     """Maps and hints."""
     vehicle = PureVehicle()
-    vehicle.take(vehicle.machine.stand("x", Problem("t", "d", hint="h")))
+    vehicle.take(vehicle.machine.set_problem("x", Problem("t", "d", hint="h")))
     old = state_message(vehicle.machine, facts(), HEADER, "2.0.0")
     new = state_message(vehicle.machine, facts(), HEADER, "2.1.0")
     assert "maps" not in old

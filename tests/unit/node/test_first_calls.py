@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -147,9 +148,9 @@ def test_a_decoder_is_made_by_the_link() -> None:
     """It takes 2 ms, and no constructor waits for that."""
     with Master() as master, Node("/n", master_uri=master.uri, rosout=False) as node:
         subscription: Subscription = node.subscriber("/nobody", "sensor_msgs/CameraInfo")._subscription
-        assert "sink" not in vars(subscription)
-        first = subscription.sink
-        assert subscription.sink is first
+        assert "delivery" not in vars(subscription)
+        first = subscription.delivery
+        assert subscription.delivery is first
         with pytest.raises(AttributeError, match="nothing"):
             _ = subscription.nothing
 
@@ -228,10 +229,13 @@ def test_a_stack_is_whole_however_fast_its_thread_goes_on() -> None:
     thread.start()
     depths = set()
     try:
-        for _ in range(2000):
+        looks, end = 0, time.monotonic() + 20.0
+        # A busy machine lets the other thread go on rarely.
+        while looks < 2000 or (len(depths) < 2 and time.monotonic() < end):
             stack = _stack_of(thread.ident or 0)
             assert stack[-1].f_code.co_name == "_bootstrap"
             depths.add(len(stack))
+            looks += 1
     finally:
         going_on = False
         thread.join()

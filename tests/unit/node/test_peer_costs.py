@@ -154,7 +154,7 @@ def test_a_publisher_of_another_revision_that_comes_back_leaves_nothing(node: No
 
     with OddPublisher(node.master_uri, come_and_go) as odd, node.subscriber("/t", String) as subscriber:
         eventually(lambda: odd.connections >= 3 and subscriber.received >= 2)
-        eventually(lambda: len(subscriber._subscription._revised_sinks) <= 1)
+        eventually(lambda: len(subscriber._subscription._revised_deliveries) <= 1)
 
 
 def test_a_publisher_that_agrees_and_leaves_is_not_told_of_every_time(

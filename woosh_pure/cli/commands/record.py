@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from woosh_pure.cli.connection import chosen, names, simulated
 from woosh_pure.cli.output import Output
-from woosh_pure.interface.recorded import ALWAYS, selection_of
+from woosh_pure.interface.recorded_topics import ALWAYS, selection_of
 
 if TYPE_CHECKING:
     from rosproto.recording import Recorder

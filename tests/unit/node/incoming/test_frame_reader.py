@@ -63,9 +63,9 @@ class Text:
 
 
 class Holder:
-    """A subscription whose sink can be another at any moment."""
+    """A subscription whose delivery can be another at any moment."""
 
-    sink: object = "first"
+    delivery: object = "first"
 
 
 @pytest.mark.parametrize("owns", [False, True])
@@ -101,7 +101,7 @@ def test_a_message_alone_is_left_when_others_want_it_meanwhile() -> None:
     taken: list[Text] = []
 
     def subscribe_and_send() -> Iterator[bytes]:
-        holder.sink = "second"
+        holder.delivery = "second"
         yield frames(b"body")
 
     reader = FrameReader(Pieces(subscribe_and_send()), 100, peer="test")  # type: ignore[arg-type]

@@ -60,7 +60,7 @@ def test_the_queue_may_be_made_shorter_and_longer(nodes: tuple[Node, Node]) -> N
 
 
 def test_a_quick_callback_is_given_all_that_came_at_once(nodes: tuple[Node, Node]) -> None:
-    """`keeps` is what sinks ask; a callback in the link's own thread keeps as many as rospy's."""
+    """`keeps` is what deliveries ask; a callback in the link's own thread keeps as many as rospy's."""
     _, b = nodes
     assert b.subscriber("/keeps", UInt32, lambda message: None, queue_size=3).keeps is None
     assert b.subscriber("/keeps", UInt32, lambda message: None, queue_size=3, inline=True).keeps == 3

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import signal
 import threading
+from typing import Any
 
 import pytest
 
@@ -83,6 +84,39 @@ def test_a_ctrl_c_that_arrives_in_a_callback_is_not_lost(caplog: pytest.LogCaptu
         eventually(lambda: not publisher.connections)
     assert heard == [b.name]
     assert not [one for one in caplog.records if one.exc_info]
+
+
+def test_who_closes_a_subscriber_of_this_process_is_who_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not the subscriber's own thread, even when the one that closes is slow."""
+    heard: list[str] = []
+    other = threading.Event()
+
+    def told(_: object) -> None:
+        heard.append(threading.current_thread().name)
+
+    with (
+        Master() as master,
+        Node("/a", master_uri=master.uri, rosout=False) as a,
+        Node("/b", master_uri=master.uri, rosout=False) as b,
+        a.publisher("/slowly", String, latch=True, on_disconnect=told) as publisher,
+    ):
+        subscriber = b.subscriber("/slowly", String)
+        publisher.publish(data="x")
+        subscriber.next(5)
+        publication = a._topics.publication("/slowly")
+        assert publication is not None
+        detach = publication.detach
+
+        def slow(link: Any) -> None:
+            if threading.current_thread() is threading.main_thread():
+                other.wait(0.1)
+            else:
+                other.set()
+            detach(link)
+
+        monkeypatch.setattr(publication, "detach", slow)
+        subscriber.close()
+    assert heard == [threading.main_thread().name]
 
 
 def test_a_ctrl_c_that_arrives_in_on_event_is_not_lost(caplog: pytest.LogCaptureFixture) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 import threading
 from types import SimpleNamespace
@@ -10,6 +11,8 @@ import pytest
 
 from rosproto.errors import ConnectionLost, RosTimeout
 from woosh_pure import interface
+from woosh_pure.aio.calls import Calls
+from woosh_pure.aio.feed import Feed as AwaitedFeed
 from woosh_pure.feed.feed import Feed
 
 
@@ -210,3 +213,53 @@ def test_a_node_that_was_shut_down_by_others_ends_every_wait():
     node.closed, node.close_reason = True, "user request"
     with pytest.raises(ConnectionLost, match="user request"):
         feed.wait(None)
+
+
+@pytest.mark.timeout(20)
+def test_a_node_that_was_shut_down_by_others_ends_every_iteration():
+    """As a chassis that is closed does; the value that was heard before is not given again."""
+    feed, node = feed_of(links=[(True, "")])
+    feed.open()
+    node.callback(number(1.0))
+    values = iter(feed)
+    assert next(values) == 1.0
+    threading.Timer(0.05, setattr, (node, "closed", True)).start()
+    assert list(values) == []
+    assert list(feed) == []
+
+
+@pytest.mark.parametrize("heard", [True, False])
+def test_an_awaited_iteration_ends_with_its_chassis_however_early_that_closes(heard):
+    """Here between its first turn of the loop and the thread that subscribes."""
+    feed, node = feed_of(links=[(True, "")])
+    if heard:
+        feed.open()
+        node.callback(number(1.0))
+
+    class CloseFirst(Calls):
+        async def opened(self, function, dispose):
+            feed.close()
+            return await super().opened(function, dispose)
+
+    async def values():
+        return [value async for value in AwaitedFeed(feed, CloseFirst())]
+
+    assert asyncio.run(values()) == []
+
+
+def test_an_awaited_iteration_that_begins_after_the_end_is_as_the_other_one():
+    """Of what was heard there is no more; where nothing was, the program has a mistake."""
+
+    async def values(feed):
+        return [value async for value in AwaitedFeed(feed, Calls())]
+
+    feed, node = feed_of(links=[(True, "")])
+    feed.open()
+    node.callback(number(1.0))
+    feed.close()
+    assert asyncio.run(values(feed)) == list(feed) == []
+    never_used, _ = feed_of()
+    never_used.close()
+    for each in (lambda: list(never_used), lambda: asyncio.run(values(never_used))):
+        with pytest.raises(ConnectionLost, match="closed"):
+            each()

@@ -1,0 +1,101 @@
+"""A topic published to viewers only: no node advertises it, and the master does not know it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from rosproto.codec import encode
+from rosproto.gateway.message_event import MessageEvent, TopicDescription
+from rosproto.gateway.taps import Receiver
+from rosproto.logs import get_logger
+from rosproto.time import Time
+
+__all__ = ["LocalTopic"]
+
+_log = get_logger("rosproto.gateway")
+
+
+class LocalTopic:
+    """A topic of this program, passed as `Foxglove(topics=[...])`.
+
+    It is latched: viewers that subscribe later get the last message.
+
+    Args:
+        name: "/woosh/overlay".
+        type: Class of its messages.
+        wanted: Called with True when the first viewer subscribes and with False when the last one has
+            gone, in a thread that may wait: there is no need to make messages that nobody looks at.
+    """
+
+    def __init__(self, name: str, type: Any, wanted: Callable[[bool], object] | None = None) -> None:
+        self.name = name
+        self.type = type
+        self.description = TopicDescription(
+            name, type._type, type._md5sum, type._full_text, latched=True, publisher=""
+        )
+        self._wanted = wanted
+        self._opening = threading.Lock()
+        self._lock = threading.Lock()
+        self._receivers: tuple[Receiver, ...] = ()
+        self._last: MessageEvent | None = None
+
+    @property
+    def receivers(self) -> int:
+        """Number of viewers that subscribe it now."""
+        return len(self._receivers)
+
+    def publish(self, message: Any, stamp: Time | None = None) -> None:
+        """Send a message to its viewers; it is encoded before this returns."""
+        now = Time(*divmod(time.time_ns(), 1_000_000_000)) if stamp is None else stamp
+        event = MessageEvent(self.description, encode(message), time.monotonic(), now)
+        with self._lock:
+            self._last = event
+            receivers = self._receivers
+        for receiver in receivers:
+            self._offer(receiver, event)
+
+    def open(self, receiver: Receiver) -> _LocalTap:
+        """Add a receiver; close what this returns to remove it."""
+        with self._opening:
+            with self._lock:
+                first = not self._receivers
+                self._receivers = (*self._receivers, receiver)
+                last = self._last
+            if first and self._wanted is not None:
+                self._wanted(True)
+        if last is not None:
+            self._offer(receiver, last)
+        return _LocalTap(self, receiver)
+
+    def leave(self, receiver: Receiver) -> None:
+        """Remove a receiver."""
+        with self._opening:
+            with self._lock:
+                before = self._receivers
+                self._receivers = tuple(other for other in before if other is not receiver)
+                none_left = bool(before) and not self._receivers
+            if none_left and self._wanted is not None:
+                self._wanted(False)
+
+    def _offer(self, receiver: Receiver, event: MessageEvent) -> None:
+        try:
+            receiver.offer(event)
+        except Exception:  # one receiver's error must not reach the others
+            _log.exception("! %s: a receiver of the gateway raised", self.name)
+
+    def __repr__(self) -> str:
+        return f"<LocalTopic {self.name} {self.type._type}, {self.receivers} receivers>"
+
+
+class _LocalTap:
+    """One receiver at a local topic."""
+
+    def __init__(self, topic: LocalTopic, receiver: Receiver) -> None:
+        self._topic = topic
+        self._receiver = receiver
+
+    def close(self) -> None:
+        self._topic.leave(self._receiver)

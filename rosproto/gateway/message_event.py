@@ -1,0 +1,173 @@
+"""One received message, shared by all clients of a gateway: decoded and encoded once, when first wanted."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from rosproto.codec import Message
+from rosproto.errors import RosError
+from rosproto.node.revisions.topic_types import TopicType, learn_type
+from rosproto.time import Time
+
+__all__ = ["MessageEvent", "TopicDescription"]
+
+T = TypeVar("T")
+
+
+class TopicDescription:
+    """What a publisher said of a topic when it connected.
+
+    Attributes:
+        topic: Resolved name.
+        type_name: "package/Type".
+        md5sum: Of its definition.
+        definition: Full text, with those of all types used; "" when it did not send one and we have none.
+        latched: Its last message comes to those who come later.
+        publisher: Name of its node, as it says.
+    """
+
+    __slots__ = (
+        "_lock",
+        "_problem",
+        "_type",
+        "definition",
+        "latched",
+        "md5sum",
+        "publisher",
+        "topic",
+        "type_name",
+    )
+
+    def __init__(
+        self, topic: str, type_name: str, md5sum: str, definition: str, *, latched: bool, publisher: str
+    ) -> None:
+        self.topic = topic
+        self.type_name = type_name
+        self.md5sum = md5sum
+        self.definition = definition
+        self.latched = latched
+        self.publisher = publisher
+        self._lock = threading.Lock()
+        self._type: TopicType | None = None
+        self._problem: RosError | None = None
+
+    @property
+    def type(self) -> TopicType:
+        """The type it sends, from its own definition or the bundled one that is the same.
+
+        Raises:
+            RosError: The definition cannot be used.
+        """
+        with self._lock:
+            if self._problem is not None:
+                raise self._problem
+            if self._type is None:
+                try:
+                    self._type = learn_type(
+                        self.type_name,
+                        self.md5sum,
+                        self.definition,
+                        topic=self.topic,
+                        peer=self.publisher or "a publisher",
+                    )
+                except RosError as error:
+                    self._problem = error
+                    raise
+            return self._type
+
+    def __repr__(self) -> str:
+        return f"<TopicDescription {self.topic} {self.type_name} of {self.publisher}>"
+
+
+class MessageEvent:
+    """A message of a topic, for any number of receivers.
+
+    Attributes:
+        description: What its publisher said of it.
+        data: The encoded message, as it was received.
+        received: When, by the monotonic clock.
+        stamp: When, by the node's ROS clock (the simulation's, where there is one).
+    """
+
+    __slots__ = ("_lock", "_made", "data", "description", "received", "stamp")
+
+    def __init__(
+        self, description: TopicDescription, data: bytes | memoryview, received: float, stamp: Time
+    ) -> None:
+        self.description = description
+        self.data = data
+        self.received = received
+        self.stamp = stamp
+        self._lock = threading.RLock()
+        self._made: dict[object, Any] = {}
+
+    @property
+    def topic(self) -> str:
+        """Resolved name of its topic."""
+        return self.description.topic
+
+    @property
+    def type_name(self) -> str:
+        """ "package/Type"."""
+        return self.description.type_name
+
+    @property
+    def md5sum(self) -> str:
+        """Of its publisher's definition."""
+        return self.description.md5sum
+
+    @property
+    def definition(self) -> str:
+        """Full text of its publisher's definition."""
+        return self.description.definition
+
+    @property
+    def latched(self) -> bool:
+        """Whether its publisher latches."""
+        return self.description.latched
+
+    @property
+    def message_class(self) -> type[Message]:
+        """Class of `message`.
+
+        Raises:
+            RosError: The publisher's definition cannot be used.
+        """
+        return self.description.type.message_class
+
+    @property
+    def message(self) -> Any:
+        """The message, decoded with the first use; shared, so do not change it.
+
+        Raises:
+            RosError: The publisher's definition cannot be used, or its bytes do not fit it.
+        """
+        return self.once("message", self._decode)
+
+    def _decode(self) -> Any:
+        return self.description.type.decode(self.data, 0, len(self.data))
+
+    def once(self, key: object, make: Callable[..., T], *args: object) -> T:
+        """What `make(*args)` returns, made with the first use of `key` and kept: a text for all clients.
+
+        Another thread that asks meanwhile waits for it. What raises is tried again.
+        """
+        made: T
+        try:
+            made = self._made[key]
+        except KeyError:
+            with self._lock:
+                if key in self._made:
+                    made = self._made[key]
+                else:
+                    made = self._made[key] = make(*args)
+        return made
+
+    def has(self, key: object) -> bool:
+        """Whether `once(key, ...)` would not have to make it."""
+        return key in self._made
+
+    def __repr__(self) -> str:
+        return f"<MessageEvent of {self.topic} {self.type_name}, {len(self.data)} bytes>"

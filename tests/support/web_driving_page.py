@@ -1,0 +1,16 @@
+"""A page in a process of its own, to be stopped and killed: `python -m tests.support.web_driving_page PORT SPEED` holds the robot."""
+
+from __future__ import annotations
+
+import sys
+import threading
+
+from tests.support.web import PageClient
+
+if __name__ == "__main__":
+    with PageClient(int(sys.argv[1])) as page:
+        page.of("hello")
+        page.ready()
+        page.drive(float(sys.argv[2]))
+        print("driving", flush=True)
+        threading.Event().wait(60.0)

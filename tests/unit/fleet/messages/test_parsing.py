@@ -1,0 +1,177 @@
+"""Messages of a fleet manager: what fits the table is read, what does not is named by its path."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.support.fleet import action, instant, order_json
+from woosh_pure.fleet.messages.header import Headers, timestamp
+from woosh_pure.fleet.messages.parsing import parse, read_instant_actions, read_order
+from woosh_pure.fleet.messages.schema import MOST_BYTES, Invalid
+
+
+def changed(path: str, value: Any) -> dict[str, Any]:
+    """An order with one field changed, or taken out where the value is ..."""
+    data = order_json(nodes="ab", node_actions={"a": [action("x", times=1)]})
+    *way, last = path.split(".")
+    at: Any = data
+    for step in way:
+        at = at[int(step)] if step.isdigit() else at[step]
+    key: Any = int(last) if last.isdigit() else last
+    if value is ...:
+        del at[key]
+    else:
+        at[key] = value
+    return data
+
+
+def test_an_order_is_read_with_all_its_parts() -> None:
+    """Nodes, edges, actions and their parameters."""
+    order = read_order(
+        order_json(nodes="ab", update=4, node_actions={"b": [action("x", "pick", "HARD", height=1.5)]})
+    )
+    assert (order.id, order.update, order.header) == ("o", 4, 7)
+    assert [node.sequence for node in order.nodes] == [0, 2]
+    assert order.edges[0].start == "a"
+    (found,) = order.nodes[1].actions
+    assert (found.id, found.type, found.blocking, dict(found.parameters)) == (
+        "x",
+        "pick",
+        "HARD",
+        {"height": 1.5},
+    )
+
+
+@pytest.mark.parametrize("name", ["allowedDeviationXY", "allowedDeviationXy"])
+def test_both_spellings_of_the_range_are_read(name: str) -> None:
+    """The schema of 2.0 writes it differently from its text, and from 2.1."""
+    data = order_json(nodes="a")
+    del data["nodes"][0]["nodePosition"]["allowedDeviationXY"]
+    data["nodes"][0]["nodePosition"][name] = 0.7
+    position = read_order(data).nodes[0].position
+    assert position is not None
+    assert position.deviation_xy == 0.7
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "where"),
+    [
+        ("orderId", ..., "orderId"),
+        ("orderId", 7, "orderId"),
+        ("orderId", "x" * 300, "orderId"),
+        ("orderUpdateId", -1, "orderUpdateId"),
+        ("orderUpdateId", 1.5, "orderUpdateId"),
+        ("orderUpdateId", 2**32, "orderUpdateId"),
+        ("orderUpdateId", True, "orderUpdateId"),
+        ("headerId", None, "headerId"),
+        ("timestamp", ..., "timestamp"),
+        ("nodes", {}, "nodes"),
+        ("nodes", [], "nodes"),
+        ("nodes.0", "a", "nodes[0]"),
+        ("nodes.0.released", 1, "nodes[0].released"),
+        ("nodes.0.released", False, "nodes[0].released"),
+        ("nodes.1.sequenceId", 3, "nodes[1].sequenceId"),
+        ("nodes.1.released", False, "edges[0].released"),
+        ("edges.0.released", False, "nodes[1].released"),
+        ("edges.0.endNodeId", "q", "edges[0]"),
+        ("edges", [], "edges"),
+        ("nodes.0.nodePosition.x", "1", "nodes[0].nodePosition.x"),
+        ("nodes.0.nodePosition.x", float("inf"), "nodes[0].nodePosition.x"),
+        ("nodes.0.nodePosition.x", 10**400, "nodes[0].nodePosition.x"),
+        ("nodes.0.nodePosition.theta", 4.0, "nodes[0].nodePosition.theta"),
+        ("nodes.0.nodePosition.mapId", ..., "nodes[0].nodePosition.mapId"),
+        ("nodes.0.nodePosition.allowedDeviationXY", -0.1, "nodes[0].nodePosition.allowedDeviationXY"),
+        ("nodes.0.actions", ..., "nodes[0].actions"),
+        ("nodes.0.actions.0.blockingType", "soft", "nodes[0].actions[0].blockingType"),
+        ("nodes.0.actions.0.blockingType", ["SOFT"], "nodes[0].actions[0].blockingType"),
+        ("nodes.0.actions.0.actionParameters.0.value", None, "nodes[0].actions[0].actionParameters[0].value"),
+        ("nodes.1.actions", [action("x")], "actions"),
+    ],
+)
+def test_what_does_not_fit_is_named(path: str, value: Any, where: str) -> None:
+    """Path, what was expected and what came."""
+    with pytest.raises(Invalid) as caught:
+        read_order(changed(path, value))
+    assert caught.value.path == where
+    assert caught.value.expected
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        b"",
+        b"[]",
+        b"3",
+        b'{"a": NaN}',
+        b"\xff{}",
+        b"{" * 50_000,
+        b'{"a": ' * 5000,
+        b"{" + b" " * MOST_BYTES + b"}",
+    ],
+)
+def test_what_is_no_object_of_json_is_invalid(text: bytes) -> None:
+    """Of no length, of any depth, in any encoding: an error, never a crash."""
+    with pytest.raises(Invalid):
+        parse(text)
+
+
+def test_an_order_of_too_many_nodes_is_invalid() -> None:
+    """The factsheet tells how many are taken."""
+    data = order_json(nodes="a")
+    data["nodes"] *= 1001
+    with pytest.raises(Invalid, match="at most 1000"):
+        read_order(data)
+
+
+def test_unknown_fields_are_let_pass() -> None:
+    """As the schemas of the standard do."""
+    assert read_order({**order_json(), "vendor": {"x": 1}}).id == "o"
+
+
+def test_instant_actions_are_read() -> None:
+    """Under the name of version 2, and of version 1."""
+    data = instant(action("x", "startPause"))
+    assert read_instant_actions(data).actions[0].type == "startPause"
+    data["instantActions"] = data.pop("actions")
+    assert read_instant_actions(data).actions[0].type == "startPause"
+    with pytest.raises(Invalid, match="actions"):
+        read_instant_actions({**data, "instantActions": "x"})
+
+
+values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=8,
+)
+PATHS = ["orderId", "orderUpdateId", "nodes", "edges", "nodes.0", "edges.0", "nodes.0.nodePosition", "nodes.0.actions",
+         "nodes.0.actions.0", "nodes.0.actions.0.actionParameters", "edges.0.orientation", "zoneSetId"]  # fmt: skip
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.sampled_from(PATHS), values)
+def test_any_value_at_any_place_is_read_or_invalid(path: str, value: Any) -> None:
+    """Nothing else is raised."""
+    try:
+        order = read_order(changed(path, value))
+    except Invalid:
+        return
+    assert json.dumps([node.to_json() for node in order.nodes])
+
+
+def test_header_ids_count_for_each_topic() -> None:
+    """By one with each message, and begin anew behind a uint32."""
+    headers = Headers("2.1.0", "Woosh", "A-17")
+    assert [headers.header("state", 0.0)["headerId"] for _ in range(3)] == [0, 1, 2]
+    assert headers.header("connection", 0.0) == {
+        "headerId": 0, "timestamp": "1970-01-01T00:00:00.00Z", "version": "2.1.0", "manufacturer": "Woosh",
+        "serialNumber": "A-17",
+    }  # fmt: skip
+    headers._next["state"] = 2**32 - 1
+    assert headers.header("state", 0.0)["headerId"] == 2**32 - 1
+    assert headers.header("state", 0.0)["headerId"] == 0
+    assert timestamp(1492256403.1299) == "2017-04-15T11:40:03.12Z"

@@ -1,0 +1,150 @@
+"""The lines to the broker: one thread for all, bounded queues, waits that grow. Brokers here are none."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from typing import Any
+
+import pytest
+
+from tests.support.stuck_broker import StuckBroker
+from woosh_pure.fleet.mqtt import connection as mqtt
+from woosh_pure.fleet.mqtt.broker import Broker
+from woosh_pure.fleet.mqtt.connection import BrokerConnection
+from woosh_pure.fleet.mqtt.outbox import MOST_WAITING
+
+pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
+STATE = {"text": "x" * 2600}  # as long as a state with 18 nodes ahead
+
+
+class Heard:
+    """What a line tells: whether it stands."""
+
+    def __init__(self, url: str, serial: str = "1") -> None:
+        self.told: list[bool] = []
+        self.came = threading.Condition()
+        self.line = BrokerConnection(
+            Broker(url), f"uagv/v2/W/{serial}", lambda s: {"connectionState": s}, lambda *_: None, self._on
+        )
+
+    def _on(self, stands: bool) -> None:
+        with self.came:
+            self.told.append(stands)
+            self.came.notify_all()
+
+    def until(self, accept: Callable[[], bool], seconds: float = 10.0) -> None:
+        deadline = time.monotonic() + seconds
+        with self.came:
+            while not accept():
+                assert self.came.wait(deadline - time.monotonic()), self.told
+
+
+@pytest.fixture
+def opened() -> Iterator[Callable[..., Heard]]:
+    with ExitStack() as stack:
+
+        def make(url: str, serial: str = "1") -> Heard:
+            heard = Heard(url, serial)
+            stack.callback(heard.line.close, 0.1)
+            heard.line.open()
+            return heard
+
+        yield make
+
+
+def test_a_broker_that_does_not_read_costs_a_bounded_amount(opened: Any) -> None:
+    """What is too much is dropped and counted; when it reads again that is told, so that a new state follows."""
+    with StuckBroker() as broker:
+        heard = opened(broker.url)
+        heard.until(lambda: heard.told == [True])
+        pause, dropped = threading.Event(), 0
+        while dropped < 100:  # one after the other: then the system's buffers are full, too
+            dropped = 0 if heard.line.send("state", STATE) else dropped + 1
+            pause.wait(0.001 if dropped else 0.0)
+        assert heard.line.dropped >= 100
+        assert len(heard.line._outbox) <= MOST_WAITING
+        told = len(heard.told)
+        broker.reading.set()
+        heard.until(lambda: len(heard.told) > told)
+        assert heard.told[-1]
+        assert heard.line.send("state", STATE)
+
+
+def test_a_broker_that_answers_no_ping_is_left(opened: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """After two keep-alives; then it is tried anew."""
+    monkeypatch.setattr(mqtt, "_KEEP_ALIVE", 1)
+    with StuckBroker() as broker:
+        heard = opened(broker.url)
+        heard.until(lambda: heard.told == [True, False, True])
+        assert broker.accepted == 2
+
+
+def test_a_broker_that_never_answers_is_left(
+    opened: Any, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The connection alone is no line."""
+    monkeypatch.setattr(mqtt, "_KEEP_ALIVE", 1)
+    monkeypatch.setattr(mqtt, "_SENT_AWAY", (0.01, 2.0, 0.02, 0.0))
+    with StuckBroker(answer=None) as broker:
+        heard = opened(broker.url)
+        with broker.came:
+            assert broker.came.wait_for(lambda: broker.accepted == 2, 10.0)
+        assert heard.told == []
+    assert "did not answer" in caplog.text
+
+
+def test_who_is_refused_knocks_ever_more_rarely(
+    opened: Any, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A wrong password must not lock the account."""
+    monkeypatch.setattr(mqtt, "_SENT_AWAY", (0.05, 4.0, 30.0, 0.0))
+    with StuckBroker(answer=5) as broker:
+        began = time.monotonic()
+        heard = opened(broker.url)
+        with broker.came:
+            assert broker.came.wait_for(lambda: broker.accepted == 4, 10.0)
+        assert time.monotonic() - began > 0.05 + 0.2 + 0.8
+        assert heard.told == []
+    assert caplog.text.count("refused us") == 1
+
+
+def test_fifty_lines_have_one_thread(opened: Any) -> None:
+    """It ends with the last of them."""
+    with StuckBroker() as broker:
+        broker.reading.set()
+        many = [opened(broker.url, f"{n}") for n in range(50)]
+        for heard in many:
+            heard.until(lambda heard=heard: heard.told == [True])
+        ours = [thread for thread in threading.enumerate() if thread.name == "woosh:mqtt"]
+        assert len(ours) == 1
+        for heard in many:
+            heard.line._gone.set()
+            heard.line.close(0.0)
+        ours[0].join(5.0)
+        assert not ours[0].is_alive()
+
+
+def test_a_broker_that_hangs_up_at_once_is_not_stormed(
+    opened: Any, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """As one does that has another client of our name."""
+    monkeypatch.setattr(mqtt, "_SENT_AWAY", (5.0, 2.0, 30.0, 0.0))
+    with StuckBroker() as broker:
+        heard = opened(broker.url)
+        heard.until(lambda: heard.told == [True])
+        broker.hang_up()
+        heard.until(lambda: heard.told == [True, False])
+        assert heard.line._loop is not None
+        assert heard.line._loop.attempts(heard.line).begin(time.monotonic() + 4.0) == []
+        assert broker.accepted == 1
+    assert "does another process say" in caplog.text
+
+
+def test_the_name_stays_and_every_broker_takes_it() -> None:
+    """So a broker ends the connection of before when the next one comes."""
+    names = {Heard("mqtt://127.0.0.1:1", serial).line._name() for serial in ("1", "1", "2" * 300)}
+    assert len(names) == 2
+    assert all(name.isalnum() and len(name) <= 23 for name in names)

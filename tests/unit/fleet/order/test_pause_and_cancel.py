@@ -1,0 +1,157 @@
+"""Pause, cancel, operating mode, a vehicle that does not know where it is."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.support.fleet import LIMITS, PureVehicle, action
+from tests.support.fleet_orders import finish_order, kinds
+from woosh_pure.fleet.order.machine import OrderMachine
+
+
+def test_pause_halts_and_resume_drives_on(vehicle: PureVehicle) -> None:
+    """startPause is FINISHED when the vehicle stands; the order is as it was."""
+    vehicle.order(nodes="ab", edge_actions={"ab": [action("e")]})
+    vehicle.instant(action("p", "startPause"))
+    assert vehicle.status("p") == "RUNNING"
+    assert vehicle.halting
+    vehicle.stop()
+    assert vehicle.status("p") == "FINISHED"
+    assert vehicle.machine.paused
+    assert vehicle.drives == ["b"]
+    vehicle.instant(action("r", "stopPause"))
+    assert vehicle.status("r") == "FINISHED"
+    assert vehicle.drives == ["b", "b"]
+    assert vehicle.begun == ["e"], "the action of the edge does not begin again"
+    finish_order(vehicle)
+    assert vehicle.machine.last_node == "b"
+
+
+def test_a_pause_taken_back_at_once(vehicle: PureVehicle) -> None:
+    """The pause failed, the halt that was asked for ends first, then the drive goes on."""
+    vehicle.order(nodes="ab")
+    vehicle.instant(action("p", "startPause"), action("r", "stopPause"))
+    assert vehicle.status("p") == "FAILED"
+    assert vehicle.status("r") == "FINISHED"
+    if vehicle.halting:
+        vehicle.stop()
+    finish_order(vehicle)
+    assert vehicle.machine.last_node == "b"
+
+
+def test_an_order_taken_while_paused_waits(vehicle: PureVehicle) -> None:
+    """Nothing moves until stopPause."""
+    vehicle.instant(action("p", "startPause"))
+    assert vehicle.status("p") == "FINISHED"
+    vehicle.order()
+    assert vehicle.machine.order_id == "o"
+    assert vehicle.drives == []
+
+
+def test_cancel_halts_and_forgets_the_order(vehicle: PureVehicle) -> None:
+    """cancelOrder runs until all stands; ids of the order and states of actions are kept."""
+    vehicle.order(nodes="abc", node_actions={"a": [action("runs")], "c": [action("waits")]})
+    vehicle.instant(action("x", "cancelOrder"))
+    assert vehicle.status("waits") == "FAILED"
+    assert vehicle.ended == ["runs"]
+    assert vehicle.status("x") == "RUNNING"
+    vehicle.stop()
+    assert vehicle.status("x") == "RUNNING", "an action is not at its end"
+    vehicle.finish("runs", False, "interrupted")
+    assert vehicle.status("x") == "FINISHED"
+    assert vehicle.ahead == ""
+    assert vehicle.machine.edges == []
+    assert (vehicle.machine.order_id, vehicle.machine.last_node) == ("o", "a")
+    assert kinds(vehicle) == []
+    vehicle.order("p", nodes="ab")
+    assert vehicle.drives == ["b", "b"]
+
+
+def test_cancel_waits_for_what_cannot_be_interrupted(vehicle: PureVehicle) -> None:
+    """It is FINISHED by itself, and nothing behind it begins."""
+    vehicle.order(nodes="ab", node_actions={"a": [action("w", "weld", "HARD"), action("later")]})
+    vehicle.instant(action("x", "cancelOrder"))
+    assert vehicle.ended == []
+    vehicle.finish("w", True)
+    assert vehicle.status("w") == "FINISHED"
+    assert vehicle.status("later") == "FAILED"
+    assert vehicle.status("x") == "FINISHED"
+    assert vehicle.begun == ["w"]
+    assert vehicle.drives == []
+
+
+def test_cancel_without_an_order_fails(vehicle: PureVehicle) -> None:
+    """6.6.3.2, also after a cancel, and when the order is finished."""
+    vehicle.instant(action("x", "cancelOrder"))
+    assert vehicle.status("x") == "FAILED"
+    (problem,) = vehicle.machine.problems
+    assert (problem.kind, problem.level, problem.about("actionId")) == ("noOrderToCancel", "WARNING", "x")
+    vehicle.order(nodes="ab")
+    vehicle.instant(action("y", "cancelOrder"))
+    vehicle.stop()
+    vehicle.instant(action("z", "cancelOrder"))
+    assert (vehicle.status("y"), vehicle.status("z")) == ("FINISHED", "FAILED")
+
+
+def test_a_second_cancel_joins_the_first(vehicle: PureVehicle) -> None:
+    """Both end with the order."""
+    vehicle.order(nodes="ab")
+    vehicle.instant(action("x", "cancelOrder"))
+    vehicle.instant(action("y", "cancelOrder"))
+    vehicle.stop()
+    assert vehicle.status("x") == vehicle.status("y") == "FINISHED"
+
+
+def test_orders_and_updates_are_rejected_while_one_is_cancelled(vehicle: PureVehicle) -> None:
+    """And an update that comes late does not wake a cancelled order."""
+    vehicle.order(nodes="abc", released=2)
+    vehicle.instant(action("x", "cancelOrder"))
+    vehicle.order("p", nodes="ab")
+    vehicle.order(update=1, nodes="bc", first=2)
+    assert kinds(vehicle) == ["orderError", "orderUpdateError"]
+    vehicle.stop()
+    vehicle.order(update=2, nodes="ab", first=0)
+    assert kinds(vehicle)[-1] == "orderUpdateError"
+    assert vehicle.drives == ["b"]
+
+
+def test_a_node_reached_while_a_cancel_halts_counts(vehicle: PureVehicle) -> None:
+    """lastNodeId is true, and nothing is driven from there."""
+    vehicle.order()
+    vehicle.instant(action("x", "cancelOrder"))
+    vehicle.arrive()
+    assert vehicle.machine.last_node == "b"
+    assert vehicle.status("x") == "FINISHED"
+    assert vehicle.drives == ["b"]
+
+
+@pytest.mark.parametrize("mode", ["MANUAL", "SERVICE", "TEACHIN"])
+def test_a_mode_of_others_clears_the_order(vehicle: PureVehicle, mode: str) -> None:
+    """6.10.6: at once, with its actions; AUTOMATIC again does not bring it back."""
+    vehicle.order(node_actions={"a": [action("r")], "c": [action("w")]})
+    vehicle.take(vehicle.machine.set_mode(mode))
+    assert vehicle.halting
+    assert vehicle.ended == ["r"]
+    vehicle.stop()
+    vehicle.finish("r", False)
+    assert vehicle.ahead == ""
+    assert kinds(vehicle) == ["orderError"]
+    vehicle.take(vehicle.machine.set_mode("AUTOMATIC"))
+    assert vehicle.drives == ["b"]
+
+
+def test_a_vehicle_that_is_lost_halts_and_goes_on_when_found(vehicle: PureVehicle) -> None:
+    """The order is kept."""
+    vehicle.order()
+    vehicle.take(vehicle.machine.set_position(None))
+    assert vehicle.halting
+    vehicle.stop()
+    assert vehicle.drives == ["b"]
+    vehicle.place(0.5)
+    assert vehicle.drives == ["b", "b"]
+
+
+def test_nothing_moves_before_the_mode_is_told() -> None:
+    """A machine that was just made, or restored, is in SERVICE."""
+    machine = OrderMachine(LIMITS)
+    assert machine.mode == "SERVICE"

@@ -1,0 +1,100 @@
+"""What one call has begun, so that it can be ended without a handle, even while it is being prepared.
+
+`woosh_pure.aio` calls the verbs in threads. A task that is cancelled cannot interrupt such a thread; it says
+here that the call is not wanted any more. What the call prepares then does not begin, and what it has begun
+is ended.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rosproto.logs import get_logger
+from rosproto.node import Cancellation
+from woosh_pure.errors import MotionRefused
+
+__all__ = ["CallScope", "call_scope", "current"]
+
+logger = get_logger("woosh_pure.aio")
+_here = threading.local()
+
+
+class CallScope:
+    """Goals and velocity blocks that one call has begun. Safe from any thread.
+
+    Attributes:
+        things: The goals and velocity blocks.
+        calling: Ends the service call that it waits for.
+    """
+
+    def __init__(self) -> None:
+        self.things: list[object] = []
+        self.calling = Cancellation()
+        self._lock = threading.Lock()
+        self._ends: list[tuple[str, Callable[[], object]]] = []
+        self._unwanted = False
+
+    def __bool__(self) -> bool:
+        """True when something was begun."""
+        return bool(self._ends)
+
+    def add(self, thing: object, what: str, end: Callable[[], object]) -> None:
+        """Note what is about to begin.
+
+        Args:
+            thing: The goal or the velocity block.
+            what: In words.
+            end: Ends it, in bounded time.
+
+        Raises:
+            MotionRefused: Nobody wants it any more.
+        """
+        with self._lock:
+            self._require_wanted(what)
+            self.things.append(thing)
+            self._ends.append((what, end))
+
+    def require_wanted(self, what: str) -> None:
+        """Refuse to send something.
+
+        Raises:
+            MotionRefused: Nobody wants it any more.
+        """
+        with self._lock:
+            self._require_wanted(what)
+
+    def _require_wanted(self, what: str) -> None:
+        if self._unwanted:
+            raise MotionRefused(f"{what}: the task that asked for it was cancelled; nothing was sent")
+
+    def refuse(self) -> None:
+        """From now on nothing begins. Does not wait."""
+        with self._lock:
+            self._unwanted = True
+        self.calling.cancel()
+
+    def end(self) -> None:
+        """Let nothing begin, and end what has begun; what cannot be is logged, and left to `close`."""
+        self.refuse()
+        for what, end in self._ends:
+            try:
+                end()
+            except Exception as error:  # nobody waits for it, and the others must end, too
+                logger.warning("! %s: its task was cancelled, and it may go on: %s", what, error)
+
+
+@contextmanager
+def call_scope(scope: CallScope) -> Iterator[None]:
+    """What this thread begins in the block is noted there."""
+    before, _here.scope = current(), scope
+    try:
+        yield
+    finally:
+        _here.scope = before
+
+
+def current() -> CallScope | None:
+    """Where this thread notes what it begins; None when nobody asked for that."""
+    return getattr(_here, "scope", None)

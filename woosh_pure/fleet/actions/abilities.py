@@ -1,0 +1,158 @@
+"""What a chassis can do beside driving: each action type, as the factsheet tells it, and what it does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from woosh_pure.enums import Direction
+from woosh_pure.errors import ChassisError
+from woosh_pure.fleet.actions.custom import handler_of
+from woosh_pure.fleet.actions.map_actions import map_actions
+from woosh_pure.fleet.actions.map_store import MapStore
+from woosh_pure.fleet.actions.predefined import MOVING, PARAMETERS, SCOPES, predefined
+from woosh_pure.fleet.actions.task import Handler, Task
+from woosh_pure.fleet.actions.triggers import Triggers, waiting_for
+from woosh_pure.fleet.config import VehicleConfig
+from woosh_pure.fleet.order.actions import BUILT_IN, Ability, Parameter, Scope
+from woosh_pure.fleet.state import Load, MapEntry
+from woosh_pure.geometry import Pose2D
+
+if TYPE_CHECKING:
+    pass
+
+__all__ = ["abilities_of"]
+
+_EVERYWHERE = (Scope.INSTANT, Scope.NODE, Scope.EDGE)
+_CHARGE_SECONDS = 600.0
+_LOCATE_SECONDS = 10.0
+
+
+def abilities_of(
+    config: VehicleConfig,
+    *,
+    maps: MapStore | None = None,
+    report: Callable[[str], str] | None = None,
+    triggers: Triggers | None = None,
+) -> dict[str, tuple[Ability, Handler]]:
+    """What a vehicle of this configuration can do, beside what the order machine does itself.
+
+    Args:
+        config: Of the vehicle.
+        maps: Those on it, where the fleet manager may change them.
+        report: Stores a report for a reason, and gives its name; None where nothing is kept.
+        triggers: What `Vehicle.trigger` pulls.
+
+    Raises:
+        ValueError: An action of the user's cannot be loaded, or has a name that is taken.
+    """
+    own = MapEntry(config.map_id, config.map_version)
+    found: dict[str, tuple[Ability, Handler]] = {
+        "initPosition": (
+            predefined("initPosition", still=True, description="Tells the robot where it stands."),
+            lambda task: _init_position(task, maps, own),
+        )
+    }
+    if maps is not None:
+        found |= map_actions(maps)
+    if report is not None:
+        found["logReport"] = (
+            predefined("logReport", description="Stores a report on the vehicle's computer."),
+            lambda task: report(str(task.parameters["reason"])),
+        )
+    if config.triggers:
+        found["waitForTrigger"] = waiting_for(config.triggers, triggers or Triggers())
+    if config.undock:
+        found["stopCharging"] = (
+            predefined(
+                "stopCharging", any_parameters=True, description=f"drives {config.undock:g} m straight"
+            ),
+            lambda task: _stop_charging(task, config.undock),
+        )
+    if config.charger:
+        places = (Scope.INSTANT, Scope.NODE)
+        text = f"drives to the charger {config.charger} and charges"
+        ability = Ability("startCharging", places, moves=True, any_parameters=True, description=text)
+        found["startCharging"] = (ability, lambda task: _charge(task, config.charger))
+    if config.marks:
+        for name, direction in (("pick", Direction.LOAD), ("drop", Direction.UNLOAD)):
+            ability = Ability(
+                name, (Scope.NODE,), _CARRYING, moves=True, description="at the mark that stationName names"
+            )
+            found[name] = (ability, _carrying(direction))
+    for name, target in config.actions.items():
+        if name in BUILT_IN:
+            raise ValueError(f"the action {name} is the standard's own, and cannot be replaced")
+        handler = handler_of(name, target)
+        ability = Ability(
+            name,
+            tuple(getattr(handler, "scopes", SCOPES.get(name, _EVERYWHERE))),
+            PARAMETERS.get(name, ()),
+            moves=bool(getattr(handler, "moves", name in MOVING)),
+            interruptible=bool(getattr(handler, "interruptible", True)),
+            description=(getattr(handler, "__doc__", None) or "").strip().partition("\n")[0],
+            any_parameters=True,
+        )
+        found[name] = (ability, handler)
+    return found
+
+
+# -- the standard's ------------------------------------------------------------------------------------------
+
+_CARRYING = (
+    Parameter("stationName", description="the mark"),
+    Parameter("stationType", optional=True),
+    Parameter("loadType", optional=True),
+    Parameter("loadId", optional=True),
+    Parameter("lhd", optional=True),
+)
+
+
+def _init_position(task: Task, maps: MapStore | None, own: MapEntry) -> str:
+    given = task.parameters
+    pose = Pose2D(float(given["x"]), float(given["y"]), float(given["theta"]))
+    wanted = str(given["mapId"])
+    if maps is None and wanted != own.map_id:
+        raise ChassisError(f"the vehicle has no map {wanted}, only {own.map_id}")
+    if maps is not None and wanted != maps.active:
+        entry = maps.enabled(wanted)
+        if entry is None:
+            raise ChassisError(f"no version of map {wanted} is ENABLED on the vehicle; use enableMap first")
+        maps.use(task.chassis, wanted, entry.version, pose)
+    else:
+        task.chassis.set_pose(pose)
+
+    def near(heard: Pose2D) -> bool:
+        return heard.distance_to(pose) < 0.5 and abs(heard.angle_to(pose)) < 0.5
+
+    task.chassis.pose.wait_for(near, _LOCATE_SECONDS)
+    return f"the robot takes itself to be at {pose}"
+
+
+def _stop_charging(task: Task, distance: float) -> str:
+    battery = task.chassis.battery
+    if not battery.wait(10.0, new=False).charging:
+        return "it was not charging"
+    task.wait(task.chassis.move(distance, timeout=60.0, replace=True))
+    battery.wait_for(lambda each: not each.charging, 10.0)
+    return "off the charger"
+
+
+def _charge(task: Task, mark: str) -> str:
+    task.wait(task.chassis.charge(mark, timeout=_CHARGE_SECONDS, replace=True))
+    battery = task.chassis.battery.wait_for(lambda each: each.charging, 10.0)
+    return f"charging at {battery.percent} %"
+
+
+def _carrying(direction: Direction) -> Handler:
+    def carry(task: Task) -> str:
+        given = task.parameters
+        text = task.wait(task.chassis.carry(given["stationName"], direction, timeout=600.0, replace=True))
+        load = Load(given.get("loadId", ""), given.get("loadType", ""), given.get("lhd", ""))
+        if direction is Direction.LOAD:
+            task.loads.append(load)
+        else:
+            del task.loads[-1:]
+        return text
+
+    return carry

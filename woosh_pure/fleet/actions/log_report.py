@@ -1,0 +1,58 @@
+"""logReport: what happened lately, and how the vehicle stands, as a file that a person can be sent."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections import deque
+from pathlib import Path
+from typing import Any
+
+from rosproto.text import printable
+from woosh_pure.fleet.messages.header import timestamp
+
+__all__ = ["Journal"]
+
+MOST_LINES = 500
+MOST_REPORTS = 50
+"""Files that are kept; the oldest makes room, so that no manager fills the disk."""
+
+
+class Journal:
+    """The last lines of one vehicle, and its reports.
+
+    Args:
+        folder: Where reports are; made with the first one.
+        name: Their names begin with it.
+    """
+
+    def __init__(self, folder: Path, name: str) -> None:
+        self.folder, self.name = folder, name
+        self._lines: deque[str] = deque(maxlen=MOST_LINES)
+        self._lock = threading.Lock()
+
+    def note(self, text: str) -> None:
+        """Keep a line, with the time."""
+        line = f"{timestamp(time.time())} {printable(text)[:500]}"
+        with self._lock:
+            self._lines.append(line)
+
+    def write(self, reason: str, facts: dict[str, Any]) -> str:
+        """Store a report; its name.
+
+        Raises:
+            OSError: It cannot be stored.
+        """
+        with self._lock:
+            lines = list(self._lines)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        moment = timestamp(time.time()).replace(":", "").replace(".", "")
+        path = self.folder / f"{self.name}-{moment}.json"
+        beside = path.with_suffix(".new")
+        text = json.dumps({"reason": reason, **facts, "lately": lines}, indent=1, ensure_ascii=False)
+        beside.write_text(text, "utf-8")
+        beside.replace(path)
+        for old in sorted(self.folder.glob(f"{self.name}-*.json"))[:-MOST_REPORTS]:
+            old.unlink(missing_ok=True)
+        return path.name

@@ -1,0 +1,204 @@
+"""The maps on a vehicle (6.7), as files beside its state: downloaded, enabled, deleted.
+
+A chassis has one map at a time. The one that it has when we come is its own, under the name in the
+configuration; others are only stored. `enableMap` of another version of the map in use replaces it
+(`set_map`, with the pose that the robot has); of a map that is not in use it only marks it, and
+`initPosition` with its id, instant or at a node of an order, takes the robot there. So a map that is ENABLED
+and not in use changes nothing by itself.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import threading
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rosproto.logs import get_logger
+from woosh_pure.errors import ChassisError
+from woosh_pure.fleet.state import MapEntry
+
+if TYPE_CHECKING:
+    from woosh_pure.gridmap import GridMap
+
+__all__ = ["MapStore"]
+
+_log = get_logger("woosh_pure.fleet.actions.map_store")
+MOST_MAPS = 50
+
+
+class MapStore:
+    """The maps of one vehicle.
+
+    Args:
+        folder: Where they are; made when the first one comes.
+        own: The map that the chassis has by itself.
+
+    Attributes:
+        active: Id of the map in use.
+    """
+
+    def __init__(self, folder: Path, own: MapEntry) -> None:
+        self.folder, self.own = folder, own
+        self._lock = threading.RLock()
+        self._entries: list[MapEntry] = [own]
+        self.active, self.version = own.map_id, own.version
+        self._load()
+
+    @property
+    def entries(self) -> tuple[MapEntry, ...]:
+        """As the state tells them."""
+        with self._lock:
+            return tuple(self._entries)
+
+    def find(self, map_id: str, version: str) -> MapEntry | None:
+        """One of them."""
+        return next((each for each in self.entries if (each.map_id, each.version) == (map_id, version)), None)
+
+    def enabled(self, map_id: str) -> MapEntry | None:
+        """The version of a map that is enabled."""
+        return next((each for each in self.entries if each.map_id == map_id and each.enabled), None)
+
+    @property
+    def enabled_ids(self) -> tuple[str, ...]:
+        """Ids of the maps of which a version is enabled; the one in use is among them."""
+        return tuple(dict.fromkeys([self.active, *(each.map_id for each in self.entries if each.enabled)]))
+
+    def add(self, map_id: str, version: str, grid: GridMap) -> None:
+        """Store a map, DISABLED.
+
+        Raises:
+            ChassisError: It is there already, or there are too many.
+        """
+        with self._lock:
+            if self.find(map_id, version) is not None:
+                raise ChassisError(f"map {map_id} {version} is on the vehicle already; delete it first")
+            if len(self._entries) >= MOST_MAPS:
+                raise ChassisError(f"there are {MOST_MAPS} maps on the vehicle; delete one first")
+            self._write(map_id, version, grid)
+            self._entries.append(MapEntry(map_id, version, enabled=False))
+            self._save()
+
+    def enable(self, map_id: str, version: str) -> None:
+        """Mark one version of a map as enabled, and the others of it as not."""
+        with self._lock:
+            if self.find(map_id, version) is None:
+                raise ChassisError(f"map {map_id} {version} is not on the vehicle; download it first")
+            self._entries = [
+                each if each.map_id != map_id else replace(each, enabled=each.version == version)
+                for each in self._entries
+            ]
+            self._save()
+
+    def delete(self, map_id: str, version: str) -> None:
+        """Delete a map.
+
+        Raises:
+            ChassisError: It is not there, is enabled, or is the chassis's own.
+        """
+        with self._lock:
+            found = self.find(map_id, version)
+            if found is None:
+                raise ChassisError(f"map {map_id} {version} is not on the vehicle")
+            if found.enabled:
+                raise ChassisError(f"map {map_id} {version} is ENABLED; enable another version of it first")
+            if (map_id, version) == (self.own.map_id, self.own.version):
+                raise ChassisError(f"map {map_id} {version} is the chassis's own, and stays")
+            self._entries.remove(found)
+            self._save()
+            for path in self._place(map_id, version):
+                path.unlink(missing_ok=True)
+
+    def use(self, chassis: Any, map_id: str, version: str, pose: Any) -> None:
+        """Give the chassis another map, and keep the one that it had.
+
+        Raises:
+            ChassisError: It is not on the vehicle, or the chassis refuses.
+            OSError: What it had cannot be kept.
+        """
+        with self._lock:
+            if (self.active, self.version) == (map_id, version):
+                return
+            if not self._place(self.active, self.version)[0].exists():
+                self._write(self.active, self.version, chassis.get_map())
+            sheet = self._place(map_id, version)[0]
+            if self.find(map_id, version) is None or not sheet.exists():
+                raise ChassisError(f"map {map_id} {version} is not on the vehicle; download it first")
+            chassis.set_map(_loaded(sheet), pose)
+            self.active, self.version = map_id, version
+            self._save()
+
+    def confirm(self, chassis: Any) -> None:
+        """After a restart of ours: whether the chassis still has the map that it was given, or its own."""
+        with self._lock:
+            if (self.active, self.version) == (self.own.map_id, self.own.version):
+                return
+            try:
+                given = _loaded(self._place(self.active, self.version)[0])
+                same = _alike(chassis.get_map(), given)
+                why = "it has another"
+            except Exception as error:
+                same, why = False, str(error)
+            if not same:
+                _log.warning("! the chassis has not the map %s any more: %s", self.active, why)
+                self.active, self.version = self.own.map_id, self.own.version
+                self.enable(self.active, self.version)
+
+    # -- the disk --------------------------------------------------------------------------------------------
+
+    def _place(self, map_id: str, version: str) -> tuple[Path, Path]:
+        name = hashlib.sha256(json.dumps([map_id, version]).encode()).hexdigest()[:24]
+        return self.folder / f"{name}.yaml", self.folder / f"{name}.pgm"
+
+    def _write(self, map_id: str, version: str, grid: GridMap) -> None:
+        self.folder.mkdir(parents=True, exist_ok=True)
+        grid.save(self._place(map_id, version)[0])
+
+    def _save(self) -> None:
+        self.folder.mkdir(parents=True, exist_ok=True)
+        data = {"active": [self.active, self.version], "maps": [each.to_json() for each in self._entries]}
+        beside = self.folder / "index.new"
+        beside.write_text(json.dumps(data), "utf-8")
+        os.replace(beside, self.folder / "index.json")
+
+    def _load(self) -> None:
+        path = self.folder / "index.json"
+        try:
+            data = json.loads(path.read_text("utf-8"))
+            found = [
+                MapEntry(str(raw["mapId"]), str(raw["mapVersion"]), raw["mapStatus"] == "ENABLED")
+                for raw in data["maps"]
+            ]
+            active, version = data["active"]
+        except FileNotFoundError:
+            return
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            _log.warning("! %s cannot be used: %s", path, error)
+            return
+        there = [each for each in found if self._place(each.map_id, each.version)[0].exists()]
+        known = {(each.map_id, each.version) for each in found}
+        own = (self.own.map_id, self.own.version)
+        if own not in known:
+            enabled = not any(each.map_id == own[0] and each.enabled for each in there)
+            there.insert(0, MapEntry(*own, enabled))
+        elif not any((each.map_id, each.version) == own for each in there):
+            there.insert(0, next(each for each in found if (each.map_id, each.version) == own))
+        self._entries = there
+        if any((each.map_id, each.version) == (active, version) for each in there):
+            self.active, self.version = str(active), str(version)
+
+
+def _loaded(sheet: Path) -> GridMap:
+    from woosh_pure.gridmap import (
+        GridMap,  # late: it needs numpy, which takes longer to load than all of this
+    )
+
+    return GridMap.load(sheet)
+
+
+def _alike(one: GridMap, other: GridMap) -> bool:
+    """By their pictures: a file keeps no more of a map than free, occupied and not known."""
+    return one.cells.shape == other.cells.shape and bool((one.to_grey() == other.to_grey()).all())

@@ -1,0 +1,176 @@
+"""Orders and instant actions out of their JSON. Pure.
+
+A message that does not fit the tables of `schema.py` raises `Invalid`, which says where, what was expected
+and what came. So does an order whose shape is wrong (6.6.1, 6.6.2): there is one edge fewer than there are
+nodes, each between its two nodes; sequence ids count up by one over nodes and edges; the first node is
+released, and nothing is released behind what is not; no actionId is used twice. What is well formed but
+cannot be carried out is for `order/rejection.py`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from woosh_pure.fleet.messages.elements import Action, Edge, InstantActions, Node, NodePosition, Order
+from woosh_pure.fleet.messages.schema import (
+    ACTION,
+    EDGE,
+    INSTANT_ACTIONS,
+    MOST_ACTIONS,
+    MOST_BYTES,
+    MOST_NODES,
+    NODE,
+    ORDER,
+    Invalid,
+    check,
+    require,
+)
+
+__all__ = ["parse", "read_edge", "read_instant_actions", "read_node", "read_order"]
+
+
+def parse(payload: bytes | str) -> dict[str, Any]:
+    """A message's JSON object; anything else is `Invalid`."""
+    if len(payload) > MOST_BYTES:
+        raise Invalid("", f"at most {MOST_BYTES} bytes", f"{len(payload)} bytes")
+    try:
+        found = json.loads(payload, parse_constant=_no_constant)
+    except (ValueError, RecursionError) as error:
+        raise Invalid("", "a JSON object in UTF-8", str(error) or type(error).__name__) from None
+    if not isinstance(found, dict):
+        raise Invalid("", "a JSON object", found)
+    return found
+
+
+def _no_constant(text: str) -> float:
+    raise ValueError(f"{text} is no number of JSON")
+
+
+def read_order(data: Mapping[str, Any]) -> Order:
+    """An order out of its JSON object.
+
+    Raises:
+        Invalid: It does not fit the table, or the shape of an order.
+    """
+    check(data, ORDER, "")
+    nodes = tuple(
+        read_node(raw, f"nodes[{n}]") for n, raw in enumerate(_bounded(data, "nodes", MOST_NODES, ""))
+    )
+    edges = tuple(
+        read_edge(raw, f"edges[{n}]") for n, raw in enumerate(_bounded(data, "edges", MOST_NODES, ""))
+    )
+    order = Order(
+        data["orderId"],
+        int(data["orderUpdateId"]),
+        nodes,
+        edges,
+        data.get("zoneSetId", ""),
+        int(data["headerId"]),
+    )
+    _require_shape(order)
+    return order
+
+
+def read_instant_actions(data: Mapping[str, Any]) -> InstantActions:
+    """Instant actions out of their JSON object; also under the name that version 1 gave them.
+
+    Raises:
+        Invalid: It does not fit the table.
+    """
+    if "actions" not in data and "instantActions" in data:
+        data = {**data, "actions": data["instantActions"]}
+    check(data, INSTANT_ACTIONS, "")
+    raw = _bounded(data, "actions", MOST_ACTIONS, "")
+    return InstantActions(
+        tuple(_action(each, f"actions[{n}]") for n, each in enumerate(raw)), int(data["headerId"])
+    )
+
+
+def read_node(raw: Any, path: str) -> Node:
+    """A node out of its JSON object."""
+    check(raw, NODE, path)
+    position = raw.get("nodePosition")
+    return Node(
+        raw["nodeId"],
+        int(raw["sequenceId"]),
+        raw["released"],
+        None if position is None else _position(position),
+        _actions(raw, path),
+        raw.get("nodeDescription", ""),
+    )
+
+
+def _position(raw: Mapping[str, Any]) -> NodePosition:
+    radius = raw.get("allowedDeviationXY", raw.get("allowedDeviationXy", 0.0))
+    turn, theta = raw.get("allowedDeviationTheta"), raw.get("theta")
+    return NodePosition(
+        float(raw["x"]),
+        float(raw["y"]),
+        None if theta is None else float(theta),
+        raw["mapId"],
+        float(radius),
+        None if turn is None else abs(float(turn)),
+    )
+
+
+_PLAIN = ("edgeId", "sequenceId", "released", "startNodeId", "endNodeId", "actions")
+
+
+def read_edge(raw: Any, path: str) -> Edge:
+    """An edge out of its JSON object."""
+    check(raw, EDGE, path)
+    options = {key: raw[key] for key in EDGE if key in raw and key not in _PLAIN}
+    return Edge(
+        raw["edgeId"], int(raw["sequenceId"]), raw["released"], raw["startNodeId"], raw["endNodeId"], options,
+        _actions(raw, path),
+    )  # fmt: skip
+
+
+def _actions(raw: Mapping[str, Any], path: str) -> tuple[Action, ...]:
+    found = _bounded(raw, "actions", MOST_ACTIONS, path)
+    return tuple(_action(each, f"{path}.actions[{n}]") for n, each in enumerate(found))
+
+
+def _action(raw: Any, path: str) -> Action:
+    check(raw, ACTION, path)
+    parameters = {each["key"]: each["value"] for each in raw.get("actionParameters", ())}
+    return Action(
+        raw["actionId"], raw["actionType"], raw["blockingType"], parameters, raw.get("actionDescription", "")
+    )
+
+
+def _bounded(raw: Mapping[str, Any], key: str, most: int, path: str) -> list[Any]:
+    found: list[Any] = raw[key]
+    if len(found) > most:
+        raise Invalid(f"{path}.{key}".lstrip("."), f"at most {most} of them", f"{len(found)}")
+    return found
+
+
+def _require_shape(order: Order) -> None:
+    nodes, edges = order.nodes, order.edges
+    require(bool(nodes), "nodes", "at least one node", "none")
+    require(
+        len(edges) == len(nodes) - 1, "edges", f"{len(nodes) - 1} edges for {len(nodes)} nodes", len(edges)
+    )
+    require(nodes[0].released, "nodes[0].released", "true: the first node is part of the base", False)
+    before: Node | Edge = nodes[0]
+    for n, (edge, node) in enumerate(zip(edges, nodes[1:], strict=True)):
+        ends = (edge.start, edge.end)
+        require(ends == (nodes[n].id, node.id), f"edges[{n}]", f"from {nodes[n].id} to {node.id}", ends)
+        elements: tuple[tuple[str, Node | Edge], ...] = ((f"edges[{n}]", edge), (f"nodes[{n + 1}]", node))
+        for path, each in elements:
+            wanted = before.sequence + 1
+            require(each.sequence == wanted, f"{path}.sequenceId", f"{wanted}: it counts on", each.sequence)
+            behind = f"{path}.released"
+            require(before.released or not each.released, behind, "false behind what is not released", True)
+            before = each
+        # An edge is released with both of its nodes (6.6.1), and a node is reached over its edge.
+        require(
+            edge.released == node.released, f"edges[{n}].released", "as that of its end node", edge.released
+        )
+    seen: set[str] = set()
+    for action in order.actions():
+        require(action.id not in seen, "actions", "each actionId once", action.id)
+        seen.add(action.id)

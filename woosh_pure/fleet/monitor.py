@@ -1,0 +1,139 @@
+"""What the chassis tells, gathered as `Facts`: every feed calls back, nothing is polled."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from rosproto.errors import RosError
+from woosh_pure.enums import RobotMode
+from woosh_pure.fleet.order.deviation import AgvPosition
+from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
+from woosh_pure.fleet.order.operating_mode import operating_mode
+from woosh_pure.fleet.state import Facts
+from woosh_pure.readiness.reason import ReasonKey
+
+if TYPE_CHECKING:
+    from woosh_pure.chassis import Chassis
+    from woosh_pure.geometry import Pose2D, Velocity
+    from woosh_pure.values import Parameters
+
+__all__ = ["SILENT_AFTER", "ChassisMonitor"]
+
+_SEVERE = 3  # level of a fault
+SILENT_AFTER = 1.5
+"""Seconds without pose and velocity after which the robot is lost; both come several times a second."""
+
+
+class ChassisMonitor:
+    """The facts of one chassis.
+
+    Args:
+        chassis: The chassis.
+        facts: What is kept true.
+        moved: Called when a pose or a velocity has come, in a feed's thread; must not wait.
+        told: Called when anything else has come that may change mode, faults or battery; likewise.
+        described: Called when the parameters of the drives have come, for the factsheet; likewise.
+    """
+
+    def __init__(
+        self,
+        chassis: Chassis,
+        facts: Facts,
+        moved: Callable[[], object],
+        told: Callable[[], object],
+        described: Callable[[], object],
+    ) -> None:
+        self._chassis, self._facts, self._moved, self._told = chassis, facts, moved, told
+        self._described = described
+        self.parameters: Parameters | None = None
+        self._ends: list[Callable[[], None]] = []
+        self.heard = 0.0
+        self._opened = 0.0
+        self.mode = "SERVICE"
+        self.blocked = ""
+
+    def open(self) -> None:
+        """Listen; the feeds connect by themselves, also to a chassis that comes later."""
+        self._opened = time.monotonic()
+        chassis = self._chassis
+        self._ends = [
+            chassis.pose.on(self._on_pose, connect=False),
+            chassis.measured_velocity.on(self._on_velocity, connect=False),
+            chassis.battery.on(self._on_battery, connect=False),
+            chassis.parameters.on(self._on_parameters, connect=False),
+            chassis.status.on(self._on_told, connect=False),
+            chassis.status_code.on(self._on_told, connect=False),
+        ]
+
+    def close(self) -> None:
+        """Listen no more."""
+        for end in self._ends:
+            end()
+        self._ends = []
+
+    @property
+    def silent(self) -> bool:
+        """Whether nothing is heard of the robot; before its first word it has twice the time."""
+        return time.monotonic() - (self.heard or self._opened + SILENT_AFTER) >= SILENT_AFTER
+
+    def silence(self) -> Problem:
+        """What is told when nothing is heard of the robot."""
+        text = f"nothing was heard of the chassis at {self._chassis.master_uri} for {SILENT_AFTER:g} s"
+        hint = "check the robot and its network; it may go on with what it was told"
+        return Problem(ErrorType.ROBOT_LOST, text, (), Level.FATAL, hint)
+
+    def _on_pose(self, pose: Pose2D) -> None:
+        self._facts.position = AgvPosition(pose.x, pose.y, pose.yaw, self._facts.map_id)
+        self._hear()
+
+    def _on_velocity(self, velocity: Velocity) -> None:
+        was = self._facts.moving
+        self._facts.velocity = (velocity.vx, velocity.vy, velocity.wz)
+        self.heard = time.monotonic()
+        if was != self._facts.moving:
+            self._moved()
+
+    def _hear(self) -> None:
+        self.heard = time.monotonic()
+        self._moved()
+
+    def _on_battery(self, battery: Any) -> None:
+        facts = self._facts
+        before = (facts.percent is None, facts.charging)
+        facts.percent, facts.voltage = float(battery.percent), battery.voltage
+        facts.charging = battery.charging
+        if before != (False, facts.charging):
+            self._told()
+
+    def _on_parameters(self, parameters: Parameters) -> None:
+        if parameters != self.parameters:
+            self.parameters = parameters
+            self._described()
+
+    def _on_told(self, value: Any) -> None:
+        self._told()
+
+    def refresh(self, owner: str = "") -> None:
+        """Mode, faults, emergency stop and localisation, as they are known now; must not be called in a feed.
+
+        Args:
+            owner: A local driver who has the robot; "" while nobody has.
+        """
+        facts = self._facts
+        try:
+            readiness, faults = self._chassis.readiness(), self._chassis.faults
+        except RosError:
+            return  # closed, or its master is gone: the silence tells
+        keys = {reason.key for reason in readiness.reasons}
+        facts.emergency_stop = ReasonKey.EMERGENCY_STOP in keys
+        facts.bumper = ReasonKey.BUMPER in keys
+        facts.located = facts.position is not None and ReasonKey.NOT_LOCALISED not in keys
+        facts.faults = tuple((str(each), bool(each.level >= _SEVERE)) for each in faults)
+        status = self._chassis.status.known
+        mode = RobotMode.UNDEFINED if status is None else status.value.robot_mode
+        if ReasonKey.MANUAL_MODE in keys and mode is RobotMode.UNDEFINED:
+            mode = RobotMode.MANUAL
+        self.mode = operating_mode(int(mode), owner=owner)
+        self.blocked = readiness.sentence() if readiness.refuses else ""

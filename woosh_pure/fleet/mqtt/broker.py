@@ -1,0 +1,92 @@
+"""Where the broker is, and how it lets us in: address, user, password, certificates."""
+
+from __future__ import annotations
+
+import functools
+import os
+import ssl
+from dataclasses import dataclass
+from urllib.parse import urlsplit
+
+__all__ = ["Broker", "tls_context"]
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Broker:
+    """Where the broker is and how it lets us in.
+
+    Attributes:
+        url: mqtt://host:port, or mqtts:// for TLS; never with a password in it.
+        user, password: None where it asks for none.
+        ca_file, cert_file, key_file: For TLS; None takes the system's authorities and no certificate of ours.
+    """
+
+    url: str
+    user: str | None = None
+    password: str | None = None
+    ca_file: str | None = None
+    cert_file: str | None = None
+    key_file: str | None = None
+
+    def __post_init__(self) -> None:
+        expected = f"broker {_without_secrets(self.url)}: expected mqtt://HOST:PORT or mqtts://HOST:PORT"
+        try:
+            parts = urlsplit(self.url)
+            port = parts.port
+        except ValueError as error:
+            raise ValueError(f"{expected} ({error})") from None
+        beside = parts.path.strip("/") or parts.query or parts.fragment
+        if parts.scheme not in ("mqtt", "mqtts") or not parts.hostname or beside or port == 0:
+            raise ValueError(expected)
+        if parts.username or parts.password:
+            raise ValueError(
+                "the broker's address must not hold a user or password: others on this computer see it; "
+                "use $WOOSH_MQTT_USER and $WOOSH_MQTT_PASSWORD, or a file"
+            )
+        if not self.tls and (self.ca_file or self.cert_file or self.key_file):
+            raise ValueError("certificates are for TLS: write mqtts://HOST:PORT")
+
+    def __repr__(self) -> str:
+        return f"<Broker {self.url}>"
+
+    @property
+    def tls(self) -> bool:
+        """Whether the line is encrypted."""
+        return urlsplit(self.url).scheme == "mqtts"
+
+    @property
+    def host(self) -> str:
+        """Its name or address."""
+        return urlsplit(self.url).hostname or ""
+
+    @property
+    def port(self) -> int:
+        """Its port."""
+        return urlsplit(self.url).port or (8883 if self.tls else 1883)
+
+
+def _without_secrets(url: str) -> str:
+    return url.rpartition("@")[2]
+
+
+@functools.lru_cache(maxsize=4)
+def _tls(broker: Broker, files: tuple[int, ...]) -> ssl.SSLContext:
+    """One for all lines: reading the system's authorities takes 20 ms. `files` tells when they changed."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    if broker.ca_file is None:
+        context.load_default_certs()
+    else:
+        context.load_verify_locations(broker.ca_file)
+    if broker.cert_file is not None:
+        context.load_cert_chain(broker.cert_file, broker.key_file)
+    return context
+
+
+def tls_context(broker: Broker) -> ssl.SSLContext:
+    """With certificates as they are now: who renews them need not start anew.
+
+    Raises:
+        OSError: A file cannot be read, or is none of certificates.
+    """
+    names = (broker.ca_file, broker.cert_file, broker.key_file)
+    return _tls(broker, tuple(os.stat(name).st_mtime_ns for name in names if name))

@@ -1,0 +1,54 @@
+"""The end of an order before its last node: it was cancelled, or cleared by the operating mode. Pure.
+
+First its actions are asked to end and the vehicle to halt; when both have ended the order is forgotten, and
+the cancelOrder actions are FINISHED.
+"""
+
+from __future__ import annotations
+
+from woosh_pure.fleet.order.actions import ActionState, ActionStatus
+from woosh_pure.fleet.order.effects import End
+from woosh_pure.fleet.order.order_state import OrderState
+from woosh_pure.fleet.order.pause import release
+
+__all__ = ["close_order", "finish_cancelling", "request_end"]
+
+
+def close_order(state: OrderState) -> None:
+    """Ask its actions to end; its nodes are forgotten when all has ended."""
+    state.closed = state.cancelling = state.changed = True
+    for each in state.action_states:
+        if each.of_order and not each.status.final:
+            request_end(state, each, failed=True)
+
+
+def request_end(state: OrderState, action: ActionState, *, failed: bool) -> None:
+    """Ask an action to end; one that waits does not begin any more.
+
+    Args:
+        state: The order.
+        action: The action.
+        failed: False when its edge was left: that is its right end.
+    """
+    if action.status is ActionStatus.WAITING:
+        action.status, action.result = ActionStatus.FAILED, "the order was cancelled before it began"
+        return
+    ability = state.limits.abilities.get(action.action.type)
+    if not action.ending and (not failed or ability is None or ability.interruptible):
+        action.ending = True
+        state.effects.append(End(action.action.id, failed))
+
+
+def finish_cancelling(state: OrderState) -> bool:
+    """Forget the order when its actions have ended; the vehicle stands. Whether it was forgotten."""
+    if any(each.of_order and not each.status.final for each in state.action_states):
+        return False
+    state.nodes, state.edges = [], []
+    state.cancelling = state.on_edge = state.blocked = False
+    release(state)
+    state.problems.set("drive", None)
+    for each in state.action_states:
+        if each.action.id in state.cancels:
+            each.status = ActionStatus.FINISHED
+    state.cancels, state.changed = [], True
+    return True

@@ -1,0 +1,135 @@
+"""What a vehicle says of orders it rejects and of things that go wrong: type, level, references. Pure.
+
+The types are those that the standard names (chapter 6.6.3 and 6.6.4), and beside them those that fleet
+managers know where it names none; see `Problem.kind`. References follow its chapter 7.1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["ErrorType", "Level", "Problem", "Problems"]
+
+MOST = 24
+"""Problems told at a time; the oldest of those that an order has caused makes room."""
+_LONGEST = 500  # characters of a description: what a peer sent is quoted in it
+
+
+class ErrorType:
+    """Values of `errorType`."""
+
+    VALIDATION = "validationError"  # 6.6.4.1, and a malformed instantActions
+    ORDER = "orderError"  # 6.6.4.2: cannot be done, or not now
+    ORDER_UPDATE = "orderUpdateError"  # 6.6.4.3, and an update that does not continue the order
+    NO_ROUTE = "noRouteError"  # the first node is out of reach, or a map is not here
+    NO_ORDER_TO_CANCEL = "noOrderToCancel"  # 6.6.3.2
+    ORDER_ACTION = "orderActionError"  # an action of the order has failed
+    INSTANT_ACTION = "instantActionError"  # an instant action cannot be done, or has failed
+    DRIVE = "driveError"  # a node was not reached
+    HELD = "orderHeld"  # after a restart of ours: it waits for stopPause or cancelOrder
+    LOCALISATION = "localizationError"
+    ROBOT_LOST = "robotLost"  # the chassis does not answer any more
+    STORAGE = "storageError"  # orders cannot be kept on disk
+    CHASSIS = "chassisError"  # a fault that the chassis tells
+
+
+class Level:
+    """Values of `errorLevel`."""
+
+    WARNING = "WARNING"
+    FATAL = "FATAL"
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One entry of the state's `errors`.
+
+    Attributes:
+        kind: `errorType`.
+        description: A sentence: what happened, what was expected.
+        references: (key, value) pairs: what it is about.
+        level: WARNING passes by itself or with the next order; FATAL needs a person.
+        hint: What to do next; told from version 2.1 on.
+    """
+
+    kind: str
+    description: str
+    references: tuple[tuple[str, str], ...] = ()
+    level: str = Level.WARNING
+    hint: str = ""
+
+    def to_json(self, *, hints: bool = True) -> dict[str, Any]:
+        """As the state message has it."""
+        found: dict[str, Any] = {
+            "errorType": self.kind,
+            "errorReferences": [
+                {"referenceKey": k, "referenceValue": v[:_LONGEST]} for k, v in self.references
+            ],
+            "errorDescription": self.description[:_LONGEST],
+            "errorLevel": self.level,
+        }
+        if hints and self.hint:
+            found["errorHint"] = self.hint
+        return found
+
+    @classmethod
+    def from_json(cls, data: dict[str, Any]) -> Problem:
+        """What `to_json` gave."""
+        references = tuple((r["referenceKey"], r["referenceValue"]) for r in data["errorReferences"])
+        return cls(
+            data["errorType"],
+            data["errorDescription"],
+            references,
+            data["errorLevel"],
+            data.get("errorHint", ""),
+        )
+
+    def about(self, key: str) -> str | None:
+        """The value of its first reference of that key."""
+        return next((value for name, value in self.references if name == key), None)
+
+
+class Problems:
+    """Those that are told now, bounded, each once.
+
+    Problems of orders stay until an order is accepted (6.6.4); others stay until whoever put them takes them
+    back by their kind.
+    """
+
+    def __init__(self, given: Iterable[Problem] = ()) -> None:
+        self._of_orders: list[Problem] = list(given)[-MOST:]
+        self._standing: dict[str, Problem] = {}
+
+    def __iter__(self) -> Any:
+        return iter((*self._standing.values(), *self._of_orders))
+
+    def __len__(self) -> int:
+        return len(self._standing) + len(self._of_orders)
+
+    @property
+    def of_orders(self) -> tuple[Problem, ...]:
+        """Those that the next accepted order ends."""
+        return tuple(self._of_orders)
+
+    def add(self, problem: Problem) -> None:
+        """Tell it until an order is accepted."""
+        if problem in self._of_orders:
+            self._of_orders.remove(problem)
+        self._of_orders.append(problem)
+        del self._of_orders[:-MOST]
+
+    def order_accepted(self) -> None:
+        """What orders have caused is over."""
+        self._of_orders.clear()
+
+    def set(self, key: str, problem: Problem | None) -> bool:
+        """Tell it until it is taken back with None; True when that changes something."""
+        if self._standing.get(key) == problem:
+            return False
+        if problem is None:
+            del self._standing[key]
+        else:
+            self._standing[key] = problem
+        return True

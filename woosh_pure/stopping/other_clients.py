@@ -1,0 +1,263 @@
+"""Stopping what others have started: tasks and goals are cancelled; programs that drive by velocity cannot
+be, so they are named, or asked to end.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+from rosproto.errors import RosError, RosTimeout
+from rosproto.node import NodeClient
+from rosproto.transport import Deadline, HostNames
+from woosh_pure.enums import TaskCommand, TaskState
+from woosh_pure.interface.table import actions
+from woosh_pure.values.rostypes import message_type
+from woosh_pure.velocity.other_drivers import OtherDriver, other_drivers
+
+if TYPE_CHECKING:
+    import rosproto
+    from woosh_pure.connection.connection import Connection
+    from woosh_pure.core import Core
+    from woosh_pure.stopping.registrations import Registrations
+    from woosh_pure.stopping.report import StopReport
+
+__all__ = ["OtherPrograms", "cancel_others"]
+
+_TASK_FIRST = 0.5
+_LEAST = 1.0
+"""Seconds that every step may take, however near the deadline is."""
+_LOOK_AGAIN = 0.5
+_FIRST_STATUS = 1.0  # seconds: a server sends its status 5 times a second
+_HAD_A_GOAL = (
+    0,
+    1,
+    2,
+    6,
+    7,
+    8,
+)  # of actionlib_msgs/GoalStatus: pending, active, and cancelled ones
+_UNDER_WAY = (TaskState.RUNNING, TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
+
+
+# -- tasks and goals -----------------------------------------------------------------------------------------
+
+
+def cancel_others(core: Core, registrations: Registrations, report: StopReport, deadline: Deadline) -> None:
+    """Cancel the robot's task, and every goal of the action servers that move it, whoever sent it.
+
+    Args:
+        core: The chassis.
+        registrations: What is not there is not waited for.
+        report: Takes what was done, and what was not.
+        deadline: What has not answered by then is told.
+    """
+    # A task ends as cancelled when it is told so first, and as failed when its navigation is taken from it.
+    # But nobody waits long for that: the navigation is stopped anyway.
+    task = _begin(partial(_cancel_task, core, registrations, report, deadline))
+    registrations.wait(_TASK_FIRST)
+    task.join(_TASK_FIRST)
+    waiting, cancelled = {"the task": task}, list[str]()
+    report.looked = True
+    for row in actions():
+        # Those that every chassis has; the others where they are there.
+        if not row.moves_base or (
+            row.source != "page" and registrations.lacks_subscriber(f"{row.name}/cancel")
+        ):
+            continue
+        waiting[row.name] = _begin(
+            partial(_cancel_action, core, registrations, row.name, report, cancelled, deadline)
+        )
+    for name, worker in waiting.items():
+        worker.join(_left(deadline) + 0.5)
+        if worker.is_alive():
+            report.problems.append(f"cancelling {name} (no answer yet)")
+    if cancelled:
+        report.cancelled.append(f"all goals of {', '.join(sorted(cancelled))}")
+
+
+def _left(deadline: Deadline) -> float:
+    return max(_LEAST, deadline.remaining() or 0.0)
+
+
+def _begin(work: Callable[[], None]) -> threading.Thread:
+    thread = threading.Thread(target=work, name="woosh:cancel", daemon=True)
+    thread.start()
+    return thread
+
+
+def _cancel_action(
+    core: Core,
+    registrations: Registrations,
+    name: str,
+    report: StopReport,
+    cancelled: list[str],
+    deadline: Deadline,
+) -> None:
+    """The empty id and no time mean all goals (wiki.ros.org/actionlib/DetailedDescription). Without a client:
+    its five topics would be registered first.
+    """
+    topic = f"{name}/cancel"
+    if registrations.lacks_subscriber(topic):
+        registrations.miss(name)
+        return
+    try:
+        told = _begin_listening(core, name)
+        goal_id = message_type("actionlib_msgs/GoalID")
+        with core.connection.open_node().publisher(topic, goal_id, queue_size=1) as publisher, told:
+            publisher.wait_for_connection(timeout=_left(deadline))
+            publisher.publish()
+            publisher.flush(1.0)
+            if registrations.lacks_publisher(told.topic) or _ran(told):
+                cancelled.append(name)
+    except RosError as error:
+        report.problems.append(f"cancelling {name} ({error})")
+
+
+def _begin_listening(core: Core, name: str) -> rosproto.Subscriber:
+    return core.connection.open_node().subscriber(
+        f"{name}/status", message_type("actionlib_msgs/GoalStatusArray"), queue_size=1
+    )
+
+
+def _ran(status: rosproto.Subscriber) -> bool:
+    """Whether a server had a goal, by the first status that it sends; yes when it says nothing.
+
+    That may come after the cancel: then a goal that was preempted just now is taken for the one.
+    """
+    try:
+        goals = status.next(_FIRST_STATUS).status_list
+    except RosError:
+        return True
+    return any(goal.status in _HAD_A_GOAL for goal in goals)
+
+
+def _cancel_task(core: Core, registrations: Registrations, report: StopReport, deadline: Deadline) -> None:
+    try:
+        status = core.feeds.get("status").latest
+    except RosError:
+        status = None
+    if status is not None and status.task_state not in _UNDER_WAY:
+        return
+    if registrations.lacks_service("/exec_task"):
+        registrations.miss("/exec_task")
+        return
+    task_id = 0 if status is None else status.task_id
+    try:
+        reply = core.clients.exec_task(TaskCommand.CANCEL, task_id, timeout=_left(deadline))
+        if reply.success:
+            report.cancelled.append(f"task {task_id}" if status is not None else "the running task")
+    except RosError as error:
+        report.problems.append(f"cancelling the task ({error})")
+
+
+# -- programs that drive by velocity -------------------------------------------------------------------------
+
+
+class OtherPrograms:
+    """Programs that can send velocities, too, looked at twice in the background: their counters tell whether
+    they do. The robot's own nodes are left out, and so is what runs on its computer.
+
+    Args:
+        connection: Whose graph is looked at.
+        deadline: For them to end.
+        end: Ask them to end (`shutdown` of wiki.ros.org/ROS/Slave_API, as `rosnode kill` does).
+    """
+
+    def __init__(self, connection: Connection, deadline: Deadline, *, end: bool) -> None:
+        self._connection = connection
+        self._deadline = deadline
+        self._end = end
+        self._left: dict[str, tuple[OtherDriver, bool]] = {}
+        self._ended: list[str] = []
+        self._asked: set[str] = set()
+        self._problem = ""
+        self._thread = _begin(self._look)
+
+    @property
+    def drive_on(self) -> bool:
+        """Whether the robot may stand for a moment only."""
+        return bool(self._left)
+
+    @property
+    def ended(self) -> bool:
+        """Whether some were there that have ended now, perhaps without a last zero."""
+        return bool(self._ended)
+
+    def wait(self, report: StopReport) -> None:
+        """Wait, with a bound, until all was looked at, and tell of it."""
+        self._thread.join(_left(self._deadline) + 0.5)
+        if self._thread.is_alive() and not self._left:
+            self._problem = "looking for other programs that drive by velocity (no answer yet)"
+        report.cancelled += [f"the program {name}" for name in self._ended]
+        for driver, sends in self._left.values():
+            asked = driver.node in self._asked
+            what = "it was asked to end and has not" if asked else f"which only its end stops: {_HOW}"
+            report.problems.append(f"{driver.sentence(sends=sends)}, {what}")
+        if self._problem:
+            report.problems.append(self._problem)
+
+    def _look(self) -> None:
+        try:
+            first = self._others()
+            self._left = {name: (driver, False) for name, driver in first.items()}
+            if not first:
+                return
+            if self._end:
+                left = self._end_all(first)
+            else:
+                time.sleep(_LOOK_AGAIN)
+                left = self._others()
+            self._left = {
+                name: (driver, driver.has_sent_since(first.get(name))) for name, driver in left.items()
+            }
+        except RosError as error:
+            self._problem = f"looking for other programs that drive by velocity ({error})"
+
+    def _others(self) -> dict[str, OtherDriver]:
+        return {
+            driver.node: driver
+            for driver in other_drivers(self._connection.open_node())
+            if not driver.on_robot
+        }
+
+    def _end_all(self, drivers: dict[str, OtherDriver]) -> dict[str, OtherDriver]:
+        """Ask them to end, and who comes after them; those that are still there at the deadline.
+
+        One of ours that is asked sends its last zeros from another node, which is there for a moment and is
+        not disturbed. A program that something starts again is there for longer.
+        """
+        deadline = Deadline(_left(self._deadline))
+        came, asked = dict.fromkeys(drivers, -math.inf), self._asked
+        left = drivers
+        while left and not deadline.expired:
+            for name, driver in left.items():
+                since = came.setdefault(name, time.monotonic())
+                if name not in asked and time.monotonic() - since >= _LOOK_AGAIN:
+                    asked.add(name)
+                    self._ask_to_end(driver)
+            try:
+                left = self._others()
+            except RosTimeout:  # a busy master: there is time to ask it again
+                if deadline.expired:
+                    raise
+            if left:
+                time.sleep(0.05)
+        self._ended = [name for name in came if name not in left and name in asked]
+        return left
+
+    def _ask_to_end(self, driver: OtherDriver) -> None:
+        ours = self._connection.open_node()
+        try:
+            # Never at the master's address for a name that is not known: another node may have that port.
+            with NodeClient(driver.uri, ours.name, timeout=1.0, hosts=HostNames(ours.hosts.given)) as node:
+                node.shutdown("woosh: the robot is to stop")
+        except (RosError, ValueError):
+            pass  # that it is still there will be seen
+
+
+_HOW = "end it (end_drivers=True, `woosh stop --end-drivers`)"

@@ -1,0 +1,64 @@
+"""What the parts of one application share: its robots, who is connected, and the rules."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from woosh_pure.web.clients import Clients
+from woosh_pure.web.connection_slots import ConnectionSlots
+from woosh_pure.web.live.hub import Hub
+from woosh_pure.web.problems import Problem
+from woosh_pure.web.workers import Workers
+
+if TYPE_CHECKING:
+    from woosh_pure.web.access import Access
+    from woosh_pure.web.robot import Robot
+
+__all__ = ["WebContext"]
+
+
+class WebContext:
+    """What the parts of one application share.
+
+    Attributes:
+        robots: By name. Paths without a robot's name mean the first one.
+        access: Who may send requests.
+        allow_driving: Whether a page may drive by velocity.
+        clients: Who is connected.
+        slots: The slots for connections. Unused if the application is mounted in another server.
+        stops, drives, reads: Threads for each of these purposes.
+        hubs: What viewers are shown, by the robot's name.
+        streams, viewers: How many are open.
+        closed: True once the server is ending.
+    """
+
+    def __init__(self, robots: Mapping[str, Robot], access: Access, *, allow_driving: bool) -> None:
+        self.robots, self.access, self.allow_driving = dict(robots), access, allow_driving
+        self.clients, self.slots = Clients(), ConnectionSlots()
+        self.stops, self.drives = Workers("stop", 8), Workers("drive", 8)
+        self.reads = Workers("read", 8)
+        self.hubs = {name: Hub(robot, self.reads) for name, robot in self.robots.items()}
+        self.streams = 0
+        self.viewers = 0
+        self.closed = False
+
+    def robot(self, name: str | None) -> Robot:
+        """The robot with that name; the first one for None.
+
+        Raises:
+            Problem: There is no robot with that name.
+        """
+        if name is None:
+            return next(iter(self.robots.values()))
+        if name not in self.robots:
+            raise Problem(404, f"there is no robot {name[:40]!r}; there are {', '.join(self.robots)}")
+        return self.robots[name]
+
+    def close(self, why: str) -> None:
+        """End driving by velocity at once. Requests that still wait for something end soon."""
+        self.closed = True
+        for robot in self.robots.values():
+            robot.close(why)
+        for workers in (self.stops, self.drives, self.reads):
+            workers.close()

@@ -1,0 +1,118 @@
+"""Reads a robot's state as values that can be sent: the parts of the snapshot, the path, the outline, and how
+the laser is mounted. Nothing here waits unless its docstring says so.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import TYPE_CHECKING, Any
+
+from woosh_pure.feed.frames import known_path
+from woosh_pure.geometry import Pose2D
+from woosh_pure.web.snapshot import faults_part, points_part, readiness_part, state_parts
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from woosh_pure.values.state import LaserScan
+    from woosh_pure.web.robot import Robot
+
+__all__ = [
+    "LASER_FEEDS",
+    "Mounting",
+    "laser_mounting",
+    "path_points",
+    "round_outline",
+    "slow_parts",
+    "snapshot",
+]
+
+LASER_FEEDS = ("scan", "plan", "tf_static")
+ASSUMED_RADIUS = 0.3
+"""m; the chassis does not report its outline."""
+MOST_POINTS = 500
+
+
+def slow_parts(robot: Robot) -> dict[str, Any]:
+    """The parts that are asked for a few times a second. Blocks for a moment the first time."""
+    readiness, faults = robot.chassis.readiness(), robot.chassis.faults
+    return {
+        "readiness": readiness_part(readiness),
+        "faults": faults_part(faults),
+        "goals": [goal.as_json() for goal in robot.goals.all()[-10:]],
+        "recordings": [one.as_json() for one in robot.recordings.all()],
+    }
+
+
+def snapshot(robot: Robot) -> dict[str, Any]:
+    """The whole state at once. Blocks the first time."""
+    from woosh_pure.web.snapshot import ages, lease_part, pose_part
+
+    robot.listen()
+    readings = robot.readings()
+    pose = readings["pose"]
+    return {
+        "robot": robot.name,
+        "time": round(time.time(), 3),
+        **state_parts(readings),
+        "pose": None if pose is None else pose_part(pose.value),
+        **slow_parts(robot),
+        "lease": lease_part(robot.chassis.lease.state),
+        "driver": robot.teleop.driver,
+        "ages": ages(readings),
+    }
+
+
+def path_points(robot: Robot) -> list[list[float]]:
+    """The path being driven, reduced to the points that a screen can show."""
+    path = known_path(robot.chassis)
+    step = max(1, math.ceil(len(path) / MOST_POINTS))
+    thinned = path[::step]
+    if path and thinned[-1] is not path[-1]:
+        thinned.append(path[-1])
+    return points_part((pose.x, pose.y) for pose in thinned)
+
+
+def round_outline(radius: float = ASSUMED_RADIUS) -> list[list[float]]:
+    """A polygon of 24 points around a circle."""
+    turns = [math.tau * i / 24 for i in range(24)]
+    return points_part((radius * math.cos(turn), radius * math.sin(turn)) for turn in turns)
+
+
+class Mounting:
+    """How the laser is mounted: its pose in base_link, and whether it is upside down."""
+
+    def __init__(self, pose: Pose2D, turned: bool) -> None:
+        self.pose, self.turned = pose, turned
+
+    def in_map(self, robot: Pose2D) -> Pose2D:
+        """The laser's pose in the map."""
+        c, s = math.cos(robot.yaw), math.sin(robot.yaw)
+        return Pose2D(
+            robot.x + c * self.pose.x - s * self.pose.y,
+            robot.y + s * self.pose.x + c * self.pose.y,
+            robot.yaw + self.pose.yaw,
+        )
+
+    def angles(self, scan: LaserScan) -> tuple[float, float]:
+        """First angle and step, seen from above."""
+        sign = -1.0 if self.turned else 1.0
+        return sign * scan.angle_min, sign * scan.angle_increment
+
+
+def laser_mounting(robot: Robot, scan: LaserScan) -> Mounting:
+    """The mounting by the static transforms. Without a transform, the laser counts as mounted in the robot's
+    centre. Sends no request.
+    """
+    import numpy as np
+
+    from woosh_pure.feed.frames import in_base
+
+    corners: NDArray[np.float64] = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    origin, ahead, left = in_base(robot.chassis, corners, scan.frame)[:, :2]
+    x, y = ahead - origin, left - origin
+    turned = float(x[0] * y[1] - x[1] * y[0]) < 0.0
+    pose = Pose2D(float(origin[0]), float(origin[1]), math.atan2(float(x[1]), float(x[0])))
+    return Mounting(pose, turned)

@@ -1,0 +1,132 @@
+"""Driving one robot by hand: one velocity block at a time. It can be ended from anywhere, and always ends in
+zero.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from typing import TYPE_CHECKING
+
+from rosproto.errors import RosError
+from woosh_pure.web.problems import Problem
+
+if TYPE_CHECKING:
+    from woosh_pure.chassis import Chassis
+    from woosh_pure.velocity.drive import Drive
+
+__all__ = ["MOST_ANGULAR", "MOST_LINEAR", "Teleop"]
+
+MOST_LINEAR, MOST_ANGULAR = 0.3, 0.5
+"""m/s and rad/s that a page may drive at most. Lower limits of the chassis hold, too."""
+ZEROS_SECONDS = 2.5
+"""Seconds for which a person who presses again waits for the zeros of the last drive; `finish` takes two."""
+
+
+class Teleop:
+    """Safe from any thread. `open` and `finish` block for a while; `steer` and `halt` do not."""
+
+    def __init__(self, chassis: Chassis) -> None:
+        self._chassis = chassis
+        self._lock = threading.Condition()
+        self._driver: str | None = None
+        self._drive: Drive | None = None
+        self._closed = ""
+
+    @property
+    def driver(self) -> str | None:
+        """Who drives or is about to; None if nobody does."""
+        return self._driver
+
+    @property
+    def limits(self) -> dict[str, float]:
+        """The limits of the open drive, or else the most that a page may drive."""
+        drive = self._drive
+        linear, angular = (MOST_LINEAR, MOST_ANGULAR)
+        if drive is not None:
+            linear, angular = drive.limits.linear, drive.limits.angular
+        return {"vx": linear, "wz": angular}
+
+    def open(self, driver: str) -> None:
+        """Open a velocity block for a driver.
+
+        Raises:
+            Problem: Somebody else drives, or the server is ending.
+            RosError, ValueError: `Chassis.velocity` has refused.
+        """
+        with self._lock:  # a driver who presses again waits for the zeros of the last drive
+            self._lock.wait_for(lambda: self._closed or self._driver != driver, ZEROS_SECONDS)
+            if self._closed or self._driver is not None:
+                raise Problem(409, self._closed or f"{self._driver} drives now", "busy")
+            self._driver = driver
+        try:
+            drive = self._begin()
+        except BaseException:
+            self._release(None)
+            raise
+        with self._lock:
+            self._drive, closed = drive, self._closed
+        if closed:
+            self.finish(closed)
+            raise Problem(409, closed, "busy")
+
+    def _begin(self) -> Drive:
+        velocity = self._chassis.velocity
+        try:
+            drive = velocity(bypasses_protection=True, max_linear=MOST_LINEAR, max_angular=MOST_ANGULAR)
+        except ValueError:  # the chassis's own limits are lower
+            known = velocity(bypasses_protection=True).limits
+            drive = velocity(
+                bypasses_protection=True,
+                max_linear=min(MOST_LINEAR, known.linear),
+                max_angular=min(MOST_ANGULAR, known.angular),
+            )
+        return drive.__enter__()
+
+    def _release(self, drive: Drive | None) -> None:
+        with self._lock:
+            if self._drive is drive:
+                self._drive, self._driver = None, None
+                self._lock.notify_all()
+
+    def steer(self, vx: float, wz: float, valid_for: float) -> None:
+        """Drive for another `valid_for` seconds. Velocities are reduced to the limits.
+
+        Raises:
+            RosError: The drive is over; the message says why.
+        """
+        drive = self._drive
+        if drive is None:
+            return
+        linear, angular = drive.limits.linear, drive.limits.angular
+        drive.set(
+            math.copysign(min(abs(vx), linear), vx),
+            math.copysign(min(abs(wz), angular), wz),
+            valid_for=valid_for,
+        )
+
+    def halt(self, why: str) -> None:
+        """End the drive: its thread sends zero at once. Does not wait for that; `finish` does."""
+        drive = self._drive
+        if drive is not None:
+            drive.halt(why)
+
+    def finish(self, why: str) -> None:
+        """End the drive, and wait a bounded time until its zeros have been sent."""
+        drive = self._drive
+        try:
+            if drive is not None:
+                drive.halt(why)
+                drive.finish(2.0)
+        except RosError:
+            pass  # the link is lost: zero will be the first message when it is back
+        finally:
+            if drive is not None:
+                self._release(drive)
+
+    def close(self, why: str) -> None:
+        """End the drive and allow no other. Does not wait."""
+        with self._lock:
+            self._closed = why
+            self._lock.notify_all()
+        self.halt(why)

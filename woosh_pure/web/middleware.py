@@ -1,0 +1,226 @@
+"""The middleware that checks every request before its body is read (Host, Origin, token, size), and adds the
+security headers to every answer.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import time
+from collections.abc import Awaitable, Callable, MutableMapping
+from http.cookies import CookieError, SimpleCookie
+from typing import TYPE_CHECKING, Any
+
+from woosh_pure.web.access import COOKIE, Refusal
+from woosh_pure.web.problems import MEDIA_TYPE, Problem
+
+if TYPE_CHECKING:
+    from woosh_pure.web.connection_slots import Key
+    from woosh_pure.web.context import WebContext
+
+__all__ = ["CONTENT_POLICY", "MOST_BODY", "SecurityMiddleware", "token_of"]
+
+Scope = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
+Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
+App = Callable[[Scope, Receive, Send], Awaitable[None]]
+
+MOST_BODY, BODY_SECONDS = 64 * 1024, 10.0
+CONTENT_POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; "
+    "manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+_HEADERS = [
+    (b"content-security-policy", CONTENT_POLICY.encode()),
+    (b"x-content-type-options", b"nosniff"),
+    (b"x-frame-options", b"DENY"),
+    (b"referrer-policy", b"no-referrer"),
+    (b"cross-origin-resource-policy", b"same-origin"),
+    (b"cross-origin-opener-policy", b"same-origin"),
+]
+_OPEN_TO_ALL = ("/api/v1/access", "/api/v1/login")
+_SAFE = ("GET", "HEAD", "OPTIONS")
+
+
+def token_of(headers: dict[str, str]) -> str | None:
+    """The token of a request: from its Authorization header, or else from its cookie."""
+    scheme, _, value = headers.get("authorization", "").partition(" ")
+    if scheme.lower() == "bearer":
+        return value.strip()
+    try:
+        cookie = SimpleCookie(headers.get("cookie", "")).get(COOKIE)
+    except CookieError:
+        return None
+    return None if cookie is None else cookie.value
+
+
+def needs_token(path: str) -> bool:
+    """Whether a path needs the token. The page's own files are no secret; what the page shows is."""
+    is_api = "/api/v1/" in path or path == "/openapi.json"
+    return is_api and not any(path.endswith(open_) for open_ in _OPEN_TO_ALL)
+
+
+class SecurityMiddleware:
+    """An ASGI middleware."""
+
+    def __init__(self, app: App, context: WebContext) -> None:
+        self._app, self._context, self._access = app, context, context.access
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """See ASGI."""
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        headers = {key.decode("latin-1"): value.decode("latin-1") for key, value in scope["headers"]}
+        refusal = self._refusal(scope, headers)
+        key, authorized = _end_of(scope), refusal is None and self._is_authorized(scope)
+        slots = self._context.slots
+        slots.request_begins(key, time.monotonic(), authorized=authorized)
+        if authorized and self._access.needs_token:
+            slots.remember(key[0], time.monotonic())
+        send = _Sending(send)
+        try:
+            await self._pass(scope, receive, send, headers, refusal)
+        except asyncio.CancelledError:
+            if not self._context.closed:
+                raise
+            await _say_good_bye(scope, send)  # still unfinished when the server ended; that is no error
+        finally:
+            slots.request_ends(key, time.monotonic(), authorized=authorized)
+
+    async def _pass(
+        self, scope: Scope, receive: Receive, send: Send, headers: dict[str, str], refusal: Refusal | None
+    ) -> None:
+        if scope["type"] == "websocket":
+            if refusal is not None:
+                await _refuse_socket(refusal, receive, send)
+                return
+            await self._app(scope, receive, send)
+            return
+        answer = _with_headers(scope, send)
+        if refusal is None and _announced(headers) > MOST_BODY:
+            refusal = _too_large()
+        if refusal is not None:
+            await _refuse(scope, refusal, answer)
+            return
+        await self._app(scope, _limited(receive), answer)
+
+    def _is_authorized(self, scope: Scope) -> bool:
+        """Whether the client has shown that it may send requests. Paths that are open to all do not count if
+        there is a token.
+        """
+        return not self._access.needs_token or needs_token(_path(scope))
+
+    def _refusal(self, scope: Scope, headers: dict[str, str]) -> Refusal | None:
+        access, host = self._access, headers.get("host")
+        if (refusal := access.check_host(host)) is not None:
+            return refusal
+        if scope["type"] == "websocket" or scope["method"] not in _SAFE:
+            refusal = access.check_origin(headers.get("origin"), host, headers.get("sec-fetch-site"))
+            if refusal is not None:
+                return refusal
+        if needs_token(_path(scope)):
+            return access.check_token(token_of(headers), _end_of(scope)[0], time.monotonic())
+        return None
+
+
+def _path(scope: Scope) -> str:
+    return str(scope["path"].removeprefix(scope.get("root_path", "")))
+
+
+def _end_of(scope: Scope) -> Key:
+    """IP address and port of the peer."""
+    client = scope.get("client")
+    return (str(client[0]), int(client[1] or 0)) if client else ("an unknown address", 0)
+
+
+def _announced(headers: dict[str, str]) -> int:
+    text = headers.get("content-length", "0")
+    return int(text) if text.isdigit() and len(text) < 16 else MOST_BODY + 1
+
+
+def _too_large() -> Refusal:
+    return Refusal(413, f"the body is larger than {MOST_BODY} bytes; nothing here takes so much")
+
+
+def _limited(receive: Receive) -> Receive:
+    got, more = 0, True
+    until = time.monotonic() + BODY_SECONDS
+
+    async def limited() -> MutableMapping[str, Any]:
+        nonlocal got, more
+        if not more:  # the body is complete; from here on only a disconnect can follow
+            return await receive()
+        try:
+            message = await asyncio.wait_for(receive(), max(0.0, until - time.monotonic()))
+        except asyncio.TimeoutError:
+            raise Problem(408, f"the body did not come within {BODY_SECONDS:g} s") from None
+        more = bool(message.get("more_body", False))
+        got += len(message.get("body", b""))
+        if got > MOST_BODY:
+            raise Problem(413, _too_large().text)
+        return message
+
+    return limited
+
+
+def _with_headers(scope: Scope, send: Send) -> Send:
+    is_api = "/api/v1/" in scope["path"]
+
+    async def answer(message: MutableMapping[str, Any]) -> None:
+        if message["type"] == "http.response.start":
+            headers = list(message.get("headers", ()))
+            present = {key.lower() for key, _ in headers}
+            headers += [(key, value) for key, value in _HEADERS if key not in present]
+            if b"cache-control" not in present:
+                headers.append((b"cache-control", b"no-store" if is_api else b"no-cache"))
+            message = {**message, "headers": headers}
+        await send(message)
+
+    return answer
+
+
+class _Sending:
+    """`send`, which remembers whether anything was sent."""
+
+    def __init__(self, send: Send) -> None:
+        self._send = send
+        self.begun = False
+
+    async def __call__(self, message: MutableMapping[str, Any]) -> None:
+        self.begun = True
+        await self._send(message)
+
+
+async def _say_good_bye(scope: Scope, send: _Sending) -> None:
+    if scope["type"] != "http":
+        return
+    try:
+        if send.begun:
+            await send({"type": "http.response.body", "body": b""})
+        else:
+            await _refuse(scope, Refusal(503, "the server ends"), _with_headers(scope, send))
+    except (RuntimeError, OSError):
+        pass  # an answer that was sent in part cannot be completed
+
+
+async def _refuse(scope: Scope, refusal: Refusal, send: Send) -> None:
+    body = json.dumps(Problem(refusal.status, refusal.text).document(scope["path"])).encode()
+    headers = [(b"content-type", MEDIA_TYPE.encode()), (b"content-length", str(len(body)).encode())]
+    if refusal.status == 401:
+        headers.append((b"www-authenticate", b'Bearer realm="woosh"'))
+    if refusal.status == 429:
+        headers.append((b"retry-after", b"60"))
+    if refusal.status == 413:
+        headers.append((b"connection", b"close"))
+    await send({"type": "http.response.start", "status": refusal.status, "headers": headers})
+    await send({"type": "http.response.body", "body": body})
+
+
+async def _refuse_socket(refusal: Refusal, receive: Receive, send: Send) -> None:
+    await receive()
+    if refusal.status in (401, 429):  # accept first: only then can our page read the reason
+        await send({"type": "websocket.accept"})
+        await send({"type": "websocket.close", "code": 4000 + refusal.status, "reason": refusal.text[:120]})
+    else:
+        await send({"type": "websocket.close", "code": 4403, "reason": refusal.text[:120]})
