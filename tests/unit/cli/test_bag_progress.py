@@ -15,7 +15,6 @@ from rosproto.bag import create_bag, open_bag, reindex
 from rosproto.cli import bag_progress, main
 from rosproto.codec import message_class
 from tests.support.served_bag import served
-from tests.support.terminal import Terminal as ProcessTerminal
 
 if sys.platform == "win32":
     pytest.skip("needs pseudo-terminals", allow_module_level=True)
@@ -163,6 +162,8 @@ def test_a_bag_behind_a_url(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wor
 
 def test_a_server_that_takes_its_time(tmp_path: Path) -> None:
     """Nothing has come yet, nobody knows what is left: how long it has taken is shown even so, and taken away."""
+    from tests.support.terminal import Terminal as ProcessTerminal
+
     need_http()
     go_on = threading.Event()
     with (
