@@ -195,6 +195,13 @@ def test_none_where_it_is_no_terminal(
     assert shown("reindex", "-q", unclosed(tmp_path / "again.bag")) == (0, "")
 
 
+def test_none_among_what_is_printed(tmp_path: Path) -> None:
+    """`filter --print` has lines of its own."""
+    a_bag(tmp_path / "run.bag")
+    _, text = shown("filter", tmp_path / "run.bag", tmp_path / "new.bag", "True", "--print", "m.data")
+    assert "new.bag" not in text
+
+
 def need_http() -> None:
     pytest.importorskip("fsspec", reason="fsspec is not installed (extra remote)")
     pytest.importorskip("aiohttp", reason="aiohttp, which fsspec needs for http, is not installed")
