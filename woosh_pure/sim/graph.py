@@ -78,10 +78,10 @@ class Graph:
         firmware: Firmware,
         network: Network,
         assumed_types: bool,
-        own_master: bool,
+        own_master: rosproto.Master | None,
     ) -> None:
         self._uri, self._host, self._full = master_uri, host, full
-        self._own_master = own_master
+        self._own_master = own_master is not None
         self._firmware = firmware
         self._latch_status = latch_status
         self._network = network
@@ -93,7 +93,8 @@ class Graph:
         self.costmap: rosproto.Publisher | None = None
         self._keep: list[Any] = []
         self._building: ExitStack | None = None
-        self._robot = LocalNodes(told_as="TCPROS")  # as the real one's nodes are connected
+        # Told as the real one's nodes are connected.
+        self._robot = LocalNodes(told_as="TCPROS", master=own_master)
         self.internal_clients: dict[str, rosproto.ActionClient] = {}
 
     def node(self, name: str) -> rosproto.Node:
