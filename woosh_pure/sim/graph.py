@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any, Protocol
 
 import rosproto
+from rosproto.action.types import action_type
 from rosproto.node import LocalNodes, NoRevisions
 from woosh_pure import interface
 from woosh_pure.firmware.revisions import Firmware
@@ -252,7 +253,7 @@ class Graph:
 
 def type_goal(action: Any) -> Any:
     """The class of an action's goal messages on the wire."""
-    return type(action().action_goal)
+    return action_type(action).action_goal
 
 
 def _ignore(message: Any) -> None:
